@@ -1,0 +1,62 @@
+"""Ragged lists as values plus offsets, and the few column operations that everything else is made of.
+
+A ragged list of N rows is ``values`` of length ``offsets[N]`` and ``offsets`` of length N + 1: row i is
+``values[offsets[i]:offsets[i + 1]]``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ints = NDArray[np.int64]
+
+
+def offsets_from_counts(counts: NDArray[np.integer]) -> Ints:
+    """Offsets [N + 1] of a ragged list from the length of each row [N].
+
+    >>> offsets_from_counts(np.array([2, 0, 3])).tolist()
+    [0, 2, 2, 5]
+    """
+    offsets = np.zeros(len(counts) + 1, dtype=np.int64)
+    np.cumsum(counts, out=offsets[1:])
+    return offsets
+
+
+def row_of_value(counts: NDArray[np.integer]) -> Ints:
+    """For each value of a ragged list, the row it belongs to.
+
+    >>> row_of_value(np.array([2, 0, 3])).tolist()
+    [0, 0, 2, 2, 2]
+    """
+    return np.repeat(np.arange(len(counts), dtype=np.int64), counts)
+
+
+def index_in_row(counts: NDArray[np.integer]) -> Ints:
+    """For each value of a ragged list, its place within its row.
+
+    >>> index_in_row(np.array([2, 0, 3])).tolist()
+    [0, 1, 0, 1, 2]
+    """
+    starts = np.cumsum(counts) - counts
+    return np.arange(int(np.sum(counts)), dtype=np.int64) - np.repeat(starts, counts)
+
+
+def take_rows(offsets: NDArray[np.integer], rows: NDArray[np.integer]) -> tuple[Ints, Ints]:
+    """Where the values of the chosen rows lie, and the offsets of the list they make.
+
+    Args:
+        offsets: [N + 1] offsets of a ragged list.
+        rows: [K] rows to take, in any order, repeats allowed.
+
+    Returns:
+        Indices into the values, and the new offsets [K + 1].
+
+    >>> where, offsets = take_rows(np.array([0, 2, 2, 5]), np.array([2, 0]))
+    >>> where.tolist(), offsets.tolist()
+    ([2, 3, 4, 0, 1], [0, 3, 5])
+    """
+    starts = offsets[rows]
+    counts = offsets[np.asarray(rows) + 1] - starts
+    where = np.repeat(starts, counts) + index_in_row(counts)
+    return where.astype(np.int64, copy=False), offsets_from_counts(counts)

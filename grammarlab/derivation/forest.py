@@ -1,0 +1,127 @@
+"""The derivation trees of a whole batch of models, as flat columns.
+
+One row a node: every shape that a rule was applied to, and every leaf. Node ids are row numbers and a parent stands before
+its children. One row a draw: every stochastic choice and every random number, where it was made and its log-density.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.materials import Materials
+from grammarlab.geometry.mesh import Meshes
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class RuleName:
+    """One way to rewrite a symbol: a leaf of the case and stochastic tree of a rule."""
+
+    symbol: str
+    parameters: int
+    """How many parameters the rule has (overloads differ in it)."""
+    branch: tuple[int, ...]
+    """Which branch at each level of the tree, from the top; empty when the rule has no choice."""
+    line: int
+    """Where the branch stands in the rule file, from 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class Nodes:
+    """N nodes."""
+
+    model: NDArray[np.int32]
+    """[N] model, from 0 within the batch."""
+    parent: NDArray[np.int32]
+    """[N] row of the parent, -1 for a root; parent < child."""
+    symbol: NDArray[np.int16]
+    """[N] index into `Forest.symbols`."""
+    rule: NDArray[np.int16]
+    """[N] index into `Forest.rules`, -1 for a leaf."""
+    child: NDArray[np.int16]
+    """[N] which successor of the parent's rule, counted from 0 through the text of the branch."""
+    repeat: NDArray[np.int32]
+    """[N] which of the shapes that this successor made under one parent, from 0 in order of derivation."""
+
+    def __len__(self) -> int:
+        return len(self.model)
+
+
+@dataclass(frozen=True, slots=True)
+class Leaves:
+    """L leaf shapes with geometry: a mesh placed by ``position + rotation @ (size * point)``."""
+
+    node: NDArray[np.int32]
+    """[L] the node."""
+    position: Floats
+    """[L, 3] origin of the scope in world metres."""
+    size: Floats
+    """[L, 3] size of the scope in metres, >= 0."""
+    rotation: Floats
+    """[L, 3, 3] columns are the scope's axes in the world; a proper rotation."""
+    mesh: NDArray[np.int32]
+    """[L] index into `Forest.meshes`, whose points lie in the unit cube."""
+    material: NDArray[np.int32]
+    """[L] index into `Forest.materials`."""
+
+    def __len__(self) -> int:
+        return len(self.node)
+
+
+@dataclass(frozen=True, slots=True)
+class Draws:
+    """D recorded random draws."""
+
+    node: NDArray[np.int32]
+    """[D] the node during whose rewriting it was made."""
+    site: NDArray[np.int16]
+    """[D] which random expression of the grammar, index into `Forest.sites`."""
+    value: Floats
+    """[D] the number drawn; for a choice, the index of the branch taken."""
+    log_density: Floats
+    """[D] natural logarithm of the density (of the probability, for a choice)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reports:
+    """R values that ``report`` collected."""
+
+    node: NDArray[np.int32]
+    key: NDArray[np.int32]
+    """[R] index into `keys`."""
+    value: Floats
+    """[R] the number (0 or 1 for a bool, NaN for a string)."""
+    keys: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Forest:
+    """The derivation trees of `num_models` models of one grammar."""
+
+    seed: int
+    first_model: int
+    """Index of the first model under the seed: model i of the batch has the address (seed, first_model + i)."""
+    num_models: int
+    symbols: tuple[str, ...]
+    rules: tuple[RuleName, ...]
+    sites: tuple[str, ...]
+    """What each random expression is, readable: ``Mass: 3 choices (line 12)``."""
+    nodes: Nodes
+    leaves: Leaves
+    draws: Draws
+    reports: Reports
+    meshes: Meshes
+    materials: Materials
+
+    def log_probability(self) -> Floats:
+        """[num_models] natural logarithm of the density of each model's draws."""
+        model = self.nodes.model[self.draws.node]
+        return np.bincount(model, weights=self.draws.log_density, minlength=self.num_models)
+
+    def shapes_per_model(self) -> NDArray[np.int64]:
+        """[num_models] nodes of each model."""
+        return np.bincount(self.nodes.model, minlength=self.num_models)

@@ -1,0 +1,118 @@
+"""Every error grammarlab raises on purpose, drawn once.
+
+GrammarlabError
+├── UsageError             wrong options or arguments: the command line exits with 2
+├── LanguageError          a rule file that cannot be used: carries its findings
+├── DerivationError        a rule that cannot be carried out on a shape: carries a location
+│   └── BudgetError        too many shapes, or too deep
+└── AssetError             a mesh, image or footprint that is missing, broken or out of bounds
+
+A finding is one remark of the checker about a place in a rule file. Locations count lines and
+columns from 1; a column counts characters, not bytes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Literal
+
+Severity = Literal["error", "unsupported", "warning"]
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Location:
+    """A place in a rule file."""
+
+    line: int = 1
+    """First line of the place, from 1."""
+    column: int = 1
+    """First character of the place, from 1."""
+    length: int = 1
+    """Characters to underline on that line, at least 1."""
+    file: str = "<text>"
+    """Name of the file as the user gave it."""
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One remark about a rule file: what was expected, what was found, what to try."""
+
+    severity: Severity
+    code: str
+    """Stable, kebab-case name of the kind of finding, for programs: ``unknown-name``."""
+    message: str
+    location: Location
+    hint: str = ""
+    """What to try; empty when the message already says it."""
+
+    def as_dict(self) -> dict[str, object]:
+        """The finding as plain values, for ``--json``."""
+        return {**asdict(self), "location": asdict(self.location)}
+
+    def render(self, text: str) -> str:
+        """The finding with the line it is about and a caret under the place.
+
+        Args:
+            text: the whole rule file.
+        """
+        lines = text.splitlines()
+        head = f"{self.location}: {self.severity}: {self.message} [{self.code}]"
+        parts = [head]
+        if 1 <= self.location.line <= len(lines):
+            line = lines[self.location.line - 1]
+            start = min(self.location.column - 1, len(line))
+            pad = "".join("\t" if c == "\t" else " " for c in line[:start])
+            room = max(1, len(line) - start)
+            parts += ["  " + line, "  " + pad + "^" * max(1, min(self.location.length, room))]
+        if self.hint:
+            parts.append(f"  hint: {self.hint}")
+        return "\n".join(parts)
+
+
+class GrammarlabError(Exception):
+    """Anything grammarlab refuses to do, with a message meant for the person using it."""
+
+
+class UsageError(GrammarlabError):
+    """Options or arguments that do not fit; the command line exits with 2."""
+
+
+class LanguageError(GrammarlabError):
+    """A rule file with errors.
+
+    Args:
+        findings: what the parser or checker found; at least one of them an error.
+        text: the rule file, for the carets in the message.
+    """
+
+    def __init__(self, findings: tuple[Finding, ...], text: str = "") -> None:
+        self.findings = findings
+        self.text = text
+        super().__init__("\n".join(finding.render(text) for finding in findings))
+
+
+class DerivationError(GrammarlabError):
+    """An operation that cannot be carried out.
+
+    Args:
+        message: what was expected and what was found.
+        location: the place in the rule file, when one is to blame.
+        hint: what to try.
+    """
+
+    def __init__(self, message: str, location: Location | None = None, hint: str = "") -> None:
+        self.location = location
+        self.hint = hint
+        where = f"{location}: " if location is not None else ""
+        super().__init__(f"{where}{message}" + (f"\n  hint: {hint}" if hint else ""))
+
+
+class BudgetError(DerivationError):
+    """A model that grew past its shape or depth budget."""
+
+
+class AssetError(GrammarlabError):
+    """A mesh, image or footprint that is missing, broken, or outside its folder."""

@@ -1,0 +1,159 @@
+"""Many polygon meshes as one value: the geometry of a whole batch of shapes.
+
+`Meshes` is a ragged list of meshes, each a ragged list of faces, each a ragged list of corners. Faces are simple planar
+polygons of any number of corners, counter-clockwise seen from outside; a hole is joined to the outline by a
+doubled edge (keyhole). Axes are right-handed with y up; units are metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import offsets_from_counts, row_of_value, take_rows
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+UNTAGGED, INSIDE, BORDER = 0, 1, 2
+"""Face tags, as left by ``offset``: what the selectors ``inside`` and ``border`` of ``comp`` look for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Meshes:
+    """M polygon meshes.
+
+    >>> square = Meshes.from_polygons(np.array([[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 0, 0.0]]), np.array([4]))
+    >>> len(square), square.num_faces, square.bounds()[1].tolist()
+    (1, 1, [[1.0, 0.0, 1.0]])
+    """
+
+    points: Floats
+    """[P, 3] coordinates in metres."""
+    corners: Indices
+    """[C] point of each face corner, counted from the first point of its own mesh."""
+    face_offsets: Indices
+    """[F + 1] into `corners`."""
+    mesh_faces: Indices
+    """[M + 1] into faces."""
+    mesh_points: Indices
+    """[M + 1] into `points`."""
+    tags: NDArray[np.int8]
+    """[F] `UNTAGGED`, `INSIDE` or `BORDER`."""
+
+    def __len__(self) -> int:
+        return len(self.mesh_faces) - 1
+
+    @property
+    def num_faces(self) -> int:
+        return len(self.face_offsets) - 1
+
+    @classmethod
+    def from_polygons(
+        cls, points: Floats, counts: NDArray[np.integer], faces_per_mesh: NDArray[np.integer] | None = None
+    ) -> Self:
+        """Meshes whose faces share no points.
+
+        Args:
+            points: [P, 3] corners of the first face, then of the second, and so on.
+            counts: [F] corners of each face; they sum to P.
+            faces_per_mesh: [M] faces of each mesh; one each when left out.
+        """
+        face_offsets = offsets_from_counts(counts)
+        per_mesh = np.ones(len(counts), np.int64) if faces_per_mesh is None else faces_per_mesh
+        mesh_faces = offsets_from_counts(per_mesh)
+        mesh_points = face_offsets[mesh_faces]
+        corners = np.arange(len(points), dtype=np.int64) - np.repeat(mesh_points[:-1], np.diff(mesh_points))
+        return cls(points, corners, face_offsets, mesh_faces, mesh_points, np.zeros(len(counts), np.int8))
+
+    @classmethod
+    def single(cls, points: Floats, faces: Sequence[Sequence[int]], tags: Sequence[int] | None = None) -> Self:
+        """One mesh from points [P, 3] and faces given as lists of point indices."""
+        corners = np.array([index for face in faces for index in face], dtype=np.int64)
+        face_offsets = offsets_from_counts(np.array([len(face) for face in faces], dtype=np.int64))
+        tag_column = np.zeros(len(faces), np.int8) if tags is None else np.array(tags, dtype=np.int8)
+        ends = np.array([0, len(faces)]), np.array([0, len(points)])
+        return cls(np.asarray(points, dtype=np.float64), corners, face_offsets, *ends, tag_column)
+
+    @classmethod
+    def concatenate(cls, batches: Sequence[Meshes]) -> Meshes:
+        """All meshes of several batches, in order."""
+        if len(batches) == 1:
+            return batches[0]
+        return cls(
+            np.concatenate([batch.points for batch in batches]),
+            np.concatenate([batch.corners for batch in batches]),
+            _chain([batch.face_offsets for batch in batches]),
+            _chain([batch.mesh_faces for batch in batches]),
+            _chain([batch.mesh_points for batch in batches]),
+            np.concatenate([batch.tags for batch in batches]),
+        )
+
+    def take(self, meshes: NDArray[np.integer]) -> Meshes:
+        """The meshes [K] with these indices, in any order, repeats allowed."""
+        faces, mesh_faces = take_rows(self.mesh_faces, meshes)
+        corner_index, face_offsets = take_rows(self.face_offsets, faces)
+        point_index, mesh_points = take_rows(self.mesh_points, meshes)
+        return Meshes(
+            self.points[point_index],
+            self.corners[corner_index],
+            face_offsets,
+            mesh_faces,
+            mesh_points,
+            self.tags[faces],
+        )
+
+    def with_points(self, points: Floats) -> Meshes:
+        """The same faces over other points [P, 3]."""
+        return Meshes(points, self.corners, self.face_offsets, self.mesh_faces, self.mesh_points, self.tags)
+
+    def mesh_of_face(self) -> Indices:
+        """[F] the mesh that each face belongs to."""
+        return row_of_value(np.diff(self.mesh_faces))
+
+    def mesh_of_point(self) -> Indices:
+        """[P] the mesh that each point belongs to."""
+        return row_of_value(np.diff(self.mesh_points))
+
+    def face_of_corner(self) -> Indices:
+        """[C] the face that each corner belongs to."""
+        return row_of_value(np.diff(self.face_offsets))
+
+    def corner_points(self) -> Indices:
+        """[C] the row of `points` at each corner."""
+        corners_per_mesh = np.diff(self.face_offsets[self.mesh_faces])
+        return self.corners + np.repeat(self.mesh_points[:-1], corners_per_mesh)
+
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Smallest and largest coordinates [M, 3] of each mesh; zeros for a mesh without points."""
+        low = np.zeros((len(self), 3))
+        high = np.zeros((len(self), 3))
+        filled = np.diff(self.mesh_points) > 0
+        if filled.any():
+            starts = self.mesh_points[:-1][filled]
+            low[filled] = np.minimum.reduceat(self.points, starts, axis=0)
+            high[filled] = np.maximum.reduceat(self.points, starts, axis=0)
+        return low, high
+
+    def reversed(self) -> Meshes:
+        """The same faces seen from the other side."""
+        starts, ends = self.face_offsets[:-1], self.face_offsets[1:]
+        face = self.face_of_corner()
+        mirrored = starts[face] + ends[face] - 1 - np.arange(len(self.corners))
+        return Meshes(
+            self.points, self.corners[mirrored], self.face_offsets, self.mesh_faces, self.mesh_points, self.tags
+        )
+
+
+def _chain(offsets: Sequence[Indices]) -> Indices:
+    """One list of offsets from those of consecutive parts."""
+    parts = [offsets[0]]
+    end = offsets[0][-1]
+    for part in offsets[1:]:
+        parts.append(part[1:] + end)
+        end = end + part[-1]
+    return np.concatenate(parts)

@@ -1,0 +1,259 @@
+"""The syntax tree of a rule file: what the parser makes, the checker reads and the deriver carries out.
+
+Every node is frozen and knows where it stands in the text; positions do not take part in equality, so two trees
+are equal when they say the same thing.
+
+A *choice* is a leaf, a ``case`` or a ``N%`` list, nested as deep as one likes. The leaves are expressions in
+attributes, constants and functions, and sequences of operations in rules and blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+from grammarlab.errors import Location
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Node:
+    """Anything that stands in a rule file."""
+
+    location: Location = field(default=Location(), compare=False, repr=False)
+
+
+# Expressions -----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Number(Node):
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class String(Node):
+    value: str
+    """The text between the quotes, escapes resolved."""
+
+
+@dataclass(frozen=True, slots=True)
+class Boolean(Node):
+    value: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Name(Node):
+    """An identifier, dots included: ``height``, ``scope.sx``, ``lib.colour``, ``world.up``, ``top``."""
+
+    identifier: str
+
+
+@dataclass(frozen=True, slots=True)
+class Call(Node):
+    """A function call; ``function`` may be dotted (``geometry.area``, ``lib.height``)."""
+
+    function: str
+    arguments: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Unary(Node):
+    operator: Literal["-", "+", "!"]
+    operand: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Binary(Node):
+    operator: Literal["+", "-", "*", "/", "%", "==", "!=", "<", "<=", ">", ">=", "&&", "||"]
+    left: Expression
+    right: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Relative(Node):
+    """``'x``: x times the scope's size along the axis in question."""
+
+    operand: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Floating(Node):
+    """``~x``: about x; the operand is a `Relative` in ``~'x``."""
+
+    operand: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Index(Node):
+    """``array[i]`` or ``array[i, j]``."""
+
+    array: Expression
+    indices: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Array(Node):
+    """``[a, b; c, d]``: rows of columns."""
+
+    rows: tuple[tuple[Expression, ...], ...]
+
+
+Expression: TypeAlias = Number | String | Boolean | Name | Call | Unary | Binary | Relative | Floating | Index | Array
+
+
+# Choices ---------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Case(Node):
+    """``case c1: a  case c2: b  else: c``. The last condition is None when there is an else."""
+
+    conditions: tuple[Expression | None, ...]
+    branches: tuple[Choice, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Stochastic(Node):
+    """``30%: a  20%: b  else: c``. Percentages; the last is None for else, which takes what is left of 100."""
+
+    percentages: tuple[Expression | None, ...]
+    branches: tuple[Choice, ...]
+
+
+Choice: TypeAlias = "Case | Stochastic | Sequence | Expression"
+
+
+# Sequences of operations -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Invoke(Node):
+    """An operation or a successor shape: ``extrude(10)``, ``Wall``, ``Window("oak")``, ``NIL``.
+
+    Which of the two it is, is decided by its name (`grammarlab.language.builtins`).
+    """
+
+    name: str
+    arguments: tuple[Expression, ...] = ()
+    parenthesised: bool = field(default=False, compare=False)
+    """Whether the text had parentheses: ``Wall()`` against ``Wall``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part(Node):
+    """``head : body`` inside a block; ``inclusive`` for ``head = body``, which leaves the component for others."""
+
+    head: Expression
+    """A size in a split, a selector (a Name or an index expression) in the other blocks."""
+    body: Choice
+    inclusive: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Group(Node):
+    """``{ part | part }`` inside a block, repeated when followed by ``*``."""
+
+    parts: tuple[Part | Group, ...]
+    repeated: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Block(Node):
+    """An operation with a block: ``split(x) { … }``, ``comp(f) { … }``, ``setback(1) { … }``, ``shapeL(2, 3) { … }``."""
+
+    name: str
+    arguments: tuple[Expression, ...]
+    group: Group
+
+
+@dataclass(frozen=True, slots=True)
+class Scoped(Node):
+    """``[ … ]``: operations on a copy of the shape."""
+
+    body: Sequence
+
+
+@dataclass(frozen=True, slots=True)
+class Sequence(Node):
+    items: tuple[Invoke | Block | Scoped, ...]
+
+
+# Definitions -----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Annotation(Node):
+    """``@Range(min=1, max=5)``; ``arguments`` are (keyword or "", value)."""
+
+    name: str
+    arguments: tuple[tuple[str, Expression], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Attribute(Node):
+    """``attr name = value`` or, with ``constant``, ``const name = value``."""
+
+    name: str
+    value: Choice
+    constant: bool = False
+    annotations: tuple[Annotation, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Function(Node):
+    """``name(a, b) = value``, or ``name = value`` without parameters."""
+
+    name: str
+    parameters: tuple[str, ...]
+    value: Choice
+    constant: bool = False
+    annotations: tuple[Annotation, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Rule(Node):
+    """``Name(a, b) --> body``."""
+
+    name: str
+    parameters: tuple[str, ...]
+    body: Choice
+    annotations: tuple[Annotation, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Import(Node):
+    """``import alias : "file.cga" (attribute = value)``."""
+
+    alias: str
+    path: str
+    arguments: tuple[tuple[str, Expression], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Style(Node):
+    """``style Name`` or ``style Name extends Base``: what follows overrides attributes in that style."""
+
+    name: str
+    base: str = ""
+
+
+Definition: TypeAlias = Attribute | Function | Rule | Import | Style
+
+
+@dataclass(frozen=True, slots=True)
+class RuleFile(Node):
+    """A whole rule file."""
+
+    version: str
+    """``"2023.0"``; empty when the file states none."""
+    definitions: tuple[Definition, ...]
+
+
+def alternatives(choice: Choice) -> Iterator[Sequence | Expression]:
+    """The leaves of a choice, left to right."""
+    if isinstance(choice, Case | Stochastic):
+        for branch in choice.branches:
+            yield from alternatives(branch)
+    else:
+        yield choice
