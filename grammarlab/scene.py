@@ -52,5 +52,5 @@ def realize(forest: Forest) -> Scene:
         leaves.material[order],
         leaves.position[order],
         leaves.size[order],
-        leaves.rotation[order],
+        forest.frames[leaves.frame[order]],
     )

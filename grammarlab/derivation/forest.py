@@ -53,7 +53,7 @@ class Nodes:
 
 @dataclass(frozen=True, slots=True)
 class Leaves:
-    """L leaf shapes with geometry: a mesh placed by ``position + rotation @ (size * point)``."""
+    """L leaf shapes with geometry: a mesh placed by ``position + frames[frame] @ (size * point)``."""
 
     node: NDArray[np.int32]
     """[L] the node."""
@@ -61,8 +61,8 @@ class Leaves:
     """[L, 3] origin of the scope in world metres."""
     size: Floats
     """[L, 3] size of the scope in metres, >= 0."""
-    rotation: Floats
-    """[L, 3, 3] columns are the scope's axes in the world; a proper rotation."""
+    frame: NDArray[np.int32]
+    """[L] index into `Forest.frames`: the directions of the scope's axes."""
     mesh: NDArray[np.int32]
     """[L] index into `Forest.meshes`, whose points lie in the unit cube."""
     material: NDArray[np.int32]
@@ -114,6 +114,8 @@ class Forest:
     leaves: Leaves
     draws: Draws
     reports: Reports
+    frames: Floats
+    """[K, 3, 3] proper rotations; columns are a scope's axes in the world."""
     meshes: Meshes
     materials: Materials
 
