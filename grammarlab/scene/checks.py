@@ -1,0 +1,61 @@
+"""What a scene must be before it becomes a file or a picture."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grammarlab.errors import DerivationError
+from grammarlab.scene.instances import Scene
+
+FARTHEST = 1e9
+"""Largest coordinate in metres; far below where 32-bit arithmetic overflows."""
+
+
+def require_finite(scene: Scene) -> None:
+    """Refuse a scene with coordinates that no file or picture can hold.
+
+    Raises:
+        DerivationError: naming the first model with a coordinate that is NaN, infinite or beyond `FARTHEST`.
+    """
+    for name, values in (("position", scene.position), ("size", scene.size), ("rotation", scene.rotation)):
+        _require_within(scene, name, values)
+    points = scene.meshes.points
+    if len(points) and not (np.abs(points).max() <= FARTHEST):
+        raise DerivationError(
+            "a mesh has a point that is not a finite number of metres",
+            hint="check for divisions by zero and for broken assets",
+        )
+    if len(scene) and scene.size.min() < 0:
+        model = int(scene.model[np.flatnonzero((scene.size < 0).any(axis=1))[0]])
+        raise DerivationError(
+            f"model {model} has a shape of negative size; a negative size would mirror its geometry",
+            hint="keep sizes at or above zero, for example with max(0, size)",
+        )
+
+
+def require_proper(scene: Scene) -> None:
+    """Refuse mirrored or sheared orientations, which files would show inside out.
+
+    Raises:
+        DerivationError: naming the first model with an orientation that is not a proper rotation.
+    """
+    axes = scene.rotation
+    handed = np.einsum("ij,ij->i", np.cross(axes[:, :, 0], axes[:, :, 1]), axes[:, :, 2])
+    skewed = np.abs(np.einsum("nij,nik->njk", axes, axes) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+    wrong = np.flatnonzero((handed < 0.5) | (skewed > 1e-6))
+    if len(wrong):
+        raise DerivationError(
+            f"model {int(scene.model[wrong[0]])} has a shape whose axes are not a right-handed rotation",
+            hint="mirror the geometry inside its scope, not the scope",
+        )
+
+
+def _require_within(scene: Scene, name: str, values: np.ndarray) -> None:
+    if len(values) == 0 or np.abs(values).max() <= FARTHEST:
+        return
+    wrong = np.flatnonzero(~(np.abs(values).reshape(len(values), -1).max(axis=1) <= FARTHEST))[0]
+    raise DerivationError(
+        f"model {int(scene.model[wrong])} has a shape whose {name} is {values[wrong].tolist()}; "
+        f"expected finite numbers within {FARTHEST:g} m",
+        hint="check for divisions by zero and for sizes that grow without bound",
+    )

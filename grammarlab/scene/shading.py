@@ -1,0 +1,155 @@
+"""Unique meshes as triangles with shading normals: flat facets, smooth where faces meet at less than a crease angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import Ints, offsets_from_counts
+from grammarlab.geometry.mesh import Meshes
+from grammarlab.geometry.triangulate import triangulate
+
+Floats = NDArray[np.float64]
+
+AXIS_TOLERANCE = 1e-9
+"""A normal this close to an axis keeps its direction under any size along the axes."""
+
+
+@dataclass(frozen=True, slots=True)
+class ShadedMeshes:
+    """M meshes whose vertices each have one position and one normal.
+
+    Faces that meet smoothly share vertices; across a crease each side has its own. Every mesh's vertices and
+    triangles are contiguous.
+    """
+
+    points: Floats
+    """[V, 3] metres, or unit-cube coordinates."""
+    normals: Floats
+    """[V, 3] unit vectors."""
+    triangles: Ints
+    """[T, 3] vertices, counted from the first vertex of their own mesh; counter-clockwise from outside."""
+    mesh_vertices: Ints
+    """[M + 1] into vertices."""
+    mesh_triangles: Ints
+    """[M + 1] into triangles."""
+    axis_aligned: NDArray[np.bool_]
+    """[M] whether every normal of the mesh is along an axis, as in boxes and upright rectangles."""
+
+
+def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
+    """Triangles and normals of each mesh, worked out once however often the mesh is used.
+
+    Two faces that share an edge and turn by less than `crease_angle` share their normals at its ends: the mean of the
+    faces around, weighted by area.
+
+    Args:
+        crease_angle: radians in 0..pi, measured on the meshes as given; 0 shades every face flat.
+    """
+    triangles, face_of_triangle = triangulate(meshes)
+    in_order = np.argsort(face_of_triangle, kind="stable")
+    triangles, face_of_triangle = triangles[in_order], face_of_triangle[in_order]
+
+    point, face = meshes.corner_points(), meshes.face_of_corner()
+    num_points = max(len(meshes.points), 1)
+    # A keyhole polygon visits a point twice within one face: both visits are the same vertex.
+    corner_keys, corner = np.unique(face * num_points + point, return_inverse=True)
+    area_vectors = _area_vectors(meshes, point, face)
+    vertex_of_corner = _smooth_groups(meshes, point, face, corner, area_vectors, crease_angle)
+
+    num_vertices = int(vertex_of_corner.max(initial=-1)) + 1
+    first_corner = np.full(num_vertices, len(corner_keys), dtype=np.int64)
+    np.minimum.at(first_corner, vertex_of_corner, np.arange(len(corner_keys)))
+    vertex_key = corner_keys[first_corner]
+    corner_face = corner_keys // num_points
+    normals = np.stack(
+        [np.bincount(vertex_of_corner, area_vectors[corner_face, i], num_vertices) for i in range(3)], axis=1
+    )
+    normals = unit(normals.reshape(-1, 3))
+
+    mesh_of_face = meshes.mesh_of_face()
+    mesh_vertices = offsets_from_counts(np.bincount(mesh_of_face[vertex_key // num_points], minlength=len(meshes)))
+    mesh_of_triangle = mesh_of_face[face_of_triangle]
+    mesh_triangles = offsets_from_counts(np.bincount(mesh_of_triangle, minlength=len(meshes)))
+    wanted = face_of_triangle[:, None] * num_points + triangles
+    vertices = vertex_of_corner[np.searchsorted(corner_keys, wanted)].reshape(-1, 3)
+    return ShadedMeshes(
+        meshes.points[vertex_key % num_points],
+        normals,
+        vertices - mesh_vertices[mesh_of_triangle][:, None],
+        mesh_vertices,
+        mesh_triangles,
+        _axis_aligned(normals, mesh_vertices),
+    )
+
+
+def unit(vectors: Floats) -> Floats:
+    """The vectors [N, 3] at length one; straight up where there is no direction."""
+    length = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    return np.where(length[:, None] > 0, vectors / np.where(length > 0, length, 1.0)[:, None], (0.0, 1.0, 0.0))
+
+
+def _area_vectors(meshes: Meshes, point: Ints, face: Ints) -> Floats:
+    """[F, 3] each face's normal times twice its area (Newell's method)."""
+    here = meshes.points[point]
+    crossed = np.cross(here, here[_next_corner(meshes, face)])
+    return np.stack([np.bincount(face, crossed[:, i], meshes.num_faces) for i in range(3)], axis=1).reshape(-1, 3)
+
+
+def _next_corner(meshes: Meshes, face: Ints) -> Ints:
+    """[C] the corner that follows each around its face."""
+    following = np.arange(1, len(face) + 1)
+    last = meshes.face_offsets[1:][face] == following
+    return np.where(last, meshes.face_offsets[:-1][face], following)
+
+
+def _smooth_groups(
+    meshes: Meshes, point: Ints, face: Ints, corner: Ints, area_vectors: Floats, crease_angle: float
+) -> Ints:
+    """The vertex of each distinct (face, point), numbered in order of first appearance."""
+    num_corners = int(corner.max(initial=-1)) + 1
+    following = _next_corner(meshes, face)
+    low, high = np.minimum(point, point[following]), np.maximum(point, point[following])
+    edge = low * max(len(meshes.points), 1) + high
+    order = np.argsort(edge, kind="stable")
+    same = np.flatnonzero(edge[order][:-1] == edge[order][1:])
+    one, other = order[same], order[same + 1]
+    normals = unit(area_vectors)
+    turn = np.einsum("ij,ij->i", normals[face[one]], normals[face[other]])
+    solid = np.einsum("ij,ij->i", area_vectors, area_vectors) > 0
+    smooth = (turn > np.cos(crease_angle)) & solid[face[one]] & solid[face[other]]
+    one, other = one[smooth], other[smooth]
+    if len(one) == 0:
+        return np.arange(num_corners, dtype=np.int64)
+    return _components(num_corners, *_links(corner, following, point, one, other))
+
+
+def _links(corner: Ints, following: Ints, point: Ints, one: Ints, other: Ints) -> tuple[Ints, Ints]:
+    """Pairs of corners that lie at the same end of a smooth edge."""
+
+    def end(side: Ints, larger: bool) -> Ints:
+        starts_larger = point[side] > point[following[side]]
+        return corner[np.where(starts_larger == larger, side, following[side])]
+
+    return np.concatenate([end(one, False), end(one, True)]), np.concatenate([end(other, False), end(other, True)])
+
+
+def _components(num: int, one: Ints, other: Ints) -> Ints:
+    """Connected components of a graph over `num` corners, numbered in order of first appearance."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(len(one), dtype=np.int8), (one, other)), shape=(num, num))
+    _, label = connected_components(graph, directed=False)
+    _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
+    rank = np.empty(len(first), dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return rank[inverse]
+
+
+def _axis_aligned(normals: Floats, mesh_vertices: Ints) -> NDArray[np.bool_]:
+    aligned = np.abs(normals).max(axis=1, initial=0.0) > 1 - AXIS_TOLERANCE
+    slanted_before = np.concatenate([[0], np.cumsum(~aligned)])
+    return slanted_before[mesh_vertices[1:]] == slanted_before[mesh_vertices[:-1]]

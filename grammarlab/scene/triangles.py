@@ -1,0 +1,119 @@
+"""The triangles of a scene: what files and pictures are made of, for a whole batch at once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import Ints, offsets_from_counts, row_of_value
+from grammarlab.derivation.materials import Materials
+from grammarlab.scene.checks import require_finite
+from grammarlab.scene.instances import Scene
+from grammarlab.scene.placement import place
+from grammarlab.scene.shading import shade
+
+CREASE_ANGLE = math.radians(30.0)
+"""Faces of a mesh that turn by less are shaded as one curved surface: a cylinder of more than 12 sides is round."""
+
+
+@dataclass(frozen=True, slots=True)
+class TriangleBatch:
+    """The merged triangles of `num_models` models, world y up, metres.
+
+    Rows are ordered by model, then by material; a group is one material within one model. So one model, or one
+    material of one model, is a slice of every array. Each side of a leaf is modelled once: files mark every material
+    as double-sided and pictures turn normals towards the viewer, so a free-standing rectangle is seen from behind.
+    """
+
+    num_models: int
+    materials: Materials
+    vertices: NDArray[np.float32]
+    """[V, 3] positions in metres."""
+    normals: NDArray[np.float32]
+    """[V, 3] unit vectors."""
+    triangles: NDArray[np.uint32]
+    """[T, 3] rows of `vertices`, counter-clockwise seen from outside."""
+    group_model: NDArray[np.int32]
+    """[G] ascending."""
+    group_material: NDArray[np.int32]
+    """[G] index into `materials`, ascending within a model."""
+    group_vertices: Ints
+    """[G + 1] into `vertices`."""
+    group_triangles: Ints
+    """[G + 1] into `triangles`."""
+    model_groups: Ints
+    """[num_models + 1] into groups."""
+
+    def model(self, index: int) -> TriangleBatch:
+        """Model `index` alone, as a batch of one (arrays are views where they can be)."""
+        if not 0 <= index < self.num_models:
+            raise IndexError(f"model {index} of a batch of {self.num_models}")
+        first, last = (int(g) for g in self.model_groups[index : index + 2])
+        vertices = slice(*self.group_vertices[[first, last]])
+        triangles = slice(*self.group_triangles[[first, last]])
+        return TriangleBatch(
+            1,
+            self.materials,
+            self.vertices[vertices],
+            self.normals[vertices],
+            self.triangles[triangles] - np.uint32(vertices.start),
+            np.zeros(last - first, np.int32),
+            self.group_material[first:last],
+            self.group_vertices[first : last + 1] - vertices.start,
+            self.group_triangles[first : last + 1] - triangles.start,
+            np.array([0, last - first], dtype=np.int64),
+        )
+
+    def material_of_triangle(self) -> NDArray[np.int32]:
+        """[T] index into `materials`."""
+        return self.group_material[row_of_value(np.diff(self.group_triangles))]
+
+    def triangles_per_model(self) -> Ints:
+        """[num_models]"""
+        return np.diff(self.group_triangles[self.model_groups])
+
+
+def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch:
+    """The merged triangles of a scene.
+
+    Normals are worked out once for each unique mesh and corrected for the size of each instance. An instance of no
+    extent in some direction keeps its triangles, and its normals stay unit vectors.
+
+    Args:
+        scene: at most 2**32 vertices in all.
+        crease_angle: radians; edges within one mesh that turn by less are smooth. Measured in the unit cube.
+
+    Raises:
+        DerivationError: a coordinate is not finite, or beyond a million kilometres.
+    """
+    require_finite(scene)
+    used = np.bincount(scene.mesh, minlength=len(scene.meshes)) > 0
+    shaded = shade(scene.meshes.take(np.flatnonzero(used)), crease_angle)
+    mesh = (np.cumsum(used) - 1)[scene.mesh]
+
+    group_of_instance = scene.model.astype(np.int64) * max(len(scene.materials), 1) + scene.material
+    order = np.argsort(group_of_instance, kind="stable")
+    keys = group_of_instance[order]
+    starts = np.flatnonzero(np.diff(keys, prepend=-1))
+    num_vertices = np.diff(shaded.mesh_vertices)[mesh[order]]
+    num_triangles = np.diff(shaded.mesh_triangles)[mesh[order]]
+    vertex_offsets, triangle_offsets = offsets_from_counts(num_vertices), offsets_from_counts(num_triangles)
+    placed = place(scene, shaded, mesh, order, vertex_offsets, triangle_offsets)
+
+    ends = np.append(starts, len(keys))
+    group_model = scene.model[order][starts]
+    return TriangleBatch(
+        scene.num_models,
+        scene.materials,
+        placed.vertices,
+        placed.normals,
+        placed.triangles,
+        group_model,
+        scene.material[order][starts],
+        vertex_offsets[ends],
+        triangle_offsets[ends],
+        np.searchsorted(group_model, np.arange(scene.num_models + 1)),
+    )
