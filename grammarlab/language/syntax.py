@@ -59,13 +59,23 @@ class Call(Node):
 
 @dataclass(frozen=True, slots=True)
 class Unary(Node):
-    operator: Literal["-", "+", "!"]
+    operator: Literal["-", "+", "!", ".-", ".+", ".!"]
+    """With a leading dot: element by element over an array."""
     operand: Expression
+
+
+# fmt: off
+BinaryOperator: TypeAlias = Literal[
+    "+", "-", "*", "/", "%", "==", "!=", "<", "<=", ">", ">=", "&&", "||",
+    ".+", ".-", ".*", "./", ".%", ".==", ".!=", ".<", ".<=", ".>", ".>=", ".&&", ".||",
+]
+# fmt: on
+"""With a leading dot: element by element over arrays."""
 
 
 @dataclass(frozen=True, slots=True)
 class Binary(Node):
-    operator: Literal["+", "-", "*", "/", "%", "==", "!=", "<", "<=", ">", ">=", "&&", "||"]
+    operator: BinaryOperator
     left: Expression
     right: Expression
 
@@ -99,7 +109,27 @@ class Array(Node):
     rows: tuple[tuple[Expression, ...], ...]
 
 
-Expression: TypeAlias = Number | String | Boolean | Name | Call | Unary | Binary | Relative | Floating | Index | Array
+@dataclass(frozen=True, slots=True)
+class Span(Node):
+    """``first : last`` or ``first : step : last``: a run of numbers, inside ``[ ]`` only."""
+
+    first: Expression
+    last: Expression
+    step: Expression | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Components(Node):
+    """``comp(f) { front : a | all : b }`` as an expression: one value a component, in an array."""
+
+    arguments: tuple[Expression, ...]
+    parts: tuple[Part, ...]
+    """Their bodies are expressions, or choices between expressions."""
+
+
+Expression: TypeAlias = (
+    Number | String | Boolean | Name | Call | Unary | Binary | Relative | Floating | Index | Array | Span | Components
+)
 
 
 # Choices ---------------------------------------------------------------------------------------------------
@@ -138,6 +168,8 @@ class Invoke(Node):
     arguments: tuple[Expression, ...] = ()
     parenthesised: bool = field(default=False, compare=False)
     """Whether the text had parentheses: ``Wall()`` against ``Wall``."""
+    overrides: tuple[Override, ...] | None = None
+    """Of a dynamic import, ``plant(Name = "Oak").Generate``: what it redefines; None in every other case."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +180,10 @@ class Part(Node):
     """A size in a split, a selector (a Name or an index expression) in the other blocks."""
     body: Choice
     inclusive: bool = False
+    connected: bool = False
+    """For ``head =: body``: one shape for each connected set of components."""
+    depth: Expression | None = None
+    """The setback of a ``length : depth : body`` part of splitAndSetbackPerimeter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,23 +196,46 @@ class Group(Node):
 
 @dataclass(frozen=True, slots=True)
 class Block(Node):
-    """An operation with a block: ``split(x) { … }``, ``comp(f) { … }``, ``setback(1) { … }``, ``shapeL(2, 3) { … }``."""
+    """An operation with a block: ``split(x) { … }``, ``comp(f) { … }``, ``shapeL(2, 3) { … }``."""
 
     name: str
     arguments: tuple[Expression, ...]
     group: Group
+    remainder: Group | None = None
+    """The second pair of braces of splitAndSetbackPerimeter."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scoped(Node):
-    """``[ … ]``: operations on a copy of the shape."""
+    """``[ … ]``: operations, or a choice of operations, on a copy of the shape."""
 
+    body: Choice
+
+
+@dataclass(frozen=True, slots=True)
+class Inline(Node):
+    """``inline(strategy) Rule``: the shapes that the body makes, merged into the current one."""
+
+    strategy: str
+    """``append``, ``unify`` or ``recompose``; empty when the text says none."""
     body: Sequence
 
 
 @dataclass(frozen=True, slots=True)
+class Combine(Node):
+    """``union { A | B }``: a boolean operation on what two sequences make."""
+
+    operation: Literal["union", "subtract", "intersect"]
+    first: Choice
+    second: Choice
+
+
+Item: TypeAlias = Invoke | Block | Scoped | Inline | Combine
+
+
+@dataclass(frozen=True, slots=True)
 class Sequence(Node):
-    items: tuple[Invoke | Block | Scoped, ...]
+    items: tuple[Item, ...]
 
 
 # Definitions -----------------------------------------------------------------------------------------------
@@ -191,6 +250,14 @@ class Annotation(Node):
 
 
 @dataclass(frozen=True, slots=True)
+class Variable(Node):
+    """``name := value`` in ``with ( … )``: a local variable of a definition, evaluated once."""
+
+    name: str
+    value: Expression
+
+
+@dataclass(frozen=True, slots=True)
 class Attribute(Node):
     """``attr name = value`` or, with ``constant``, ``const name = value``."""
 
@@ -198,6 +265,7 @@ class Attribute(Node):
     value: Choice
     constant: bool = False
     annotations: tuple[Annotation, ...] = ()
+    variables: tuple[Variable, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,6 +277,7 @@ class Function(Node):
     value: Choice
     constant: bool = False
     annotations: tuple[Annotation, ...] = ()
+    variables: tuple[Variable, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,15 +288,29 @@ class Rule(Node):
     parameters: tuple[str, ...]
     body: Choice
     annotations: tuple[Annotation, ...] = ()
+    variables: tuple[Variable, ...] = ()
+    keyword: Literal["", "start", "extension"] = ""
+    """``start`` marks the start rule, ``extension`` a rule that an import may redefine."""
+
+
+Override: TypeAlias = "Attribute | Rule"
+"""What an import redefines: ``height = 20`` or ``Roof --> roofHip(30)``."""
 
 
 @dataclass(frozen=True, slots=True)
 class Import(Node):
-    """``import alias : "file.cga" (attribute = value)``."""
+    """``import alias(styles) : "file.cga" (attribute = value, protected, Rule --> operations)``."""
 
     alias: str
     path: str
     arguments: tuple[tuple[str, Expression], ...] = ()
+    """Attributes given a value."""
+    annotations: tuple[Annotation, ...] = ()
+    styles: tuple[str, ...] = ()
+    protected: tuple[str, ...] | None = ()
+    """Attributes that keep their own value; None protects all of them, as empty parentheses do."""
+    rules: tuple[Rule, ...] = ()
+    """Extension rules given other operations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,6 +319,7 @@ class Style(Node):
 
     name: str
     base: str = ""
+    annotations: tuple[Annotation, ...] = ()
 
 
 Definition: TypeAlias = Attribute | Function | Rule | Import | Style
