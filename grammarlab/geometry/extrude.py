@@ -1,0 +1,162 @@
+"""Prisms over the faces of meshes: CGA's ``extrude``."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import offsets_from_counts, row_of_value, take_rows
+from grammarlab.geometry.edges import edges
+from grammarlab.geometry.measure import area_vectors, face_normals
+from grammarlab.geometry.mesh import Floats, Meshes
+from grammarlab.geometry.ragged import next_in_row, sum_rows
+
+SAME_DIRECTION = 1e-9
+"""Faces whose unit normals differ by less are extruded together."""
+
+
+def extrude(meshes: Meshes, heights: Floats, directions: Floats | None = None) -> Meshes:
+    """Every face moved along a direction, with walls between where it was and where it is.
+
+    The faces of a result are, mesh by mesh: the walls in the order of the edges of the faces, the moved faces, the
+    original faces reversed. So a rectangle becomes the box of `primitives.box`. A wall's first edge is the edge it
+    stands on, and all faces look outwards whatever the sign of the height.
+
+    Args:
+        meshes: M meshes. Where all faces of a mesh move alike, an edge between two of them gets no wall.
+        heights: [M] metres, signed. A mesh of height 0 stays as it is.
+        directions: [M, 3] unit vectors; each face's own normal when left out.
+    """
+    normals = face_normals(meshes)
+    if directions is None:
+        together = _moves_as_one(meshes, normals)
+        along = normals
+    else:
+        together = np.ones(len(meshes), bool)
+        along = directions[meshes.mesh_of_face()]
+    loose = meshes if together.all() else _with_own_points(meshes, ~together)
+    shift = np.zeros_like(loose.points)
+    face = loose.face_of_corner()
+    shift[loose.corner_points()] = (along * heights[loose.mesh_of_face()][:, None])[face]
+    return _prisms(loose, shift, heights != 0.0)
+
+
+def extrude_along_vertex_normals(meshes: Meshes, heights: Floats) -> Meshes:
+    """Every vertex moved along the mean normal of its faces, with walls along boundary edges.
+
+    Args:
+        meshes: M meshes.
+        heights: [M] metres, signed. A mesh of height 0 stays as it is.
+    """
+    mean = np.zeros_like(meshes.points)
+    np.add.at(mean, meshes.corner_points(), face_normals(meshes)[meshes.face_of_corner()])
+    lengths = np.linalg.norm(mean, axis=1, keepdims=True)
+    unit = np.divide(mean, lengths, out=np.zeros_like(mean), where=lengths > 0.0)
+    return _prisms(meshes, unit * heights[meshes.mesh_of_point()][:, None], heights != 0.0)
+
+
+def extrude_to_level(meshes: Meshes, heights: Floats, up: Floats) -> Meshes:
+    """Every vertex moved along a direction to one level per mesh: CGA's ``world.up.flatTop``.
+
+    A height >= 0 counts from the lowest vertex and the level is at least that of the highest one; a negative height
+    counts from the highest vertex and the level is at most that of the lowest one.
+
+    Args:
+        meshes: M meshes.
+        heights: [M] metres, signed.
+        up: [M, 3] unit vectors.
+    """
+    of_point = meshes.mesh_of_point()
+    level = np.einsum("pk,pk->p", meshes.points, up[of_point])
+    low, high = np.full(len(meshes), np.inf), np.full(len(meshes), -np.inf)
+    np.minimum.at(low, of_point, level)
+    np.maximum.at(high, of_point, level)
+    target = np.where(heights >= 0.0, np.maximum(low + heights, high), np.minimum(high + heights, low))
+    rise = target[of_point] - level
+    moves = np.zeros(len(meshes), bool)
+    moves[of_point[rise != 0.0]] = True
+    return _prisms(meshes, up[of_point] * rise[:, None], moves)
+
+
+def _moves_as_one(meshes: Meshes, normals: Floats) -> NDArray[np.bool_]:
+    """[M] whether all faces of a mesh have one normal."""
+    filled = np.diff(meshes.mesh_faces) > 0
+    first = np.zeros((len(meshes), 3))
+    first[filled] = normals[meshes.mesh_faces[:-1][filled]]
+    of_face = meshes.mesh_of_face()
+    differs = np.abs(normals - first[of_face]).max(axis=1, initial=0.0) > SAME_DIRECTION
+    return np.bincount(of_face[differs], minlength=len(meshes)) == 0
+
+
+def _with_own_points(meshes: Meshes, chosen: NDArray[np.bool_]) -> Meshes:
+    """Meshes in which the faces of the chosen ones share no points, neither do two visits of one face to a point."""
+    corners_per_mesh = np.diff(meshes.face_offsets[meshes.mesh_faces])
+    points_per_mesh = np.where(chosen, corners_per_mesh, np.diff(meshes.mesh_points))
+    mesh_points = offsets_from_counts(points_per_mesh)
+    chosen_corner = np.repeat(chosen, corners_per_mesh)
+    corner_index = np.arange(len(meshes.corners)) - np.repeat(
+        meshes.face_offsets[meshes.mesh_faces[:-1]], corners_per_mesh
+    )
+    corners = np.where(chosen_corner, corner_index, meshes.corners)
+    points = np.empty((mesh_points[-1], 3))
+    kept = np.repeat(~chosen, np.diff(meshes.mesh_points))
+    old, _ = take_rows(mesh_points, np.flatnonzero(~chosen))
+    points[old] = meshes.points[kept]
+    own = corner_index + np.repeat(mesh_points[:-1], corners_per_mesh)
+    points[own[chosen_corner]] = meshes.points[meshes.corner_points()[chosen_corner]]
+    return Meshes(points, corners, meshes.face_offsets, meshes.mesh_faces, mesh_points, meshes.tags)
+
+
+def _prisms(meshes: Meshes, shift: Floats, moves: NDArray[np.bool_]) -> Meshes:
+    """Walls, moved faces and reversed original faces of the meshes that move; the others unchanged."""
+    if not moves.all():
+        order = np.argsort(np.concatenate((np.flatnonzero(~moves), np.flatnonzero(moves))))
+        solid = meshes.take(np.flatnonzero(moves))
+        shifted = shift[moves[meshes.mesh_of_point()]]
+        still = meshes.take(np.flatnonzero(~moves))
+        parts = [still, _prisms(solid, shifted, np.ones(len(solid), bool))] if len(solid) else [still]
+        return Meshes.concatenate(parts).take(order)
+
+    sizes = np.diff(meshes.face_offsets)
+    face, following = meshes.face_of_corner(), next_in_row(meshes.face_offsets)
+    of_face, num_points = meshes.mesh_of_face(), np.diff(meshes.mesh_points)
+    start, end = meshes.corners, meshes.corners[following]
+    lift = np.repeat(num_points, np.diff(meshes.face_offsets[meshes.mesh_faces]))
+    mean_shift = sum_rows(shift[meshes.corner_points()], meshes.face_offsets)
+    inwards = np.einsum("fk,fk->f", mean_shift, area_vectors(meshes)) < 0.0
+
+    table = edges(meshes)
+    edge = table.edge_of_corner
+    has_wall = np.flatnonzero((edge >= 0) & table.is_boundary[np.maximum(edge, 0)]) if len(table) else edge[:0]
+    walls = np.column_stack((start, end, end + lift, start + lift))[has_wall]
+    # A wall seen from the other side still begins with the edge it stands on.
+    turned = inwards[face[has_wall]]
+    walls[turned] = walls[turned][:, [1, 0, 3, 2]]
+
+    backwards = meshes.face_offsets[:-1][face] + meshes.face_offsets[1:][face] - 1 - np.arange(len(start))
+    tops = np.where(inwards[face], start[backwards], start) + lift
+    bottoms = np.where(inwards[face], start, start[backwards])
+    corner_counts = np.concatenate((np.full(len(has_wall), 4), sizes, sizes))
+    owner = np.concatenate((of_face[face[has_wall]], of_face, of_face))
+    order = np.argsort(owner, kind="stable")
+    corners = np.concatenate((walls.ravel(), tops, bottoms))
+    where, face_offsets = take_rows(offsets_from_counts(corner_counts), order)
+    return Meshes(
+        _doubled(meshes, shift),
+        corners[where],
+        face_offsets,
+        offsets_from_counts(np.bincount(owner, minlength=len(meshes))),
+        2 * meshes.mesh_points,
+        np.zeros(len(order), np.int8),
+    )
+
+
+def _doubled(meshes: Meshes, shift: Floats) -> Floats:
+    """[2 P, 3] mesh by mesh: the points, then the moved points."""
+    counts = np.diff(meshes.mesh_points)
+    mesh = row_of_value(counts)
+    own = np.arange(len(meshes.points), dtype=np.int64) + meshes.mesh_points[:-1][mesh]
+    points = np.empty((2 * len(meshes.points), 3))
+    points[own] = meshes.points
+    points[own + counts[mesh]] = meshes.points + shift
+    return points

@@ -1,0 +1,97 @@
+"""Sums, neighbours and cycles in ragged lists: what polygon code needs beyond `grammarlab.arrays`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import offsets_from_counts
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def sum_rows(values: NDArray, offsets: Indices) -> NDArray:
+    """[N, ...] the sum of each row of a ragged list; zero for empty rows.
+
+    >>> sum_rows(np.array([1, 2, 3, 4]), np.array([0, 3, 3, 4])).tolist()
+    [6, 0, 4]
+    """
+    sums = np.zeros((len(offsets) - 1, *values.shape[1:]), values.dtype)
+    filled = np.diff(offsets) > 0
+    if filled.any():
+        sums[filled] = np.add.reduceat(values, offsets[:-1][filled], axis=0)
+    return sums
+
+
+def max_rows(values: NDArray, offsets: Indices, empty: float) -> NDArray:
+    """[N, ...] the largest value of each row of a ragged list; `empty` for empty rows."""
+    largest = np.full((len(offsets) - 1, *values.shape[1:]), empty, values.dtype)
+    filled = np.diff(offsets) > 0
+    if filled.any():
+        largest[filled] = np.maximum.reduceat(values, offsets[:-1][filled], axis=0)
+    return largest
+
+
+def any_rows(flags: NDArray[np.bool_], offsets: Indices) -> NDArray[np.bool_]:
+    """[N] whether a row of a ragged list of flags has a true one."""
+    found = np.zeros(len(offsets) - 1, bool)
+    filled = np.diff(offsets) > 0
+    if filled.any():
+        found[filled] = np.logical_or.reduceat(flags, offsets[:-1][filled])
+    return found
+
+
+def all_rows(flags: NDArray[np.bool_], offsets: Indices) -> NDArray[np.bool_]:
+    """[N] whether all flags of a row are true; true for empty rows."""
+    return ~any_rows(~flags, offsets)
+
+
+def next_in_row(offsets: Indices) -> Indices:
+    """[V] for each value of a ragged list, where its successor stands when rows are cyclic.
+
+    >>> next_in_row(np.array([0, 3, 5])).tolist()
+    [1, 2, 0, 4, 3]
+    """
+    following = np.arange(1, offsets[-1] + 1, dtype=np.int64)
+    filled = np.diff(offsets) > 0
+    following[offsets[1:][filled] - 1] = offsets[:-1][filled]
+    return following
+
+
+def cycles(successor: Indices) -> tuple[Indices, Indices]:
+    """The cycles of a permutation, each from its smallest element on.
+
+    Pointer doubling: about log2 of the longest cycle passes over the columns.
+
+    Args:
+        successor: [V] a permutation of 0..V-1.
+
+    Returns:
+        The elements [V] cycle by cycle, and offsets of the cycles, ordered by their smallest elements.
+
+    >>> order, offsets = cycles(np.array([2, 1, 4, 0, 3]))
+    >>> order.tolist(), offsets.tolist()
+    ([0, 2, 4, 3, 1], [0, 4, 5])
+    """
+    size = len(successor)
+    smallest = np.arange(size, dtype=np.int64)
+    jump = successor.astype(np.int64)
+    while True:
+        better = np.minimum(smallest, smallest[jump])
+        if np.array_equal(better, smallest):
+            break
+        smallest, jump = better, jump[jump]
+    back = np.empty(size, np.int64)
+    back[successor] = np.arange(size)
+    is_start = smallest == np.arange(size)
+    back[is_start] = np.flatnonzero(is_start)
+    rank = np.where(is_start, 0, 1)
+    while True:
+        ahead = rank[back]
+        if not ahead.any():
+            break
+        rank = rank + ahead
+        back = back[back]
+    order = np.lexsort((rank, smallest))
+    return order, offsets_from_counts(np.bincount(smallest, minlength=size)[is_start])
