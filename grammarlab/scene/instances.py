@@ -54,3 +54,19 @@ def realize(forest: Forest) -> Scene:
         leaves.size[order],
         forest.frames[leaves.frame[order]],
     )
+
+
+def only(scene: Scene, model: int) -> Scene:
+    """One model of a batch, as a scene of its own with the same tables."""
+    rows = slice(*np.searchsorted(scene.model, [model, model + 1]))
+    return Scene(
+        1,
+        scene.meshes,
+        scene.materials,
+        np.zeros(rows.stop - rows.start, np.int32),
+        scene.mesh[rows],
+        scene.material[rows],
+        scene.position[rows],
+        scene.size[rows],
+        scene.rotation[rows],
+    )

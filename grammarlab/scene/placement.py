@@ -172,9 +172,7 @@ def cofactors(size: NDArray[np.floating]) -> NDArray[np.floating]:
     )
 
 
-def unit_or(
-    vectors: NDArray[np.floating], otherwise: NDArray[np.floating], repeats: int
-) -> NDArray[np.floating]:
+def unit_or(vectors: NDArray[np.floating], otherwise: NDArray[np.floating], repeats: int) -> NDArray[np.floating]:
     """The vectors [N, 3] at length one; rows of `otherwise` [N / repeats, 3] where there is no direction."""
     length = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
     lost = length < 1e-12

@@ -49,8 +49,6 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
         crease_angle: radians in 0..pi, measured on the meshes as given; 0 shades every face flat.
     """
     triangles, face_of_triangle = triangulate(meshes)
-    in_order = np.argsort(face_of_triangle, kind="stable")
-    triangles, face_of_triangle = triangles[in_order], face_of_triangle[in_order]
 
     point, face = meshes.corner_points(), meshes.face_of_corner()
     num_points = max(len(meshes.points), 1)
@@ -138,8 +136,9 @@ def _links(corner: Ints, following: Ints, point: Ints, one: Ints, other: Ints) -
 
 def _components(num: int, one: Ints, other: Ints) -> Ints:
     """Connected components of a graph over `num` corners, numbered in order of first appearance."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
+    # Imported here since only curved meshes need it and boxes should not wait for it.
+    from scipy.sparse import coo_array  # noqa: PLC0415
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
 
     graph = coo_array((np.ones(len(one), dtype=np.int8), (one, other)), shape=(num, num))
     _, label = connected_components(graph, directed=False)

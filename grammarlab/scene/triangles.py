@@ -96,6 +96,7 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
 
     group_of_instance = scene.model.astype(np.int64) * max(len(scene.materials), 1) + scene.material
     order = np.argsort(group_of_instance, kind="stable")
+    order = order[np.diff(shaded.mesh_triangles)[mesh[order]] > 0]
     keys = group_of_instance[order]
     starts = np.flatnonzero(np.diff(keys, prepend=-1))
     num_vertices = np.diff(shaded.mesh_vertices)[mesh[order]]

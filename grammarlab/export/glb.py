@@ -1,0 +1,98 @@
+"""GLB files: glTF 2.0 with its buffer inside, y up, metres, right-handed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument
+from grammarlab.export.gltf_materials import GltfMaterials
+from grammarlab.export.textures import planar_coordinates
+from grammarlab.scene import TriangleBatch
+
+GENERATOR = "grammarlab"
+
+
+def merged_glb(
+    batch: TriangleBatch, names: list[str], offsets: NDArray[np.float64], assets: Path | None = None
+) -> bytes:
+    """A file with one node a model and one primitive a material.
+
+    Args:
+        batch: the models.
+        names: [num_models] names of the nodes.
+        offsets: [num_models, 3] where each model stands, in metres.
+        assets: folder of the textures; None leaves them out.
+
+    Raises:
+        AssetError: a texture is unusable.
+    """
+    document = GltfDocument()
+    primitives = _primitives(document, batch, assets)
+    roots = []
+    for model, name in enumerate(names):
+        first, last = batch.model_groups[model : model + 2]
+        node: dict[str, Any] = {"name": name}
+        if last > first:
+            node["mesh"] = document.add("meshes", {"name": name, "primitives": primitives[first:last]})
+        if offsets[model].any():
+            node["translation"] = offsets[model].tolist()
+        roots.append(document.add("nodes", node))
+    return document.pack(roots, GENERATOR)
+
+
+def _primitives(document: GltfDocument, batch: TriangleBatch, assets: Path | None) -> list[dict[str, Any]]:
+    """[G] one primitive a group; all groups share three stretches of the buffer."""
+    if len(batch.group_model) == 0:
+        return []
+    low = np.minimum.reduceat(batch.vertices, batch.group_vertices[:-1], axis=0)
+    high = np.maximum.reduceat(batch.vertices, batch.group_vertices[:-1], axis=0)
+    indices = group_indices(batch)
+    positions_view = document.add_array(batch.vertices, ARRAY_BUFFER)
+    normals_view = document.add_array(batch.normals, ARRAY_BUFFER)
+    indices_view = document.add_array(indices, ELEMENT_ARRAY_BUFFER)
+    materials = GltfMaterials(document, batch.materials, assets)
+    primitives = []
+    vertex_ends, index_ends = batch.group_vertices.tolist(), (3 * batch.group_triangles).tolist()
+    for group, material in enumerate(batch.group_material.tolist()):
+        index, textured = materials.index(material)
+        if textured:
+            primitives.append(_textured_primitive(document, batch, group, index))
+            continue
+        start, end = vertex_ends[group : group + 2]
+        bounds = low[group], high[group]
+        attributes = {
+            "POSITION": document.add_accessor(positions_view, batch.vertices[start:end], start, bounds),
+            "NORMAL": document.add_accessor(normals_view, batch.normals[start:end], start),
+        }
+        start, end = index_ends[group : group + 2]
+        accessor = document.add_accessor(indices_view, indices[start:end], start)
+        primitives.append({"attributes": attributes, "indices": accessor, "material": index})
+    return primitives
+
+
+def group_indices(batch: TriangleBatch) -> NDArray[np.uint16] | NDArray[np.uint32]:
+    """[3 T] vertices counted from the first of their own group, in the narrowest type that holds them."""
+    starts = np.repeat(batch.group_vertices[:-1], np.diff(batch.group_triangles)).astype(np.uint32)
+    largest = int(np.diff(batch.group_vertices).max())
+    dtype = np.uint16 if largest < 2**16 - 1 else np.uint32
+    return (batch.triangles - starts[:, None]).astype(dtype).ravel()
+
+
+def _textured_primitive(document: GltfDocument, batch: TriangleBatch, group: int, material: int) -> dict[str, Any]:
+    """A primitive whose triangles share no vertices, so that each can have its own texture coordinates."""
+    rows = batch.triangles[slice(*batch.group_triangles[group : group + 2])]
+    corners = batch.vertices[rows]
+    columns = {
+        "POSITION": corners.reshape(-1, 3),
+        "NORMAL": batch.normals[rows].reshape(-1, 3),
+        "TEXCOORD_0": planar_coordinates(corners).reshape(-1, 2),
+    }
+    attributes = {}
+    for name, values in columns.items():
+        bounds = (values.min(axis=0), values.max(axis=0)) if name == "POSITION" else None
+        attributes[name] = document.add_accessor(document.add_array(values, ARRAY_BUFFER), values, 0, bounds)
+    return {"attributes": attributes, "material": material}

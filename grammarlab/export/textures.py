@@ -1,0 +1,91 @@
+"""Colour maps from an asset folder, and coordinates for surfaces that carry none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import AssetError
+
+MOST_BYTES = 64 * 2**20
+"""Largest image that is embedded."""
+SIGNATURES = {b"\x89PNG\r\n\x1a\n": ("image/png", ".png"), b"\xff\xd8\xff": ("image/jpeg", ".jpg")}
+
+
+@dataclass(frozen=True, slots=True)
+class Texture:
+    """An image file as it lies on disk."""
+
+    name: str
+    """Path relative to the asset folder."""
+    content: bytes
+    mime: str
+    suffix: str
+
+
+def find_texture(name: str, assets: Path | None) -> Texture | None:
+    """The image of this name below the asset folder; None where there is none.
+
+    Args:
+        name: path relative to `assets`; empty for no texture.
+        assets: the asset folder; None when no assets are to be used.
+
+    Raises:
+        AssetError: the path leads out of the folder, or the file is neither PNG nor JPEG, too large, or unreadable.
+    """
+    if not name or assets is None:
+        return None
+    path = path_below(assets, name)
+    if not path.is_file():
+        return None
+    try:
+        size = path.stat().st_size
+        if size > MOST_BYTES:
+            raise AssetError(f"texture {name!r} has {size / 2**20:.0f} MiB; at most {MOST_BYTES // 2**20} are embedded")
+        content = path.read_bytes()
+    except OSError as error:
+        raise AssetError(f"texture {name!r} cannot be read: {error.strerror or error}") from error
+    for signature, (mime, suffix) in SIGNATURES.items():
+        if content.startswith(signature):
+            return Texture(name, content, mime, suffix)
+    raise AssetError(f"texture {name!r} is neither a PNG nor a JPEG image; convert it to one of them")
+
+
+def path_below(folder: Path, name: str) -> Path:
+    """The file `name` of a folder, refused when it lies elsewhere (by ``..``, an absolute path or a link).
+
+    Raises:
+        AssetError: it does.
+    """
+    root = folder.resolve()
+    try:
+        path = (root / name).resolve()
+    except (OSError, ValueError, RuntimeError) as error:
+        raise AssetError(f"{name!r} is not a usable path below the asset folder: {error}") from error
+    if not path.is_relative_to(root):
+        raise AssetError(f"{name!r} lies outside the asset folder {folder}; use a path below it")
+    return path
+
+
+def planar_coordinates(corners: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Texture coordinates in metres, projected along the axis that each triangle faces most.
+
+    Read from outside, u runs to the right and v down a wall, so that no image is mirrored or upside down.
+
+    Args:
+        corners: [T, 3, 3] the corners of each triangle.
+
+    Returns:
+        [T, 3, 2] with v downwards, as in glTF.
+    """
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    axis = np.abs(normal).argmax(axis=1)
+    outward = np.where(np.take_along_axis(normal, axis[:, None], axis=1) < 0, -1.0, 1.0)
+    x, y, z = corners[..., 0], corners[..., 1], corners[..., 2]
+    along_x, along_y = (axis == 0)[:, None], (axis == 1)[:, None]
+    u = np.where(along_x, -outward * z, np.where(along_y, x, outward * x))
+    v = np.where(along_y, outward * z, -y)
+    return np.stack([u, v], axis=-1).astype(np.float32)
