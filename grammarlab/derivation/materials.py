@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,3 +55,69 @@ class Materials:
     def emissive(self) -> NDArray[np.float64]:
         """[K, 3] sRGB in 0..1."""
         return self.channels[:, 6:9]
+
+
+class MaterialPool:
+    """The different materials met in one derivation. Id 0 is the material of a fresh shape."""
+
+    def __init__(self) -> None:
+        fresh = (*CHANNELS.values(), "")
+        self._ids: dict[tuple[float | str, ...], int] = {fresh: 0}
+        self._rows: list[tuple[float | str, ...]] = [fresh]
+
+    def changed(
+        self, materials: NDArray[np.int32], changes: Mapping[str, float | str | NDArray[np.float64]]
+    ) -> NDArray[np.int32]:
+        """Materials [N] with some channels changed.
+
+        Args:
+            materials: [N] ids.
+            changes: channel (a name of `CHANNELS`, or ``texture``) to its new value: one for all, or [N].
+        """
+        columns = {name: value for name, value in changes.items() if isinstance(value, np.ndarray)}
+        constants = {name: value for name, value in changes.items() if not isinstance(value, np.ndarray)}
+        table = np.column_stack([materials.astype(np.float64), *columns.values()])
+        unique, inverse = np.unique(table, axis=0, return_inverse=True) if len(table) > 1 else (table, np.zeros(1, int))
+        ids = [
+            self._intern(int(row[0]), {**constants, **dict(zip(columns, row[1:].tolist(), strict=True))})
+            for row in unique
+        ]
+        return np.array(ids, dtype=np.int32)[inverse]
+
+    def repainted(self, materials: NDArray[np.int32], constants: Mapping[str, float | str]) -> NDArray[np.int32]:
+        """Materials [N] with some channels set to the same constant for all."""
+        first = materials[0]
+        if (materials == first).all():
+            return np.full(len(materials), self._intern(int(first), constants), dtype=np.int32)
+        table = np.zeros(len(self._rows), np.int32)
+        for used in np.unique(materials).tolist():
+            table[used] = self._intern(used, constants)
+        return table[materials]
+
+    def channel(self, materials: NDArray[np.int32], name: str) -> NDArray[np.float64]:
+        """One number of each material [N]."""
+        place = _PLACES[name]
+        return np.array([row[place] for row in self._rows], dtype=np.float64)[materials]
+
+    def texture(self, material: int) -> str:
+        """The path of the colour map of one material."""
+        return str(self._rows[material][-1])
+
+    def freeze(self) -> Materials:
+        """All materials as columns."""
+        channels = np.array([row[:-1] for row in self._rows], dtype=np.float64)
+        return Materials(channels, tuple(str(row[-1]) for row in self._rows))
+
+    def _intern(self, material: int, changes: Mapping[str, float | str]) -> int:
+        row = list(self._rows[material])
+        for name, value in changes.items():
+            row[_PLACES[name]] = value
+        key = tuple(row)
+        known = self._ids.get(key)
+        if known is None:
+            known = self._ids[key] = len(self._rows)
+            self._rows.append(key)
+        return known
+
+
+_PLACES = {name: place for place, name in enumerate((*CHANNELS, "texture"))}

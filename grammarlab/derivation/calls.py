@@ -1,0 +1,164 @@
+"""What an operation or a built-in function is handed, and how it is declared."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.shapes import Floats, Shapes, Value, kind_of, number_column
+from grammarlab.errors import DerivationError, Location
+
+if TYPE_CHECKING:
+    from grammarlab.derivation.workspace import Workspace
+
+
+class Argument(NamedTuple):
+    """One argument of an operation."""
+
+    value: Value
+    """What was written, evaluated for all shapes; the word itself for a keyword."""
+    keyword: bool = False
+    """Whether it is one of the operation's own words, such as ``xz`` in ``center(xz)``."""
+    relative: bool = False
+    """Whether it was written ``'x``: a share of the scope's size."""
+    floating: bool = False
+    """Whether it was written ``~x``."""
+
+
+class Call(NamedTuple):
+    """An operation about to be applied to N shapes."""
+
+    name: str
+    shapes: Shapes
+    arguments: tuple[Argument, ...]
+    origin: Shapes
+    """[N] the same shapes as they were when the rule, block or bracket around the operation began."""
+    workspace: Workspace
+    location: Location
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The keywords among the arguments, in order."""
+        return tuple(str(argument.value) for argument in self.arguments if argument.keyword)
+
+    @property
+    def values(self) -> tuple[Argument, ...]:
+        """The arguments that are not keywords, in order."""
+        return tuple(argument for argument in self.arguments if not argument.keyword)
+
+    def number(self, argument: Argument) -> float | Floats:
+        """A number, the same for all or [N].
+
+        Raises:
+            DerivationError: when it is no number, or NaN or infinite for some shape.
+        """
+        value = argument.value
+        if isinstance(value, str) or (isinstance(value, np.ndarray) and value.dtype.kind == "i"):
+            raise self.error(f"{self.name} expected a number, found a {kind_of(value)}")
+        if isinstance(value, np.ndarray):
+            column = value.astype(np.float64, copy=False)
+            if not np.isfinite(column).all():
+                raise self.error(f"{self.name} expected a finite number, found {column[~np.isfinite(column)][0]}")
+            return column
+        if not np.isfinite(value):
+            raise self.error(f"{self.name} expected a finite number, found {value}")
+        return float(value)
+
+    def length(self, argument: Argument, axis: int) -> float | Floats:
+        """A length in metres along a scope axis, ``'x`` resolved; the same for all or [N]."""
+        number = self.number(argument)
+        return number * self.shapes.size[:, axis] if argument.relative else number
+
+    def column(self, argument: Argument) -> Floats:
+        """A number as a column [N]."""
+        return number_column(self.number(argument), self.shapes.count)
+
+    def text(self, argument: Argument) -> str | NDArray[np.int32]:
+        """A string, the same for all or string ids [N].
+
+        Raises:
+            DerivationError: when it is no string.
+        """
+        value = argument.value
+        if isinstance(value, str) or (isinstance(value, np.ndarray) and value.dtype.kind == "i"):
+            return value  # type: ignore[return-value]
+        raise self.error(f"{self.name} expected a string, found a {kind_of(value)}")
+
+    def error(self, message: str, hint: str = "") -> DerivationError:
+        """An error at the place of the operation."""
+        return DerivationError(message, self.location, hint)
+
+
+class Part(NamedTuple):
+    """The shapes that one part of a block is applied to."""
+
+    shapes: Shapes
+    """[K] expanded shapes; their nodes ascend."""
+    number: NDArray[np.integer]
+    """[K] place among all parts of the same shape, from 0: the address of the part."""
+
+
+OperationFunction: TypeAlias = Callable[[Call], Shapes]
+BlockFunction: TypeAlias = "Callable[[Call, tuple[Head, ...]], list[Part]]"
+BuiltinFunction: TypeAlias = "Callable[[FunctionCall], Value]"
+
+
+class Head(NamedTuple):
+    """What stands before the colon of one part of a block."""
+
+    argument: Argument
+    inclusive: bool = False
+    """Whether it was written with ``=``, so that later parts may have the component as well."""
+    path: tuple[int, ...] = ()
+    """In which of the nested groups the part stands: indices of repeated groups, from the outside."""
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """An operation on shapes, one in and one out."""
+
+    apply: OperationFunction
+    keywords: frozenset[str] = frozenset()
+    """Words that are arguments as they stand, not names to look up."""
+    num_arguments: tuple[int, int] = (0, 0)
+    """Fewest and most arguments."""
+    makes_geometry: bool = True
+    """Whether a rule that ends with it leaves a visible shape."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlockOperation:
+    """An operation with a block: one shape in, many out."""
+
+    divide: BlockFunction
+    keywords: frozenset[str] = frozenset()
+    num_arguments: tuple[int, int] = (0, 0)
+    selectors: frozenset[str] = frozenset()
+    """Words that may stand before the colons."""
+
+
+class FunctionCall(NamedTuple):
+    """A built-in function about to be evaluated for N shapes."""
+
+    name: str
+    shapes: Shapes
+    arguments: tuple[Value, ...]
+    workspace: Workspace
+    address: int
+    """Number of the call in the text, for random functions."""
+    site: int
+    """Index into the sites of the forest, for random functions; -1 otherwise."""
+    location: Location
+
+
+@dataclass(frozen=True, slots=True)
+class Builtin:
+    """A built-in function."""
+
+    evaluate: BuiltinFunction
+    num_arguments: tuple[int, int]
+    random: bool = False

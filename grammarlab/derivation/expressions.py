@@ -1,0 +1,253 @@
+"""Expressions compiled to functions over columns.
+
+A compiled expression takes N shapes and gives one constant for all of them or a column [N]. Constants stay Python scalars, so
+that the large share of a rule file that does not vary costs nothing; wherever the last bits could depend on it (division,
+powers, functions) scalars go through the same array loops as columns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from grammarlab.derivation.calls import Builtin, FunctionCall
+from grammarlab.derivation.choices import Branching, CaseChoice, Code, Leaf, RandomChoice, route
+from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
+from grammarlab.derivation.operators import BINARY, UNARY
+from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Shapes, Value, join_values
+from grammarlab.errors import BudgetError, DerivationError, Location
+from grammarlab.language.syntax import (
+    Array,
+    Binary,
+    Boolean,
+    Call,
+    Case,
+    Choice,
+    Expression,
+    Floating,
+    Index,
+    Name,
+    Number,
+    Relative,
+    Sequence as Operations,
+    Stochastic,
+    String,
+    Unary,
+)
+from grammarlab.randomness import fold
+
+if TYPE_CHECKING:
+    from grammarlab.derivation.workspace import Workspace
+
+
+@dataclass(slots=True)
+class CompiledFunction:
+    """A function of the rule file; its code is filled in after all functions are known, since they may call each other."""
+
+    name: str
+    num_parameters: int
+    draws: bool
+    """Whether evaluating it may make a random draw."""
+    location: Location
+    code: Code | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """What an identifier may mean in one rule file."""
+
+    attributes: frozenset[str]
+    functions: Mapping[tuple[str, int], CompiledFunction]
+    addresses: Mapping[int, int]
+    """Number of each `Call`, `Name` and `Stochastic` node, by ``id()``."""
+    sites: Mapping[int, int]
+    """Index of each random node among the sites of the forest, by ``id()``."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExpressionCompiler:
+    """Compiles the expressions of one definition."""
+
+    names: Names
+    parameters: tuple[str, ...] = ()
+
+    def choice(self, choice: Choice) -> Code:
+        """Code for a choice whose leaves are expressions."""
+        if not isinstance(choice, Case | Stochastic | Operations):
+            return self.expression(choice)
+        branching = self.branching(choice, self._leaf)
+
+        def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
+            parts = [(rows, leaf(taken, workspace), taken.count) for leaf, rows, taken in route(branching, shapes, workspace)]
+            if not parts:
+                raise DerivationError("no case applies and there is no else", choice.location, "add an else branch")
+            if len(parts) == 1 and parts[0][2] == shapes.count:
+                return parts[0][1]
+            return _assemble(parts, shapes.count, workspace, choice.location)
+
+        return evaluate
+
+    def branching(self, choice: Choice, leaf: Callable[[Choice, tuple[int, ...]], object], path: tuple[int, ...] = ()):
+        """A choice with its conditions compiled and its leaves made by ``leaf(choice, path)``."""
+        if isinstance(choice, Case):
+            return CaseChoice(
+                tuple(None if c is None else self.expression(c) for c in choice.conditions),
+                tuple(self.branching(b, leaf, (*path, i)) for i, b in enumerate(choice.branches)),
+                choice.location,
+            )
+        if isinstance(choice, Stochastic):
+            return RandomChoice(
+                tuple(None if p is None else self.expression(p) for p in choice.percentages),
+                tuple(self.branching(b, leaf, (*path, i)) for i, b in enumerate(choice.branches)),
+                self.names.addresses[id(choice)],
+                self.names.sites[id(choice)],
+                choice.location,
+            )
+        return Leaf(leaf(choice, path))
+
+    def expression(self, node: Expression) -> Code:
+        """Code for one expression."""
+        match node:
+            case Number(value=value) | String(value=value) | Boolean(value=value):
+                return _constant(value)
+            case Name():
+                return self._name(node)
+            case Call():
+                return self._call(node)
+            case Unary(operator=operator, operand=operand):
+                return _apply_unary(operator, self.expression(operand), node.location)
+            case Binary(operator="&&" | "||" as operator):
+                return _short_circuit(operator, self.expression(node.left), self.expression(node.right), node.location)
+            case Binary(operator=operator):
+                return _apply_binary(operator, self.expression(node.left), self.expression(node.right), node.location)
+            case Relative() | Floating():
+                raise DerivationError("' and ~ only have a meaning in sizes, not inside an expression", node.location)
+            case Array() | Index():
+                raise DerivationError("arrays are not supported", node.location)
+        raise DerivationError("expected an expression", node.location)
+
+    def _leaf(self, choice: Choice, path: tuple[int, ...]) -> Code:
+        if isinstance(choice, Case | Stochastic | Operations):
+            raise DerivationError("expected an expression, found operations", choice.location)
+        return self.expression(choice)
+
+    def _name(self, node: Name) -> Code:
+        name = node.identifier
+        if name in self.parameters:
+            place = self.parameters.index(name)
+            return lambda shapes, workspace: shapes.locals[place]
+        if name in self.names.attributes:
+            return lambda shapes, workspace: workspace.attribute_of(name, shapes)
+        function = self.names.functions.get((name, 0))
+        if function is not None:
+            return self._call_function(function, (), self.names.addresses[id(node)], node.location)
+        if name in SHAPE_ATTRIBUTES:
+            return SHAPE_ATTRIBUTES[name]
+        raise DerivationError(f"nothing is called {name} here", node.location)
+
+    def _call(self, node: Call) -> Code:
+        arguments = tuple(self.expression(argument) for argument in node.arguments)
+        function = self.names.functions.get((node.function, len(arguments)))
+        if function is not None:
+            return self._call_function(function, arguments, self.names.addresses[id(node)], node.location)
+        builtin = BUILTINS.get(node.function)
+        if builtin is None:
+            raise DerivationError(f"no function is called {node.function}", node.location)
+        least, most = builtin.num_arguments
+        if not least <= len(arguments) <= most:
+            wanted = str(least) if least == most else f"{least} to {most}"
+            raise DerivationError(
+                f"{node.function} expects {wanted} arguments, found {len(arguments)}", node.location
+            )
+        return self._call_builtin(builtin, node, arguments)
+
+    def _call_builtin(self, builtin: Builtin, node: Call, arguments: Sequence[Code]) -> Code:
+        name, location, evaluate = node.function, node.location, builtin.evaluate
+        address = self.names.addresses[id(node)]
+        site = self.names.sites.get(id(node), -1)
+
+        def call(shapes: Shapes, workspace: Workspace) -> Value:
+            values = tuple([argument(shapes, workspace) for argument in arguments])
+            return evaluate(FunctionCall(name, shapes, values, workspace, address, site, location))
+
+        return call
+
+    def _call_function(
+        self, function: CompiledFunction, arguments: Sequence[Code], address: int, location: Location
+    ) -> Code:
+        word = NUM_LANES * address + SITE_LANE
+        draws = function.draws
+
+        def call(shapes: Shapes, workspace: Workspace) -> Value:
+            assert function.code is not None  # compiled before anything is derived
+            values = tuple([argument(shapes, workspace) for argument in arguments])
+            key = fold(shapes.key, word) if draws and shapes.key is not None else shapes.key
+            if workspace.call_depth >= workspace.budget.calls:
+                raise BudgetError(
+                    f"{function.name} calls itself, directly or not, more than {workspace.budget.calls} times deep",
+                    location,
+                    "a recursive function needs a case that ends it",
+                )
+            workspace.call_depth += 1
+            try:
+                return function.code(shapes._replace(locals=values, key=key), workspace)
+            finally:
+                workspace.call_depth -= 1
+
+        return call
+
+
+def _constant(value: Value) -> Code:
+    return lambda shapes, workspace: value
+
+
+def _apply_unary(operator: str, operand: Code, location: Location) -> Code:
+    apply = UNARY[operator]
+    return lambda shapes, workspace: apply(operand(shapes, workspace), location)
+
+
+def _apply_binary(operator: str, left: Code, right: Code, location: Location) -> Code:
+    apply = BINARY[operator]
+    return lambda shapes, workspace: apply(left(shapes, workspace), right(shapes, workspace), workspace.strings, location)
+
+
+def _short_circuit(operator: str, left: Code, right: Code, location: Location) -> Code:
+    """``&&`` and ``||``: the right side is evaluated only for the shapes whose left side does not settle it."""
+    settles = operator == "||"
+
+    def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
+        first = _truth(left(shapes, workspace), operator, location)
+        if not isinstance(first, np.ndarray):
+            return first if first == settles else _truth(right(shapes, workspace), operator, location)
+        open_rows = np.flatnonzero(first != settles)
+        if len(open_rows) == 0:
+            return first
+        if len(open_rows) == len(first):
+            return _truth(right(shapes, workspace), operator, location)
+        result = first.copy()
+        result[open_rows] = _truth(right(shapes.take(open_rows), workspace), operator, location)
+        return result
+
+    return evaluate
+
+
+def _truth(value: Value, operator: str, location: Location) -> Value:
+    if isinstance(value, bool) or (isinstance(value, np.ndarray) and value.dtype.kind == "b"):
+        return value
+    raise DerivationError(f"{operator} expects true or false on both sides", location)
+
+
+def _assemble(parts: list, count: int, workspace: Workspace, location: Location) -> Value:
+    """One value from those of the branches, each for its own rows."""
+    counts = [number for _, _, number in parts]
+    joined = join_values([value for _, value, _ in parts], counts, workspace.strings)
+    if sum(counts) != count:
+        raise DerivationError("no case applies for some shapes and there is no else", location, "add an else branch")
+    if not isinstance(joined, np.ndarray):
+        return joined
+    result = np.empty(count, dtype=joined.dtype)
+    result[np.concatenate([rows for rows, _, _ in parts])] = joined
+    return result

@@ -1,0 +1,130 @@
+"""What a derivation writes down as it goes: nodes, leaves, draws, reports and prints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.forest import Draws, Leaves, Nodes, Reports
+from grammarlab.derivation.shapes import EMPTY, Floats, Ids, Shapes
+
+
+class Recorder:
+    """Chunks of columns, joined once at the end."""
+
+    def __init__(self) -> None:
+        self.num_nodes = 0
+        self._nodes: list[tuple[Ids, Ids | None, int, int, Ids | None]] = []
+        self._rules: list[tuple[Ids, int]] = []
+        self._leaves: list[Shapes] = []
+        self._draws: list[tuple[Ids, int, Floats, float | Floats]] = []
+        self._reports: list[tuple[Ids, str, Floats]] = []
+        self.prints: list[str] = []
+
+    def add_roots(self, models: Ids, symbol: int) -> Ids:
+        """Rows of the roots of these models."""
+        self._nodes.append((models, None, symbol, 0, None))
+        return self._grow(len(models))
+
+    def add_children(self, shapes: Shapes, symbol: int, child: int, in_block: bool) -> Ids:
+        """Rows [N] of one new child of the node of each shape.
+
+        Args:
+            shapes: [N] the shapes, with their parents as `node`.
+            symbol: the symbol of all of them.
+            child: which successor of the parents' rule they are.
+            in_block: whether one parent may have several of them.
+        """
+        repeat = _count_in_run(shapes.node) if in_block else None
+        self._nodes.append((shapes.model, shapes.node, symbol, child, repeat))
+        return self._grow(shapes.count)
+
+    def set_rule(self, nodes: Ids, rule: int) -> None:
+        """Note which rule rewrote these nodes."""
+        self._rules.append((nodes, rule))
+
+    def add_leaves(self, shapes: Shapes) -> None:
+        """Record the geometry of shapes that nothing more will happen to."""
+        self._leaves.append(shapes)
+
+    def add_draw(self, shapes: Shapes, site: int, values: Floats, log_density: float | Floats) -> None:
+        """Record one draw [N] for each shape."""
+        self._draws.append((shapes.node, site, values, log_density))
+
+    def add_report(self, shapes: Shapes, key: str, values: Floats) -> None:
+        """Record one reported number [N] for each shape."""
+        self._reports.append((shapes.node, key, values))
+
+    def nodes(self) -> Nodes:
+        """All nodes."""
+        counts = [len(model) for model, *_ in self._nodes]
+        rule = np.full(self.num_nodes, -1, dtype=np.int16)
+        for nodes, number in self._rules:
+            rule[nodes] = number
+        return Nodes(
+            _joined([model for model, *_ in self._nodes], np.int32),
+            _filled([parent for _, parent, *_ in self._nodes], counts, -1),
+            np.repeat(np.array([symbol for _, _, symbol, _, _ in self._nodes], dtype=np.int16), counts),
+            rule,
+            np.repeat(np.array([child for *_, child, _ in self._nodes], dtype=np.int16), counts),
+            _filled([repeat for *_, repeat in self._nodes], counts, 0),
+        )
+
+    def leaves(self) -> Leaves:
+        """All leaves that have geometry."""
+        visible = [(shapes, shapes.mesh != EMPTY) for shapes in self._leaves]
+        kept = [shapes if seen.all() else shapes.take(np.flatnonzero(seen)) for shapes, seen in visible]
+        return Leaves(
+            _joined([shapes.node for shapes in kept], np.int32),
+            np.concatenate([np.zeros((0, 3)), *(shapes.position for shapes in kept)]),
+            np.concatenate([np.zeros((0, 3)), *(shapes.size for shapes in kept)]),
+            _joined([shapes.frame for shapes in kept], np.int32),
+            _joined([shapes.mesh for shapes in kept], np.int32),
+            _joined([shapes.material for shapes in kept], np.int32),
+        )
+
+    def draws(self) -> Draws:
+        """All draws."""
+        counts = [len(node) for node, *_ in self._draws]
+        densities = [np.broadcast_to(density, count) for (*_, density), count in zip(self._draws, counts, strict=True)]
+        return Draws(
+            _joined([node for node, *_ in self._draws], np.int32),
+            np.repeat(np.array([site for _, site, *_ in self._draws], dtype=np.int16), counts),
+            _joined([values for _, _, values, _ in self._draws], np.float64),
+            _joined(densities, np.float64),
+        )
+
+    def reports(self) -> Reports:
+        """All reported values."""
+        keys = tuple(sorted({key for _, key, _ in self._reports}))
+        places = {key: place for place, key in enumerate(keys)}
+        counts = [len(node) for node, *_ in self._reports]
+        return Reports(
+            _joined([node for node, *_ in self._reports], np.int32),
+            np.repeat(np.array([places[key] for _, key, _ in self._reports], dtype=np.int32), counts),
+            _joined([values for *_, values in self._reports], np.float64),
+            keys,
+        )
+
+    def _grow(self, count: int) -> Ids:
+        first = self.num_nodes
+        self.num_nodes += count
+        return np.arange(first, first + count, dtype=np.int32)
+
+
+def _joined(columns: Sequence[NDArray[np.generic]], dtype: type[np.generic]) -> NDArray:
+    return np.concatenate([np.zeros(0, dtype), *columns]).astype(dtype, copy=False)
+
+
+def _filled(columns: Sequence[Ids | None], counts: Sequence[int], missing: int) -> Ids:
+    whole = [np.full(n, missing, np.int32) if c is None else c for c, n in zip(columns, counts, strict=True)]
+    return _joined(whole, np.int32)
+
+
+def _count_in_run(values: Ids) -> Ids:
+    """For each value of an ascending column, how many equal ones stand before it."""
+    starts = np.flatnonzero(np.concatenate(([True], values[1:] != values[:-1])))
+    lengths = np.diff(np.append(starts, len(values)))
+    return (np.arange(len(values)) - np.repeat(starts, lengths)).astype(np.int32)

@@ -1,0 +1,184 @@
+"""How ``split`` divides a length: absolute, relative and floating sizes, and repeats.
+
+Fixed sizes (absolute, or relative to the whole length) are served first; all floating sizes are then stretched by one common
+factor so that they fill what is left. A repeated group with floating sizes, or beside some, is used so often that this factor
+comes nearest to 1; several groups share the count evenly, the first ones get what is over. Where nothing floats, a group is
+used as often as it fits and its last part is cut. Parts of no extent are left out; nothing reaches beyond the length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+TOLERANCE = 1e-9
+"""Metres: parts thinner than this are left out."""
+
+_MOST_REPEATS = 2**31
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """One size of a split, for N lengths."""
+
+    value: float | Floats
+    """Metres, one for all or [N]; below zero counts as zero."""
+    floating: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Repeat:
+    """Sizes that stand in braces with a star."""
+
+    sizes: tuple[Size, ...]
+
+
+Element: TypeAlias = Size | Repeat
+
+
+@dataclass(frozen=True, slots=True)
+class Pieces:
+    """The pieces that one size of the split makes: K pieces, by length and then along it."""
+
+    row: Ints
+    """[K] which length the piece belongs to."""
+    start: Floats
+    """[K] metres from the start of the length."""
+    extent: Floats
+    """[K] metres, > 0."""
+
+
+def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
+    """The pieces of lengths [N], one `Pieces` for each size in the order of the text.
+
+    >>> front, tiles = divide(np.array([7.0]), [Size(1.0), Repeat((Size(2.9, floating=True),))])
+    >>> front.extent.tolist(), tiles.start.tolist(), tiles.extent.tolist()
+    ([1.0], [1.0, 4.0], [3.0, 3.0])
+    """
+    times = _repeats(length, elements)
+    scale = _stretch(length, elements, times)
+    turns = iter(times)
+    start: float | Floats = 0.0
+    everyone = np.arange(len(length))
+    pieces: list[Pieces] = []
+    for element in elements:
+        if isinstance(element, Size):
+            extent = _extent(element, scale)
+            pieces.append(_within(everyone, start, extent, length))
+            start = start + extent
+        else:
+            count = next(turns)
+            extents = [_extent(size, scale) for size in element.sizes]
+            pieces += _repeated(extents, count, start, length)
+            start = start + count * _sum(extents)
+    return pieces
+
+
+def count_pieces(length: Floats, elements: Sequence[Element]) -> int:
+    """How many pieces `divide` would make in all, before empty ones are left out."""
+    outside = sum(isinstance(element, Size) for element in elements) * len(length)
+    groups = [element for element in elements if isinstance(element, Repeat)]
+    times = _repeats(length, elements)
+    return outside + sum(
+        int(count.sum()) * len(group.sizes) for group, count in zip(groups, times, strict=True)
+    )
+
+
+def _repeats(length: Floats, elements: Sequence[Element]) -> list[Ints]:
+    """How often each repeated group is used [N], in the order of the text."""
+    groups = [element for element in elements if isinstance(element, Repeat)]
+    if not groups:
+        return []
+    fixed, floats = _totals([element for element in elements if isinstance(element, Size)])
+    inner = [_totals(group.sizes) for group in groups]
+    period = _sum([f + w for f, w in inner])
+    ideal = len(groups) * (length - fixed - floats) / np.maximum(period, TOLERANCE)
+    ideal = np.clip(np.nan_to_num(ideal), 0.0, _MOST_REPEATS)
+    if not any(size.floating for e in elements for size in (e.sizes if isinstance(e, Repeat) else (e,))):
+        return _share(ideal, len(groups))
+    least = 0 if any(isinstance(e, Size) and e.floating for e in elements) else 1
+    below = np.maximum(np.floor(ideal), least)
+    options = [_share(below, len(groups)), _share(below + 1.0, len(groups))]
+    errors = [np.abs(_factor(length, fixed, floats, inner, counts) - 1.0) for counts in options]
+    nearer = errors[1] < errors[0]
+    some = length - fixed > TOLERANCE
+    return [np.where(some, np.where(nearer, high, low), 0) for low, high in zip(*options, strict=True)]
+
+
+def _share(total: Floats, groups: int) -> list[Ints]:
+    """A whole number of repeats shared evenly among groups; the first ones get what is over."""
+    whole = np.ceil(total - TOLERANCE).astype(np.int64)
+    return [whole // groups + (whole % groups > place) for place in range(groups)]
+
+
+def _factor(length: Floats, fixed: Floats, floats: Floats, inner: list[tuple[Floats, Floats]], counts: list[Ints]):
+    """The common stretch of all floating sizes under these repeats; very large where nothing floats."""
+    room = length - fixed - _sum([count * f for count, (f, _) in zip(counts, inner, strict=True)])
+    wanted = floats + _sum([count * w for count, (_, w) in zip(counts, inner, strict=True)])
+    return np.divide(room, wanted, out=np.full(len(length), 1e300), where=np.broadcast_to(wanted > 0.0, len(length)))
+
+
+def _stretch(length: Floats, elements: Sequence[Element], times: Sequence[Ints]) -> Floats:
+    """What floating sizes are multiplied by, [N]; 0 where the fixed sizes leave no room."""
+    groups = [_totals(element.sizes) for element in elements if isinstance(element, Repeat)]
+    fixed, floats = _totals([element for element in elements if isinstance(element, Size)])
+    room = length - fixed - _sum([count * f for count, (f, _) in zip(times, groups, strict=True)])
+    wanted = floats + _sum([count * w for count, (_, w) in zip(times, groups, strict=True)])
+    return np.maximum(room, 0.0) / np.maximum(wanted, 1e-300)
+
+
+def _repeated(extents: Sequence[Floats], times: Ints, start: float | Floats, length: Floats) -> list[Pieces]:
+    row = np.repeat(np.arange(len(length)), times)
+    turn = np.arange(len(row)) - np.repeat(np.cumsum(times) - times, times)
+    whole = length[row]
+    period = _sum(extents)
+    first = _at(start, row) + turn * _at(period, row)
+    pieces = []
+    for extent in extents:
+        pieces.append(_within(row, first, _at(extent, row), whole))
+        first = first + _at(extent, row)
+    return pieces
+
+
+def _within(row: Ints, start: float | Floats, extent: float | Floats, length: Floats) -> Pieces:
+    """Pieces cut at the end of their length, without the empty ones; what ends next to the end ends there."""
+    end = np.minimum(start + extent, length)
+    end = np.where(length - end <= TOLERANCE * (1.0 + length), length, end)
+    extent = end - start
+    if len(extent) and extent.min() > TOLERANCE:
+        return Pieces(row, np.broadcast_to(start, len(row)), extent)
+    keep = np.flatnonzero((extent > TOLERANCE) & (end > start))
+    return Pieces(row[keep], np.broadcast_to(start, len(row))[keep], extent[keep])
+
+
+def _extent(size: Size, scale: Floats) -> float | Floats:
+    value = _positive(size.value)
+    return value * scale if size.floating else value
+
+
+def _totals(sizes: Sequence[Size]) -> tuple[float | Floats, float | Floats]:
+    """Sums of the fixed and of the floating sizes."""
+    fixed = _sum([_positive(size.value) for size in sizes if not size.floating])
+    return fixed, _sum([_positive(size.value) for size in sizes if size.floating])
+
+
+def _sum(values: Sequence[float | Floats]) -> float | Floats:
+    total: float | Floats = 0.0
+    for value in values:
+        total = total + value
+    return total
+
+
+def _positive(value: float | Floats) -> float | Floats:
+    return np.maximum(value, 0.0) if isinstance(value, np.ndarray) else max(value, 0.0)
+
+
+def _at(value: float | Floats, rows: Ints) -> float | Floats:
+    return value[rows] if isinstance(value, np.ndarray) else value

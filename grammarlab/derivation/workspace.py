@@ -1,0 +1,100 @@
+"""Everything that one derivation fills and looks things up in. Made by `derive`, thrown away afterwards."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from grammarlab.derivation.frames import FramePool
+from grammarlab.derivation.materials import MaterialPool
+from grammarlab.derivation.meshes import MeshPool
+from grammarlab.derivation.recorder import Recorder
+from grammarlab.derivation.shapes import Shapes, Value
+from grammarlab.derivation.strings import StringPool
+from grammarlab.errors import BudgetError, DerivationError, Location
+
+if TYPE_CHECKING:
+    from grammarlab.derivation.program import Program
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """How much one model may grow before the derivation gives up with a clear error."""
+
+    shapes: int = 1_000_000
+    """Nodes and parts per model."""
+    depth: int = 1_000
+    """Rewritings of one recursive group of rules, one below the other."""
+    calls: int = 60
+    """Calls of functions, one inside the other."""
+
+
+@dataclass(slots=True)
+class Workspace:
+    """The pools, the record and the attribute values of one derivation."""
+
+    program: Program
+    roots: Shapes
+    """One shape per model: the initial shapes."""
+    overrides: Mapping[str, Value]
+    """Attribute values given by the user, by name; scalars or one per model."""
+    strings: StringPool
+    frames: FramePool
+    meshes: MeshPool
+    materials: MaterialPool
+    budget: Budget
+    assets: Path | None = None
+    """Folder that asset paths are relative to and may not leave."""
+    recorder: Recorder = field(default_factory=Recorder)
+    call_depth: int = 0
+    _attributes: dict[str, Value] = field(default_factory=dict)
+    _evaluating: list[str] = field(default_factory=list)
+
+    def attribute(self, name: str) -> Value:
+        """The value of an attribute or constant, evaluated once: a scalar or one per model.
+
+        Raises:
+            DerivationError: when its value depends on itself.
+        """
+        if name not in self._attributes:
+            self._attributes[name] = self._evaluate(name)
+        return self._attributes[name]
+
+    def attribute_of(self, name: str, shapes: Shapes) -> Value:
+        """The value of an attribute for shapes [N]: as last set above them, or as it is for their model."""
+        local = shapes.state.get(name)
+        if local is not None:
+            return local
+        value = self.attribute(name)
+        return value.take(shapes.model) if isinstance(value, np.ndarray) else value
+
+    def expanded(self, parts: int, shapes: int, location: Location) -> None:
+        """Refuse an operation that would make more parts of ``shapes`` shapes than the budget allows.
+
+        Raises:
+            BudgetError: naming the operation's place.
+        """
+        if parts > self.budget.shapes * max(1, min(shapes, self.roots.count)):
+            raise BudgetError(
+                f"one operation would make {parts} parts of {shapes} shapes, more than the budget of "
+                f"{self.budget.shapes} per model",
+                location,
+                "a size in a repeated split may be far too small; raise the shape budget if this is meant",
+            )
+
+    def _evaluate(self, name: str) -> Value:
+        if name in self.overrides:
+            return self.overrides[name]
+        attribute = self.program.attributes[name]
+        if name in self._evaluating:
+            chain = " -> ".join([*self._evaluating[self._evaluating.index(name) :], name])
+            raise DerivationError(f"the value of {name} depends on itself: {chain}", attribute.location)
+        self._evaluating.append(name)
+        try:
+            return attribute.code(self.roots, self)
+        finally:
+            self._evaluating.pop()
