@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import secrets
 from pathlib import Path
 
@@ -23,7 +22,7 @@ def write_whole(path: Path, content: bytes) -> None:
         try:
             with part.open("xb") as stream:
                 stream.write(content)
-            os.replace(part, path)
+            part.replace(path)
         except BaseException:
             part.unlink(missing_ok=True)
             raise

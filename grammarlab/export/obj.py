@@ -28,7 +28,7 @@ def obj_files(
         AssetError: a texture is unusable.
     """
     images, library = _library(batch, stem, assets)
-    files = {name: content for name, content in images.values()}
+    files = dict(images.values())
     files[f"{stem}.mtl"] = library
     lines = ["# grammarlab: metres, y up", f"mtllib {stem}.mtl"]
     moved = np.repeat(offsets, np.diff(batch.group_vertices[batch.model_groups]), axis=0)
@@ -76,10 +76,11 @@ def _library(batch: TriangleBatch, stem: str, assets: Path | None) -> tuple[dict
     table = batch.materials
     for material in np.unique(batch.group_material).tolist():
         lines += [f"newmtl {material_name(table, material)}", "illum 2"]
-        lines.append("Kd %.6g %.6g %.6g" % tuple(table.color[material].tolist()))
-        lines.append("Ke %.6g %.6g %.6g" % tuple(table.emissive[material].tolist()))
-        surface = (table.opacity[material], table.roughness[material], table.metallic[material])
-        lines.append("d %.6g\nPr %.6g\nPm %.6g" % surface)
+        for keyword, color in (("Kd", table.color[material]), ("Ke", table.emissive[material])):
+            lines.append(keyword + "".join(f" {value:.6g}" for value in color))
+        lines.append(f"d {table.opacity[material]:.6g}")
+        lines.append(f"Pr {table.roughness[material]:.6g}")
+        lines.append(f"Pm {table.metallic[material]:.6g}")
         texture = find_texture(table.textures[material], assets)
         if texture is not None:
             name = f"{stem}_texture_{material}{texture.suffix}"

@@ -49,14 +49,14 @@ class SaveOptions:
 
 
 def save(
-    scene: Scene, path: str | os.PathLike[str], format: Format | None = None, options: SaveOptions | None = None
+    scene: Scene, path: str | os.PathLike[str], file_format: Format | None = None, options: SaveOptions | None = None
 ) -> Path:
     """Write all models of a scene into one file; several models stand on a grid.
 
     Args:
         scene: at least one model.
         path: the file; an OBJ puts its MTL and images beside it.
-        format: ``glb``, ``obj`` or ``ply``; by the ending of `path` when left out.
+        file_format: ``glb``, ``obj`` or ``ply``; by the ending of `path` when left out.
         options: see `SaveOptions`.
 
     Returns:
@@ -69,7 +69,7 @@ def save(
     """
     target = Path(path)
     options = options or SaveOptions()
-    chosen = _checked_format(format or target.suffix.lstrip(".").lower())
+    chosen = _checked_format(file_format or target.suffix.lstrip(".").lower())
     require_proper(scene)
     batch = triangles(scene)
     names = [target.stem] if scene.num_models == 1 else [f"model_{i}" for i in range(scene.num_models)]
@@ -80,7 +80,7 @@ def save(
 def save_each(
     scene: Scene,
     folder: str | os.PathLike[str],
-    format: Format = "glb",
+    file_format: Format = "glb",
     options: SaveOptions | None = None,
     name: Callable[[int], str] = "model_{:05d}".format,
     first_model: int = 0,
@@ -91,7 +91,7 @@ def save_each(
     Args:
         scene: any number of models.
         folder: made when it does not exist.
-        format: ``glb``, ``obj`` or ``ply``.
+        file_format: ``glb``, ``obj`` or ``ply``.
         options: see `SaveOptions`.
         name: file name without ending from the number of a model.
         first_model: number of the first model.
@@ -104,7 +104,7 @@ def save_each(
         As `save`.
     """
     options = options or SaveOptions()
-    chosen = _checked_format(format)
+    chosen = _checked_format(file_format)
     require_proper(scene)
     batch = triangles(scene)
     in_place = np.zeros((1, 3))
@@ -120,24 +120,24 @@ def save_each(
     return tuple(paths)
 
 
-def _checked_format(format: str) -> str:
-    if format not in FORMATS:
-        raise UsageError(f"unknown file format {format!r}; choose one of {', '.join(FORMATS)}")
-    return format
+def _checked_format(file_format: str) -> str:
+    if file_format not in FORMATS:
+        raise UsageError(f"unknown file format {file_format!r}; choose one of {', '.join(FORMATS)}")
+    return file_format
 
 
 def _write(
     target: Path,
-    format: str,
+    file_format: str,
     scene: Scene,
     batch: TriangleBatch,
     names: list[str],
     offsets: NDArray[np.float64],
     options: SaveOptions,
 ) -> None:
-    if format == "ply":
+    if file_format == "ply":
         write_whole(target, ply_bytes(batch, offsets))
-    elif format == "obj":
+    elif file_format == "obj":
         files = obj_files(batch, names, offsets, target.stem, options.assets)
         # The geometry comes last and refers to the others: while it is missing, nothing points to a missing file.
         for file_name, content in files.items():

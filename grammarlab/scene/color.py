@@ -17,7 +17,7 @@ def linear_from_srgb(color: NDArray[np.floating]) -> NDArray[np.floating]:
 
 
 def srgb_from_linear(light: NDArray[np.floating]) -> NDArray[np.floating]:
-    """sRGB values in 0..1 from amounts of light in 0..1.
+    """Values of sRGB in 0..1 from amounts of light in 0..1.
 
     >>> srgb_from_linear(np.array([0.0, 0.214, 1.0])).round(3).tolist()
     [0.0, 0.5, 1.0]

@@ -33,6 +33,7 @@ def grid(batch: TriangleBatch, columns: int | None = None) -> Floats:
     batch of one stays where it is.
 
     Args:
+        batch: any number of models.
         columns: models side by side, at least 1; about a square when left out.
     """
     if batch.num_models <= 1:

@@ -46,6 +46,7 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
     faces around, weighted by area.
 
     Args:
+        meshes: polygon meshes, in metres or in the unit cube.
         crease_angle: radians in 0..pi, measured on the meshes as given; 0 shades every face flat.
     """
     triangles, face_of_triangle = triangulate(meshes)
@@ -62,10 +63,7 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
     np.minimum.at(first_corner, vertex_of_corner, np.arange(len(corner_keys)))
     vertex_key = corner_keys[first_corner]
     corner_face = corner_keys // num_points
-    normals = np.stack(
-        [np.bincount(vertex_of_corner, area_vectors[corner_face, i], num_vertices) for i in range(3)], axis=1
-    )
-    normals = unit(normals.reshape(-1, 3))
+    normals = unit(_sums(vertex_of_corner, area_vectors[corner_face], num_vertices))
 
     mesh_of_face = meshes.mesh_of_face()
     mesh_vertices = offsets_from_counts(np.bincount(mesh_of_face[vertex_key // num_points], minlength=len(meshes)))
@@ -93,7 +91,15 @@ def _area_vectors(meshes: Meshes, point: Ints, face: Ints) -> Floats:
     """[F, 3] each face's normal times twice its area (Newell's method)."""
     here = meshes.points[point]
     crossed = np.cross(here, here[_next_corner(meshes, face)])
-    return np.stack([np.bincount(face, crossed[:, i], meshes.num_faces) for i in range(3)], axis=1).reshape(-1, 3)
+    return _sums(face, crossed, meshes.num_faces)
+
+
+def _sums(group: Ints, vectors: Floats, num_groups: int) -> Floats:
+    """[num_groups, 3] the sum of the vectors [N, 3] of each group [N]."""
+    sums = np.empty((num_groups, 3))
+    for column in range(3):
+        sums[:, column] = np.bincount(group, vectors[:, column], num_groups)
+    return sums
 
 
 def _next_corner(meshes: Meshes, face: Ints) -> Ints:

@@ -72,7 +72,7 @@ class TriangleBatch:
         return self.group_material[row_of_value(np.diff(self.group_triangles))]
 
     def triangles_per_model(self) -> Ints:
-        """[num_models]"""
+        """[num_models] triangles of each model."""
         return np.diff(self.group_triangles[self.model_groups])
 
 

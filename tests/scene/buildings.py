@@ -29,7 +29,7 @@ def cylinder(sides: int = 32) -> Meshes:
     following = [(i + 1) % sides for i in range(sides)]
     walls = [[i, following[i], sides + following[i], sides + i] for i in range(sides)]
     caps = [list(range(sides))[::-1], list(range(sides, 2 * sides))]
-    return Meshes.single(np.concatenate([ring, ring + [0, 1, 0]]), walls + caps)
+    return Meshes.single(np.concatenate([ring, ring + np.array([0, 1, 0])]), walls + caps)
 
 
 def gable() -> Meshes:
@@ -93,8 +93,7 @@ def house(width: float = 10.0, floors: int = 2) -> list[Row]:
                 rows.append((BOX, FRAME, (x + left, y + bottom, depth), (wide, high, 0.12), UPRIGHT))
             rows.append((BOX, FRAME, (x - 0.2, y - 0.12, depth), (1.5, 0.12, 0.25), UPRIGHT))
         rows.append((QUAD, GLASS, (width + 0.02, floor * storey + 0.9, 5.0), (1.5, 1.5, 0), TURNED))
-    for x in (0.6, 2.6):
-        rows.append((CYLINDER, FRAME, (x, 0, depth + 1.2), (0.35, 2.6, 0.35), UPRIGHT))
+    rows += [(CYLINDER, FRAME, (x, 0, depth + 1.2), (0.35, 2.6, 0.35), UPRIGHT) for x in (0.6, 2.6)]
     rows.append((BOX, STONE, (0.3, 2.6, depth), (3.0, 0.2, 1.8), UPRIGHT))
     rows.append((CYLINDER, STEEL, (width - 1.5, height, depth / 2 + 1.5), (0.5, 3.0, 0.5), UPRIGHT))
     rows.append((SPHERE, LAMP, (1.6, 2.2, depth + 0.8), (0.3, 0.3, 0.3), UPRIGHT))
