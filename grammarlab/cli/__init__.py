@@ -1,0 +1,14 @@
+"""The command line: parses arguments and calls one function a command.
+
+Nothing heavy is imported here, so that ``--help`` and completion answer at once.
+"""
+
+from grammarlab.cli.app import app
+
+
+def main() -> None:
+    """Run the command line."""
+    app()
+
+
+__all__ = ["app", "main"]

@@ -1,0 +1,37 @@
+"""The commands, by name."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from grammarlab import __version__
+from grammarlab.cli.examples import list_examples
+
+app = typer.Typer(
+    name="grammarlab",
+    help="Sample real models from stochastic CGA shape grammars.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # plain help needs half the time
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"grammarlab {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def grammarlab(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Sample real models from stochastic CGA shape grammars."""
+
+
+app.command("list")(list_examples)

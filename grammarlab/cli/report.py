@@ -1,0 +1,49 @@
+"""What the command line says: results on stdout, everything else on stderr, an exit code for each way to end."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import typer
+
+from grammarlab.errors import GrammarlabError, UsageError
+
+FAILURE, USAGE, INTERRUPTED = 1, 2, 130
+
+
+def say(message: str) -> None:
+    """A line for the person, on stderr."""
+    typer.echo(message, err=True)
+
+
+def print_json(value: dict[str, Any]) -> None:
+    """One object on stdout."""
+    typer.echo(json.dumps(value, indent=2, allow_nan=False))
+
+
+@contextmanager
+def friendly_errors() -> Iterator[None]:
+    """Turn what can go wrong into a message and an exit code; a traceback remains for mistakes of ours only."""
+    try:
+        yield
+    except UsageError as error:
+        say(f"error: {error}")
+        raise typer.Exit(USAGE) from error
+    except GrammarlabError as error:
+        say(f"error: {error}")
+        raise typer.Exit(FAILURE) from error
+    except BrokenPipeError:
+        raise  # the reader of a pipe has gone: typer ends quietly
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        say(f"error: {where}{error.strerror or error}")
+        raise typer.Exit(FAILURE) from error
+    except MemoryError as error:
+        say("error: not enough memory. Try fewer models at a time (--jobs 1) or a smaller footprint.")
+        raise typer.Exit(FAILURE) from error
+    except KeyboardInterrupt as error:
+        say("interrupted: what is finished stays valid.")
+        raise typer.Exit(INTERRUPTED) from error

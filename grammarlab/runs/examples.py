@@ -1,0 +1,97 @@
+"""The rule files that grammarlab ships, and what a GRAMMAR argument means."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+
+import grammarlab
+from grammarlab.errors import AssetError, UsageError
+
+SUFFIX = ".cga"
+MAX_FILE_BYTES = 4 << 20
+"""Largest rule file that is read; the largest public one known has 0.3 MB."""
+
+
+@dataclass(frozen=True, slots=True)
+class RuleSource:
+    """A rule file, found."""
+
+    name: str
+    """``building``: what output files are called after."""
+    path: Path
+    assets: Path
+    """The folder that asset names in the rules are relative to."""
+    shipped: bool
+    """Whether it is one of the examples."""
+
+    def text(self) -> str:
+        """What the file says.
+
+        Raises:
+            AssetError: when it is too large or not text.
+        """
+        if (size := self.path.stat().st_size) > MAX_FILE_BYTES:
+            raise AssetError(f"{self.path}: {size} bytes; a rule file may have {MAX_FILE_BYTES} at most.")
+        try:
+            return self.path.read_text(encoding="utf-8-sig")
+        except UnicodeDecodeError:
+            return self.path.read_text(encoding="latin-1")  # what old CityEngine files use; never fails
+
+    def description(self) -> str:
+        """The first sentence of the comment at the top of the file, empty when there is none."""
+        match = re.match(
+            r"(?:\s|version\s*\"[^\"]*\")*(?:/\*+\s*(.*?)\*/|((?:[ \t]*(?:#|//)[^\n]*\n)+))", self.text(), re.DOTALL
+        )
+        if match is None:
+            return ""
+        comment = re.sub(r"^[ \t]*(?:\*|#|//)+[ \t]?", "", match[1] or match[2], flags=re.MULTILINE)
+        return " ".join(re.split(r"(?<=\.)\s|\n\s*\n", comment.strip(), maxsplit=1)[0].split())
+
+
+def examples_folder() -> Path:
+    """Where the shipped rule files lie: inside an installed package, or beside it in a checkout."""
+    package = Path(grammarlab.__file__).parent
+    inside = package / "grammars"
+    return inside if inside.is_dir() else package.parent / "grammars"
+
+
+def shipped_examples() -> tuple[RuleSource, ...]:
+    """All shipped rule files by name."""
+    folder = examples_folder()
+    return tuple(
+        RuleSource(path.stem, path, folder / "assets", shipped=True) for path in sorted(folder.glob(f"*{SUFFIX}"))
+    )
+
+
+def find_rules(argument: str, assets: Path | None = None) -> RuleSource:
+    """The rule file that a GRAMMAR argument means: a path, or the name of a shipped example.
+
+    Args:
+        argument: what the user typed.
+        assets: the folder of assets; when left out, ``assets`` beside the rule file, or else the file's own folder.
+
+    Raises:
+        UsageError: when there is no such file or example; names the nearest.
+    """
+    if assets is not None and not assets.is_dir():
+        raise UsageError(f"assets folder {str(assets)!r} is not a folder.")
+    path = Path(argument)
+    if path.is_file():
+        beside = path.parent / "assets"
+        return RuleSource(path.stem, path, assets or (beside if beside.is_dir() else path.parent), shipped=False)
+    examples = {source.name: source for source in shipped_examples()}
+    if argument in examples:
+        found = examples[argument]
+        return RuleSource(found.name, found.path, assets or found.assets, shipped=True)
+    if path.is_dir():
+        raise UsageError(f"{argument!r} is a folder; expected a {SUFFIX} file or one of: {', '.join(examples)}.")
+    near = get_close_matches(argument.removesuffix(SUFFIX).lower(), examples, n=1, cutoff=0.5)
+    neighbours = [p.name for p in path.parent.glob(f"*{SUFFIX}")] if path.parent.is_dir() else []
+    near += get_close_matches(path.name, neighbours, n=1, cutoff=0.6)
+    hint = f" Did you mean {' or '.join(repr(name) for name in near)}?" if near else ""
+    raise UsageError(
+        f"no rule file {argument!r}, and no shipped grammar of that name.{hint} Shipped: {', '.join(examples)}."
+    )
