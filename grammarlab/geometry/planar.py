@@ -1,0 +1,221 @@
+"""Polygons in their own planes: from metres in space to two coordinates and back, for a whole batch at once.
+
+Every face of a batch gets a right-handed frame: origin at its first corner, x along its first edge, z along its normal.
+In that frame the face is a counter-clockwise polygon starting at (0, 0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import index_in_row, offsets_from_counts, row_of_value
+from grammarlab.geometry.mesh import Floats, Indices, Meshes
+
+RELATIVE_TOLERANCE = 1e-9
+"""Lengths below this share of a polygon's size count as zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class Polygons:
+    """The F faces of a batch, each in its own plane."""
+
+    points: Floats
+    """[C, 3] corners in space, face after face, in metres."""
+    xy: Floats
+    """[C, 2] the same corners in the frame of their face, in metres."""
+    offsets: Indices
+    """[F + 1] into the corners."""
+    origin: Floats
+    """[F, 3] first corner of each face."""
+    axes: Floats
+    """[F, 3, 3] unit vectors along x, y and z (the normal) of each frame, one a row."""
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+    @property
+    def counts(self) -> Indices:
+        """[F] corners of each face."""
+        return np.diff(self.offsets)
+
+    def face_of_corner(self) -> Indices:
+        """[C] the face of each corner."""
+        return row_of_value(self.counts)
+
+    def next_corner(self) -> Indices:
+        """[C] the corner that follows each corner around its face."""
+        following = np.arange(1, len(self.xy) + 1)
+        filled = self.counts > 0
+        following[self.offsets[1:][filled] - 1] = self.offsets[:-1][filled]
+        return following
+
+    def lift(self, faces: NDArray[np.integer], xy: Floats, height: Floats) -> Floats:
+        """Points in space [K, 3] from coordinates [K, 2] and heights [K] over the planes of ``faces`` [K]."""
+        axes = self.axes[faces]
+        return self.origin[faces] + axes[:, 0] * xy[:, :1] + axes[:, 1] * xy[:, 1:] + axes[:, 2] * height[:, None]
+
+
+def lay_flat(meshes: Meshes) -> Polygons:
+    """The faces of a batch, each in its own plane.
+
+    A face that is not quite planar is projected along its (Newell) normal. A face without area gets an arbitrary frame
+    and coordinates without NaN.
+    """
+    points = meshes.points[meshes.corner_points()]
+    counts = np.diff(meshes.face_offsets)
+    face = row_of_value(counts)
+    filled = counts > 0
+    origin = np.zeros((len(counts), 3))
+    origin[filled] = points[meshes.face_offsets[:-1][filled]]
+    relative = points - origin[face]
+    following = np.arange(1, len(points) + 1)
+    following[meshes.face_offsets[1:][filled] - 1] = meshes.face_offsets[:-1][filled]
+    edges = relative[following] - relative
+    normal = _unit(sums_by_row(face, len(counts), _cross(relative, relative[following])))
+    axes = _frames(normal, _first_direction(edges, face, len(counts)))
+    xy = np.stack([_dot(relative, axes[face, 0]), _dot(relative, axes[face, 1])], axis=1)
+    return Polygons(points, xy, meshes.face_offsets, origin, axes)
+
+
+def signed_areas(polygons: Polygons) -> Floats:
+    """[F] area of each face in its own plane; never negative but for rounding, as the normal follows the corners."""
+    following = polygons.next_corner()
+    a, b = polygons.xy, polygons.xy[following]
+    twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return 0.5 * sums_by_row(polygons.face_of_corner(), len(polygons), twice[:, None])[:, 0]
+
+
+def rectangle_sizes(polygons: Polygons) -> tuple[NDArray[np.bool_], Floats]:
+    """Which faces [F] are rectangles, and the lengths of their first and second edges [F, 2] (zeros elsewhere)."""
+    four = np.flatnonzero(polygons.counts == 4)
+    corners = polygons.offsets[four][:, None] + np.arange(4)
+    xy = polygons.xy[corners]
+    size = xy[:, 2]
+    tolerance = RELATIVE_TOLERANCE * np.maximum(np.abs(size).max(axis=1), 1e-300)
+    expected = np.zeros_like(xy)
+    expected[:, 1, 0] = expected[:, 2, 0] = size[:, 0]
+    expected[:, 2, 1] = expected[:, 3, 1] = size[:, 1]
+    deviation = np.abs(xy - expected).max(axis=(1, 2))
+    offset = polygons.points[corners] - polygons.origin[four][:, None]
+    height = np.abs(_dot(offset, polygons.axes[four, 2][:, None])).max(axis=1)
+    fits = (np.maximum(deviation, height) <= tolerance) & (size > tolerance[:, None]).all(axis=1)
+    rectangular = np.zeros(len(polygons), np.bool_)
+    rectangular[four] = fits
+    sizes = np.zeros((len(polygons), 2))
+    sizes[four[fits]] = size[fits]
+    return rectangular, sizes
+
+
+def stamp(points: Floats, faces: Sequence[Sequence[int]], tags: Sequence[int] | None = None) -> Meshes:
+    """K meshes of the same faces over their own points.
+
+    Args:
+        points: [K, P, 3] coordinates in metres.
+        faces: point indices of each face, the same for every mesh.
+        tags: one for each face; untagged when left out.
+    """
+    count, num_points = points.shape[:2]
+    corners = np.array([index for face in faces for index in face], dtype=np.int64)
+    lengths = np.array([len(face) for face in faces], dtype=np.int64)
+    tag_column = np.zeros(len(faces), np.int8) if tags is None else np.array(tags, np.int8)
+    return Meshes(
+        points.reshape(-1, 3),
+        np.tile(corners, count),
+        offsets_from_counts(np.tile(lengths, count)),
+        np.arange(count + 1, dtype=np.int64) * len(faces),
+        np.arange(count + 1, dtype=np.int64) * num_points,
+        np.tile(tag_column, count),
+    )
+
+
+def in_order(batches: Sequence[Meshes], rows: Sequence[NDArray[np.integer]]) -> Meshes:
+    """All meshes of several batches, sorted by the row [K] that each belongs to (each row once)."""
+    if len(batches) == 1 and bool((np.diff(rows[0]) > 0).all()):
+        return batches[0]
+    return Meshes.concatenate(batches).take(np.argsort(np.concatenate(rows), kind="stable"))
+
+
+def regroup(meshes: Meshes, offsets: Indices) -> Meshes:
+    """Fewer meshes, each made of consecutive ones.
+
+    Args:
+        offsets: [M + 1] new mesh i is made of the meshes ``offsets[i]`` to ``offsets[i + 1]``.
+    """
+    if len(offsets) == len(meshes) + 1:
+        return meshes
+    corners_per_mesh = np.diff(meshes.face_offsets[meshes.mesh_faces])
+    base = meshes.mesh_points[offsets]
+    shift = meshes.mesh_points[:-1] - np.repeat(base[:-1], np.diff(offsets))
+    corners = meshes.corners + np.repeat(shift, corners_per_mesh)
+    return Meshes(meshes.points, corners, meshes.face_offsets, meshes.mesh_faces[offsets], base, meshes.tags)
+
+
+def sums_by_row(row: NDArray[np.integer], num_rows: int, values: Floats) -> Floats:
+    """Sums [R, D] of the values [N, D] of each row [N], added in order, so equal in every batch."""
+    columns = [np.bincount(row, values[:, i], num_rows) for i in range(values.shape[1])]
+    return np.stack(columns, axis=1)
+
+
+def _first_direction(edges: Floats, face: Indices, num_faces: int) -> Floats:
+    """[F, 3] the first edge of each face that is not degenerate beside its longest one."""
+    length = np.sqrt(_dot(edges, edges))
+    longest = np.zeros(num_faces)
+    np.maximum.at(longest, face, length)
+    usable = np.flatnonzero(length > RELATIVE_TOLERANCE * longest[face])
+    direction = np.zeros((num_faces, 3))
+    first = usable[np.unique(face[usable], return_index=True)[1]]
+    direction[face[first]] = edges[first]
+    return direction
+
+
+def _frames(normal: Floats, along: Floats) -> Floats:
+    """[F, 3, 3] frames with z along ``normal`` [F, 3] and x as near to ``along`` [F, 3] as that allows."""
+    flat = ~normal.any(axis=1)
+    z = np.where(flat[:, None], _some_normal(along), normal)
+    x = _unit(along - z * _dot(along, z)[:, None])
+    lost = ~x.any(axis=1)
+    x = np.where(lost[:, None], _some_normal(z), x)
+    return np.stack([x, _cross(z, x), z], axis=1)
+
+
+def _some_normal(vectors: Floats) -> Floats:
+    """[N, 3] unit vectors at right angles to the vectors, upwards for zero vectors."""
+    least = np.argmin(np.abs(vectors), axis=1)
+    axis = np.zeros_like(vectors)
+    axis[np.arange(len(vectors)), least] = 1.0
+    across = _unit(axis - vectors * (_dot(axis, vectors) / np.maximum(_dot(vectors, vectors), 1e-300))[:, None])
+    upright = np.zeros_like(vectors)
+    upright[:, 1] = 1.0
+    return np.where(vectors.any(axis=1)[:, None], across, upright)
+
+
+def _unit(vectors: Floats) -> Floats:
+    """The vectors [N, 3] at length one; zero vectors stay zero."""
+    largest = np.abs(vectors).max(axis=1, initial=0.0, keepdims=True)
+    scaled = np.divide(vectors, largest, out=np.zeros_like(vectors), where=largest > 0)
+    length = np.sqrt(_dot(scaled, scaled))[:, None]
+    return np.divide(scaled, length, out=np.zeros_like(vectors), where=length > 0)
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    return np.stack(
+        [
+            a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1],
+            a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2],
+            a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0],
+        ],
+        axis=-1,
+    )
+
+
+def corner_index(polygons: Polygons) -> Indices:
+    """[C] the place of each corner within its face."""
+    return index_in_row(polygons.counts)

@@ -1,0 +1,339 @@
+"""The wavefront of a polygon: its edges move inwards, each at its own speed, until they have swept the inside.
+
+This is the event simulation under the straight skeleton (Aichholzer et al., "A novel type of skeleton for polygons",
+1995), with weights. All wavefront corners that meet at one place and time are resolved together, as
+Kelly and Wonka do ("Interactive architectural modeling with procedural extrusions", TOG 30(2), 2011), so that edge, split
+and simultaneous events are one case: sorted around the place, the chains exchange their ends.
+
+The polygon must be scaled to about unit size: `TOLERANCE` is a length.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from dataclasses import dataclass, field
+from itertools import count
+
+TOLERANCE = 1e-9
+"""Corners closer than this, in a polygon of about unit size, have met."""
+
+PARALLEL = 1e-9
+"""Edges whose directions have a cross product below this are parallel."""
+
+
+@dataclass(slots=True, eq=False)
+class Edge:
+    """A moving line: the points p with ``normal . p == start + speed * time``."""
+
+    index: int
+    """Number of the edge whose swept area it bounds."""
+    dx: float
+    dy: float
+    start: float
+    speed: float
+    corners: dict[Corner, None] = field(default_factory=dict)
+    """Live corners from which a piece of this edge leaves, in order of birth."""
+
+    @property
+    def nx(self) -> float:
+        return -self.dy
+
+    @property
+    def ny(self) -> float:
+        return self.dx
+
+    def ahead(self, x: float, y: float, time: float) -> float:
+        """How far the line still has to go until it reaches a point."""
+        return self.dx * y - self.dy * x - self.start - self.speed * time
+
+
+@dataclass(slots=True, eq=False)
+class Corner:
+    """A corner of the wavefront, from its birth at a node until it meets something."""
+
+    before: Edge
+    after: Edge
+    node: int
+    x: float
+    y: float
+    time: float
+    vx: float = 0.0
+    vy: float = 0.0
+    alive: bool = True
+    previous: Corner = field(init=False)
+    next: Corner = field(init=False)
+
+    def at(self, time: float) -> tuple[float, float]:
+        """Where the corner is at a time."""
+        passed = time - self.time
+        return self.x + self.vx * passed, self.y + self.vy * passed
+
+
+@dataclass(slots=True)
+class _Chain:
+    """A run of wavefront corners at the place of an event; without corners, a piece of an edge that is hit."""
+
+    previous: Corner
+    arriving: Edge
+    leaving: Edge
+    next: Corner
+    direction: float = 0.0
+    """Angle towards the middle of the swept side."""
+
+
+class Wavefront:
+    """A wavefront under way. Feed it with closed loops, then `run` it once.
+
+    Args:
+        square_cuts: whether a fast edge beside a slow one at a reflex corner is cut off at right angles, instead of
+            following the slow edge, which would make a spike.
+    """
+
+    def __init__(self, square_cuts: bool = False) -> None:
+        self.nodes: list[tuple[float, float, float]] = []
+        """x, y and time of every place where corners were born or met."""
+        self.arcs: list[tuple[int, int, int]] = []
+        """(edge index, from node, to node): borders of the swept areas, which lie to their left."""
+        self._edges: list[Edge] = []
+        self._corners: dict[Corner, None] = {}
+        self._events: list[tuple[float, int, Corner, Corner | Edge]] = []
+        self._ticket = count()
+        self._square_cuts = square_cuts
+
+    def add_loop(self, loop: list[tuple[float, float]], speeds: list[float], indices: list[int]) -> None:
+        """A closed outline with its inside to the left: corners, and for the edges that leave them speed and index."""
+        edges = []
+        following = loop[1:] + loop[:1]
+        for (x, y), (x2, y2), speed, index in zip(loop, following, speeds, indices, strict=True):
+            length = math.hypot(x2 - x, y2 - y)
+            dx, dy = (x2 - x) / length, (y2 - y) / length
+            edges.append(Edge(index, dx, dy, dx * y - dy * x, speed))
+        self._edges += edges
+        first = len(self.nodes)
+        self.nodes += [(x, y, 0.0) for x, y in loop]
+        born: list[Corner] = []
+        for i in range(len(loop)):
+            born += self._join(edges[i - 1], edges[i], first + i, 0.0)
+            self.arcs.append((indices[i], first + i, first + (i + 1) % len(loop)))
+        for previous, corner in zip(born[-1:] + born[:-1], born, strict=True):
+            previous.next, corner.previous = corner, previous
+
+    def run(self, until: float) -> list[list[int]]:
+        """Moves the edges until a time, which may be infinite.
+
+        Returns:
+            The loops of nodes that are left at that time, inside to the left. Loops without area are among them.
+        """
+        for corner in list(self._corners):
+            self._plan(corner)
+        budget = 40 * len(self._edges) + 100
+        while self._events and budget:
+            time, _, corner, partner = heapq.heappop(self._events)
+            if time > until + TOLERANCE:
+                break
+            if corner.alive and self._meet(min(time, until), corner, partner):
+                budget -= 1
+        return self._stop(until)
+
+    def _join(self, before: Edge, after: Edge, node: int, time: float) -> list[Corner]:
+        """New corners, not yet linked, between two edges at a node: one, or two with a cut at right angles between."""
+        x, y, _ = self.nodes[node]
+        cross = before.dx * after.dy - before.dy * after.dx
+        dot = before.dx * after.dx + before.dy * after.dy
+        unequal = abs(before.speed - after.speed) > PARALLEL * max(before.speed, after.speed)
+        spiky = self._square_cuts and cross < 0 and dot > -PARALLEL
+        if unequal and (spiky or (abs(cross) < PARALLEL and dot > 0)):
+            fast = before if before.speed > after.speed else after
+            dx, dy = (-fast.nx, -fast.ny) if fast is before else (fast.nx, fast.ny)
+            cut = Edge(fast.index, dx, dy, dx * y - dy * x, 0.0)
+            self._edges.append(cut)
+            pairs = [(before, cut), (cut, after)]
+        else:
+            pairs = [(before, after)]
+        born = [Corner(a, b, node, x, y, time, *_velocity(a, b)) for a, b in pairs]
+        for corner in born:
+            self._corners[corner] = None
+            corner.after.corners[corner] = None
+        return born
+
+    def _plan(self, corner: Corner) -> None:
+        """Puts the coming events of a linked corner on the agenda."""
+        self._plan_collapse(corner.previous, corner)
+        self._plan_collapse(corner, corner.next)
+        before, after = corner.before, corner.after
+        if before.dx * after.dy - before.dy * after.dx > PARALLEL or (corner.vx == 0.0 == corner.vy and before.speed):
+            return
+        for edge in self._edges:
+            closing = edge.speed - (edge.dx * corner.vy - edge.dy * corner.vx)
+            if closing <= PARALLEL or edge is before or edge is after or not edge.corners:
+                continue
+            ahead = edge.ahead(corner.x, corner.y, corner.time)
+            if ahead >= -TOLERANCE:
+                time = corner.time + max(ahead, 0.0) / closing
+                heapq.heappush(self._events, (time, next(self._ticket), corner, edge))
+
+    def _plan_collapse(self, start: Corner, end: Corner) -> None:
+        edge = start.after
+        time = max(start.time, end.time)
+        (x, y), (x2, y2) = start.at(time), end.at(time)
+        length = (x2 - x) * edge.dx + (y2 - y) * edge.dy
+        rate = (start.vx - end.vx) * edge.dx + (start.vy - end.vy) * edge.dy
+        if rate > PARALLEL:
+            heapq.heappush(self._events, (time + max(length, 0.0) / rate, next(self._ticket), start, end))
+
+    def _meet(self, time: float, corner: Corner, partner: Corner | Edge) -> bool:
+        """Carries out an event, if it is still to happen; tells whether the wavefront has changed."""
+        x, y = corner.at(time)
+        met = {corner}
+        if isinstance(partner, Corner):
+            if not partner.alive or corner.next is not partner:
+                return False
+            x2, y2 = partner.at(time)
+            x, y = 0.5 * (x + x2), 0.5 * (y + y2)
+            met.add(partner)
+        elif not any(_reaches(start, x, y, time) for start in partner.corners if start is not corner):
+            return False
+        for other in self._corners:
+            ox, oy = other.at(time)
+            if abs(ox - x) <= TOLERANCE and abs(oy - y) <= TOLERANCE:
+                met.add(other)
+        chains, closed = self._chains(met, x, y, time)
+        if not closed and len(chains) == 1 and len(met) == 1:
+            return False
+        node = self._node(x, y, time)
+        for other in [c for c in self._corners if c in met]:
+            self._end(other, node)
+        self._reconnect(chains, node, time)
+        return True
+
+    def _chains(self, met: set[Corner], x: float, y: float, time: float) -> tuple[list[_Chain], bool]:
+        """The runs of corners that met, the pieces of edges they hit, and whether a whole loop has shrunk to a point."""
+        chains = []
+        covered = 0
+        for start in self._corners:
+            if start in met:
+                if start.previous in met:
+                    continue
+                end = start
+                covered += 1
+                while end.next in met:
+                    end = end.next
+                    covered += 1
+                chains.append(_Chain(start.previous, start.before, end.after, end.next))
+            elif start.next not in met and _reaches(start, x, y, time):
+                chains.append(_Chain(start, start.after, start.after, start.next))
+        for chain in chains:
+            chain.direction = _outer_direction(chain.arriving, chain.leaving)
+        chains.sort(key=lambda chain: chain.direction)
+        return chains, covered < len(met)
+
+    def _reconnect(self, chains: list[_Chain], node: int, time: float) -> None:
+        """Joins each chain's leaving edge to the arriving edge of the next chain around the node."""
+        born: list[Corner] = []
+        for chain, following in zip(chains, chains[1:] + chains[:1], strict=True):
+            run = self._join(following.arriving, chain.leaving, node, time)
+            run[0].previous, run[-1].next = following.previous, chain.next
+            for first, second in zip(run, run[1:], strict=False):
+                first.next, second.previous = second, first
+            born += run
+        for corner in born:
+            corner.previous.next = corner
+            corner.next.previous = corner
+        for corner in born:
+            if corner.alive and corner.next.next is corner:
+                self._close(corner, time)
+        for corner in born:
+            if corner.alive:
+                self._plan(corner)
+
+    def _close(self, corner: Corner, time: float) -> None:
+        """Ends a loop of two edges: they lie upon each other."""
+        ends = [corner] if corner.next is corner else [corner, corner.next]
+        nodes = []
+        for end in ends:
+            x, y = end.at(time)
+            born = self.nodes[end.node]
+            near = abs(x - born[0]) <= TOLERANCE and abs(y - born[1]) <= TOLERANCE
+            nodes.append(end.node if near else self._node(x, y, time))
+        for end, node, other in zip(ends, nodes, nodes[::-1], strict=True):
+            self._end(end, node)
+            self._arc(end.after.index, other, node)
+
+    def _stop(self, until: float) -> list[list[int]]:
+        """Ends all corners where they are, and closes the swept areas there."""
+        loops = []
+        waiting = dict(self._corners)
+        while waiting:
+            first = next(iter(waiting))
+            loop = []
+            corner = first
+            while corner in waiting:
+                del waiting[corner]
+                loop.append(corner)
+                corner = corner.next
+            loops.append(self._stop_loop(loop, until))
+        return loops
+
+    def _stop_loop(self, loop: list[Corner], until: float) -> list[int]:
+        time = until if math.isfinite(until) else max(corner.time for corner in loop)
+        places = [corner.at(time) for corner in loop]
+        nodes: list[int] = []
+        for i, (x, y) in enumerate(places):
+            px, py = places[i - 1]
+            repeats = i > 0 and abs(x - px) <= TOLERANCE and abs(y - py) <= TOLERANCE
+            nodes.append(nodes[-1] if repeats else self._node(x, y, time))
+        for i, corner in enumerate(loop):
+            self._end(corner, nodes[i])
+            self._arc(corner.before.index, nodes[i], nodes[i - 1])
+        return [node for i, node in enumerate(nodes) if node != nodes[i - 1]]
+
+    def _end(self, corner: Corner, node: int) -> None:
+        corner.alive = False
+        del self._corners[corner]
+        del corner.after.corners[corner]
+        self._arc(corner.before.index, corner.node, node)
+        self._arc(corner.after.index, node, corner.node)
+
+    def _arc(self, index: int, start: int, end: int) -> None:
+        if start != end:
+            self.arcs.append((index, start, end))
+
+    def _node(self, x: float, y: float, time: float) -> int:
+        self.nodes.append((x, y, time))
+        return len(self.nodes) - 1
+
+
+def _velocity(before: Edge, after: Edge) -> tuple[float, float]:
+    """How the corner between two edges moves; edges that lie upon each other have none."""
+    cross = before.dx * after.dy - before.dy * after.dx
+    dot = before.dx * after.dx + before.dy * after.dy
+    if before.speed == after.speed and dot >= 0:
+        pace = before.speed / (1.0 + dot)
+        return pace * (before.nx + after.nx), pace * (before.ny + after.ny)
+    if abs(cross) < PARALLEL:
+        return (0.0, 0.0) if dot < 0 else (before.speed * before.nx, before.speed * before.ny)
+    return (
+        (before.speed * after.dx - after.speed * before.dx) / cross,
+        (before.speed * after.dy - after.speed * before.dy) / cross,
+    )
+
+
+def _reaches(start: Corner, x: float, y: float, time: float) -> bool:
+    """Whether the piece of an edge that leaves a corner runs through a place at a time, ends included."""
+    edge = start.after
+    if abs(edge.ahead(x, y, time)) > TOLERANCE:
+        return False
+    (x1, y1), (x2, y2) = start.at(time), start.next.at(time)
+    before = (x - x1) * edge.dx + (y - y1) * edge.dy
+    after = (x2 - x) * edge.dx + (y2 - y) * edge.dy
+    return before >= -TOLERANCE and after >= -TOLERANCE
+
+
+def _outer_direction(arriving: Edge, leaving: Edge) -> float:
+    """Angle of the middle of the swept side between an edge that ends at a place and one that begins there."""
+    inbound = math.atan2(-arriving.dy, -arriving.dx)
+    outbound = math.atan2(leaving.dy, leaving.dx)
+    width = (outbound - inbound) % math.tau
+    # Edges that lie upon each other enclose nothing: all around them has been swept.
+    return math.remainder(inbound + 0.5 * (width if width > PARALLEL else math.tau), math.tau)
