@@ -74,7 +74,7 @@ def _primitives(document: GltfDocument, batch: TriangleBatch, assets: Path | Non
     return primitives
 
 
-def group_indices(batch: TriangleBatch) -> NDArray[np.uint16] | NDArray[np.uint32]:
+def group_indices(batch: TriangleBatch) -> NDArray[np.unsignedinteger]:
     """[3 T] vertices counted from the first of their own group, in the narrowest type that holds them."""
     starts = np.repeat(batch.group_vertices[:-1], np.diff(batch.group_triangles)).astype(np.uint32)
     largest = int(np.diff(batch.group_vertices).max())

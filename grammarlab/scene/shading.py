@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Ints, offsets_from_counts
+from grammarlab.geometry.measure import area_vectors
 from grammarlab.geometry.mesh import Meshes
+from grammarlab.geometry.ragged import next_in_row
 from grammarlab.geometry.triangulate import triangulate
 
 Floats = NDArray[np.float64]
@@ -55,15 +57,15 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
     num_points = max(len(meshes.points), 1)
     # A keyhole polygon visits a point twice within one face: both visits are the same vertex.
     corner_keys, corner = np.unique(face * num_points + point, return_inverse=True)
-    area_vectors = _area_vectors(meshes, point, face)
-    vertex_of_corner = _smooth_groups(meshes, point, face, corner, area_vectors, crease_angle)
+    outward = area_vectors(meshes)
+    vertex_of_corner = _smooth_groups(meshes, point, face, corner, outward, crease_angle)
 
     num_vertices = int(vertex_of_corner.max(initial=-1)) + 1
     first_corner = np.full(num_vertices, len(corner_keys), dtype=np.int64)
     np.minimum.at(first_corner, vertex_of_corner, np.arange(len(corner_keys)))
     vertex_key = corner_keys[first_corner]
     corner_face = corner_keys // num_points
-    normals = unit(_sums(vertex_of_corner, area_vectors[corner_face], num_vertices))
+    normals = unit(_sums(vertex_of_corner, outward[corner_face], num_vertices))
 
     mesh_of_face = meshes.mesh_of_face()
     mesh_vertices = offsets_from_counts(np.bincount(mesh_of_face[vertex_key // num_points], minlength=len(meshes)))
@@ -87,13 +89,6 @@ def unit(vectors: Floats) -> Floats:
     return np.where(length[:, None] > 0, vectors / np.where(length > 0, length, 1.0)[:, None], (0.0, 1.0, 0.0))
 
 
-def _area_vectors(meshes: Meshes, point: Ints, face: Ints) -> Floats:
-    """[F, 3] each face's normal times twice its area (Newell's method)."""
-    here = meshes.points[point]
-    crossed = np.cross(here, here[_next_corner(meshes, face)])
-    return _sums(face, crossed, meshes.num_faces)
-
-
 def _sums(group: Ints, vectors: Floats, num_groups: int) -> Floats:
     """[num_groups, 3] the sum of the vectors [N, 3] of each group [N]."""
     sums = np.empty((num_groups, 3))
@@ -102,27 +97,18 @@ def _sums(group: Ints, vectors: Floats, num_groups: int) -> Floats:
     return sums
 
 
-def _next_corner(meshes: Meshes, face: Ints) -> Ints:
-    """[C] the corner that follows each around its face."""
-    following = np.arange(1, len(face) + 1)
-    last = meshes.face_offsets[1:][face] == following
-    return np.where(last, meshes.face_offsets[:-1][face], following)
-
-
-def _smooth_groups(
-    meshes: Meshes, point: Ints, face: Ints, corner: Ints, area_vectors: Floats, crease_angle: float
-) -> Ints:
+def _smooth_groups(meshes: Meshes, point: Ints, face: Ints, corner: Ints, outward: Floats, crease_angle: float) -> Ints:
     """The vertex of each distinct (face, point), numbered in order of first appearance."""
     num_corners = int(corner.max(initial=-1)) + 1
-    following = _next_corner(meshes, face)
+    following = next_in_row(meshes.face_offsets)
     low, high = np.minimum(point, point[following]), np.maximum(point, point[following])
     edge = low * max(len(meshes.points), 1) + high
     order = np.argsort(edge, kind="stable")
     same = np.flatnonzero(edge[order][:-1] == edge[order][1:])
     one, other = order[same], order[same + 1]
-    normals = unit(area_vectors)
+    normals = unit(outward)
     turn = np.einsum("ij,ij->i", normals[face[one]], normals[face[other]])
-    solid = np.einsum("ij,ij->i", area_vectors, area_vectors) > 0
+    solid = np.einsum("ij,ij->i", outward, outward) > 0
     smooth = (turn > np.cos(crease_angle)) & solid[face[one]] & solid[face[other]]
     one, other = one[smooth], other[smooth]
     if len(one) == 0:
