@@ -10,6 +10,7 @@ from grammarlab.geometry.edges import edges
 from grammarlab.geometry.measure import area_vectors, face_normals
 from grammarlab.geometry.mesh import Floats, Meshes
 from grammarlab.geometry.ragged import next_in_row, sum_rows
+from grammarlab.geometry.vectors import dot, unit
 
 SAME_DIRECTION = 1e-9
 """Faces whose unit normals differ by less are extruded together."""
@@ -50,9 +51,7 @@ def extrude_along_vertex_normals(meshes: Meshes, heights: Floats) -> Meshes:
     """
     mean = np.zeros_like(meshes.points)
     np.add.at(mean, meshes.corner_points(), face_normals(meshes)[meshes.face_of_corner()])
-    lengths = np.linalg.norm(mean, axis=1, keepdims=True)
-    unit = np.divide(mean, lengths, out=np.zeros_like(mean), where=lengths > 0.0)
-    return _prisms(meshes, unit * heights[meshes.mesh_of_point()][:, None], heights != 0.0)
+    return _prisms(meshes, unit(mean) * heights[meshes.mesh_of_point()][:, None], heights != 0.0)
 
 
 def extrude_to_level(meshes: Meshes, heights: Floats, up: Floats) -> Meshes:
@@ -67,7 +66,7 @@ def extrude_to_level(meshes: Meshes, heights: Floats, up: Floats) -> Meshes:
         up: [M, 3] unit vectors.
     """
     of_point = meshes.mesh_of_point()
-    level = np.einsum("pk,pk->p", meshes.points, up[of_point])
+    level = dot(meshes.points, up[of_point])
     low, high = np.full(len(meshes), np.inf), np.full(len(meshes), -np.inf)
     np.minimum.at(low, of_point, level)
     np.maximum.at(high, of_point, level)
@@ -123,7 +122,7 @@ def _prisms(meshes: Meshes, shift: Floats, moves: NDArray[np.bool_]) -> Meshes:
     start, end = meshes.corners, meshes.corners[following]
     lift = np.repeat(num_points, np.diff(meshes.face_offsets[meshes.mesh_faces]))
     mean_shift = sum_rows(shift[meshes.corner_points()], meshes.face_offsets)
-    inwards = np.einsum("fk,fk->f", mean_shift, area_vectors(meshes)) < 0.0
+    inwards = dot(mean_shift, area_vectors(meshes)) < 0.0
 
     table = edges(meshes)
     edge = table.edge_of_corner

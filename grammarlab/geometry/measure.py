@@ -1,4 +1,4 @@
-"""What can be measured on meshes: normals, areas, volumes, counts, and whether they are closed, convex or rectangular."""
+"""What can be measured on meshes: normals, areas, volumes, and whether they are closed, convex or rectangular."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from grammarlab.geometry.mesh import Floats, Meshes
 from grammarlab.geometry.ragged import all_rows, any_rows, next_in_row, sum_rows
+from grammarlab.geometry.vectors import cross, dot, norm
 
 Flags = NDArray[np.bool_]
 
@@ -25,20 +26,20 @@ def area_vectors(meshes: Meshes) -> Floats:
     corners = meshes.points[meshes.corner_points()]
     face = meshes.face_of_corner()
     spokes = corners - corners[meshes.face_offsets[:-1][face]]
-    products = np.cross(spokes, spokes[next_in_row(meshes.face_offsets)])
+    products = cross(spokes, spokes[next_in_row(meshes.face_offsets)])
     return 0.5 * sum_rows(products, meshes.face_offsets)
 
 
 def face_areas(meshes: Meshes) -> Floats:
     """[F] areas in square metres."""
-    return np.linalg.norm(area_vectors(meshes), axis=1)
+    return norm(area_vectors(meshes))
 
 
 def face_normals(meshes: Meshes) -> Floats:
     """[F, 3] unit normals, counter-clockwise corners seen from their tips; zero for faces without area."""
     vectors = area_vectors(meshes)
-    lengths = np.linalg.norm(vectors, axis=1)
-    perimeters = sum_rows(np.linalg.norm(corner_edges(meshes), axis=1), meshes.face_offsets)
+    lengths = norm(vectors)
+    perimeters = sum_rows(norm(corner_edges(meshes)), meshes.face_offsets)
     solid = lengths > DEGENERATE * perimeters**2
     return np.where(solid[:, None], vectors / np.where(solid, lengths, 1.0)[:, None], 0.0)
 
@@ -62,7 +63,7 @@ def volumes(meshes: Meshes) -> Floats:
     first_corner = meshes.corner_points()[np.minimum(meshes.face_offsets[:-1], max(len(meshes.corners) - 1, 0))]
     apex = meshes.points[meshes.mesh_points[:-1][meshes.mesh_of_face()]]
     heights = meshes.points[first_corner] - apex
-    return sum_rows(np.einsum("fk,fk->f", heights, area_vectors(meshes)), meshes.mesh_faces) / 3.0
+    return sum_rows(dot(heights, area_vectors(meshes)), meshes.mesh_faces) / 3.0
 
 
 def is_closed(meshes: Meshes) -> Flags:
@@ -89,10 +90,10 @@ def is_reflex(meshes: Meshes) -> Flags:
     following = next_in_row(meshes.face_offsets)
     ahead = edges[following]
     normals = face_normals(meshes)[meshes.face_of_corner()]
-    lengths = np.linalg.norm(edges, axis=1)
+    lengths = norm(edges)
     scale = lengths * lengths[following]
-    left = np.einsum("ck,ck->c", np.cross(edges, ahead), normals)
-    onward = np.einsum("ck,ck->c", edges, ahead)
+    left = dot(cross(edges, ahead), normals)
+    onward = dot(edges, ahead)
     turns_well = (left > STRAIGHT * scale) | ((left >= -STRAIGHT * scale) & (onward >= 0.0))
     reflex = np.zeros(len(edges), bool)
     reflex[following] = ~turns_well
@@ -108,8 +109,8 @@ def is_rectangular(meshes: Meshes, tolerance_degrees: float) -> Flags:
     """[M] whether there is a face, and all faces have four corners of 90 degrees give or take the tolerance."""
     edges = corner_edges(meshes)
     ahead = edges[next_in_row(meshes.face_offsets)]
-    scale = np.linalg.norm(edges, axis=1) * np.linalg.norm(ahead, axis=1)
-    cosine = np.abs(np.einsum("ck,ck->c", edges, ahead))
+    scale = norm(edges) * norm(ahead)
+    cosine = np.abs(dot(edges, ahead))
     # The slack keeps a right angle right under tolerance 0 after a rotation of the whole shape.
     right = (cosine <= (np.sin(np.radians(tolerance_degrees)) + STRAIGHT) * scale) & (scale > 0.0)
     faces = all_rows(right, meshes.face_offsets) & (np.diff(meshes.face_offsets) == 4)
@@ -119,10 +120,10 @@ def is_rectangular(meshes: Meshes, tolerance_degrees: float) -> Flags:
 def is_planar(meshes: Meshes, tolerance_degrees: float) -> Flags:
     """[M] whether there is a face, and at no corner the local normal leaves the face normal by more than the angle."""
     edges = corner_edges(meshes)
-    local = np.cross(edges, edges[next_in_row(meshes.face_offsets)])
-    lengths = np.linalg.norm(local, axis=1)
+    local = cross(edges, edges[next_in_row(meshes.face_offsets)])
+    lengths = norm(local)
     normals = face_normals(meshes)[meshes.face_of_corner()]
-    aligned = np.abs(np.einsum("ck,ck->c", local, normals))
+    aligned = np.abs(dot(local, normals))
     flat = aligned >= (np.cos(np.radians(tolerance_degrees)) - STRAIGHT) * lengths
     faces = all_rows(flat, meshes.face_offsets)
     return all_rows(faces, meshes.mesh_faces) & (np.diff(meshes.mesh_faces) > 0)

@@ -139,14 +139,21 @@ class Meshes:
             high[filled] = np.maximum.reduceat(self.points, starts, axis=0)
         return low, high
 
-    def reversed(self) -> Meshes:
-        """The same faces seen from the other side."""
-        starts, ends = self.face_offsets[:-1], self.face_offsets[1:]
-        face = self.face_of_corner()
-        mirrored = starts[face] + ends[face] - 1 - np.arange(len(self.corners))
-        return Meshes(
-            self.points, self.corners[mirrored], self.face_offsets, self.mesh_faces, self.mesh_points, self.tags
-        )
+    def reversed(self, faces: NDArray[np.bool_] | None = None) -> Meshes:
+        """The same faces seen from the other side; each keeps its first edge, as CGA's ``reverseNormals`` does.
+
+        Args:
+            faces: [F] which faces to turn; all when left out.
+        """
+        counts = np.diff(self.face_offsets)
+        face = row_of_value(counts)
+        starts = self.face_offsets[:-1][face]
+        place = np.arange(len(self.corners)) - starts
+        mirrored = starts + (1 - place) % counts[face]
+        corners = self.corners[mirrored]
+        if faces is not None:
+            corners = np.where(faces[face], corners, self.corners)
+        return Meshes(self.points, corners, self.face_offsets, self.mesh_faces, self.mesh_points, self.tags)
 
 
 def _chain(offsets: Sequence[Indices]) -> Indices:
