@@ -153,7 +153,8 @@ def _attempt(
     faces = tuple(_faces_of(arcs) for arcs in by_edge)
     areas = [tuple(numbers[node] for node in loop) for loop in rest]
     result = Sweep(nodes[:, :2], nodes[:, 2], faces, tuple(loop for loop in areas if _has_area(nodes, loop)))
-    return result if _is_subdivision(result, loops, numbers[:num_kept]) else None
+    unfinished = limit == math.inf and result.rest
+    return None if unfinished or not _is_subdivision(result, loops, numbers[:num_kept]) else result
 
 
 def _faces_of(arcs: Sequence[tuple[int, int]]) -> tuple[Loop, ...]:

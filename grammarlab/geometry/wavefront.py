@@ -60,6 +60,8 @@ class Corner:
     time: float
     vx: float = 0.0
     vy: float = 0.0
+    is_stuck: bool = False
+    """Whether its edges lie upon each other, so that it has nowhere to go."""
     alive: bool = True
     previous: Corner = field(init=False)
     next: Corner = field(init=False)
@@ -151,7 +153,10 @@ class Wavefront:
             pairs = [(before, cut), (cut, after)]
         else:
             pairs = [(before, after)]
-        born = [Corner(a, b, node, x, y, time, *_velocity(a, b)) for a, b in pairs]
+        born = []
+        for a, b in pairs:
+            velocity = _velocity(a, b)
+            born.append(Corner(a, b, node, x, y, time, *(velocity or (0.0, 0.0)), is_stuck=velocity is None))
         for corner in born:
             self._corners[corner] = None
             corner.after.corners[corner] = None
@@ -162,7 +167,7 @@ class Wavefront:
         self._plan_collapse(corner.previous, corner)
         self._plan_collapse(corner, corner.next)
         before, after = corner.before, corner.after
-        if before.dx * after.dy - before.dy * after.dx > PARALLEL or (corner.vx == 0.0 == corner.vy and before.speed):
+        if corner.is_stuck or before.dx * after.dy - before.dy * after.dx > PARALLEL:
             return
         for edge in self._edges:
             closing = edge.speed - (edge.dx * corner.vy - edge.dy * corner.vx)
@@ -194,11 +199,9 @@ class Wavefront:
             met.add(partner)
         elif not any(_reaches(start, x, y, time) for start in partner.corners if start is not corner):
             return False
-        for other in self._corners:
-            ox, oy = other.at(time)
-            if abs(ox - x) <= TOLERANCE and abs(oy - y) <= TOLERANCE:
-                met.add(other)
-        chains, closed = self._chains(met, x, y, time)
+        near = self._near(x, y, time) | met
+        met |= {other for other in near if not other.is_stuck and not _just_parted(other, corner, time)}
+        chains, closed = self._chains(met, near, x, y, time)
         if not closed and len(chains) == 1 and len(met) == 1:
             return False
         node = self._node(x, y, time)
@@ -207,7 +210,17 @@ class Wavefront:
         self._reconnect(chains, node, time)
         return True
 
-    def _chains(self, met: set[Corner], x: float, y: float, time: float) -> tuple[list[_Chain], bool]:
+    def _near(self, x: float, y: float, time: float) -> set[Corner]:
+        near = set()
+        for corner in self._corners:
+            cx, cy = corner.at(time)
+            if abs(cx - x) <= TOLERANCE and abs(cy - y) <= TOLERANCE:
+                near.add(corner)
+        return near
+
+    def _chains(
+        self, met: set[Corner], near: set[Corner], x: float, y: float, time: float
+    ) -> tuple[list[_Chain], bool]:
         """The runs of corners that met, the pieces of edges they hit, and whether a whole loop has shrunk to a point."""
         chains = []
         covered = 0
@@ -221,7 +234,7 @@ class Wavefront:
                     end = end.next
                     covered += 1
                 chains.append(_Chain(start.previous, start.before, end.after, end.next))
-            elif start.next not in met and _reaches(start, x, y, time):
+            elif start not in near and start.next not in near and _reaches(start, x, y, time):
                 chains.append(_Chain(start, start.after, start.after, start.next))
         for chain in chains:
             chain.direction = _outer_direction(chain.arriving, chain.leaving)
@@ -304,19 +317,24 @@ class Wavefront:
         return len(self.nodes) - 1
 
 
-def _velocity(before: Edge, after: Edge) -> tuple[float, float]:
-    """How the corner between two edges moves; edges that lie upon each other have none."""
+def _velocity(before: Edge, after: Edge) -> tuple[float, float] | None:
+    """How the corner between two edges moves; nothing when they lie upon each other."""
     cross = before.dx * after.dy - before.dy * after.dx
     dot = before.dx * after.dx + before.dy * after.dy
     if before.speed == after.speed and dot >= 0:
         pace = before.speed / (1.0 + dot)
         return pace * (before.nx + after.nx), pace * (before.ny + after.ny)
     if abs(cross) < PARALLEL:
-        return (0.0, 0.0) if dot < 0 else (before.speed * before.nx, before.speed * before.ny)
+        return None if dot < 0 else (before.speed * before.nx, before.speed * before.ny)
     return (
         (before.speed * after.dx - after.speed * before.dx) / cross,
         (before.speed * after.dy - after.speed * before.dy) / cross,
     )
+
+
+def _just_parted(first: Corner, second: Corner, time: float) -> bool:
+    """Whether two corners come from the same event, and no time has passed since."""
+    return first is not second and first.node == second.node and time <= second.time + TOLERANCE
 
 
 def _reaches(start: Corner, x: float, y: float, time: float) -> bool:
