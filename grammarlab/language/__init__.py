@@ -1,0 +1,1 @@
+"""The rule language: CGA text to a checked `grammar.Grammar`, and back."""

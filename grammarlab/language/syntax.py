@@ -127,11 +127,6 @@ class Components(Node):
     """Their bodies are expressions, or choices between expressions."""
 
 
-Expression: TypeAlias = (
-    Number | String | Boolean | Name | Call | Unary | Binary | Relative | Floating | Index | Array | Span | Components
-)
-
-
 # Choices ---------------------------------------------------------------------------------------------------
 
 
@@ -153,6 +148,25 @@ class Stochastic(Node):
 
 Choice: TypeAlias = "Case | Stochastic | Sequence | Expression"
 
+
+Expression: TypeAlias = (
+    Number
+    | String
+    | Boolean
+    | Name
+    | Call
+    | Unary
+    | Binary
+    | Relative
+    | Floating
+    | Index
+    | Array
+    | Span
+    | Components
+    | Case
+    | Stochastic
+)
+"""A choice is an expression where it stands in parentheses: ``270 + (case left: 90 else: 0)``."""
 
 # Sequences of operations -----------------------------------------------------------------------------------
 
@@ -213,6 +227,14 @@ class Scoped(Node):
 
 
 @dataclass(frozen=True, slots=True)
+class Scatter(Node):
+    """``scatter(surface, 10, uniform) { … }``: operations on shapes strewn over the current one."""
+
+    arguments: tuple[Expression, ...]
+    body: Choice
+
+
+@dataclass(frozen=True, slots=True)
 class Inline(Node):
     """``inline(strategy) Rule``: the shapes that the body makes, merged into the current one."""
 
@@ -230,7 +252,7 @@ class Combine(Node):
     second: Choice
 
 
-Item: TypeAlias = Invoke | Block | Scoped | Inline | Combine
+Item: TypeAlias = Invoke | Block | Scoped | Scatter | Inline | Combine
 
 
 @dataclass(frozen=True, slots=True)

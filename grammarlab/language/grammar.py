@@ -1,0 +1,135 @@
+"""A rule file as a value: its text, its tree, and look-ups by name."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import takewhile
+from pathlib import Path
+from typing import TypeVar
+
+from grammarlab.errors import Finding, LanguageError, Location
+from grammarlab.language.parsing import MAX_CHARACTERS, parse
+from grammarlab.language.syntax import Attribute, Function, Import, Rule, RuleFile, Style
+
+_K = TypeVar("_K")
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True)
+class Grammar:
+    """A rule file without syntax errors. Equal text, equal value."""
+
+    text: str
+    """The whole rule file, without a byte order mark."""
+    tree: RuleFile = field(compare=False, repr=False)
+    """What the text says."""
+    file: str = field(default="<text>", compare=False)
+    """Its name as the user gave it, for messages."""
+
+    @classmethod
+    def parse(cls, text: str, file: str = "<text>") -> Grammar:
+        """Reads a rule file.
+
+        Args:
+            text: the whole file.
+            file: its name, for messages.
+
+        Raises:
+            LanguageError: with every syntax error of the file.
+        """
+        text = text.removeprefix("\ufeff")
+        parsed = parse(text, file)
+        if parsed.findings:
+            raise LanguageError(parsed.findings, text)
+        return cls(text, parsed.tree, file)
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of the text in UTF-8, in hexadecimal."""
+        return hashlib.sha256(self.text.encode("utf-8", "surrogatepass")).hexdigest()
+
+    @cached_property
+    def rules(self) -> dict[tuple[str, int], Rule]:
+        """The rules by name and number of parameters; the first of equals. Those of styles are left out."""
+        return _first_by_key(((rule.name, len(rule.parameters)), rule) for rule in self._of_default_style(Rule))
+
+    @cached_property
+    def attributes(self) -> dict[str, Attribute]:
+        """The attributes and constants by name."""
+        return _first_by_key((attribute.name, attribute) for attribute in self._of_default_style(Attribute))
+
+    @cached_property
+    def functions(self) -> dict[tuple[str, int], Function]:
+        """The functions by name and number of parameters."""
+        found = self._of_default_style(Function)
+        return _first_by_key(((function.name, len(function.parameters)), function) for function in found)
+
+    @cached_property
+    def imports(self) -> dict[str, Import]:
+        """The import statements by alias."""
+        return _first_by_key((statement.alias, statement) for statement in self._of_default_style(Import))
+
+    @property
+    def start_rules(self) -> tuple[Rule, ...]:
+        """The rules that are meant to be begun with: those marked ``@StartRule`` or ``start``, else the first rule."""
+        rules = self._of_default_style(Rule)
+        marked = tuple(rule for rule in rules if is_start_rule(rule))
+        return marked or rules[:1]
+
+    @property
+    def start_rule(self) -> Rule | None:
+        """The first of `start_rules`; None in a file without rules."""
+        return next(iter(self.start_rules), None)
+
+    def _of_default_style(self, kind: type[_T]) -> tuple[_T, ...]:
+        definitions = takewhile(lambda definition: not isinstance(definition, Style), self.tree.definitions)
+        return tuple(definition for definition in definitions if isinstance(definition, kind))
+
+
+def is_start_rule(rule: Rule) -> bool:
+    """Whether a rule is marked as one to begin with."""
+    return rule.keyword == "start" or any(mark.name.lower() == "startrule" for mark in rule.annotations)
+
+
+def load(path: str | Path) -> Grammar:
+    """Reads a rule file from disk: UTF-8, or Latin-1 where it is not UTF-8.
+
+    Raises:
+        LanguageError: with every syntax error of the file, or because it cannot be read or is too large.
+    """
+    path = Path(path)
+    return Grammar.parse(read_text(path), str(path))
+
+
+def read_text(path: Path) -> str:
+    """The text of a rule file.
+
+    Raises:
+        LanguageError: the file cannot be read, or is too large.
+    """
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(4 * MAX_CHARACTERS + 1)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise _unreadable(path, "missing-file", f"cannot read the rule file {path}: {reason}") from error
+    if len(content) > 4 * MAX_CHARACTERS:
+        raise _unreadable(path, "file-too-large", f"{path} is larger than {4 * MAX_CHARACTERS:,} bytes")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("latin-1")
+
+
+def _unreadable(path: Path, code: str, message: str) -> LanguageError:
+    return LanguageError((Finding("error", code, message, Location(file=str(path))),))
+
+
+def _first_by_key(pairs: Iterable[tuple[_K, _T]]) -> dict[_K, _T]:
+    result: dict[_K, _T] = {}
+    for key, value in pairs:
+        result.setdefault(key, value)
+    return result

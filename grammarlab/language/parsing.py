@@ -1,0 +1,112 @@
+"""Text in, syntax tree and findings out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, cast
+
+from lark import Lark, UnexpectedToken
+from lark import Token as LarkToken
+from lark.lexer import Lexer
+
+from grammarlab.errors import Finding, Location
+from grammarlab.language.building import MistakeError, TreeBuilder, Version
+from grammarlab.language.mistakes import explain
+from grammarlab.language.outline import Chunk, outline
+from grammarlab.language.syntax import Definition, RuleFile
+from grammarlab.language.tokens import Comment, Token, tokenize
+
+MAX_CHARACTERS = 4 * 2**20
+"""Longest rule file that is read."""
+MAX_FINDINGS = 100
+"""After so many syntax errors the rest goes unreported."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parsed:
+    """A rule file read."""
+
+    tree: RuleFile
+    """The definitions without errors."""
+    findings: tuple[Finding, ...]
+    """Syntax errors in the order of the text; empty when the tree is the whole file."""
+    comments: tuple[Comment, ...]
+    broken: frozenset[str]
+    """Names that stand in definitions with errors, so that their users need not be reported too."""
+
+
+def parse(text: str, file: str = "<text>") -> Parsed:
+    """The syntax tree of a rule file, and everything in it that is not CGA.
+
+    Args:
+        text: the whole rule file.
+        file: its name, for locations.
+    """
+    if len(text) > MAX_CHARACTERS:
+        message = f"the file has {len(text):,} characters: expected at most {MAX_CHARACTERS:,}"
+        finding = Finding("error", "file-too-large", message, Location(file=file))
+        return Parsed(RuleFile("", ()), (finding,), (), frozenset())
+    words = tokenize(text, file)
+    plan = outline(words)
+    findings = [*words.findings, *plan.findings]
+    version = ""
+    definitions: list[Definition] = []
+    broken: set[str] = set()
+    for chunk in plan.chunks:
+        node = _parse_definition(chunk)
+        if isinstance(node, Finding):
+            findings.append(node)
+        elif isinstance(node, Version):
+            version = node.text
+        elif node is not None:
+            definitions.append(node)
+            continue
+        if not isinstance(node, Version):
+            broken.update(token.value for token in chunk.tokens if token.type == "NAME")
+    findings.sort(key=lambda finding: finding.location)
+    tree = RuleFile(version, tuple(definitions), location=Location(file=file))
+    return Parsed(tree, tuple(findings[:MAX_FINDINGS]), words.comments, frozenset(broken))
+
+
+def _parse_definition(chunk: Chunk) -> Definition | Version | Finding | None:
+    """The definition, or what is wrong with it; None where a finding already says so."""
+    if chunk.damaged:
+        return None
+    last = chunk.tokens[-1]
+    end = Token("$END", "", last.location, last.end, last.end)
+    state = _parser().parse_interactive()
+    result: Any = None
+    for position, token in enumerate((*chunk.tokens, end)):
+        try:
+            result = state.feed_token(cast(LarkToken, token))
+        except UnexpectedToken:
+            return explain(chunk.tokens, position, frozenset(state.accepts()))
+        except MistakeError as mistake:
+            return mistake.finding
+    return result
+
+
+class _NoLexer(Lexer):
+    """The parser is fed tokens; it needs no lexer of its own."""
+
+    def __init__(self, lexer_conf: Any) -> None:
+        del lexer_conf
+
+    def lex(self, lexer_state: Any, parser_state: Any) -> Any:
+        del lexer_state, parser_state
+        return iter(())
+
+
+@cache
+def _parser() -> Lark:
+    grammar = files("grammarlab.language").joinpath("cga.lark").read_text(encoding="utf-8")
+    return Lark(
+        grammar,
+        parser="lalr",
+        lexer=_NoLexer,
+        start="definition",
+        transformer=TreeBuilder(),
+        maybe_placeholders=False,
+    )

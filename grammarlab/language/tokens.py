@@ -1,0 +1,182 @@
+"""The words of a rule file: text in, tokens and comments out.
+
+Every character of the text ends up in a token, a comment or white space; what CGA does not know is named in a
+finding and, where its meaning is plain (``->`` for ``-->``), put right so that the rest of the file can be read.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from grammarlab.errors import Finding, Location
+
+LINE_END = r"\r\n|[\n\r\x0b\x0c\x1c-\x1e\x85\u2028\u2029]"
+"""The line ends of `str.splitlines`, so that a finding shows the line it counts."""
+
+_NOT_LINE_END = r"[^\n\r\x0b\x0c\x1c-\x1e\x85\u2028\u2029]"
+_IDENTIFIER = r"[^\W\d]\w*"
+
+_PATTERNS = (
+    ("LINE_END", LINE_END),
+    ("SPACE", r"[^\S\n\r\x0b\x0c\x1c-\x1e\x85\u2028\u2029]+"),
+    ("COMMENT", rf"(?://|\#){_NOT_LINE_END}*|/\*(?s:.*?)(?:\*/|\Z)"),
+    # A dot may end a symbol (``Roof.``) unless it begins an element-wise operator (``a.+b``).
+    ("NAME", rf"{_IDENTIFIER}(?:\.{_IDENTIFIER})*(?:\.(?=-->)|\.(?![-+*%<>!]|/(?![/*])|==|&&|\|\|))?"),
+    ("NUMBER", r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"),
+    ("STRING", r'"(?:\\.|[^"\\\n\r\x0b\x0c\x1c-\x1e\x85\u2028\u2029])*"?'),
+    ("_ARROW", r"-->"),
+    ("_EQUALS_COLON", r"=:"),
+    ("_ASSIGN", r":="),
+    ("OPERATOR", r"\.?(?:&&|\|\||==|!=|<=|>=|[*/%<>])"),
+    ("WRONG_ARROW", r"-+>|[–—]-?>|→"),
+    ("FAT_ARROW", r"=>"),
+    ("MEMBER", rf"\.{_IDENTIFIER}(?:\.{_IDENTIFIER})*"),
+    ("SIGN", r"\.?[-+]"),
+    ("PREFIX", r"\.?!|['~]"),
+    ("_LPAR", r"\("),
+    ("RPAR", r"\)"),
+    ("_LBRACE", r"\{"),
+    ("CLOSE", r"\}"),
+    ("_LBRACKET", r"\["),
+    ("RBRACKET", r"\]"),
+    ("_COMMA", r","),
+    ("_BAR", r"\|"),
+    ("_COLON", r":"),
+    ("_SEMICOLON", r";"),
+    ("_EQUALS", r"="),
+    ("_AT", r"@"),
+    ("CARET", r"\^"),
+    ("UNKNOWN", r"."),
+)
+_SCANNER = re.compile("|".join(f"(?P<{name}>{pattern})" for name, pattern in _PATTERNS), re.DOTALL)
+
+
+class Token(NamedTuple):
+    """One word or sign of a rule file."""
+
+    type: str
+    value: str
+    location: Location
+    start: int
+    """Offset of the first character in the text."""
+    end: int
+    """Offset past the last character."""
+
+
+@dataclass(frozen=True, slots=True)
+class Comment:
+    """A comment, kept for the formatter."""
+
+    text: str
+    """With its marks: ``// like this``."""
+    location: Location
+    alone: bool
+    """Whether nothing but white space stands before it on its line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """A rule file taken apart."""
+
+    tokens: tuple[Token, ...]
+    comments: tuple[Comment, ...]
+    findings: tuple[Finding, ...]
+
+
+def tokenize(text: str, file: str = "<text>") -> Words:
+    """The tokens, comments and lexical mistakes of a rule file.
+
+    Args:
+        text: the whole rule file.
+        file: its name, for locations.
+    """
+    tokens: list[Token] = []
+    comments: list[Comment] = []
+    findings: list[Finding] = []
+    line, line_start, line_has_token = 1, 0, False
+    for match in _SCANNER.finditer(text):
+        kind = match.lastgroup
+        if kind == "SPACE":
+            continue
+        start, end = match.span()
+        if kind == "LINE_END":
+            line, line_start, line_has_token = line + 1, end, False
+            continue
+        value = match[0]
+        if kind == "COMMENT":
+            location = Location(line, start - line_start + 1, len(value.splitlines()[0]), file)
+            comments.append(Comment(value, location, not line_has_token))
+            if value.startswith("/*"):
+                if not value.endswith("*/") or len(value) < 4:
+                    findings.append(_unclosed_comment(location))
+                breaks = list(re.finditer(LINE_END, value))
+                if breaks:
+                    line, line_start, line_has_token = line + len(breaks), start + breaks[-1].end(), False
+            continue
+        line_has_token = True
+        token = Token(kind or "UNKNOWN", value, Location(line, start - line_start + 1, end - start, file), start, end)
+        if kind in _REPAIRS:
+            repaired, finding = _REPAIRS[kind](token)
+            findings += finding
+            if repaired is not None:
+                tokens.append(repaired)
+        else:
+            tokens.append(token)
+    return Words(tuple(tokens), tuple(comments), tuple(findings))
+
+
+def _unclosed_comment(location: Location) -> Finding:
+    return Finding(
+        "error",
+        "unclosed-comment",
+        "this comment never ends: expected '*/' before the end of the file",
+        location,
+        "write '*/' where the comment ends, or '//' for a comment of one line",
+    )
+
+
+def _check_string(token: Token) -> tuple[Token | None, list[Finding]]:
+    if len(token.value) > 1 and token.value.endswith('"') and not _ends_escaped(token.value):
+        return token, []
+    message = "this string never ends: expected '\"' before the end of the line"
+    hint = 'write "..." on one line; a quote inside a string is written \\"'
+    return token, [Finding("error", "unclosed-string", message, token.location, hint)]
+
+
+def _ends_escaped(value: str) -> bool:
+    body = value[1:-1]
+    return (len(body) - len(body.rstrip("\\"))) % 2 == 1
+
+
+def _wrong_arrow(token: Token) -> tuple[Token | None, list[Finding]]:
+    message = f"expected '-->' between a rule's name and its body, found '{token.value}'"
+    finding = Finding("error", "wrong-arrow", message, token.location, "write '-->'")
+    return token._replace(type="_ARROW"), [finding]
+
+
+_STAND_INS = {"&": ("OPERATOR", "&&"), "≤": ("OPERATOR", "<="), "≥": ("OPERATOR", ">="), "≠": ("OPERATOR", "!=")}
+
+
+def _unknown(token: Token) -> tuple[Token | None, list[Finding]]:
+    if token.value in _STAND_INS:
+        kind, meant = _STAND_INS[token.value]
+        message = f"CGA has no sign '{token.value}'"
+        finding = Finding("error", "unknown-character", message, token.location, f"write '{meant}'")
+        return token._replace(type=kind, value=meant), [finding]
+    if token.value == "\ufeff":
+        return None, []
+    shown = token.value if token.value.isprintable() else f"U+{ord(token.value):04X}"
+    hint = 'write straight quotes: "..."' if token.value in "“”„«»‘’`" else ""
+    message = f"the character '{shown}' has no meaning in CGA"
+    return None, [Finding("error", "unknown-character", message, token.location, hint)]
+
+
+def _fat_arrow(token: Token) -> tuple[Token | None, list[Finding]]:
+    hint = "write '>=' to compare, '-->' between a rule's name and its body"
+    finding = Finding("error", "unknown-character", "CGA has no sign '=>'", token.location, hint)
+    return token._replace(type="OPERATOR", value=">="), [finding]
+
+
+_REPAIRS = {"FAT_ARROW": _fat_arrow, "STRING": _check_string, "WRONG_ARROW": _wrong_arrow, "UNKNOWN": _unknown}
