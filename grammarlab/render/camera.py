@@ -1,0 +1,139 @@
+"""Cameras: where a picture is taken from, and how to frame a model."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import UsageError
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """From which side to look at a model; the default is a three-quarter view from the front right."""
+
+    azimuth: float = 35.0
+    """Degrees around the model, from the +z axis (its front) towards +x (its right)."""
+    elevation: float = 22.0
+    """Degrees above the horizon, -89..89."""
+    field_of_view: float = 26.0
+    """Vertical angle of the picture in degrees, 0..120; 0 is a parallel (orthographic) projection."""
+    margin: float = 0.07
+    """Free space around the model as a share of the picture, 0..0.4."""
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("azimuth", -3600.0, 3600.0),
+            ("elevation", -89.0, 89.0),
+            ("field_of_view", 0.0, 120.0),
+            ("margin", 0.0, 0.4),
+        ):
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise UsageError(f"{name} of the view is {value}; expected {low:g} to {high:g}")
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A camera in world metres, y up."""
+
+    position: Floats
+    """[3] the eye; for a parallel projection, a point in front of everything."""
+    axes: Floats
+    """[3, 3] rows are the directions right, up and backward of the picture."""
+    half_height: float
+    """Half the height of the picture: a tangent, or metres for a parallel projection."""
+    parallel: bool
+
+    def rays(self, x: Floats, y: Floats, aspect: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Origins and unit directions [N, 3] of the rays through points of the picture.
+
+        Args:
+            x: [N] from -1 at the left to 1 at the right border.
+            y: [N] from -1 at the bottom to 1 at the top.
+            aspect: width over height of the picture.
+        """
+        right, up, back = self.axes
+        plane = np.outer(x * (self.half_height * aspect), right) + np.outer(y * self.half_height, up)
+        if self.parallel:
+            origins, directions = self.position + plane, np.broadcast_to(-back, plane.shape)
+        else:
+            directions = plane - back
+            directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+            origins = np.broadcast_to(self.position, plane.shape)
+        return origins.astype(np.float32), directions.astype(np.float32)
+
+
+def frame(points: NDArray[np.floating], aspect: float, view: View) -> Camera:
+    """The nearest camera from which all points are in the picture, centred.
+
+    Args:
+        points: [P, 3] world metres, at least one.
+        aspect: width over height of the picture.
+        view: the direction.
+    """
+    axes = _axes(view)
+    low, high = points.min(axis=0), points.max(axis=0)
+    centre = (low + high).astype(np.float64) / 2
+    seen = (points - centre) @ axes.T
+    radius = float(np.linalg.norm((high - low).astype(np.float64))) / 2 or 1.0
+    inside = 1.0 - 2.0 * view.margin
+    if view.field_of_view == 0:
+        middle = (seen.min(axis=0) + seen.max(axis=0)) / 2
+        extent = (seen.max(axis=0) - seen.min(axis=0)) / 2
+        half_height = float(max(extent[1], extent[0] / aspect, 1e-6 * radius)) / inside
+        eye = np.array([middle[0], middle[1], 4 * radius])
+        return Camera(centre + eye @ axes, axes, half_height, parallel=True)
+    tangent = math.tan(math.radians(view.field_of_view) / 2)
+    shift_x, distance_x = _between_planes(seen[:, 0], seen[:, 2], tangent * aspect * inside)
+    shift_y, distance_y = _between_planes(seen[:, 1], seen[:, 2], tangent * inside)
+    eye = np.array([shift_x, shift_y, max(distance_x, distance_y, 1e-3 * radius)])
+    return Camera(centre + eye @ axes, axes, tangent, parallel=False)
+
+
+def frame_alike(models: list[NDArray[np.floating]], aspect: float, view: View) -> list[Camera]:
+    """A camera for each model such that all models appear at one scale and stand on one line.
+
+    Args:
+        models: points [P, 3] of each model; at least one point each.
+        aspect: width over height of the pictures.
+        view: the direction, the same for all.
+    """
+    bases = [_base(points) for points in models]
+    together = np.concatenate([points - base for points, base in zip(models, bases, strict=True)])
+    camera = frame(together, aspect, view)
+    return [replace(camera, position=camera.position + base) for base in bases]
+
+
+def _base(points: NDArray[np.floating]) -> Floats:
+    """[3] the middle of the ground below the points."""
+    low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
+    return np.array([(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2])
+
+
+def _axes(view: View) -> Floats:
+    """[3, 3] rows right, up, backward."""
+    azimuth, elevation = math.radians(view.azimuth), math.radians(view.elevation)
+    right = np.array([math.cos(azimuth), 0.0, -math.sin(azimuth)])
+    back = np.array(
+        [math.sin(azimuth) * math.cos(elevation), math.sin(elevation), math.cos(azimuth) * math.cos(elevation)]
+    )
+    return np.stack([right, np.cross(back, right), back])
+
+
+def _between_planes(across: Floats, towards: Floats, tangent: float) -> tuple[float, float]:
+    """Where an eye must be, sideways and backwards, so that points lie between two planes through it.
+
+    Args:
+        across: [P] coordinate along the picture.
+        towards: [P] coordinate towards the eye.
+        tangent: of half the angle between the planes.
+    """
+    upper = float((across / tangent + towards).max())
+    lower = float((-across / tangent + towards).max())
+    return tangent * (upper - lower) / 2, (upper + lower) / 2
