@@ -3,32 +3,45 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.render.look import Look, ambient, surroundings
+from grammarlab.render.look import Look, ambient, mirrored_surroundings
 from grammarlab.render.rays import Tracer
 from grammarlab.render.surfaces import Model, Surfaces, dot
 
 Floats = NDArray[np.float32]
 
+GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
+"""Points in steps of this angle along a widening spiral are spread evenly."""
 LIFT = np.float32(2e-4)
 """How far rays start above a surface, in model units, so that they do not hit it."""
 OPENNESS_REACH = 0.45
 """How far away something dims the sky, in model units."""
 DIELECTRIC = np.float32(0.04)
-"""What a polished non-metal mirrors when looked at straight."""
+"""What a non-metal mirrors when looked at straight."""
+POLISHED = np.float32(0.26)
+"""The same for a very smooth one: more than one surface of glass does, as panes are double and skies bright."""
 
 
-def sun_visibility(
-    blockers: Tracer, points: Floats, normals: Floats, sun: Floats, look: Look, sample: NDArray[np.integer]
-) -> Floats:
-    """[N] 1 where the sun is seen from a point, else 0; each sample looks at its own spot of the sun's disc."""
+def sun_visibility(blockers: Tracer, points: Floats, normals: Floats, sun: Floats, look: Look, spot: Floats) -> Floats:
+    """[N] 1 where the sun is seen from a point, else 0.
+
+    Args:
+        blockers: what casts shadows.
+        points: [N, 3].
+        normals: [N, 3] unit vectors.
+        sun: [3] direction of the middle of the sun.
+        look: how large the sun is.
+        spot: [N] in 0..1, which spot of the sun's disc to look at; equal steps cover it evenly.
+    """
     lit = np.flatnonzero(normals @ sun > 0)
     visible = np.zeros(len(points), np.float32)
-    angle = sample[lit] * math.pi * (3.0 - math.sqrt(5.0))
-    distance = look.sun_softness * np.sqrt((sample[lit] % 16 + 0.5) / 16.0)
+    spot = spot[lit]
+    angle = spot * np.float32(36.0 * GOLDEN_ANGLE)
+    distance = np.float32(look.sun_softness) * np.sqrt(spot)
     one, other = _across(sun)
     directions = sun + (distance * np.cos(angle))[:, None] * one + (distance * np.sin(angle))[:, None] * other
     directions = directions.astype(np.float32)
@@ -36,9 +49,7 @@ def sun_visibility(
     return visible
 
 
-def openness(
-    blockers: Tracer, points: Floats, normals: Floats, sample: NDArray[np.integer], num_rays: int
-) -> Floats:
+def openness(blockers: Tracer, points: Floats, normals: Floats, sample: NDArray[np.integer], num_rays: int) -> Floats:
     """[N] share of the hemisphere above a surface that is free nearby, weighted by cosine.
 
     Each sample sends `num_rays` rays, its own part of a pattern of which 16 samples make up the whole.
@@ -49,7 +60,7 @@ def openness(
     total = 16 * num_rays
     for ray in range(num_rays):
         index = (ray * 16 + (sample * 7) % 16).astype(np.float32)
-        angle = index * np.float32(math.pi * (3.0 - math.sqrt(5.0)))
+        angle = index * np.float32(GOLDEN_ANGLE)
         radius = np.sqrt((index + np.float32(0.5)) / np.float32(total))
         height = np.sqrt(1.0 - radius * radius)
         directions = (
@@ -61,18 +72,30 @@ def openness(
     return free / np.float32(num_rays)
 
 
+@dataclass(frozen=True, slots=True)
+class Exposure:
+    """What N surface points see of the light around them."""
+
+    sun: Floats
+    """[N] 1 in the sun, 0 in shadow."""
+    free: Floats
+    """[N] share of the hemisphere that is free nearby, 0..1."""
+
+
 def shade(
-    model: Model,
-    seen: Surfaces,
-    directions: Floats,
-    sun: Floats,
-    look: Look,
-    sample: NDArray[np.integer],
-    num_rays: int,
+    model: Model, seen: Surfaces, exposure: Exposure, directions: Floats, sun: Floats, look: Look
 ) -> tuple[Floats, Floats]:
-    """Light [N, 3] that surfaces send along rays [N, 3] to the eye, and how much of what is behind shows through [N]."""
-    shadow = sun_visibility(model.blockers, seen.point, seen.flat, sun, look, sample)
-    free = openness(model.blockers, seen.point, seen.flat, sample, num_rays)
+    """Light [N, 3] that surfaces send along rays to the eye, and how much of what is behind shows through [N].
+
+    Args:
+        model: its materials, and what can be mirrored.
+        seen: the surfaces.
+        exposure: the light they are in.
+        directions: [N, 3] of the rays.
+        sun: [3] direction towards the sun.
+        look: the light.
+    """
+    shadow, free = exposure.sun, exposure.free
     facing = np.clip(seen.normal @ sun, 0.0, None) * shadow
     skylight = ambient(look, seen.normal)
     closed = look.bounce * np.array(look.ground, np.float32)
@@ -83,7 +106,8 @@ def shade(
     roughness, opacity = model.roughness[seen.material], model.opacity[seen.material]
     mirrored = _mirrored(seen, directions, model, sun, look, shadow, free, roughness)
     facing_eye = np.clip(-dot(seen.normal, directions), 0.0, 1.0)
-    at_normal = DIELECTRIC + (color - DIELECTRIC) * metallic
+    polished = DIELECTRIC + (POLISHED - DIELECTRIC) * (1.0 - roughness[:, None]) ** 4
+    at_normal = polished + (color - polished) * metallic
     grazing = (1.0 - roughness) * (1.0 - facing_eye) ** 5
     fresnel = at_normal + (1.0 - at_normal) * grazing[:, None]
     diffuse = color * received * (1.0 - metallic) * (1.0 - fresnel)
@@ -102,9 +126,9 @@ def _mirrored(
     free: Floats,
     roughness: Floats,
 ) -> Floats:
-    """[N, 3] what a surface mirrors: the surroundings, the model itself in smooth surfaces, and the sun's highlight."""
+    """[N, 3] what a surface mirrors: sky, sun, and in smooth surfaces the model itself."""
     along = directions - 2.0 * dot(directions, seen.normal)[:, None] * seen.normal
-    image = surroundings(look, along)
+    image = mirrored_surroundings(look, along)
     blur = roughness[:, None]
     image = image + blur * (ambient(look, seen.normal) - image)
     image *= (free + (1.0 - free) * look.bounce)[:, None]
@@ -115,7 +139,7 @@ def _mirrored(
         met = hits.triangle >= 0
         other = model.material[hits.triangle[met]]
         image[smooth[met]] = model.color[other] * (0.55 * np.array(look.sky, np.float32)) + model.emissive[other]
-        image[smooth[~met]] = surroundings(look, along[smooth[~met]])
+        image[smooth[~met]] = mirrored_surroundings(look, along[smooth[~met]])
     # GGX distribution about the mirror direction, its peak held down so that single samples do not sparkle.
     alpha = np.clip(roughness * roughness, 0.02, 1.0)
     closeness = np.clip(along @ sun, 0.0, 1.0)

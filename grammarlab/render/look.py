@@ -22,25 +22,25 @@ class Look:
     """Degrees above the horizon."""
     sun_softness: float = 0.02
     """Radius of the sun as a tangent: how soft shadows are."""
-    sun: Color = (2.30, 2.10, 1.80)
-    sky: Color = (0.62, 0.74, 0.95)
+    sun: Color = (2.35, 2.16, 1.86)
+    sky: Color = (0.60, 0.72, 0.95)
     """Light from straight above."""
     horizon: Color = (0.95, 0.95, 0.93)
     ground: Color = (0.46, 0.43, 0.39)
     """Light from below."""
-    bounce: float = 0.16
-    """Light that reaches places where nothing of the surroundings is seen, as a share of the sky's."""
-    exposure: float = 0.62
-    white: float = 2.6
-    """Smallest light that is shown as pure white, after exposure."""
-    background_top: Color = (0.62, 0.68, 0.75)
-    background_bottom: Color = (0.90, 0.90, 0.89)
+    bounce: float = 0.18
+    """Light that reaches places where nothing of the surroundings is seen, as a share of the ground's."""
+    exposure: float = 0.52
+    shoulder: float = 0.55
+    """Light that is shown as it is, after exposure; above, it approaches white ever more slowly."""
+    background_top: Color = (0.56, 0.63, 0.71)
+    background_bottom: Color = (0.88, 0.88, 0.87)
     """Linear, as shown."""
-    shadow: Color = (0.60, 0.64, 0.72)
+    shadow: Color = (0.47, 0.51, 0.60)
     """What a full shadow of the sun leaves of the paper that the model stands on."""
-    contact: Color = (0.28, 0.29, 0.31)
+    contact: Color = (0.30, 0.31, 0.33)
     """What the deepest gap leaves of it."""
-    edge: float = 0.55
+    edge: float = 0.5
     """How much of the light an edge of the model takes away, 0..1."""
 
 
@@ -57,14 +57,16 @@ def sun_direction(look: Look, camera_axes: NDArray[np.float64]) -> Floats:
     return (across * math.cos(elevation) + np.array([0.0, math.sin(elevation), 0.0])).astype(np.float32)
 
 
-def surroundings(look: Look, directions: Floats) -> Floats:
-    """[N, 3] light that arrives from directions [N, 3]: a clear sky above, pale ground below."""
+def mirrored_surroundings(look: Look, directions: Floats) -> Floats:
+    """[N, 3] what a mirror shows in directions [N, 3]: a clear sky, pale at the horizon.
+
+    Below the horizon the sky is repeated, darker: seen from above, a window mirrors the ground, but people expect sky.
+    """
     height = directions[:, 1:2]
-    above = np.sqrt(np.clip(height, 0.0, 1.0))
-    below = np.clip(-height * 4.0, 0.0, 1.0)
-    horizon, sky, ground = (np.array(c, np.float32) for c in (look.horizon, look.sky, look.ground))
-    zenith = sky * np.float32(0.62)
-    return horizon + above * (zenith - horizon) + below * (ground - horizon)
+    above = np.sqrt(np.abs(height))
+    horizon, sky = np.array(look.horizon, np.float32), np.array(look.sky, np.float32)
+    light = horizon + above * (sky * np.array((0.55, 0.75, 1.0), np.float32) - horizon)
+    return light * np.where(height < 0, np.float32(1.1), np.float32(1.4))
 
 
 def ambient(look: Look, normals: Floats) -> Floats:
@@ -83,6 +85,8 @@ def background(look: Look, y: Floats) -> Floats:
 
 
 def tone_map(look: Look, light: Floats) -> Floats:
-    """Light as shown, linear in 0..1: nearly proportional in the shade, rolled off towards white."""
+    """Light as shown, linear in 0..1: as it is up to the shoulder, rolled off towards white above."""
     light = light * np.float32(look.exposure)
-    return np.clip(light * (1.0 + light / np.float32(look.white**2)) / (1.0 + light) * np.float32(1.25), 0.0, 1.0)
+    start = np.float32(look.shoulder)
+    room = np.float32(1.0) - start
+    return np.where(light < start, light, start + room * (1.0 - np.exp((start - np.maximum(light, start)) / room)))

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.render.camera import Camera
-from grammarlab.render.edges import edge_strength
-from grammarlab.render.lighting import openness, shade, sun_visibility
+from grammarlab.render.edges import GROUND, MODEL, NOTHING, edge_strength, find_breaks, smooth
+from grammarlab.render.lighting import Exposure, openness, shade, sun_visibility
 from grammarlab.render.look import background, sun_direction, tone_map
 from grammarlab.render.rays import Hits
 from grammarlab.render.renderer import AbstractRenderer, RenderOptions
-from grammarlab.render.surfaces import Model, prepare, surfaces
+from grammarlab.render.surfaces import Model, Surfaces, prepare, surfaces
 from grammarlab.scene import TriangleBatch
 from grammarlab.scene.color import srgb_from_linear
 
@@ -22,11 +22,14 @@ Floats = NDArray[np.float32]
 
 BAND_SAMPLES = 250_000
 """About how many samples are worked on at a time: what large pictures need in memory."""
+BORDER = 3
+"""Rows of samples that bands share, so that edges and smoothing run on from one to the next."""
 MOST_LAYERS = 4
 """How many see-through surfaces one behind the other are looked through."""
 GROUND_REACH = 3.5
-"""How far from the model the ground can be dimmed by it, in model units."""
-GROUND_NORMAL = np.array([0.0, 1.0, 0.0], np.float32)
+"""How far from the model its shadow is looked for, in model units."""
+CONTACT_REACH = 1.6
+"""How far from the model the ground can be less open, in model units."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +43,10 @@ class _Rays:
     """[N, 3] unit vectors."""
     height: Floats
     """[N] place in the picture, -1 at the bottom to 1 at the top."""
-    sample: NDArray[np.int64]
-    """[N] 0..15, which of the patterns of shadow and openness rays to use."""
+    pattern: NDArray[np.int32]
+    """[N] 0..15, repeating every 4 x 4 samples: which of the openness rays to use."""
+    spot: Floats
+    """[N] in 0..1, evenly spread within each pixel: which spot of the sun to look at."""
 
 
 @final
@@ -62,105 +67,155 @@ class RaycastRenderer(AbstractRenderer):
 def _band(model: Model | None, camera: Camera, options: RenderOptions, first: int, last: int) -> Floats:
     """Pixel rows first..last of the picture, linear [rows, width, 3]."""
     samples = options.samples
-    # One more row of samples on each side lets edges run on across bands.
-    start, stop = first * samples - 1, last * samples + 1
-    rays = _rays(model, camera, options, start, stop)
+    rays = _rays(model, camera, options, first * samples - BORDER, last * samples + BORDER)
     paper = background(options.look, rays.height)
     shown = paper if model is None else _shown(model, camera, options, rays, paper)
-    inner = shown.reshape(*rays.shape, 3)[1:-1]
+    inner = shown.reshape(*rays.shape, 3)[BORDER:-BORDER]
     return inner.reshape(last - first, samples, options.width, samples, 3).mean(axis=(1, 3))
 
 
 def _rays(model: Model | None, camera: Camera, options: RenderOptions, start: int, stop: int) -> _Rays:
     width, height = options.width * options.samples, options.height * options.samples
-    row, column = np.mgrid[start:stop, 0:width].reshape(2, -1)
-    x, y = (column + 0.5) / width * 2.0 - 1.0, 1.0 - (row + 0.5) / height * 2.0
+    row, column = np.arange(start, stop), np.arange(width)
+    x = np.tile(((column + 0.5) / width * 2.0 - 1.0).astype(np.float32), len(row))
+    y = np.repeat((1.0 - (row + 0.5) / height * 2.0).astype(np.float32), width)
     origins, directions = camera.rays(x, y, options.width / options.height)
     if model is not None:
-        origins = ((origins - model.origin) / model.radius).astype(np.float32)
-    sample = (row % 4) * 4 + (column + row // 4) % 4
-    return _Rays((stop - start, width), origins, directions, y.astype(np.float32), sample)
+        origins = ((origins - model.origin.astype(np.float32)) / np.float32(model.radius)).astype(np.float32)
+    across = options.samples
+    within_pixel = (row % across * across)[:, None] + column % across
+    pattern = (row % 4 * 4)[:, None] + column % 4
+    spot = (within_pixel.ravel().astype(np.float32) + np.float32(0.5)) / np.float32(across * across)
+    return _Rays((len(row), width), origins, directions, y, pattern.ravel().astype(np.int32), spot)
 
 
 def _shown(model: Model, camera: Camera, options: RenderOptions, rays: _Rays, paper: Floats) -> Floats:
     """[N, 3] what each sample shows, linear in 0..1."""
-    sun = sun_direction(options.look, camera.axes)
-    if options.ground:
-        paper = paper * _ground_light(model, options, rays, sun)
+    look = options.look
+    sun = sun_direction(look, camera.axes)
     hits = model.tracer.first_hit(rays.origins, rays.directions)
-    shown = _looked_through(model, options, rays, hits, sun, paper)
+    on_model = np.flatnonzero(hits.triangle >= 0)
+    seen = surfaces(model, rays.origins[on_model], rays.directions[on_model], _at(hits, on_model))
+    on_ground, ground = _ground_points(model, options, rays, hits.triangle < 0)
+
+    num = len(rays.origins)
+    shows = np.full(num, NOTHING, np.int8)
+    points, normals = np.zeros((num, 3), np.float32), np.zeros((num, 3), np.float32)
+    shows[on_ground], points[on_ground], normals[on_ground] = GROUND, ground, (0.0, 1.0, 0.0)
+    shows[on_model], points[on_model], normals[on_model] = MODEL, seen.point, seen.normal
+    shape = rays.shape
+    spacing = _spacing(model, camera, options)
+    breaks = find_breaks(shows.reshape(shape), points.reshape(*shape, 3), normals.reshape(*shape, 3), spacing)
+
+    normals[on_model] = seen.flat
+    surface = np.flatnonzero(shows != NOTHING)
+    light = _exposure(model, options, rays, sun, surface, points[surface], normals[surface])
+    free, lit = np.ones(num, np.float32), np.ones(num, np.float32)
+    free[surface], lit[surface] = light.free, light.sun
+    free = smooth(free.reshape(shape), breaks).ravel()
+    shown = paper.copy()
+    shown[on_ground] *= _ground_light(options, Exposure(lit[on_ground], free[on_ground]))
+    shown[on_model] = _looked_through(
+        model, options, rays, on_model, seen, Exposure(lit[on_model], free[on_model]), sun, paper[on_model]
+    )
     if options.edges:
-        shown *= (1.0 - options.look.edge * _edges(model, camera, options, rays, hits))[:, None]
+        shown *= 1.0 - np.float32(look.edge) * edge_strength(shows.reshape(shape), breaks).reshape(-1, 1)
     return shown
 
 
+def _exposure(
+    model: Model,
+    options: RenderOptions,
+    rays: _Rays,
+    sun: Floats,
+    rows: NDArray[np.int64],
+    points: Floats,
+    normals: Floats,
+) -> Exposure:
+    """The light at points [K, 3] that belong to the samples `rows` [K]."""
+    blockers = model.blockers
+    lit = sun_visibility(blockers, points, normals, sun, options.look, rays.spot[rows])
+    free = np.ones(len(rows), np.float32)
+    if options.openness_rays:
+        near = np.flatnonzero(np.einsum("ij,ij->i", points, points) < CONTACT_REACH**2)
+        free[near] = openness(blockers, points[near], normals[near], rays.pattern[rows[near]], options.openness_rays)
+    return Exposure(lit, free)
+
+
 def _looked_through(
-    model: Model, options: RenderOptions, rays: _Rays, hits: Hits, sun: Floats, paper: Floats
+    model: Model,
+    options: RenderOptions,
+    rays: _Rays,
+    rows: NDArray[np.int64],
+    seen: Surfaces,
+    exposure: Exposure,
+    sun: Floats,
+    paper: Floats,
 ) -> Floats:
-    """Front to back through see-through surfaces, onto the paper."""
-    look = options.look
-    light = np.zeros_like(paper)
-    remaining = np.ones(len(paper), np.float32)
-    active = np.flatnonzero(hits.triangle >= 0)
-    origins, directions = rays.origins, rays.directions
-    hits = _at(hits, active)
-    is_covered = np.zeros(len(paper), bool)
-    is_covered[active] = True
-    for _ in range(MOST_LAYERS):
+    """[K, 3] what the samples `rows` [K] show: surfaces from front to back, then the paper [K, 3]."""
+    light, remaining = np.zeros_like(paper), np.ones(len(rows), np.float32)
+    active = np.arange(len(rows))
+    for layer in range(MOST_LAYERS):
+        directions = rays.directions[rows[active]]
+        sent, through = shade(model, seen, exposure, directions, sun, options.look)
+        # The light on what stands behind glass has come through it, too.
+        light[active] += (remaining[active] ** (1 if layer == 0 else 2))[:, None] * sent
+        remaining[active] *= through if layer < MOST_LAYERS - 1 else 0.0
+        on = np.flatnonzero(remaining[active] > 0.01)
+        active, directions = active[on], directions[on]
+        start = seen.point[on] + np.float32(1e-4) * directions
+        hits = model.tracer.first_hit(start, directions)
+        met = np.flatnonzero(hits.triangle >= 0)
+        missed = active[hits.triangle < 0]
+        paper[missed] *= _ground_behind(model, options, rays, rows[missed], sun)
+        active, hits = active[met], _at(hits, met)
         if len(active) == 0:
             break
-        seen = surfaces(model, origins[active], directions[active], hits)
-        sent, through = shade(model, seen, directions[active], sun, look, rays.sample[active], options.openness_rays)
-        light[active] += remaining[active, None] * sent
-        remaining[active] *= through
-        on = through > 0.01
-        active = active[on]
-        ahead = seen.point[on] + np.float32(1e-4) * directions[active]
-        hits = model.tracer.first_hit(ahead, directions[active])
-        met = hits.triangle >= 0
-        active, hits = active[met], _at(hits, np.flatnonzero(met))
-        origins = origins.copy()
-        origins[active] = ahead[met]
-    shown = tone_map(look, light)
-    behind = np.where(is_covered, remaining, 1.0)
-    behind[active] = 0.0
-    return shown + behind[:, None] * paper
+        seen = surfaces(model, start[met], directions[met], hits)
+        exposure = _exposure(model, options, rays, sun, rows[active], seen.point, seen.flat)
+    return tone_map(options.look, light) + remaining[:, None] * paper
 
 
 def _at(hits: Hits, rows: NDArray[np.int64]) -> Hits:
     return Hits(hits.triangle[rows], hits.distance[rows], hits.u[rows], hits.v[rows])
 
 
-def _ground_light(model: Model, options: RenderOptions, rays: _Rays, sun: Floats) -> Floats:
-    """[N, 3] what the model's shadow leaves of the paper that it stands on."""
-    look = options.look
-    left = np.ones((len(rays.origins), 3), np.float32)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        distance = (model.ground - rays.origins[:, 1]) / rays.directions[:, 1]
-    points = rays.origins + np.nan_to_num(distance, posinf=0.0, neginf=0.0)[:, None] * rays.directions
-    away = np.hypot(points[:, 0], points[:, 2])
-    on_ground = np.flatnonzero((distance > 0) & (away < GROUND_REACH))
-    points = points[on_ground]
-    normals = np.broadcast_to(GROUND_NORMAL, points.shape)
-    sample = rays.sample[on_ground]
-    dark = 1.0 - sun_visibility(model.blockers, points, normals, sun, look, sample)
-    left[on_ground] -= dark[:, None] * (1.0 - np.array(look.shadow, np.float32))
-    near = away[on_ground] < 1.6
-    if options.openness_rays:
-        closed = 1.0 - openness(model.blockers, points[near], normals[near], sample[near], options.openness_rays)
-        left[on_ground[near]] *= 1.0 - closed[:, None] * (1.0 - np.array(look.contact, np.float32))
+def _ground_points(
+    model: Model, options: RenderOptions, rays: _Rays, candidates: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], Floats]:
+    """Which of the candidate samples [N] meet the ground near the model, and where [K, 3]."""
+    down = candidates & (rays.directions[:, 1] < -1e-6) & options.ground
+    rows = np.flatnonzero(down)
+    origins, directions = rays.origins[rows], rays.directions[rows]
+    distance = (np.float32(model.ground) - origins[:, 1]) / directions[:, 1]
+    points = origins + distance[:, None] * directions
+    near = (distance > 0) & (points[:, 0] ** 2 + points[:, 2] ** 2 < GROUND_REACH**2)
+    return rows[near], points[near]
+
+
+def _ground_behind(model: Model, options: RenderOptions, rays: _Rays, rows: NDArray[np.int64], sun: Floats) -> Floats:
+    """[K, 3] what shadows leave of the paper at samples `rows` [K] that look through glass at the ground."""
+    left = np.ones((len(rows), 3), np.float32)
+    wanted = np.zeros(len(rays.origins), bool)
+    wanted[rows] = True
+    on_ground, points = _ground_points(model, options, rays, wanted)
+    normals = np.broadcast_to(np.array([0, 1, 0], np.float32), points.shape)
+    light = _ground_light(options, _exposure(model, options, rays, sun, on_ground, points, normals))
+    left[np.searchsorted(rows, on_ground)] = light
     return left
 
 
-def _edges(model: Model, camera: Camera, options: RenderOptions, rays: _Rays, hits: Hits) -> Floats:
-    """[N] strength of the drawn edge at each sample."""
-    hit = hits.triangle >= 0
-    rows = np.flatnonzero(hit)
-    seen = surfaces(model, rays.origins[rows], rays.directions[rows], _at(hits, rows))
-    points, normals = np.zeros((len(hit), 3), np.float32), np.zeros((len(hit), 3), np.float32)
-    points[rows], normals[rows] = seen.point, seen.normal
-    away = np.median(hits.distance[rows]) if len(rows) and not camera.parallel else 1.0
-    reach = 1.0 / model.radius if camera.parallel else float(away)
-    spacing = 2.0 * camera.half_height * reach / (options.height * options.samples)
-    shape = rays.shape
-    return edge_strength(hit.reshape(shape), points.reshape(*shape, 3), normals.reshape(*shape, 3), spacing).ravel()
+def _ground_light(options: RenderOptions, exposure: Exposure) -> Floats:
+    """[K, 3] what the model's shadow and nearness leave of the paper that it stands on."""
+    shadow, contact = np.array(options.look.shadow, np.float32), np.array(options.look.contact, np.float32)
+    in_shadow = 1.0 - (1.0 - exposure.sun)[:, None] * (1.0 - shadow)
+    return in_shadow * (1.0 - (1.0 - exposure.free)[:, None] * (1.0 - contact))
+
+
+def _spacing(model: Model, camera: Camera, options: RenderOptions) -> float:
+    """Distance in model units between neighbouring samples at the middle of the model."""
+    if camera.parallel:
+        reach = 1.0 / model.radius
+    else:
+        reach = float(np.linalg.norm(camera.position - model.origin)) / model.radius
+    return 2.0 * camera.half_height * reach / (options.height * options.samples)
