@@ -93,6 +93,16 @@ class Call(NamedTuple):
         return DerivationError(message, self.location, hint)
 
 
+class Head(NamedTuple):
+    """What stands before the colon of one part of a block."""
+
+    argument: Argument
+    joined: bool = False
+    """Whether it was written with ``=``: one shape of all selected components, not one for each."""
+    group: int = -1
+    """Which of the repeated groups of the block the part stands in; -1 for none."""
+
+
 class Part(NamedTuple):
     """The shapes that one part of a block is applied to."""
 
@@ -103,18 +113,8 @@ class Part(NamedTuple):
 
 
 OperationFunction: TypeAlias = Callable[[Call], Shapes]
-BlockFunction: TypeAlias = "Callable[[Call, tuple[Head, ...]], list[Part]]"
+BlockFunction: TypeAlias = Callable[[Call, tuple[Head, ...]], list[Part]]
 BuiltinFunction: TypeAlias = "Callable[[FunctionCall], Value]"
-
-
-class Head(NamedTuple):
-    """What stands before the colon of one part of a block."""
-
-    argument: Argument
-    inclusive: bool = False
-    """Whether it was written with ``=``, so that later parts may have the component as well."""
-    path: tuple[int, ...] = ()
-    """In which of the nested groups the part stands: indices of repeated groups, from the outside."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,8 +126,8 @@ class Operation:
     """Words that are arguments as they stand, not names to look up."""
     num_arguments: tuple[int, int] = (0, 0)
     """Fewest and most arguments."""
-    makes_geometry: bool = True
-    """Whether a rule that ends with it leaves a visible shape."""
+    names_target: bool = False
+    """Whether the first argument is the name of what is changed, as in ``set(height, 3)``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,3 +162,5 @@ class Builtin:
     evaluate: BuiltinFunction
     num_arguments: tuple[int, int]
     random: bool = False
+    keywords: frozenset[str] = frozenset()
+    """Words that are arguments as they stand, not names to look up."""

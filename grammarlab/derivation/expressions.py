@@ -20,7 +20,6 @@ from grammarlab.derivation.operators import BINARY, UNARY
 from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Shapes, Value, join_values
 from grammarlab.errors import BudgetError, DerivationError, Location
 from grammarlab.language.syntax import (
-    Array,
     Binary,
     Boolean,
     Call,
@@ -28,7 +27,6 @@ from grammarlab.language.syntax import (
     Choice,
     Expression,
     Floating,
-    Index,
     Name,
     Number,
     Relative,
@@ -117,17 +115,15 @@ class ExpressionCompiler:
                 return self._name(node)
             case Call():
                 return self._call(node)
-            case Unary(operator=operator, operand=operand):
+            case Unary(operator=operator, operand=operand) if operator in UNARY:
                 return _apply_unary(operator, self.expression(operand), node.location)
             case Binary(operator="&&" | "||" as operator):
                 return _short_circuit(operator, self.expression(node.left), self.expression(node.right), node.location)
-            case Binary(operator=operator):
+            case Binary(operator=operator) if operator in BINARY:
                 return _apply_binary(operator, self.expression(node.left), self.expression(node.right), node.location)
             case Relative() | Floating():
-                raise DerivationError("' and ~ only have a meaning in sizes, not inside an expression", node.location)
-            case Array() | Index():
-                raise DerivationError("arrays are not supported", node.location)
-        raise DerivationError("expected an expression", node.location)
+                return _refusal("' and ~ only have a meaning in sizes, not inside an expression", node.location)
+        return _refusal("arrays are not supported", node.location)
 
     def _leaf(self, choice: Choice, path: tuple[int, ...]) -> Code:
         if isinstance(choice, Case | Stochastic | Operations):
@@ -146,22 +142,24 @@ class ExpressionCompiler:
             return self._call_function(function, (), self.names.addresses[id(node)], node.location)
         if name in SHAPE_ATTRIBUTES:
             return SHAPE_ATTRIBUTES[name]
-        raise DerivationError(f"nothing is called {name} here", node.location)
+        return _refusal(f"nothing is called {name} here", node.location)
 
     def _call(self, node: Call) -> Code:
-        arguments = tuple(self.expression(argument) for argument in node.arguments)
+        builtin = BUILTINS.get(node.function)
+        words = builtin.keywords if builtin is not None else frozenset[str]()
+        arguments = tuple(
+            _constant(a.identifier) if isinstance(a, Name) and a.identifier in words else self.expression(a)
+            for a in node.arguments
+        )
         function = self.names.functions.get((node.function, len(arguments)))
         if function is not None:
             return self._call_function(function, arguments, self.names.addresses[id(node)], node.location)
-        builtin = BUILTINS.get(node.function)
         if builtin is None:
-            raise DerivationError(f"no function is called {node.function}", node.location)
+            return _refusal(f"the function {node.function} is not supported", node.location)
         least, most = builtin.num_arguments
         if not least <= len(arguments) <= most:
             wanted = str(least) if least == most else f"{least} to {most}"
-            raise DerivationError(
-                f"{node.function} expects {wanted} arguments, found {len(arguments)}", node.location
-            )
+            return _refusal(f"{node.function} expects {wanted} arguments, found {len(arguments)}", node.location)
         return self._call_builtin(builtin, node, arguments)
 
     def _call_builtin(self, builtin: Builtin, node: Call, arguments: Sequence[Code]) -> Code:
@@ -198,6 +196,15 @@ class ExpressionCompiler:
                 workspace.call_depth -= 1
 
         return call
+
+
+def _refusal(message: str, location: Location) -> Code:
+    """Code that fails when it is evaluated: a rule file may hold what its models never use."""
+
+    def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
+        raise DerivationError(message, location, "`grammarlab check` lists everything that is wrong or not supported")
+
+    return evaluate
 
 
 def _constant(value: Value) -> Code:

@@ -37,33 +37,48 @@ COMPOSE: Ids = np.array(
 """[24, 24] ``CUBE[COMPOSE[a, b]] == CUBE[a] @ CUBE[b]``."""
 
 
+_SOURCE: Ids = np.abs(CUBE).argmax(axis=1).astype(np.int32)
+"""[24, 3] which axis of the base each axis of a turned frame runs along, and in `_SIGN` which way."""
+_SIGN: Floats = np.take_along_axis(CUBE, _SOURCE[:, None, :].astype(np.int64), axis=1)[:, 0, :]
+
+
 def cube_index(matrix: Floats) -> int:
     """The index in `CUBE` of a rotation by right angles [3, 3]."""
     return int(np.flatnonzero((np.abs(matrix - CUBE) < 0.5).all(axis=(1, 2)))[0])
 
 
+_CODES = np.full(27 * 8, -1, dtype=np.int32)
+_CODES[(_SOURCE @ [9, 3, 1]) * 8 + (_SIGN < 0.0) @ [4, 2, 1]] = np.arange(24)
+
+_EXACT = 1e-12
+"""Rotations whose entries are this close to -1, 0 and 1 are taken to be turns by right angles."""
+
+
+def cube_indices(rotations: Floats) -> Ids:
+    """For rotations [N, 3, 3] the index in `CUBE`, -1 for those that are no turns by right angles."""
+    rounded = np.rint(rotations)
+    code = (np.abs(rounded).argmax(axis=1) @ [9, 3, 1]) * 8 + (rounded.sum(axis=1) < 0.0) @ [4, 2, 1]
+    straight = np.abs(rotations - rounded).max(axis=(1, 2), initial=0.0) < _EXACT
+    return np.where(straight, _CODES[code], np.int32(-1))
+
+
 class FramePool:
-    """The base rotations met in one derivation, each with its 24 turned copies."""
+    """The base rotations met in one derivation; the first one is the identity."""
 
     def __init__(self) -> None:
-        self._table = CUBE.copy()
-        self._used = len(CUBE)
-
-    @property
-    def table(self) -> Floats:
-        """[K, 3, 3] the rotation of every frame; columns are the scope's axes in the world."""
-        return self._table[: self._used]
+        self._bases = np.eye(3)[None].repeat(16, axis=0)
+        self._used = 1
 
     def add(self, rotations: Floats) -> Ids:
         """Frames [N] of new base rotations [N, 3, 3]."""
-        first, count = self._used, 24 * len(rotations)
-        if first + count > len(self._table):
-            grown = np.empty((max(2 * len(self._table), first + count), 3, 3))
-            grown[:first] = self.table
-            self._table = grown
-        self._table[first : first + count] = np.einsum("nij,bjk->nbik", rotations, CUBE).reshape(-1, 3, 3)
-        self._used += count
-        return np.arange(first, first + count, 24, dtype=np.int32)
+        first, end = self._used, self._used + len(rotations)
+        if end > len(self._bases):
+            grown = np.empty((max(2 * len(self._bases), end), 3, 3))
+            grown[:first] = self._bases[:first]
+            self._bases = grown
+        self._bases[first:end] = rotations
+        self._used = end
+        return np.arange(24 * first, 24 * end, 24, dtype=np.int32)
 
     def turned(self, frames: Ids, cube: int) -> Ids:
         """Frames [N] turned, in their own axes, by one rotation of the cube."""
@@ -72,6 +87,11 @@ class FramePool:
         base = frames // 24
         return base * 24 + COMPOSE[frames - base * 24, cube]
 
+    def turned_each(self, frames: Ids, cubes: Ids) -> Ids:
+        """Frames [N] turned, in their own axes, by a rotation of the cube each [N]."""
+        base = frames // 24
+        return base * 24 + COMPOSE[frames - base * 24, cubes]
+
     def rotated(self, frames: Ids, rotations: Floats) -> Ids:
         """Frames [N] rotated, in their own axes, by rotations [3, 3] or [N, 3, 3].
 
@@ -79,13 +99,38 @@ class FramePool:
         """
         if rotations.ndim == 2:
             unique, inverse = np.unique(frames, return_inverse=True)
-            return self.add(self.table[unique] @ rotations)[inverse]
-        return self.add(self.table[frames] @ rotations)
+            return self.add(self.rotations(unique) @ rotations)[inverse]
+        cube = cube_indices(rotations)
+        skew = np.flatnonzero(cube < 0)
+        result = self.turned_each(frames, cube)
+        if len(skew):
+            result[skew] = self.add(self.rotations(frames[skew]) @ rotations[skew])
+        return result
+
+    def rotations(self, frames: Ids) -> Floats:
+        """[N, 3, 3] rotations of frames; columns are the scope's axes in the world."""
+        base = frames // 24
+        cube = frames - base * 24
+        turned = np.take_along_axis(self._bases[base], _SOURCE[cube][:, None, :], axis=2)
+        return turned * _SIGN[cube][:, None, :]
 
     def axis(self, frames: Ids, axis: int) -> Floats:
         """[N, 3] the direction of one scope axis in the world."""
-        return self._table[:, :, axis][frames]
+        base = frames // 24
+        cube = frames - base * 24
+        return self._bases[base, :, _SOURCE[cube, axis]] * _SIGN[cube, axis][:, None]
 
     def to_world(self, frames: Ids, vectors: Floats) -> Floats:
-        """Vectors [N, 3] or [3] in scope axes, turned into world axes [N, 3]."""
-        return (self._table[frames] @ np.broadcast_to(vectors, (len(frames), 3))[:, :, None])[:, :, 0]
+        """Vectors [N, 3] in scope axes, turned into world axes [N, 3]."""
+        return np.einsum("nij,nj->ni", self.rotations(frames), vectors)
+
+    def to_local(self, frames: Ids, vectors: Floats) -> Floats:
+        """Vectors [N, 3] in world axes, turned into scope axes [N, 3]."""
+        return np.einsum("nji,nj->ni", self.rotations(frames), vectors)
+
+    def used(self, frames: Ids) -> tuple[Floats, Ids]:
+        """The rotations [K, 3, 3] of the different frames in a column [N], and where each frame of the column stands among them."""
+        present = np.zeros(24 * self._used, dtype=bool)
+        present[frames] = True
+        place = (np.cumsum(present) - 1).astype(np.int32)
+        return self.rotations(np.flatnonzero(present).astype(np.int32)), place[frames]

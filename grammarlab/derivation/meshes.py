@@ -5,24 +5,25 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.shapes import EMPTY, Floats, Ids
+from grammarlab.derivation.frames import FramePool
+from grammarlab.derivation.shapes import EMPTY, FACE, Floats, Ids, Shapes
 from grammarlab.geometry.mesh import Meshes
-
-_CORNERS = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
-"""The cube's corners: corner 4x + 2y + z."""
+from grammarlab.geometry.primitives import box, quad
 
 _NOTHING = Meshes.single(np.zeros((0, 3)), [])
-_BOX = Meshes.single(_CORNERS, [[1, 5, 7, 3], [5, 4, 6, 7], [4, 0, 2, 6], [0, 1, 3, 2], [3, 7, 6, 2], [0, 4, 5, 1]])
-"""Front, right, back, left, top, bottom."""
-_FOOTPRINT = Meshes.single(_CORNERS[[1, 5, 4, 0]], [[0, 1, 2, 3]])
-_FACE = Meshes.single(_CORNERS[[0, 4, 6, 2]], [[0, 1, 2, 3]])
+_FACE_POINTS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+_FACE = Meshes.single(_FACE_POINTS, [[0, 1, 2, 3]])
+
+
+_ROUNDING = 1e-9
+"""Share of the scope's size by which a corner of a rectangle may be off."""
 
 
 class MeshPool:
     """Meshes in the order they were made; the first four are `EMPTY`, `BOX`, `FOOTPRINT` and `FACE`."""
 
     def __init__(self) -> None:
-        self._batches = [Meshes.concatenate([_NOTHING, _BOX, _FOOTPRINT, _FACE])]
+        self._batches = [Meshes.concatenate([_NOTHING, box(), quad(), _FACE])]
         self._starts = [0]
         self._used = 4
         self._named: dict[str, int] = {}
@@ -66,6 +67,37 @@ class MeshPool:
 def scaled(meshes: Meshes, size: Floats) -> Meshes:
     """Meshes with the points of each multiplied by its size [N, 3]."""
     return meshes.with_points(meshes.points * np.repeat(size, np.diff(meshes.mesh_points), axis=0))
+
+
+def replaced(shapes: Shapes, meshes: Meshes, pool: MeshPool, frames: FramePool) -> Shapes:
+    """Shapes with other geometry, their scopes fitted to it.
+
+    Args:
+        shapes: [N] the shapes.
+        meshes: [N] their new geometry, in metres along their scopes' axes from their scopes' origins.
+        pool: where the geometry is kept.
+        frames: where their orientations are kept.
+    """
+    unit, low, size = normalized(meshes)
+    position = shapes.position + frames.to_world(shapes.frame, low)
+    return shapes._replace(position=position, size=size, mesh=pool.add(unit))
+
+
+def add_faces(pool: MeshPool, meshes: Meshes) -> Ids:
+    """Ids [N] of meshes in the unit cube; those that are the one rectangle z = 0 are `FACE`."""
+    points_per_mesh = np.diff(meshes.mesh_points)
+    candidates = np.flatnonzero((points_per_mesh == 4) & (np.diff(meshes.mesh_faces) == 1))
+    first = meshes.mesh_points[:-1][candidates]
+    corner = meshes.face_offsets[meshes.mesh_faces[:-1][candidates]]
+    places = meshes.corners[corner[:, None] + np.arange(4)]
+    points = meshes.points[first[:, None] + places]
+    whole = candidates[(np.abs(points - _FACE_POINTS) < _ROUNDING).all(axis=(1, 2))]
+    is_face = np.zeros(len(meshes), dtype=bool)
+    is_face[whole] = True
+    ids = np.full(len(meshes), FACE, dtype=np.int32)
+    if not is_face.all():
+        ids[~is_face] = pool.add(meshes.take(np.flatnonzero(~is_face)))
+    return ids
 
 
 def normalized(meshes: Meshes) -> tuple[Meshes, Floats, Floats]:

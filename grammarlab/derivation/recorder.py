@@ -11,6 +11,9 @@ from grammarlab.derivation.forest import Draws, Leaves, Nodes, Reports
 from grammarlab.derivation.shapes import EMPTY, Floats, Ids, Shapes
 
 
+_MOST_PRINTS = 10_000
+
+
 class Recorder:
     """Chunks of columns, joined once at the end."""
 
@@ -56,6 +59,15 @@ class Recorder:
     def add_report(self, shapes: Shapes, key: str, values: Floats) -> None:
         """Record one reported number [N] for each shape."""
         self._reports.append((shapes.node, key, values))
+
+    def add_prints(self, texts: Sequence[str]) -> None:
+        """Record printed texts, up to a bound: a rule may print for every one of a million shapes."""
+        self.prints += texts[: max(0, _MOST_PRINTS - len(self.prints))]
+
+    def largest_model(self) -> tuple[int, int]:
+        """The model with the most nodes so far, and how many it has."""
+        counts = np.bincount(_joined([model for model, *_ in self._nodes], np.int32))
+        return int(counts.argmax()), int(counts.max())
 
     def nodes(self) -> Nodes:
         """All nodes."""

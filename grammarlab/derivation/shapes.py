@@ -80,10 +80,6 @@ class Shapes(NamedTuple):
             tuple([take_value(value, rows) for value in self.locals]) if self.locals else (),
         )
 
-    def with_state(self, **values: Value) -> Shapes:
-        """The same shapes with some entries of `state` replaced; a double underscore in a name stands for a dot."""
-        return self._replace(state={**self.state, **{k.replace("__", "."): v for k, v in values.items()}})
-
 
 def take_value(value: Value, rows: NDArray[np.integer]) -> Value:
     """A value for the shapes at these rows."""

@@ -50,9 +50,17 @@ class Workspace:
     assets: Path | None = None
     """Folder that asset paths are relative to and may not leave."""
     recorder: Recorder = field(default_factory=Recorder)
+    pending: list[list[Shapes]] = field(init=False)
+    """For each rule, the shapes that wait for it, in the order they were made."""
+    count_again_at: int = field(init=False)
+    """Number of nodes up to which no model can have outgrown its budget."""
     call_depth: int = 0
     _attributes: dict[str, Value] = field(default_factory=dict)
     _evaluating: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.pending = [[] for _ in self.program.rules]
+        self.count_again_at = self.budget.shapes
 
     def attribute(self, name: str) -> Value:
         """The value of an attribute or constant, evaluated once: a scalar or one per model.

@@ -1,0 +1,83 @@
+"""Shape attributes: what a rule can ask of the shape it is applied to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.choices import Code
+from grammarlab.derivation.materials import CHANNELS
+from grammarlab.derivation.shapes import Shapes, Value
+
+if TYPE_CHECKING:
+    from grammarlab.derivation.workspace import Workspace
+
+STATE_DEFAULTS: dict[str, float | str] = {
+    "split.index": 0.0,
+    "split.total": 0.0,
+    "comp.index": 0.0,
+    "comp.total": 0.0,
+    "comp.sel": "",
+    "pivot.px": 0.0,
+    "pivot.py": 0.0,
+    "pivot.pz": 0.0,
+}
+"""Entries of `Shapes.state` that operations keep up to date, and their values on an initial shape."""
+
+_AXES = "xyz"
+
+
+def euler_angles(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angles [N, 3] in degrees about x, y, z whose ordered rotations Rx Ry Rz give the matrices [N, 3, 3]."""
+    y = np.arcsin(np.clip(rotations[:, 0, 2], -1.0, 1.0))
+    x = np.arctan2(-rotations[:, 1, 2], rotations[:, 2, 2])
+    z = np.arctan2(-rotations[:, 0, 1], rotations[:, 0, 0])
+    return np.degrees(np.stack([x, y, z], axis=1))
+
+
+def _size(axis: int) -> Code:
+    return lambda shapes, workspace: shapes.size[:, axis]
+
+
+def _in_initial_axes(shapes: Shapes, workspace: Workspace) -> NDArray[np.float64]:
+    roots = workspace.roots
+    return workspace.frames.to_local(roots.frame[shapes.model], shapes.position - roots.position[shapes.model])
+
+
+def _translation(axis: int) -> Code:
+    return lambda shapes, workspace: _in_initial_axes(shapes, workspace)[:, axis]
+
+
+def _rotation(axis: int) -> Code:
+    def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
+        initial = workspace.frames.rotations(workspace.roots.frame[shapes.model])
+        relative = np.einsum("nji,njk->nik", initial, workspace.frames.rotations(shapes.frame))
+        return euler_angles(relative)[:, axis]
+
+    return evaluate
+
+
+def _state(name: str) -> Code:
+    default = STATE_DEFAULTS[name]
+    return lambda shapes, workspace: shapes.state.get(name, default)
+
+
+def _channel(name: str) -> Code:
+    return lambda shapes, workspace: workspace.materials.channel(shapes.material, name)
+
+
+def _origin(axis: int) -> Code:
+    return lambda shapes, workspace: workspace.roots.position[shapes.model, axis]
+
+
+SHAPE_ATTRIBUTES: dict[str, Code] = {
+    **{f"scope.s{_AXES[axis]}": _size(axis) for axis in range(3)},
+    **{f"scope.t{_AXES[axis]}": _translation(axis) for axis in range(3)},
+    **{f"scope.r{_AXES[axis]}": _rotation(axis) for axis in range(3)},
+    "scope.elevation": lambda shapes, workspace: shapes.position[:, 1],
+    **{name: _state(name) for name in STATE_DEFAULTS},
+    **{f"material.{name}": _channel(name) for name in CHANNELS},
+    **{f"initialShape.origin.p{_AXES[axis]}": _origin(axis) for axis in range(3)},
+}

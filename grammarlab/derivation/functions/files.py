@@ -1,0 +1,55 @@
+"""Asset files seen from a rule: listing them, and the parts of their names."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from itertools import islice
+from pathlib import Path, PurePosixPath
+
+from grammarlab.derivation.calls import Builtin, FunctionCall
+from grammarlab.derivation.functions.text import text_function
+from grammarlab.derivation.shapes import Value
+from grammarlab.errors import DerivationError
+
+_MOST_FILES = 20_000
+
+
+def matching_files(assets: Path | None, pattern: str) -> list[str]:
+    """Asset paths that match a pattern with ``*`` and ``?``, relative to the asset folder and sorted.
+
+    Nothing outside the asset folder is ever listed, and no more than 20,000 files are looked at.
+    """
+    if assets is None or not assets.is_dir():
+        return []
+    root = assets.resolve()
+    found = []
+    for path in islice(root.rglob("*"), _MOST_FILES):
+        if path.is_file() and path.resolve().is_relative_to(root):
+            name = path.relative_to(root).as_posix()
+            if fnmatchcase(name, pattern.lstrip("/")):
+                found.append(name)
+    return sorted(found)
+
+
+def _search(call: FunctionCall) -> Value:
+    pattern = call.arguments[0]
+    if not isinstance(pattern, str):
+        raise DerivationError("fileSearch expects one string for all shapes", call.location)
+    return "".join(f"{name};" for name in matching_files(call.workspace.assets, pattern))
+
+
+def _exists(call: FunctionCall) -> Value:
+    name = call.arguments[0]
+    if not isinstance(name, str):
+        raise DerivationError("fileExists expects one string for all shapes", call.location)
+    return name in matching_files(call.workspace.assets, name)
+
+
+BUILTINS: dict[str, Builtin] = {
+    "fileBasename": text_function(lambda path: PurePosixPath(path).stem),
+    "fileDirectory": text_function(lambda path: f"{parent}/" if (parent := str(PurePosixPath(path).parent)) != "." else ""),
+    "fileExists": Builtin(_exists, (1, 1)),
+    "fileExtension": text_function(lambda path: PurePosixPath(path).suffix),
+    "fileName": text_function(lambda path: PurePosixPath(path).name),
+    "fileSearch": Builtin(_search, (1, 1)),
+}

@@ -1,0 +1,117 @@
+"""Functions that measure a shape's geometry: areas, volume, numbers of faces, angles.
+
+Boxes and rectangles are measured by their scopes; every other geometry through `grammarlab.geometry.measure`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.calls import Builtin, FunctionCall
+from grammarlab.derivation.meshes import scaled
+from grammarlab.derivation.shapes import BOX, EMPTY, FACE, FOOTPRINT, Shapes, Value
+from grammarlab.derivation.workspace import Workspace
+from grammarlab.errors import DerivationError
+from grammarlab.geometry import measure
+from grammarlab.geometry.mesh import Meshes
+
+Floats = NDArray[np.float64]
+Measure = Callable[[Meshes], NDArray]
+
+_ANGLES = ("maxSlope", "zenith", "azimuth")
+
+
+def local_meshes(shapes: Shapes, workspace: Workspace) -> Meshes:
+    """The geometry of shapes [N] in metres along their scopes' axes, from their scopes' origins."""
+    return scaled(workspace.meshes.take(shapes.mesh), shapes.size)
+
+
+def _measured(apply: Measure, shapes: Shapes, workspace: Workspace) -> NDArray:
+    return apply(local_meshes(shapes, workspace))
+
+
+def _by_scope(simple: Callable[[Shapes], Floats], general: Measure) -> Builtin:
+    """A measure with a formula for boxes and rectangles."""
+
+    def evaluate(call: FunctionCall) -> Value:
+        shapes = call.shapes
+        other = np.flatnonzero(shapes.mesh > FACE)
+        if len(other) == shapes.count:
+            return _measured(general, shapes, call.workspace).astype(np.float64)
+        result = simple(shapes)
+        if len(other):
+            result[other] = _measured(general, shapes.take(other), call.workspace)
+        return result
+
+    return Builtin(evaluate, (0, 1))
+
+
+def _by_kind(box: float, rectangle: float, general: Measure) -> Builtin:
+    """A measure that is one constant for boxes and another one for rectangles."""
+    table = np.array([0.0, box, rectangle, rectangle])
+    return _by_scope(lambda shapes: table[np.minimum(shapes.mesh, FACE)], general)
+
+
+def _area(shapes: Shapes) -> Floats:
+    x, y, z = shapes.size.T
+    kind = shapes.mesh
+    return np.select(
+        [kind == BOX, kind == FOOTPRINT, kind == FACE], [2.0 * (x * y + y * z + z * x), x * z, x * y], default=0.0
+    )
+
+
+def _volume(shapes: Shapes) -> Floats:
+    return np.where(shapes.mesh == BOX, shapes.size.prod(axis=1), 0.0)
+
+
+def _height(call: FunctionCall) -> Value:
+    """World height of the geometry above its lowest point."""
+    meshes = local_meshes(call.shapes, call.workspace)
+    rotations = call.workspace.frames.rotations(call.shapes.frame)
+    up = np.einsum("pj,pj->p", rotations[meshes.mesh_of_point(), 1, :], meshes.points)
+    low, high = meshes.with_points(np.repeat(up[:, None], 3, axis=1)).bounds()
+    return high[:, 0] - low[:, 0]
+
+
+def _is_rectangular(call: FunctionCall) -> Value:
+    tolerance = call.arguments[0] if call.arguments else 0.0
+    if isinstance(tolerance, np.ndarray | str):
+        raise DerivationError("geometry.isRectangular expects one number of degrees for all shapes", call.location)
+    shapes = call.shapes
+    result = shapes.mesh != EMPTY
+    other = np.flatnonzero(shapes.mesh > FACE)
+    if len(other):
+        meshes = local_meshes(shapes.take(other), call.workspace)
+        result[other] = measure.is_rectangular(meshes, float(tolerance))
+    return result
+
+
+def _flag(box: bool, rectangle: bool, general: Measure) -> Builtin:
+    inner = _by_kind(float(box), float(rectangle), general)
+    return Builtin(lambda call: np.asarray(inner.evaluate(call)) > 0.5, (0, 1))
+
+
+def _angle(call: FunctionCall) -> Value:
+    wanted = call.arguments[0]
+    if wanted not in _ANGLES:
+        raise DerivationError('geometry.angle expects maxSlope, zenith or azimuth', call.location)
+    meshes = local_meshes(call.shapes, call.workspace)
+    rotations = call.workspace.frames.rotations(call.shapes.frame)
+    turned = np.einsum("pij,pj->pi", rotations[meshes.mesh_of_point()], meshes.points)
+    slope, azimuth = measure.steepest_slope(meshes.with_points(turned))
+    return {"maxSlope": slope, "zenith": 90.0 - slope, "azimuth": azimuth}[str(wanted)]
+
+
+BUILTINS: dict[str, Builtin] = {
+    "geometry.angle": Builtin(_angle, (1, 1), keywords=frozenset(_ANGLES)),
+    "geometry.area": _by_scope(_area, measure.areas),
+    "geometry.height": Builtin(_height, (0, 0)),
+    "geometry.isConcave": _flag(False, False, measure.has_concave_face),
+    "geometry.isRectangular": Builtin(_is_rectangular, (0, 1)),
+    "geometry.nFaces": _by_kind(6.0, 1.0, measure.num_faces),
+    "geometry.nVertices": _by_kind(8.0, 4.0, measure.num_vertices),
+    "geometry.volume": _by_scope(_volume, measure.volumes),
+}

@@ -1,0 +1,70 @@
+"""Random functions. Every draw is addressed by its place and recorded with its log-density."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.calls import Builtin, FunctionCall
+from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Value, kind_of, number_column
+from grammarlab.derivation.functions.files import matching_files
+from grammarlab.errors import DerivationError
+from grammarlab.randomness import uniforms
+
+Floats = NDArray[np.float64]
+
+
+def draw(call: FunctionCall) -> Floats:
+    """One uniform number in [0, 1) for each shape."""
+    assert call.shapes.key is not None  # a rule that draws has keys: program.py sees to it
+    return uniforms(call.shapes.key, NUM_LANES * call.address + SITE_LANE)
+
+
+def rand(call: FunctionCall) -> Value:
+    """``rand()`` in [0, 1), ``rand(b)`` in [0, b), ``rand(a, b)`` in [a, b)."""
+    bounds = [_finite(call, argument) for argument in call.arguments]
+    low = bounds[0] if len(bounds) == 2 else 0.0
+    high = bounds[-1] if bounds else 1.0
+    values = low + (high - low) * draw(call)
+    extent = np.abs(np.subtract(high, low))
+    log_density = -np.log(np.where(extent > 0.0, extent, 1.0))
+    call.workspace.recorder.add_draw(call.shapes, call.site, values, log_density)
+    return values
+
+
+def p(call: FunctionCall) -> Value:
+    """``p(x)``: true with probability x."""
+    probability = np.clip(_finite(call, call.arguments[0]), 0.0, 1.0)
+    outcome = draw(call) < probability
+    chance = np.where(outcome, probability, 1.0 - probability)
+    call.workspace.recorder.add_draw(call.shapes, call.site, outcome.astype(np.float64), np.log(chance))
+    return outcome
+
+
+def file_random(call: FunctionCall) -> Value:
+    """``fileRandom("folder/*.jpg")``: one of the matching asset files, all equally likely; empty when there is none."""
+    pattern = call.arguments[0]
+    if not isinstance(pattern, str):
+        raise DerivationError("fileRandom expects one string for all shapes", call.location)
+    files = matching_files(call.workspace.assets, pattern)
+    if not files:
+        return ""
+    chosen = np.floor(draw(call) * len(files))
+    call.workspace.recorder.add_draw(call.shapes, call.site, chosen, -np.log(len(files)))
+    return call.workspace.strings.ids(files)[chosen.astype(np.int64)]
+
+
+def _finite(call: FunctionCall, value: Value) -> Floats | float:
+    if kind_of(value) == "string":
+        raise DerivationError(f"{call.name} expected a number, found a string", call.location)
+    column = number_column(value, 1) if not isinstance(value, np.ndarray) else value
+    if not np.isfinite(column).all():
+        raise DerivationError(f"{call.name} expected a finite number, found {column[~np.isfinite(column)][0]}", call.location)
+    return value.astype(np.float64, copy=False) if isinstance(value, np.ndarray) else float(value)
+
+
+BUILTINS: dict[str, Builtin] = {
+    "fileRandom": Builtin(file_random, (1, 1), random=True),
+    "p": Builtin(p, (1, 1), random=True),
+    "rand": Builtin(rand, (0, 2), random=True),
+}

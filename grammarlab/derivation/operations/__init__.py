@@ -1,0 +1,9 @@
+"""The operations of CGA, one family a file."""
+
+from grammarlab.derivation.operations import appearance, components, extrusion, insertion, scope, splits
+
+OPERATIONS = {**appearance.OPERATIONS, **extrusion.OPERATIONS, **insertion.OPERATIONS, **scope.OPERATIONS}
+"""Operations without a block, by name."""
+
+BLOCKS = {**components.BLOCKS, **splits.BLOCKS}
+"""Operations with a block, by name."""

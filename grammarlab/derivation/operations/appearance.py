@@ -1,0 +1,145 @@
+"""Operations that change what a shape looks like or is called, not where it is."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.calls import Argument, Call, Operation
+from grammarlab.derivation.materials import CHANNELS
+from grammarlab.derivation.operators import value_texts
+from grammarlab.derivation.shapes import Shapes, kind_of, number_column
+
+_HEX = re.compile(r"#?([0-9a-fA-F]{6})([0-9a-fA-F]{2})?\Z")
+_COLOR = ("color.r", "color.g", "color.b")
+_ALIASES = {"color.a": "opacity"}
+_WITHOUT_EFFECT = ("trim.", "seedian")
+"""What can be set without anything here depending on it."""
+
+
+def color(call: Call) -> Shapes:
+    """``color("#rrggbb")``, ``color("#rrggbboo")``, ``color(r, g, b)`` or ``color(r, g, b, opacity)``, in 0..1."""
+    if len(call.arguments) == 1:
+        return _colored(call, call.arguments[0], _COLOR)
+    if len(call.arguments) == 2:
+        raise call.error("color expects one string, or three or four numbers, found two arguments")
+    channels = (*_COLOR, "opacity")
+    changes = {name: _unit(call, argument) for name, argument in zip(channels, call.arguments, strict=False)}
+    return _changed(call, changes)
+
+
+def _colored(call: Call, argument: Argument, channels: tuple[str, str, str]) -> Shapes:
+    """Channels from a hexadecimal colour."""
+    text = call.text(argument)
+    if isinstance(text, str):
+        parts = parse_color(text, call)
+        return _changed(call, dict(zip((*channels, "opacity"), parts, strict=False)))
+    unique, inverse = np.unique(text, return_inverse=True)
+    table = np.array([(*parse_color(call.workspace.strings[i], call), 1.0)[:4] for i in unique])
+    return _changed(call, {name: table[inverse, place] for place, name in enumerate(channels)})
+
+
+def parse_color(text: str, call: Call) -> tuple[float, ...]:
+    """Red, green, blue and, where given, opacity in 0..1."""
+    found = _HEX.match(text.strip())
+    if found is None:
+        raise call.error(f'expected a colour like "#ff8800", found "{text}"')
+    digits = found.group(1) + (found.group(2) or "")
+    return tuple(int(digits[i : i + 2], 16) / 255.0 for i in range(0, len(digits), 2))
+
+
+def texture(call: Call) -> Shapes:
+    """``texture(path)``: the image on the surface; an empty path takes it away."""
+    text = call.text(call.arguments[0])
+    if isinstance(text, str):
+        return _changed(call, {"texture": text})
+    shapes, material = call.shapes, np.empty(call.shapes.count, np.int32)
+    for string in np.unique(text).tolist():
+        rows = np.flatnonzero(text == string)
+        change = {"texture": call.workspace.strings[string]}
+        material[rows] = call.workspace.materials.repainted(shapes.material[rows], change)
+    return shapes._replace(material=material)
+
+
+def set_attribute(call: Call) -> Shapes:
+    """``set(name, value)``: an attribute of the grammar or a part of the material, from here on and below."""
+    name, argument = str(call.arguments[0].value), call.arguments[1]
+    if name in call.workspace.program.attributes:
+        return call.shapes._replace(state={**call.shapes.state, name: argument.value})
+    if name.startswith("material."):
+        return _set_material(call, name.removeprefix("material."), argument)
+    if name.startswith(_WITHOUT_EFFECT):
+        return call.shapes
+    raise call.error(
+        f"set expects an attribute of this grammar or a material attribute, found {name}",
+        "attributes are declared with attr; of the material there are " + ", ".join(CHANNELS),
+    )
+
+
+def _set_material(call: Call, name: str, argument: Argument) -> Shapes:
+    channel = _ALIASES.get(name, name)
+    if channel in CHANNELS:
+        return _changed(call, {channel: _unit(call, argument)})
+    if name in ("color.rgb", "color"):
+        return _colored(call, argument, _COLOR)
+    if name in ("emissive.rgb", "emissive"):
+        return _colored(call, argument, ("emissive.r", "emissive.g", "emissive.b"))
+    if name == "colormap":
+        return texture(call._replace(arguments=(argument,)))
+    return call.shapes
+
+
+def _unit(call: Call, argument: Argument) -> float | NDArray[np.float64]:
+    """A number clamped to 0..1."""
+    number = call.number(argument)
+    return np.clip(number, 0.0, 1.0) if isinstance(number, np.ndarray) else min(max(number, 0.0), 1.0)
+
+
+def _changed(call: Call, changes: dict[str, float | str | NDArray[np.float64]]) -> Shapes:
+    pool, shapes = call.workspace.materials, call.shapes
+    constants = {name: value for name, value in changes.items() if not isinstance(value, np.ndarray)}
+    if len(constants) == len(changes):
+        return shapes._replace(material=pool.repainted(shapes.material, constants))
+    return shapes._replace(material=pool.changed(shapes.material, changes))
+
+
+def report(call: Call) -> Shapes:
+    """``report(key, value)``: collect a number for the model."""
+    key = call.text(call.arguments[0])
+    value = call.arguments[1].value
+    if not isinstance(key, str):
+        raise call.error("report expects the same key for all shapes")
+    column = np.full(call.shapes.count, np.nan)
+    if kind_of(value) != "string":
+        column = number_column(value, call.shapes.count)
+    call.workspace.recorder.add_report(call.shapes, key, column)
+    return call.shapes
+
+
+def print_value(call: Call) -> Shapes:
+    """``print(value)``: collect a text."""
+    texts = value_texts(call.arguments[0].value, call.workspace.strings)
+    recorder, strings = call.workspace.recorder, call.workspace.strings
+    if isinstance(texts, str):
+        recorder.add_prints([texts] * call.shapes.count)
+    else:
+        recorder.add_prints([strings[text] for text in texts.tolist()])
+    return call.shapes
+
+
+def label(call: Call) -> Shapes:
+    """``label(name)``: a name for occlusion queries; nothing here asks."""
+    call.text(call.arguments[0])
+    return call.shapes
+
+
+OPERATIONS: dict[str, Operation] = {
+    "color": Operation(color, num_arguments=(1, 4)),
+    "label": Operation(label, num_arguments=(1, 1)),
+    "print": Operation(print_value, num_arguments=(1, 1)),
+    "report": Operation(report, num_arguments=(2, 2)),
+    "set": Operation(set_attribute, num_arguments=(2, 2), names_target=True),
+    "texture": Operation(texture, num_arguments=(1, 1)),
+}

@@ -1,0 +1,125 @@
+"""``extrude``: prisms over faces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grammarlab.derivation.calls import Call, Operation
+from grammarlab.derivation.frames import cube_index
+from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.meshes import replaced
+from grammarlab.derivation.shapes import BOX, FACE, FOOTPRINT, Floats, Shapes
+from grammarlab.geometry import extrude as solids
+from grammarlab.geometry.measure import face_normals
+
+_WORDS = frozenset(
+    {"world.up", "world.up.flatTop", "world.x", "world.y", "world.z", "face.normal", "vertex.normal", "x", "y", "z"}
+)
+_ALONG = {"x": 0, "y": 1, "z": 2, "world.x": 0, "world.y": 1, "world.z": 2, "world.up": 1, "world.up.flatTop": 1}
+_LYING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""The scope of an extruded face in the face's axes: its y is the face's z, its z the face's -y."""
+_LYING_CUBE = cube_index(_LYING)
+
+
+def extrude(call: Call) -> Shapes:
+    """``extrude(height)`` or ``extrude(direction, height)``: every face moved, with walls between.
+
+    The scope's y axis then runs along the direction, x is kept as far as that allows. A negative height goes the other way;
+    all faces look outwards either way.
+    """
+    direction = call.words[0] if call.words else "face.normal"
+    heights = np.broadcast_to(call.length(call.values[0], 1), call.shapes.count)
+    shapes = call.shapes
+    if direction == "face.normal":
+        footprint, face = shapes.mesh == FOOTPRINT, shapes.mesh == FACE
+        if footprint.all():
+            return _raised(call, shapes, heights)
+        if face.all():
+            return _deepened(call, shapes, heights)
+        if (footprint | face).any():
+            return _one_by_one(call, (footprint, face))
+    return _general(call, shapes, heights, direction)
+
+
+def _one_by_one(call: Call, kinds: tuple[np.ndarray, ...]) -> Shapes:
+    """The operation on each kind of geometry by itself, put together again."""
+    rest = ~np.logical_or.reduce(kinds)
+    rows = [np.flatnonzero(kind) for kind in (*kinds, rest)]
+    parts = [extrude(_narrowed(call, chosen)) for chosen in rows if len(chosen)]
+    back = np.argsort(np.concatenate(rows))
+    fields = ("position", "size", "frame", "mesh")
+    joined = {name: np.concatenate([getattr(part, name) for part in parts])[back] for name in fields}
+    return call.shapes._replace(**joined)
+
+
+def _narrowed(call: Call, rows: np.ndarray) -> Call:
+    arguments = tuple(
+        a._replace(value=a.value[rows]) if isinstance(a.value, np.ndarray) else a for a in call.arguments
+    )
+    return call._replace(shapes=call.shapes.take(rows), arguments=arguments)
+
+
+def _raised(call: Call, shapes: Shapes, heights: Floats) -> Shapes:
+    """Rectangles on the ground become boxes."""
+    size = shapes.size.copy()
+    size[:, 1] = np.abs(heights)
+    down = np.minimum(heights, 0.0)
+    position = shapes.position
+    if down.any():
+        position = position + call.workspace.frames.axis(shapes.frame, 1) * down[:, None]
+    mesh = np.where(heights == 0.0, FOOTPRINT, BOX).astype(np.int32)
+    return shapes._replace(position=position, size=size, mesh=mesh)
+
+
+def _deepened(call: Call, shapes: Shapes, heights: Floats) -> Shapes:
+    """Rectangles in a wall become boxes whose y axis leads out of the wall."""
+    frames = call.workspace.frames
+    width, height = shapes.size[:, 0], shapes.size[:, 1]
+    position = shapes.position + frames.axis(shapes.frame, 1) * height[:, None]
+    down = np.minimum(heights, 0.0)
+    if down.any():
+        position = position + frames.axis(shapes.frame, 2) * down[:, None]
+    mesh = np.where(heights == 0.0, FOOTPRINT, BOX).astype(np.int32)
+    size = np.stack([width, np.abs(heights), height], axis=1)
+    return shapes._replace(position=position, size=size, frame=frames.turned(shapes.frame, _LYING_CUBE), mesh=mesh)
+
+
+def _general(call: Call, shapes: Shapes, heights: Floats, direction: str) -> Shapes:
+    """Any geometry: computed as a mesh, then the scope is turned so that y runs along the direction."""
+    frames, pool = call.workspace.frames, call.workspace.meshes
+    meshes = local_meshes(shapes, call.workspace)
+    along = _directions(call, shapes, direction)
+    if direction == "vertex.normal":
+        solid = solids.extrude_along_vertex_normals(meshes, heights)
+    elif direction == "world.up.flatTop":
+        solid = solids.extrude_to_level(meshes, heights, along)
+    else:
+        solid = solids.extrude(meshes, heights, None if direction == "face.normal" else along)
+    rotation = _standing_on(along)
+    turned = solid.with_points(np.einsum("pji,pj->pi", rotation[solid.mesh_of_point()], solid.points))
+    return replaced(shapes._replace(frame=frames.rotated(shapes.frame, rotation)), turned, pool, frames)
+
+
+def _directions(call: Call, shapes: Shapes, direction: str) -> Floats:
+    """[N, 3] unit vectors in scope axes: the direction asked for, or the normal of the first face."""
+    if direction in _ALONG:
+        axis = np.broadcast_to(np.eye(3)[_ALONG[direction]], (shapes.count, 3))
+        return call.workspace.frames.to_local(shapes.frame, axis) if direction.startswith("world") else axis
+    meshes = local_meshes(shapes, call.workspace)
+    first = np.zeros((shapes.count, 3))
+    filled = np.diff(meshes.mesh_faces) > 0
+    first[filled] = face_normals(meshes)[meshes.mesh_faces[:-1][filled]]
+    first[~first.any(axis=1)] = [0.0, 1.0, 0.0]
+    return first
+
+
+def _standing_on(y: Floats) -> Floats:
+    """[N, 3, 3] rotations whose y axis is given and whose x axis is as near to the old one as that allows."""
+    x = np.array([1.0, 0.0, 0.0]) - y * y[:, :1]
+    length = np.linalg.norm(x, axis=1, keepdims=True)
+    x = np.where(length > 1e-6, x / np.maximum(length, 1e-6), np.cross(y, [0.0, 0.0, 1.0]))
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    return np.stack([x, y, np.cross(x, y)], axis=2)
+
+
+OPERATIONS: dict[str, Operation] = {"extrude": Operation(extrude, _WORDS, (1, 2))}

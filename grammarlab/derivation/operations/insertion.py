@@ -1,0 +1,146 @@
+"""Operations that replace the geometry by a primitive or an asset, fitted to the scope."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grammarlab.derivation.calls import Call, Operation
+from grammarlab.derivation.shapes import BOX, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.errors import AssetError
+from grammarlab.geometry import primitives
+from grammarlab.geometry.mesh import Meshes
+
+_INSERT_WORDS = frozenset(
+    {"yUp", "zUp", "alignSizeAndPosition", "keepSizeAndPosition", "keepSizeAlignPosition", "cleanup"}
+)
+_MOST_SIDES = 512
+
+
+def i(call: Call) -> Shapes:
+    """``i(path)``: a mesh from the asset folder or a built-in one, its bounding box mapped onto the scope.
+
+    Dimensions of the scope that are 0 follow the mesh: one such dimension takes the mean scale of the two others, two
+    take the scale of the third, and if all three are 0 the mesh keeps its own size.
+    """
+    text = call.text(call.values[0])
+    if isinstance(text, str):
+        return _inserted(call, call.shapes, text)
+    shapes = call.shapes
+    mesh, size, position = shapes.mesh.copy(), shapes.size.copy(), shapes.position.copy()
+    for string in np.unique(text).tolist():
+        rows = np.flatnonzero(text == string)
+        part = _inserted(call, shapes.take(rows), call.workspace.strings[string])
+        mesh[rows], size[rows], position[rows] = part.mesh, part.size, part.position
+    return shapes._replace(mesh=mesh, size=size, position=position)
+
+
+def _inserted(call: Call, shapes: Shapes, path: str) -> Shapes:
+    name = path.removesuffix(":notex")
+    if name in primitives.BUILTIN_ASSETS:
+        mesh = BOX if name in ("builtin:cube", "builtin:box") else None
+        if mesh is None:
+            mesh = call.workspace.meshes.named(name, primitives.builtin_asset(name))
+        return fitted(shapes, mesh, np.ones(3), np.zeros(3), call)
+    if path.startswith("builtin:"):
+        known = ", ".join(primitives.BUILTIN_ASSETS)
+        raise call.error(f'no built-in mesh is called "{path}"', f"there are {known}")
+    if call.workspace.assets is None:
+        raise call.error(f'the asset "{path}" needs an asset folder', "say where it is with --assets DIR")
+    from grammarlab.geometry.assets import load_asset
+
+    try:
+        asset = load_asset(path, call.workspace.assets)
+    except AssetError as error:
+        raise call.error(str(error)) from error
+    return fitted(shapes, call.workspace.meshes.named(path, asset.meshes), asset.size, asset.low, call)
+
+
+def fitted(shapes: Shapes, mesh: int, own: Floats, low: Floats, call: Call) -> Shapes:
+    """Shapes with one mesh of the unit cube, its own size [3] and low corner [3] filling dimensions that are 0."""
+    shapes = shapes._replace(mesh=np.full(shapes.count, mesh, dtype=np.int32))
+    flat = shapes.size <= 0.0
+    if not flat.any():
+        return shapes
+    size, missing = shapes.size.copy(), flat.sum(axis=1)
+    scales = np.where(flat | (own <= 0.0), 0.0, shapes.size / np.where(own > 0.0, own, 1.0))
+    scale = np.where(missing == 3, 1.0, scales.sum(axis=1) / np.maximum(3 - missing, 1))
+    size[flat] = (scale[:, None] * own)[flat]
+    offset = np.where((missing >= 2)[:, None] & flat, scale[:, None] * low, 0.0)
+    position = shapes.position + call.workspace.frames.to_world(shapes.frame, offset)
+    return shapes._replace(size=size, position=position)
+
+
+def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
+    """``primitiveX(counts, dimensions)``: without dimensions fitted to the scope, with them standing in its middle."""
+
+    def apply(call: Call) -> Shapes:
+        numbers = [call.number(argument) for argument in call.arguments]
+        dimensions = numbers[num_counts:] if len(numbers) > num_counts else []
+        if dimensions and len(dimensions) != num_dimensions:
+            raise call.error(f"{call.name} expects all of its {num_dimensions} dimensions or none")
+        mesh = _mesh(call, name, numbers[:num_counts])
+        if not dimensions:
+            return fitted(call.shapes._replace(mesh=mesh), 0, np.ones(3), np.zeros(3), call)._replace(mesh=mesh)
+        return _standing(call, mesh, _extent(name, dimensions, call.shapes.count))
+
+    return Operation(apply, num_arguments=(0, num_counts + num_dimensions))
+
+
+def _mesh(call: Call, name: str, counts: list[float | Floats]) -> Ids:
+    """[N] the mesh of a primitive with so many sides and divisions."""
+    if name in ("cube", "quad"):
+        return np.full(call.shapes.count, BOX if name == "cube" else FOOTPRINT, dtype=np.int32)
+    columns = [np.broadcast_to(np.rint(count), call.shapes.count) for count in counts]
+    if not columns:
+        return np.full(call.shapes.count, _named(call, name, ()), dtype=np.int32)
+    table, inverse = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
+    if table.min() < 3 or table.max() > _MOST_SIDES:
+        raise call.error(f"{call.name} expects 3 to {_MOST_SIDES} sides, found {table.min():g} to {table.max():g}")
+    ids = [_named(call, name, tuple(int(count) for count in row)) for row in table]
+    return np.array(ids, dtype=np.int32)[inverse]
+
+
+def _named(call: Call, name: str, counts: tuple[int, ...]) -> int:
+    full = ":".join(["primitive", name, *map(str, counts)])
+    return call.workspace.meshes.named(full, _MAKERS[name](*counts))
+
+
+def _extent(name: str, dimensions: list[float | Floats], count: int) -> Floats:
+    """[N, 3] bounding box of a primitive from its dimensions."""
+    first, *rest = dimensions
+    if name in ("cube", "quad"):
+        width, height, depth = (first, *rest) if name == "cube" else (first, 0.0, rest[0])
+        sides = (width, height, depth)
+    else:
+        diameter = 2.0 * first
+        height = diameter if name == "sphere" else 0.0 if name == "disk" else rest[0]
+        sides = (diameter, height, diameter)
+    return np.stack([np.broadcast_to(side, count).astype(np.float64) for side in sides], axis=1)
+
+
+def _standing(call: Call, mesh: Ids, size: Floats) -> Shapes:
+    """Shapes whose new geometry stands in the middle of the scope's floor."""
+    if (size < 0.0).any():
+        raise call.error(f"{call.name} expects dimensions of at least 0 metres, found {size.min():g}")
+    shapes = call.shapes
+    offset = 0.5 * (shapes.size - size) * [1.0, 0.0, 1.0]
+    position = shapes.position + call.workspace.frames.to_world(shapes.frame, offset)
+    return shapes._replace(mesh=mesh, size=size, position=position)
+
+
+_MAKERS = {
+    "cone": primitives.cone,
+    "cylinder": primitives.cylinder,
+    "disk": primitives.disk,
+    "sphere": primitives.sphere,
+}
+
+OPERATIONS: dict[str, Operation] = {
+    "i": Operation(i, _INSERT_WORDS, (1, 4)),
+    "primitiveCone": _primitive("cone", 1, 2),
+    "primitiveCube": _primitive("cube", 0, 3),
+    "primitiveCylinder": _primitive("cylinder", 1, 2),
+    "primitiveDisk": _primitive("disk", 1, 1),
+    "primitiveQuad": _primitive("quad", 0, 2),
+    "primitiveSphere": _primitive("sphere", 2, 1),
+}

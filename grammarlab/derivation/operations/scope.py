@@ -1,0 +1,157 @@
+"""Operations that move, size and turn the scope, and the geometry with it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.calls import Argument, Call, Operation
+from grammarlab.derivation.frames import cube_index
+from grammarlab.derivation.shapes import Shapes
+
+Floats = NDArray[np.float64]
+
+_SMALLEST = -1e-9
+"""Metres: sizes between this and zero come from rounding and count as zero."""
+
+_CENTER_AXES = frozenset({"x", "y", "z", "xy", "xz", "yz", "xyz"})
+_SYSTEMS = frozenset({"abs", "rel", "scope", "pivot", "object", "world"})
+_PIVOTS = frozenset({"scopeOrigin", "scopeCenter"})
+
+
+def t(call: Call) -> Shapes:
+    """``t(x, y, z)``: move along the scope's axes by metres, or ``'`` shares of its size."""
+    return call.shapes._replace(position=moved(call, call.arguments))
+
+
+def moved(call: Call, lengths: tuple[Argument, ...]) -> Floats:
+    """Positions [N, 3] moved along the scope's axes."""
+    position = call.shapes.position
+    for axis, argument in enumerate(lengths):
+        length = call.length(argument, axis)
+        if isinstance(length, np.ndarray):
+            position = position + call.workspace.frames.axis(call.shapes.frame, axis) * length[:, None]
+        elif length != 0.0:
+            position = position + call.workspace.frames.axis(call.shapes.frame, axis) * length
+    return position
+
+
+def s(call: Call) -> Shapes:
+    """``s(x, y, z)``: set the size of the scope; the geometry is scaled with it."""
+    size = call.shapes.size.copy()
+    for axis, argument in enumerate(call.arguments):
+        if argument.relative and argument.value == 1.0:
+            continue
+        length = call.length(argument, axis)
+        lowest = length.min() if isinstance(length, np.ndarray) else length
+        if lowest < 0.0:
+            if lowest < _SMALLEST:
+                raise call.error(
+                    f"{call.name} expected sizes of at least 0 metres, found {lowest:.6g} along {'xyz'[axis]}",
+                    "clamp it with max(0, ...), or use mirror() to turn a shape over",
+                )
+            length = np.maximum(length, 0.0)
+        size[:, axis] = length
+    return call.shapes._replace(size=size)
+
+
+def center(call: Call) -> Shapes:
+    """``center(axes)``: centre the scope, along these of its axes, in the shape that the rule, block or bracket began with."""
+    frames, shapes, origin = call.workspace.frames, call.shapes, call.origin
+    target = origin.position + frames.to_world(origin.frame, 0.5 * origin.size)
+    current = shapes.position + frames.to_world(shapes.frame, 0.5 * shapes.size)
+    offset = frames.to_local(shapes.frame, target - current)
+    chosen = np.array([axis in str(call.arguments[0].value) for axis in "xyz"])
+    return shapes._replace(position=shapes.position + frames.to_world(shapes.frame, offset * chosen))
+
+
+def euler(x: float | Floats, y: float | Floats, z: float | Floats) -> Floats:
+    """Rotations Rx Ry Rz by angles in degrees: [3, 3] from numbers, [N, 3, 3] where one is a column [N]."""
+    x, y, z = np.broadcast_arrays(*np.radians(np.broadcast_arrays(x, y, z)))
+    (cx, cy, cz), (sx, sy, sz) = (np.cos(a) for a in (x, y, z)), (np.sin(a) for a in (x, y, z))
+    rows = [
+        [cy * cz, -cy * sz, sy],
+        [cx * sz + sx * sy * cz, cx * cz - sx * sy * sz, -sx * cy],
+        [sx * sz - cx * sy * cz, sx * cz + cx * sy * sz, cx * cy],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def r(call: Call) -> Shapes:
+    """``r(x, y, z)``: turn about the scope's origin, or with ``scopeCenter`` about its centre, by degrees."""
+    shapes, frames = call.shapes, call.workspace.frames
+    angles = [call.number(argument) for argument in call.values]
+    frame = turned_by(call, shapes.frame, angles)
+    if "scopeCenter" in call.words:
+        half = 0.5 * shapes.size
+        position = shapes.position + frames.to_world(shapes.frame, half) - frames.to_world(frame, half)
+        return shapes._replace(frame=frame, position=position)
+    return shapes._replace(frame=frame)
+
+
+def turned_by(call: Call, frame: NDArray[np.int32], angles: list[float | Floats]) -> NDArray[np.int32]:
+    """Frames [N] turned in their own axes; right angles stay exact."""
+    frames = call.workspace.frames
+    if not any(isinstance(angle, np.ndarray) for angle in angles):
+        rotation = euler(*angles)
+        if all(angle % 90.0 == 0.0 for angle in angles):  # type: ignore[operator]
+            return frames.turned(frame, cube_index(np.round(rotation)))
+        return frames.rotated(frame, rotation)
+    return frames.rotated(frame, euler(*angles))
+
+
+def translate(call: Call) -> Shapes:
+    """``translate(rel|abs, scope|pivot|object|world, x, y, z)``: move in another system of axes."""
+    mode, system = _mode_and_system(call)
+    lengths = np.stack([np.broadcast_to(call.length(a, i), call.shapes.count) for i, a in enumerate(call.values)], axis=1)
+    shapes, frames = call.shapes, call.workspace.frames
+    base = _axes(call, system)
+    offset = lengths if base is None else frames.to_world(base, lengths)
+    if mode == "rel":
+        return shapes._replace(position=shapes.position + offset)
+    start = np.zeros(3) if base is None else call.workspace.roots.position[shapes.model]
+    return shapes._replace(position=start + offset)
+
+
+def rotate(call: Call) -> Shapes:
+    """``rotate(rel|abs, scope|pivot|object|world, x, y, z)``: turn about the scope's origin in another system of axes."""
+    mode, system = _mode_and_system(call)
+    shapes, frames = call.shapes, call.workspace.frames
+    angles = [np.asarray(call.number(argument)) for argument in call.values]
+    turn = np.broadcast_to(euler(*angles), (shapes.count, 3, 3))
+    if mode == "rel" and system == "scope":
+        return shapes._replace(frame=frames.rotated(shapes.frame, turn))
+    base = _axes(call, system)
+    axes = np.broadcast_to(np.eye(3), (shapes.count, 3, 3)) if base is None else frames.rotations(base)
+    if mode == "abs":
+        return shapes._replace(frame=frames.add(axes @ turn))
+    inverse = np.swapaxes(axes, 1, 2)
+    return shapes._replace(frame=frames.add(axes @ turn @ inverse @ frames.rotations(shapes.frame)))
+
+
+def _mode_and_system(call: Call) -> tuple[str, str]:
+    words = call.words
+    if len(words) != 2 or len(call.values) != 3 or words[0] not in {"abs", "rel"} or words[1] in {"abs", "rel"}:
+        raise call.error(
+            f"{call.name} expects abs or rel, then scope, pivot, object or world, then three numbers",
+            f"for example {call.name}(rel, world, 0, 1, 0)",
+        )
+    return words[0], words[1]
+
+
+def _axes(call: Call, system: str) -> NDArray[np.int32] | None:
+    """The frames [N] of a coordinate system; None for the world."""
+    if system == "world":
+        return None
+    return call.shapes.frame if system == "scope" else call.workspace.roots.frame[call.shapes.model]
+
+
+OPERATIONS: dict[str, Operation] = {
+    "center": Operation(center, _CENTER_AXES, (1, 1)),
+    "r": Operation(r, _PIVOTS, (3, 4)),
+    "rotate": Operation(rotate, _SYSTEMS, (5, 5)),
+    "s": Operation(s, num_arguments=(3, 3)),
+    "scale": Operation(s, num_arguments=(3, 3)),
+    "t": Operation(t, num_arguments=(3, 3)),
+    "translate": Operation(translate, _SYSTEMS, (5, 5)),
+}

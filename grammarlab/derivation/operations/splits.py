@@ -1,0 +1,138 @@
+"""``split``: a shape cut into slabs along one of its scope's axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.calls import BlockOperation, Call, Head, Part
+from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.meshes import normalized
+from grammarlab.derivation.shapes import EMPTY, FACE, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.derivation.splitting import Element, Pieces, Repeat, Size, count_pieces, divide
+from grammarlab.geometry.clip import slabs
+
+_AXES = {"x": 0, "y": 1, "z": 2}
+_WORDS = frozenset({*_AXES, "u", "v", "adjust", "noAdjust", "uvSpace", "unitSpace"})
+
+
+def split(call: Call, heads: tuple[Head, ...]) -> list[Part]:
+    """``split(x|y|z, adjust|noAdjust) { size : ... | ... }*``: slabs of the sizes asked for, see `splitting`.
+
+    Boxes and rectangles stay what they are; any other geometry is clipped, cuts through closed meshes are closed, and
+    with ``adjust`` (the default) the scope of a part is fitted to what is left.
+    """
+    axis = _AXES.get(call.words[0] if call.words else "")
+    if axis is None:
+        raise call.error("split along u and v is not supported; it expects x, y or z first")
+    shapes = call.shapes
+    length = shapes.size[:, axis]
+    elements = _elements(call, heads, axis)
+    if any(isinstance(element, Repeat) for element in elements):
+        call.workspace.expanded(count_pieces(length, elements), shapes.count, call.location)
+    pieces = divide(length, elements)
+    numbers = _numbers(pieces, shapes, call)
+    total = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=shapes.count)
+    return [
+        Part(_indexed(call, _part(call, axis, piece), number, total[piece.row]), number)
+        for piece, number in zip(pieces, numbers, strict=True)
+    ]
+
+
+def _elements(call: Call, heads: Sequence[Head], axis: int) -> list[Element]:
+    """The sizes of a split, those of one repeated group together."""
+    elements: list[Element] = []
+    group = -1
+    for head in heads:
+        argument = head.argument
+        size = Size(call.length(argument, axis), argument.floating)
+        if head.group < 0:
+            elements.append(size)
+        elif head.group == group and isinstance(elements[-1], Repeat):
+            elements[-1] = Repeat((*elements[-1].sizes, size))
+        else:
+            elements.append(Repeat((size,)))
+        group = head.group
+    return elements
+
+
+def _numbers(pieces: Sequence[Pieces], shapes: Shapes, call: Call) -> list[NDArray[np.int64]]:
+    """For each piece its place along its shape, from 0; only where something asks for it."""
+    counts = [len(piece.row) for piece in pieces]
+    wanted = shapes.key is not None or not call.workspace.program.state_names.isdisjoint({"split.index", "split.total"})
+    if not wanted:
+        return [np.zeros(count, np.int64) for count in counts]
+    if all(count == shapes.count for count in counts):
+        return [np.full(count, place) for place, count in enumerate(counts)]
+    row = np.concatenate([piece.row for piece in pieces])
+    order = np.lexsort((np.concatenate([piece.start for piece in pieces]), row))
+    per_row = np.bincount(row, minlength=shapes.count)
+    number = np.empty(len(row), np.int64)
+    number[order] = np.arange(len(row)) - np.repeat(np.cumsum(per_row) - per_row, per_row)
+    return np.split(number, np.cumsum(counts)[:-1])
+
+
+def _part(call: Call, axis: int, piece: Pieces) -> Shapes:
+    shapes, rows, frames = call.shapes, piece.row, call.workspace.frames
+    everyone = len(rows) == shapes.count
+    frame = shapes.frame if everyone else shapes.frame.take(rows)
+    mesh = shapes.mesh if everyone else shapes.mesh.take(rows)
+    size = shapes.size.copy() if everyone else shapes.size.take(rows, axis=0)
+    position = shapes.position if everyone else shapes.position.take(rows, axis=0)
+    size[:, axis] = piece.extent
+    position = position + frames.axis(frame, axis) * piece.start[:, None]
+    general = np.flatnonzero(_needs_clipping(mesh, axis))
+    if len(general):
+        position, size, mesh = _clipped(call, axis, piece, general, position, size, mesh, frame)
+    if everyone:
+        return shapes._replace(position=position, size=size, frame=frame, mesh=mesh)
+    return shapes.place(rows, position, size, frame, mesh)
+
+
+def _needs_clipping(mesh: Ids, axis: int) -> NDArray[np.bool_]:
+    """Everything but boxes, and rectangles cut across."""
+    flat = FOOTPRINT if axis == 1 else FACE if axis == 2 else EMPTY
+    return (mesh > FACE) | ((mesh == flat) & (mesh != EMPTY))
+
+
+def _clipped(
+    call: Call,
+    axis: int,
+    piece: Pieces,
+    general: NDArray[np.int64],
+    position: Floats,
+    size: Floats,
+    mesh: Ids,
+    frame: Ids,
+) -> tuple[Floats, Floats, Ids]:
+    """Positions, sizes and meshes with those of the pieces ``general`` replaced by what the clipping leaves."""
+    sources, source = np.unique(piece.row[general], return_inverse=True)
+    start = piece.start[general]
+    whole = local_meshes(call.shapes.take(sources), call.workspace)
+    cut = slabs(whole, source, axis, start, start + piece.extent[general])
+    unit, low, extent = normalized(cut)
+    position, size, mesh = position.copy(), size.copy(), mesh.copy()
+    low[:, axis] -= start
+    if "noAdjust" in call.words:
+        box = size[general]
+        counts = np.diff(unit.mesh_points)
+        shift, scale = low / np.where(box > 0.0, box, 1.0), extent / np.where(box > 0.0, box, 1.0)
+        points = unit.points * np.repeat(scale, counts, axis=0) + np.repeat(shift, counts, axis=0)
+        mesh[general] = call.workspace.meshes.add(unit.with_points(points))
+    else:
+        mesh[general] = call.workspace.meshes.add(unit)
+        position[general] += call.workspace.frames.to_world(frame[general], low)
+        size[general] = extent
+    return position, size, mesh
+
+
+def _indexed(call: Call, made: Shapes, number: NDArray[np.int64], total: NDArray[np.int64]) -> Shapes:
+    """Parts that know their place and number, where the grammar asks."""
+    known = {"split.index": number, "split.total": total}
+    asked = {name: known[name].astype(np.float64) for name in known if name in call.workspace.program.state_names}
+    return made._replace(state={**made.state, **asked}) if asked else made
+
+
+BLOCKS: dict[str, BlockOperation] = {"split": BlockOperation(split, _WORDS, (1, 3))}

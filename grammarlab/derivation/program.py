@@ -1,0 +1,50 @@
+"""A grammar made ready to derive: rules, attributes and functions compiled, symbols and sites numbered, rules ordered."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from grammarlab.derivation.choices import Branching, Code
+from grammarlab.derivation.forest import RuleName
+from grammarlab.derivation.sequences import Operations
+from grammarlab.errors import Location
+
+
+@dataclass(frozen=True, slots=True)
+class CompiledAttribute:
+    """An attribute or constant."""
+
+    name: str
+    code: Code
+    draws: bool
+    """Whether its value is drawn, so that it must be evaluated for every model."""
+    location: Location
+
+
+@dataclass(frozen=True, slots=True)
+class CompiledRule:
+    """A rule: one symbol with one number of parameters."""
+
+    symbol: int
+    body: Branching[Operations]
+    needs_key: bool
+    """Whether anything random may happen when it or anything below it is derived."""
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """Everything about a grammar that does not depend on models and seeds."""
+
+    symbols: tuple[str, ...]
+    rule_names: tuple[RuleName, ...]
+    sites: tuple[str, ...]
+    attributes: Mapping[str, CompiledAttribute]
+    rules: tuple[CompiledRule, ...]
+    order: tuple[tuple[int, ...], ...]
+    """Groups of rules that may call each other, every group before the ones it calls."""
+    start_rules: Mapping[str, int]
+    """Rules without parameters, by symbol: what a derivation may start with."""
+    default_start: str
+    state_names: frozenset[str]
+    """Attributes that some rule sets and shape attributes that some expression reads: entries of `Shapes.state`."""
