@@ -8,6 +8,7 @@ import typer
 
 from grammarlab import __version__
 from grammarlab.cli.examples import list_examples
+from grammarlab.cli.sample import sample
 
 app = typer.Typer(
     name="grammarlab",
@@ -34,4 +35,5 @@ def grammarlab(
     """Sample real models from stochastic CGA shape grammars."""
 
 
+app.command("sample")(sample)
 app.command("list")(list_examples)

@@ -8,11 +8,10 @@ from difflib import get_close_matches
 from pathlib import Path
 
 import grammarlab
-from grammarlab.errors import AssetError, UsageError
+from grammarlab.errors import UsageError
+from grammarlab.language.grammar import read_text
 
 SUFFIX = ".cga"
-MAX_FILE_BYTES = 4 << 20
-"""Largest rule file that is read; the largest public one known has 0.3 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,14 +30,9 @@ class RuleSource:
         """What the file says.
 
         Raises:
-            AssetError: when it is too large or not text.
+            LanguageError: when it cannot be read or is too large.
         """
-        if (size := self.path.stat().st_size) > MAX_FILE_BYTES:
-            raise AssetError(f"{self.path}: {size} bytes; a rule file may have {MAX_FILE_BYTES} at most.")
-        try:
-            return self.path.read_text(encoding="utf-8-sig")
-        except UnicodeDecodeError:
-            return self.path.read_text(encoding="latin-1")  # what old CityEngine files use; never fails
+        return read_text(self.path)
 
     def description(self) -> str:
         """The first sentence of the comment at the top of the file, empty when there is none."""

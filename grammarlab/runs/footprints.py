@@ -54,11 +54,14 @@ def read_footprints(text: str) -> tuple[Footprint, ...]:
         AssetError: when a polygon is self-intersecting, degenerate or out of bounds, or a file is broken.
 
     >>> read_footprints("20x12")[0].polygon[:, [0, 2]].tolist()
-    [[0.0, 0.0], [20.0, 0.0], [20.0, -12.0], [0.0, -12.0]]
+    [[0.0, 12.0], [20.0, 12.0], [20.0, 0.0], [0.0, 0.0]]
     """
     if size := _SIZE.fullmatch(text):
         width, depth = float(size[1]), float(size[2])
-        return tuple(_polygons(shapely.Polygon([(0, 0), (width, 0), (width, depth), (0, depth)]), {}, text))
+        plan = shapely.Polygon(
+            [(0, -depth), (width, -depth), (width, 0), (0, 0)]
+        )  # along +x and +z, as `derive` has it
+        return tuple(_polygons(plan, {}, text))
     if re.match(r"\s*(SRID|MULTI|POLYGON|POINT|LINESTRING|GEOMETRY|CURVE)", text, re.IGNORECASE):
         return _from_wkt(text)
     if text.lower().endswith((".geojson", ".json")) or Path(text).is_file():

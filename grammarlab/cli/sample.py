@@ -1,0 +1,149 @@
+"""``grammarlab sample``."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from grammarlab.cli.report import friendly_errors, print_json, say
+from grammarlab.errors import UsageError
+
+if TYPE_CHECKING:
+    from grammarlab.runs import RunResult
+
+
+class FileFormat(StrEnum):
+    glb = "glb"
+    obj = "obj"
+    ply = "ply"
+
+
+class Instancing(StrEnum):
+    none = "none"
+    nodes = "nodes"
+    gpu = "gpu"
+
+
+class Renderer(StrEnum):
+    cast = "cast"
+    gl = "gl"
+
+
+def _complete_grammar(incomplete: str) -> list[str]:
+    from grammarlab.runs.examples import shipped_examples
+
+    return [example.name for example in shipped_examples() if example.name.startswith(incomplete)]
+
+
+def sample(
+    context: typer.Context,
+    grammar: Annotated[
+        str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=_complete_grammar)
+    ] = "",
+    num_models: Annotated[int, typer.Option("-n", "--num-models", help="Models, on each footprint.", min=1)] = 16,
+    seed: Annotated[int, typer.Option("--seed", help="Model k of a seed is always the same.", min=0)] = 0,
+    folder: Annotated[Path, typer.Option("-o", "--output", help="Folder for the files.")] = Path("out"),
+    attributes: Annotated[
+        list[str] | None, typer.Option("--attr", help="Value for an attribute, name=value; repeatable.")
+    ] = None,
+    start_rule: Annotated[str, typer.Option("--start", help="Rule to start with.")] = "",
+    footprint: Annotated[
+        str, typer.Option("--footprint", help="20x12 (metres), WKT, or a GeoJSON file whose properties set attributes.")
+    ] = "",
+    assets: Annotated[
+        Path | None, typer.Option("--assets", help="Folder of assets; the one beside the rules when left out.")
+    ] = None,
+    file_format: Annotated[FileFormat, typer.Option("--format", help="Kind of model file.")] = FileFormat.glb,
+    single_file: Annotated[bool, typer.Option("--single-file", help="All models in one file.")] = False,
+    instancing: Annotated[
+        Instancing,
+        typer.Option("--instancing", help="GLB: merge by material, share meshes, or EXT_mesh_gpu_instancing."),
+    ] = Instancing.none,
+    renderer: Annotated[
+        Renderer, typer.Option("--renderer", help="Ray casting, or OpenGL (needs the extra 'gl').")
+    ] = Renderer.cast,
+    no_image: Annotated[bool, typer.Option("--no-image", help="Leave out the contact sheet.")] = False,
+    columns: Annotated[
+        int, typer.Option("--columns", help="Models side by side on the sheet; 0 for about a square.", min=0)
+    ] = 0,
+    manifest: Annotated[
+        Path | None, typer.Option("--manifest", help="Repeat the run of this manifest instead, and compare.")
+    ] = None,
+    jobs: Annotated[int, typer.Option("--jobs", help="Processes; 0 for one a core.", min=0)] = 0,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with an interrupted run.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the run.")] = False,
+) -> None:
+    """Sample models from a grammar: model files, a contact sheet, derivations and a manifest."""
+    from grammarlab.cli.progress import progress
+    from grammarlab.runs import SampleRequest, available_cores, read_manifest, repeat_run, sample_run
+    from grammarlab.runs.attributes import read_attributes
+
+    with friendly_errors():
+        jobs = jobs or available_cores()
+        if manifest is not None:
+            _refuse_with_manifest(context)
+            earlier = read_manifest(manifest, assets)
+            with progress() as on_progress:
+                result, different = repeat_run(earlier, folder, jobs=jobs, resume=resume, on_progress=on_progress)
+            _tell(result, as_json, different)
+            return
+        if not grammar:
+            raise UsageError("which grammar? Give a .cga file or a name that `grammarlab list` shows.")
+        request = SampleRequest.of(
+            grammar,
+            footprint=footprint,
+            assets=assets,
+            num_models=num_models,
+            seed=seed,
+            attributes=read_attributes(attributes or []),
+            start_rule=start_rule,
+            file_format=file_format.value,
+            single_file=single_file,
+            instancing=instancing.value,
+            image=not no_image,
+            columns=columns,
+            renderer=renderer.value,
+        )
+        with progress() as on_progress:
+            result = sample_run(request, folder, jobs=jobs, resume=resume, on_progress=on_progress)
+        _tell(result, as_json)
+
+
+def _refuse_with_manifest(context: typer.Context) -> None:
+    """A manifest says everything about a run but where to put it."""
+    free = {"folder", "assets", "manifest", "jobs", "resume", "as_json"}
+    for name in context.params:
+        source = context.get_parameter_source(name)
+        if name not in free and source is not None and source.name == "COMMANDLINE":
+            raise UsageError(f"--manifest repeats a run as it was: leave out {name.replace('_', ' ')}.")
+
+
+def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = None) -> None:
+    if as_json:
+        print_json(_as_json(result) | ({} if different is None else {"different_files": list(different)}))
+    else:
+        count = len(result.models)
+        say(f"{count} model{'s' * (count != 1)} of {result.request.name} in {result.folder}")
+        if result.sheet is not None:
+            say(f"picture: {result.sheet}")
+    if different:
+        say(f"not equal to the manifest: {', '.join(different)}. Compare the versions in both manifests.")
+    elif different is not None:
+        say("all files are equal to those of the manifest, bit for bit.")
+
+
+def _as_json(result: RunResult) -> dict[str, Any]:
+    request = result.request
+    return {
+        "grammar": request.name,
+        "hash": request.text_hash,
+        "seed": request.seed,
+        "models": [{**asdict(model), "file": str(result.folder / model.file)} for model in result.models],
+        "sheet": None if result.sheet is None else str(result.sheet),
+        "derivations": str(result.derivations),
+        "manifest": str(result.manifest),
+    }

@@ -1,0 +1,93 @@
+"""One batch of a run: derived, written, recorded. Runs in any process."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+from grammarlab.derivation.compiler import compile_grammar
+from grammarlab.derivation.derive import DEFAULT_FOOTPRINT, derive
+from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.program import Program
+from grammarlab.export import save_each
+from grammarlab.language.grammar import Grammar
+from grammarlab.runs.atomic import file_hash
+from grammarlab.runs.batches import Batch
+from grammarlab.runs.derivations import FILES, save_forest
+from grammarlab.runs.examples import SUFFIX
+from grammarlab.runs.records import BatchRecord, ModelRecord, batch_folder, write_record
+from grammarlab.runs.request import SampleRequest
+from grammarlab.runs.single_file import save_options, single_file_name
+from grammarlab.scene import realize, triangles
+
+
+@lru_cache(maxsize=4)
+def compiled(text: str, name: str) -> tuple[Grammar, Program]:
+    """The grammar of a rule text, ready to derive: made once a process.
+
+    Raises:
+        LanguageError: when the text has errors.
+    """
+    grammar = Grammar.parse(text, f"{name}{SUFFIX}")
+    return grammar, compile_grammar(grammar)
+
+
+def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> tuple[int, BatchRecord]:
+    """Derive a batch and write its models, its derivations and, last, its record.
+
+    Returns:
+        The index of the batch, and its record.
+    """
+    forest = derive_batch(request, batch)
+    scene = realize(forest)
+    if request.single_file:
+        files = [single_file_name(request)] * batch.num_models
+        written = set()
+    else:
+        paths = save_each(
+            scene,
+            folder,
+            request.file_format,
+            save_options(request),
+            name=(request.name + "-{:05d}").format,
+            first_model=batch.first_model,
+        )
+        files = [path.name for path in paths]
+        written = {other for path in paths for other in (path, path.with_suffix(".mtl")) if other.is_file()}
+    save_forest(forest, batch_folder(folder, batch))
+    written |= {batch_folder(folder, batch) / name for name in FILES}
+    columns = zip(
+        files,
+        forest.shapes_per_model().tolist(),
+        triangles(scene).triangles_per_model().tolist(),
+        forest.log_probability().tolist(),
+        strict=True,
+    )
+    models = [
+        ModelRecord(batch.first_model + k, file, request.seed, shapes, num_triangles, log_probability)
+        for k, (file, shapes, num_triangles, log_probability) in enumerate(columns)
+    ]
+    hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
+    return batch.index, write_record(folder, batch, models, hashes)
+
+
+def derive_batch(request: SampleRequest, batch: Batch) -> Forest:
+    """The forest of a batch; what a footprint's file says replaces attributes, options of the request replace both."""
+    grammar, program = compiled(request.text, request.name)
+    attributes = dict(request.attributes)
+    polygon = None
+    if batch.footprint >= 0:
+        footprint = request.footprints[batch.footprint]
+        polygon = footprint.polygon
+        free = {name for name, attribute in grammar.attributes.items() if not attribute.constant}
+        attributes = {name: v for name, v in footprint.properties.items() if name in free} | attributes
+    return derive(
+        program,
+        batch.num_models,
+        request.seed,
+        first_model=batch.first_model,
+        attributes=attributes,
+        start_rule=request.start_rule or None,
+        footprint=DEFAULT_FOOTPRINT if polygon is None else polygon,
+        assets=request.assets,
+    )

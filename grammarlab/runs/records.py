@@ -1,0 +1,63 @@
+"""What a run says about each model, kept beside the derivations so that an interrupted run can go on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from grammarlab.runs.atomic import write_text
+from grammarlab.runs.batches import Batch
+
+DERIVATIONS = "derivations"
+"""Folder with one folder a batch, each as `grammarlab.runs.derivations` describes it, and these records."""
+RECORD = "models.json"
+
+
+@dataclass(frozen=True, slots=True)
+class ModelRecord:
+    """One finished model."""
+
+    index: int
+    """Its address is (seed, index)."""
+    file: str
+    """Path relative to the run's folder; the shared file when there is one for all."""
+    seed: int
+    shapes: int
+    """Nodes of the derivation tree."""
+    triangles: int
+    log_probability: float
+    """Natural logarithm of the density of its random draws."""
+
+
+@dataclass(frozen=True, slots=True)
+class BatchRecord:
+    """One finished batch."""
+
+    models: tuple[ModelRecord, ...]
+    hashes: Mapping[str, str]
+    """SHA-256 of each file that the batch made, by path relative to the run's folder."""
+
+
+def batch_folder(folder: Path, batch: Batch) -> Path:
+    """Where the derivations of a batch lie."""
+    return folder / DERIVATIONS / f"{batch.index:05d}"
+
+
+def write_record(folder: Path, batch: Batch, models: Sequence[ModelRecord], hashes: Mapping[str, str]) -> BatchRecord:
+    """Record that a batch is finished; the last thing that is written of it."""
+    record = BatchRecord(tuple(models), dict(hashes))
+    values = {"models": [asdict(model) for model in models], "hashes": record.hashes}
+    write_text(batch_folder(folder, batch) / RECORD, json.dumps(values, indent=1) + "\n")
+    return record
+
+
+def read_record(folder: Path, batch: Batch) -> BatchRecord | None:
+    """The record of a batch, None unless it is finished and all its files are still there."""
+    try:
+        values = json.loads((batch_folder(folder, batch) / RECORD).read_text(encoding="utf-8"))
+        record = BatchRecord(tuple(ModelRecord(**model) for model in values["models"]), values["hashes"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return record if all((folder / file).is_file() for file in record.hashes) else None

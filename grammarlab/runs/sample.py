@@ -1,0 +1,152 @@
+"""One call from a request to files and a picture on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from grammarlab.errors import UsageError
+from grammarlab.runs.atomic import file_hash
+from grammarlab.runs.batches import cut_batches
+from grammarlab.runs.clearing import clear_run
+from grammarlab.runs.derive_batch import compiled, sample_batch
+from grammarlab.runs.manifest import MANIFEST, Manifest, read_manifest, write_manifest
+from grammarlab.runs.records import DERIVATIONS, BatchRecord, ModelRecord, read_record
+from grammarlab.runs.request import SampleRequest
+from grammarlab.runs.single_file import write_single_file
+from grammarlab.runs.workers import map_unordered
+
+Progress = Callable[[str, int, int], None]
+"""Called with what is being done, how much of it is finished and how much there is."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """A finished run."""
+
+    request: SampleRequest
+    folder: Path
+    models: tuple[ModelRecord, ...]
+    """By index."""
+    sheet: Path | None
+    """The contact sheet, when one was asked for."""
+    manifest: Path
+
+    @property
+    def derivations(self) -> Path:
+        """Folder with one folder of Parquet files for each batch (`grammarlab.runs.derivations`)."""
+        return self.folder / DERIVATIONS
+
+
+def sample_run(
+    request: SampleRequest,
+    folder: Path | str,
+    *,
+    jobs: int = 1,
+    resume: bool = False,
+    on_progress: Progress = lambda _what, _done, _total: None,
+) -> RunResult:
+    """Derive the models of a request and write everything about them into a folder.
+
+    Every file appears whole or not at all, so an interrupted run leaves valid files and can be resumed.
+
+    Args:
+        request: what to make.
+        folder: made when missing. The files of an earlier run in it are removed, unless it is resumed.
+        jobs: processes to use; the files do not depend on it.
+        resume: go on with the run that the folder holds, doing only what is missing.
+        on_progress: told about every finished batch.
+
+    Raises:
+        GrammarlabError: as the grammar, the assets or the folder give reason to.
+    """
+    folder = Path(folder)
+    compiled(request.text, request.name)  # errors in the rules come before anything is written
+    _prepare(folder, request, resume)
+    write_manifest(folder, request)
+    records = _run_batches(request, folder, jobs, on_progress)
+    models = tuple(model for record in records for model in record.models)
+    hashes = {file: digest for record in records for file, digest in record.hashes.items()}
+    batches = cut_batches(request)
+    if request.single_file:
+        path = write_single_file(request, folder, batches)
+        hashes[path.name] = file_hash(path)
+    sheet = None
+    if request.image:
+        on_progress("picture", 0, 1)
+        from grammarlab.runs.sheet import draw_sheet  # noqa: PLC0415
+
+        sheet = draw_sheet(request, folder, batches, jobs)
+        hashes[sheet.name] = file_hash(sheet)
+        on_progress("picture", 1, 1)
+    manifest = write_manifest(folder, request, models, hashes)
+    return RunResult(request, folder, models, sheet, manifest)
+
+
+def repeat_run(
+    manifest: Manifest,
+    folder: Path | str,
+    *,
+    jobs: int = 1,
+    resume: bool = False,
+    on_progress: Progress = lambda _what, _done, _total: None,
+) -> tuple[RunResult, tuple[str, ...]]:
+    """Make the run of a manifest again, and compare.
+
+    Args:
+        manifest: of a complete run.
+        folder: where to put the files; not the folder of the run that is repeated.
+        jobs: as for `sample_run`.
+        resume: as for `sample_run`.
+        on_progress: as for `sample_run`.
+
+    Returns:
+        The run, and the names of the files that are not equal, bit for bit, to those of the manifest.
+    """
+    result = sample_run(manifest.request, folder, jobs=jobs, resume=resume, on_progress=on_progress)
+    made = read_manifest(result.manifest).files
+    return result, tuple(
+        sorted(file for file in {*made, *manifest.files} if made.get(file) != manifest.files.get(file))
+    )
+
+
+def _prepare(folder: Path, request: SampleRequest, resume: bool) -> None:
+    """Make the folder, and clear it of an earlier run that is not to be resumed."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if not (folder / MANIFEST).is_file():
+        return
+    if not resume:
+        clear_run(folder)
+        return
+    earlier = read_manifest(folder, request.assets).request
+    if (earlier.text, earlier.as_json()) != (request.text, request.as_json()):
+        raise UsageError(
+            f"{folder} holds another run than the one to resume: {_first_difference(earlier, request)}. "
+            "Repeat the options of that run, or write into another folder."
+        )
+
+
+def _first_difference(earlier: SampleRequest, request: SampleRequest) -> str:
+    if earlier.text != request.text:
+        return "the rules differ"
+    before, now = earlier.as_json(), request.as_json()
+    name = next(name for name in now if before[name] != now[name])
+    return f"{name} was {before[name]!r} and is {now[name]!r}"
+
+
+def _run_batches(request: SampleRequest, folder: Path, jobs: int, on_progress: Progress) -> tuple[BatchRecord, ...]:
+    """The records of all batches, in order; makes those that are missing."""
+    batches = cut_batches(request)
+    records = {batch.index: record for batch in batches if (record := read_record(folder, batch)) is not None}
+    missing = [batch for batch in batches if batch.index not in records]
+    done = sum(len(record.models) for record in records.values())
+    on_progress("models", done, request.total_models)
+    for index, record in map_unordered(
+        partial(sample_batch, request, folder), missing, min(jobs, max(len(missing), 1))
+    ):
+        records[index] = record
+        done += len(record.models)
+        on_progress("models", done, request.total_models)
+    return tuple(records[batch.index] for batch in batches)
