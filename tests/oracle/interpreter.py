@@ -1,0 +1,233 @@
+"""The oracle: CGA for one model and one shape at a time, as plainly as it can be said.
+
+`interpret` derives one model. It shares with the columnar engine the syntax tree, the hash behind the random
+numbers and the numbering of the places that draw; everything else is its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from grammarlab.derivation.addresses import number_sites
+from grammarlab.errors import DerivationError
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.syntax import Block, Choice, Invoke, Node, Rule, Scoped, Sequence, alternatives
+from grammarlab.randomness import fold, root_keys
+from tests.oracle.blocks import BLOCKS, Piece, flat_parts
+from tests.oracle.expressions import Scope, choose, evaluate
+from tests.oracle.operations import KEYWORDS, OPERATIONS, Argument, Call, argument
+from tests.oracle.shape import Mesh, Shape, Value, initial_shape
+
+CHILD_LANE, BLOCK_LANE = 0, 1
+MOST_NODES = 20_000
+
+
+@dataclass
+class NodeRecord:
+    parent: int
+    symbol: str
+    child: int
+    """Which successor of the parent's rule, through the text of its branch."""
+    repeat: int
+    """Which of the shapes that this successor made under this parent."""
+    rule: tuple[str, int, tuple[int, ...]] | None = None
+    """Name, number of parameters and branch of the rule that rewrote it; None for a leaf."""
+
+
+@dataclass(frozen=True)
+class LeafRecord:
+    node: int
+    polygons: list[np.ndarray]
+    """World coordinates [corners, 3] of each face."""
+    material: dict[str, float | str]
+
+
+@dataclass(frozen=True)
+class DrawRecord:
+    node: int
+    place: int
+    """Number of the random expression among all places in the grammar."""
+    value: float
+    log_density: float
+
+
+@dataclass
+class Model:
+    """One derivation, as far as it has come."""
+
+    grammar: Grammar
+    overrides: Mapping[str, Value]
+    root: Shape
+    assets: Callable[[str], Mesh]
+    addresses: dict[int, int]
+    nodes: list[NodeRecord] = field(default_factory=list)
+    leaves: list[LeafRecord] = field(default_factory=list)
+    draws: list[DrawRecord] = field(default_factory=list)
+    reports: list[tuple[int, str, Value]] = field(default_factory=list)
+    pending: list[tuple[Shape, Rule, dict[str, Value]]] = field(default_factory=list)
+    _attribute_values: dict[str, Value] = field(default_factory=dict)
+
+    @property
+    def attribute_definitions(self):
+        return self.grammar.attributes
+
+    @property
+    def functions(self):
+        return self.grammar.functions
+
+    def attribute(self, name: str) -> Value:
+        """An attribute's value, evaluated once, on the initial shape."""
+        if name in self.overrides:
+            return self.overrides[name]
+        if name not in self._attribute_values:
+            scope = Scope(self, self.root)
+            self._attribute_values[name] = evaluate(self.attribute_definitions[name].value, scope)
+        return self._attribute_values[name]
+
+    def record_draw(self, shape: Shape, place: Node, value: float, log_density: float) -> None:
+        self.draws.append(DrawRecord(shape.node, self.addresses[id(place)], value, log_density))
+
+    def log_probability(self) -> float:
+        return sum(draw.log_density for draw in self.draws)
+
+    def grow(self, shape: Shape, invoke: Invoke, child: int, scope: Scope) -> None:
+        """Make the child that a successor names; it waits for its rule, or is a leaf."""
+        same = [n for n in self.nodes if n.parent == shape.node and n.child == child]
+        self.nodes.append(NodeRecord(shape.node, invoke.name, child, len(same)))
+        if len(self.nodes) > MOST_NODES:
+            raise DerivationError("more nodes than the oracle has patience for")
+        grown = replace(shape, node=len(self.nodes) - 1, key=fold(shape.key, 3 * child + CHILD_LANE))
+        rule = self.grammar.rules.get((invoke.name, len(invoke.arguments)))
+        if rule is None:
+            self.show(grown)
+            return
+        values = [evaluate(node, replace(scope, shape=shape)) for node in invoke.arguments]
+        self.pending.append((grown, rule, dict(zip(rule.parameters, values, strict=True))))
+
+    def show(self, shape: Shape) -> None:
+        """Record a visible shape."""
+        if shape.mesh.faces:
+            self.leaves.append(LeafRecord(shape.node, shape.world_polygons(), shape.material))
+
+
+def interpret(
+    grammar: Grammar,
+    seed: int,
+    model: int,
+    *,
+    attributes: Mapping[str, Value] | None = None,
+    start_rule: str | None = None,
+    footprint: tuple[float, float] | np.ndarray = (20.0, 20.0),
+    assets: Callable[[str], Mesh] | None = None,
+) -> Model:
+    """Derive model number ``model`` of a seed."""
+    key = root_keys(seed, np.array([model], dtype=np.uint64))
+    root = initial_shape(footprint, key)
+    result = Model(grammar, attributes or {}, root, assets or _no_assets, number_sites(grammar.tree))
+    start = start_rule or (grammar.start_rule.name if grammar.start_rule else "")
+    result.nodes.append(NodeRecord(-1, start, 0, 0))
+    for name in grammar.attributes:
+        result.attribute(name)
+    result.pending.append((root, grammar.rules[start, 0], {}))
+    while result.pending:
+        rewrite(result, *result.pending.pop())
+    return result
+
+
+def rewrite(model: Model, shape: Shape, rule: Rule, parameters: dict[str, Value]) -> None:
+    """Carry out the rule of one shape."""
+    sequence, branch = choose(rule.body, Scope(model, shape, parameters))
+    if sequence is None:
+        return
+    assert isinstance(sequence, Sequence)
+    model.nodes[shape.node].rule = (rule.name, len(rule.parameters), branch)
+    _Branch(model, parameters, sequence).run(sequence, shape)
+
+
+class _Branch:
+    """Carries out one branch of one rule, whose successors and blocks are numbered through its text."""
+
+    def __init__(self, model: Model, parameters: dict[str, Value], sequence: Sequence) -> None:
+        self.model = model
+        self.parameters = parameters
+        self.child_numbers: dict[int, int] = {}
+        self.block_numbers: dict[int, int] = {}
+        self._number(sequence)
+
+    def run(self, choice: Choice, shape: Shape, visible: bool = True) -> None:
+        """Carry out a sequence, or the one that a choice comes to; what is left at its end may be visible."""
+        sequence, _ = choose(choice, self._scope(shape))
+        if sequence is None:
+            return
+        assert isinstance(sequence, Sequence)
+        current = shape
+        for item in sequence.items:
+            match item:
+                case Invoke(name="NIL"):
+                    return
+                case Invoke() if item.name in OPERATIONS:
+                    current = self._operate(item, current, shape)
+                case Invoke():
+                    self.model.grow(current, item, self.child_numbers[id(item)], self._scope(current))
+                case Scoped():
+                    self.run(item.body, current, visible=False)
+                case Block():
+                    self._divide(item, current)
+                case _:
+                    raise DerivationError(f"the oracle does not know {item}", item.location)
+        if visible and not is_consumed(sequence):
+            self.model.show(current)
+
+    def _operate(self, item: Invoke, shape: Shape, began: Shape) -> Shape:
+        scope = self._scope(shape)
+        words = KEYWORDS.get(item.name, set())
+        arguments = [argument(node, scope, words) for node in item.arguments]
+        if item.name == "set":
+            arguments = [Argument(getattr(item.arguments[0], "identifier", ""), word=True), arguments[1]]
+        return OPERATIONS[item.name](Call(item.name, shape, arguments, began, scope, self.model.assets))
+
+    def _divide(self, item: Block, shape: Shape) -> None:
+        """Split the shape into parts and carry out what the block says for each, part by part of the text."""
+        pieces: list[Piece] = BLOCKS[item.name](item, self._scope(shape))
+        key = fold(shape.key, 3 * self.block_numbers[id(item)] + BLOCK_LANE)
+        for place, part in enumerate(flat_parts(item)):
+            for piece in pieces:
+                if piece.part == place:
+                    self.run(part.body, replace(piece.shape, key=fold(key, piece.number)))
+
+    def _scope(self, shape: Shape) -> Scope:
+        return Scope(self.model, shape, self.parameters)
+
+    def _number(self, sequence: Sequence) -> None:
+        for item in sequence.items:
+            if isinstance(item, Invoke) and item.name != "NIL" and item.name not in OPERATIONS:
+                self.child_numbers[id(item)] = len(self.child_numbers)
+            if isinstance(item, Block):
+                self.block_numbers[id(item)] = len(self.block_numbers)
+            for inner in _inner_sequences(item):
+                self._number(inner)
+
+
+def is_consumed(sequence: Sequence) -> bool:
+    """Whether a successor, a block or a NIL stands in a sequence, in brackets or out of them."""
+    for item in sequence.items:
+        if isinstance(item, Block) or (isinstance(item, Invoke) and item.name not in OPERATIONS):
+            return True
+        if isinstance(item, Scoped) and any(is_consumed(inner) for inner in _inner_sequences(item)):
+            return True
+    return False
+
+
+def _inner_sequences(item: object) -> list[Sequence]:
+    """The sequences in the parts of a block or in a bracket, in the order of the text."""
+    bodies = [part.body for part in flat_parts(item)] if isinstance(item, Block) else []
+    if isinstance(item, Scoped):
+        bodies = [item.body]
+    return [leaf for body in bodies for leaf in alternatives(body) if isinstance(leaf, Sequence)]
+
+
+def _no_assets(name: str) -> Mesh:
+    raise DerivationError(f"no asset folder was given, so there is no {name}")

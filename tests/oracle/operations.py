@@ -1,0 +1,279 @@
+"""The operations of CGA that change one shape, each as short as its definition."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grammarlab.errors import DerivationError
+from grammarlab.geometry.primitives import builtin_asset
+from grammarlab.language.syntax import Expression, Floating, Name, Relative
+from tests.oracle.components import unit
+from tests.oracle.expressions import Scope, evaluate, number
+from tests.oracle.shape import AXES, Mesh, Shape, Value, Vector, newell, normal
+
+KEYWORDS = {
+    "center": {"x", "y", "z", "xy", "xz", "yz", "xyz"},
+    "r": {"scopeOrigin", "scopeCenter"},
+    "translate": {"abs", "rel", "scope", "pivot", "object", "world"},
+    "rotate": {"abs", "rel", "scope", "pivot", "object", "world"},
+    "extrude": {"world.up", "world.up.flatTop", "face.normal", "vertex.normal", "x", "y", "z", "world.y"},
+    "alignScopeToAxes": {"x", "y", "z", "world.x", "world.y", "world.z", "world.xyz"},
+}
+"""Words that are arguments as they stand."""
+
+
+@dataclass(frozen=True)
+class Argument:
+    value: Value
+    word: bool = False
+    """One of the operation's own keywords."""
+    relative: bool = False
+    """Written ``'x``."""
+    floating: bool = False
+    """Written ``~x``."""
+
+    def length(self, extent: float) -> float:
+        """Metres along an axis of this extent."""
+        value = number(self.value)
+        if not np.isfinite(value):
+            raise DerivationError(f"expected a finite number, found {value}")
+        return value * extent if self.relative else value
+
+
+def argument(node: Expression, scope: Scope, words: set[str] | frozenset[str] = frozenset()) -> Argument:
+    """One argument of an operation, or what stands before the colon of a part of a block."""
+    if isinstance(node, Name) and node.identifier in words:
+        return Argument(node.identifier, word=True)
+    inner = node.operand if isinstance(node, Floating) else node
+    relative = isinstance(inner, Relative)
+    value = evaluate(inner.operand if isinstance(inner, Relative) else inner, scope)
+    return Argument(value, False, relative, isinstance(node, Floating))
+
+
+@dataclass(frozen=True)
+class Call:
+    """One operation, about to be carried out."""
+
+    name: str
+    shape: Shape
+    arguments: Sequence[Argument]
+    began: Shape
+    """The shape with which the rule, the part or the bracket around the operation began."""
+    scope: Scope
+    assets: Callable[[str], Mesh]
+    """Loads a mesh file."""
+
+    @property
+    def words(self) -> list[str]:
+        return [str(a.value) for a in self.arguments if a.word]
+
+    @property
+    def lengths(self) -> Vector:
+        """The three last arguments as metres along the scope's axes."""
+        return np.array([a.length(self.shape.size[i]) for i, a in enumerate(self.arguments[-3:])])
+
+
+def t(call: Call) -> Shape:
+    return call.shape.shifted(call.lengths)
+
+
+def s(call: Call) -> Shape:
+    """Sizes grow geometry with them; where the scope had no extent the geometry stays flat."""
+    shape, size = call.shape, call.lengths
+    if size.min() < -1e-9:
+        raise DerivationError(f"negative size {size}")
+    size = np.maximum(size, 0.0)
+    factor = np.divide(size, shape.size, out=np.ones(3), where=shape.size > 0.0)
+    return replace(shape, size=size, mesh=shape.mesh.moved(lambda p: p * factor))
+
+
+def rotation_matrix(x: float, y: float, z: float) -> np.ndarray:
+    """Rx Ry Rz, in degrees."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos(np.radians([x, y, z])), np.sin(np.radians([x, y, z]))
+    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    return about_x @ about_y @ about_z
+
+
+def r(call: Call) -> Shape:
+    shape = call.shape
+    turn = rotation_matrix(*(number(a.value) for a in call.arguments[-3:]))
+    pivot = 0.5 * shape.size if "scopeCenter" in call.words else np.zeros(3)
+    turned = replace(shape, rotation=shape.rotation @ turn)
+    return replace(turned, position=shape.to_world(pivot) - turned.rotation @ pivot)
+
+
+def center(call: Call) -> Shape:
+    shape, began = call.shape, call.began
+    target = began.to_world(0.5 * began.size)
+    offset = shape.rotation.T @ (target - shape.to_world(0.5 * shape.size))
+    return shape.shifted(np.array([offset[i] if AXES[i] in call.words[0] else 0.0 for i in range(3)]))
+
+
+def axes_of(system: str, call: Call) -> tuple[Vector, np.ndarray]:
+    """Origin and axes of a coordinate system that ``translate`` and ``rotate`` name."""
+    root = call.scope.model.root
+    if system == "world":
+        return np.zeros(3), np.eye(3)
+    return root.position, call.shape.rotation if system == "scope" else root.rotation
+
+
+def translate(call: Call) -> Shape:
+    mode, system = call.words
+    origin, axes = axes_of(system, call)
+    start = origin if mode == "abs" else call.shape.position
+    return replace(call.shape, position=start + axes @ call.lengths)
+
+
+def rotate(call: Call) -> Shape:
+    mode, system = call.words
+    _, axes = axes_of(system, call)
+    turn = rotation_matrix(*(number(a.value) for a in call.arguments[-3:]))
+    before = np.eye(3) if mode == "abs" else axes.T @ call.shape.rotation
+    return replace(call.shape, rotation=axes @ turn @ before)
+
+
+def extrude(call: Call) -> Shape:
+    """A solid over every face. The scope's y axis follows the first face's normal, x stays as near as it can."""
+    shape, height = call.shape, number(call.arguments[-1].value)
+    if not np.isfinite(height):
+        raise DerivationError(f"expected a finite height, found {height}")
+    if not shape.mesh.faces or height == 0.0:
+        return shape
+    up = unit(newell(shape.mesh.polygon(0)))
+    direction = up
+    if call.words and call.words[0].startswith("world"):
+        direction = shape.rotation.T @ np.array([0.0, 1.0, 0.0])
+    frame = frame_from_y(direction, np.array([1.0, 0.0, 0.0]))
+    prism = extruded(shape.mesh, direction * height)
+    turned = replace(shape, rotation=shape.rotation @ frame, mesh=prism.moved(lambda p: frame.T @ p))
+    return turned.fitted()
+
+
+def frame_from_y(y: Vector, x: Vector) -> np.ndarray:
+    across = unit(x - y * np.dot(x, y))
+    if not across.any():
+        across = unit(np.cross(y, np.eye(3)[int(np.argmin(np.abs(y)))]))
+    return np.column_stack([across, y, np.cross(across, y)])
+
+
+def extruded(mesh: Mesh, shift: Vector) -> Mesh:
+    """Walls over the border edges, then the moved faces, then the faces turned over; all looking outwards."""
+    count = len(mesh.points)
+    edges = [(a, b) for face in mesh.faces for a, b in zip(face, face[1:] + face[:1], strict=True)]
+    border = [(a, b) for a, b in edges if (b, a) not in edges]
+    outwards = np.dot(normal(mesh.polygon(0)), shift) > 0.0
+    walls = [(a, b, b + count, a + count) if outwards else (b, a, a + count, b + count) for a, b in border]
+    if not outwards:
+        walls = [(b, a, a + count, b + count) for a, b in border]
+    tops = [tuple(i + count for i in face) for face in mesh.faces]
+    bottoms = [tuple(reversed(face)) for face in mesh.faces]
+    if not outwards:
+        tops = [tuple(reversed(face)) for face in tops]
+        bottoms = list(mesh.faces)
+    points = (*mesh.points, *(p + shift for p in mesh.points))
+    return Mesh(points, (*walls, *tops, *bottoms))
+
+
+def primitive(mesh: Mesh, call: Call) -> Shape:
+    """Fit a mesh to the scope; axes of no extent follow the others."""
+    shape = call.shape
+    low, high = mesh.bounds()
+    own = high - low
+    size = shape.size.copy()
+    empty = size <= 0.0
+    with np.errstate(all="ignore"):
+        factors = np.where(own > 0.0, size / own, 1.0)[~empty]
+    if empty.all():
+        return replace(shape, size=own, mesh=mesh.moved(lambda p: p - low)).shifted(low)
+    scale = float(np.mean(factors))
+    size = np.where(empty, own * scale, size)
+    stretch = np.divide(size, own, out=np.zeros(3), where=own > 0.0)
+    return replace(shape, size=size, mesh=mesh.moved(lambda p: (p - low) * stretch))
+
+
+def insert(call: Call) -> Shape:
+    """``i(name)``: a built-in primitive or an asset."""
+    name = str(call.arguments[0].value)
+    if name.startswith("builtin:"):
+        return primitive(Mesh.from_columns(builtin_asset(name.removesuffix(":notex"))), call)
+    return primitive(call.assets(name), call)
+
+
+def reverse_normals(call: Call) -> Shape:
+    """Every face seen from the other side; the first edge stays the first."""
+    mesh = call.shape.mesh
+    faces = tuple((face[1], face[0], *reversed(face[2:])) for face in mesh.faces)
+    return replace(call.shape, mesh=replace(mesh, faces=faces))
+
+
+def color(call: Call) -> Shape:
+    values = [a.value for a in call.arguments]
+    if isinstance(values[0], str):
+        digits = values[0].removeprefix("#")
+        numbers = [int(digits[i : i + 2], 16) / 255.0 for i in range(0, len(digits), 2)]
+    else:
+        numbers = [min(max(number(v), 0.0), 1.0) for v in values]
+    return painted(call.shape, dict(zip(("color.r", "color.g", "color.b", "opacity"), numbers, strict=False)))
+
+
+def painted(shape: Shape, changes: dict[str, float | str]) -> Shape:
+    return replace(shape, material={**shape.material, **changes})
+
+
+def texture(call: Call) -> Shape:
+    return painted(call.shape, {"texture": str(call.arguments[0].value)})
+
+
+def set_attribute(call: Call) -> Shape:
+    name, value = str(call.arguments[0].value), call.arguments[1].value
+    if name in call.scope.model.attribute_definitions:
+        return replace(call.shape, attributes={**call.shape.attributes, name: value})
+    channel = name.removeprefix("material.")
+    if channel in ("color.rgb", "color"):
+        return color(replace(call, arguments=call.arguments[1:]))
+    if channel == "colormap":
+        return texture(replace(call, arguments=call.arguments[1:]))
+    channel = {"color.a": "opacity"}.get(channel, channel)
+    if name.startswith("material.") and channel in call.shape.material:
+        return painted(call.shape, {channel: min(max(number(value), 0.0), 1.0)})
+    return call.shape
+
+
+def report(call: Call) -> Shape:
+    key, value = (a.value for a in call.arguments)
+    call.scope.model.reports.append((call.shape.node, str(key), value))
+    return call.shape
+
+
+def unchanged(call: Call) -> Shape:
+    return call.shape
+
+
+def _primitive_named(name: str) -> Callable[[Call], Shape]:
+    return lambda call: primitive(Mesh.from_columns(builtin_asset(name)), call)
+
+
+OPERATIONS: dict[str, Callable[[Call], Shape]] = {
+    "center": center,
+    "color": color,
+    "extrude": extrude,
+    "i": insert,
+    "label": unchanged,
+    "primitiveCube": _primitive_named("cube"),
+    "print": unchanged,
+    "r": r,
+    "report": report,
+    "reverseNormals": reverse_normals,
+    "rotate": rotate,
+    "s": s,
+    "scale": s,
+    "set": set_attribute,
+    "t": t,
+    "texture": texture,
+    "translate": translate,
+}
