@@ -143,12 +143,12 @@ class Wavefront:
         x, y, _ = self.nodes[node]
         cross = before.dx * after.dy - before.dy * after.dx
         dot = before.dx * after.dx + before.dy * after.dy
-        unequal = abs(before.speed - after.speed) > PARALLEL * max(before.speed, after.speed)
-        spiky = self._square_cuts and cross < 0 and dot > -PARALLEL
-        if unequal and (spiky or (abs(cross) < PARALLEL and dot > 0)):
-            fast = before if before.speed > after.speed else after
-            dx, dy = (-fast.nx, -fast.ny) if fast is before else (fast.nx, fast.ny)
-            cut = Edge(fast.index, dx, dy, dx * y - dy * x, 0.0)
+        fast, slow = max(before.speed, after.speed), min(before.speed, after.speed)
+        overtakes = slow < dot * fast * (1.0 - PARALLEL)
+        if overtakes and (abs(cross) < PARALLEL or (self._square_cuts and cross < 0)):
+            first = before.speed == fast
+            dx, dy = (-before.nx, -before.ny) if first else (after.nx, after.ny)
+            cut = Edge((before if first else after).index, dx, dy, dx * y - dy * x, 0.0)
             self._edges.append(cut)
             pairs = [(before, cut), (cut, after)]
         else:
