@@ -120,6 +120,16 @@ class _Variables:
 
 
 @dataclass(frozen=True, slots=True)
+class _Signature:
+    """What a definition begins with."""
+
+    name: Token
+    parameters: tuple[str, ...] | None
+    """None without parentheses."""
+    variables: tuple[Variable, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class _Branch:
     """A branch of a choice; `mark` is its ``case`` or the token where its percentage begins, None for ``else``."""
 
@@ -233,7 +243,8 @@ class TreeBuilder(Transformer[Any, Any]):
         return _Keyword(*children)
 
     def override(self, children: list[Any]) -> Rule:
-        return self.rule(children)
+        *head, body = children
+        return self.rule([self.signature(head), body])
 
     # Choices
 
@@ -352,25 +363,32 @@ class TreeBuilder(Transformer[Any, Any]):
         name, value = children
         return Variable(name.value, value, location=name.location)
 
+    def signature(self, children: list[Any]) -> _Signature:
+        name, *rest = children
+        parameters = next((item.names("parameter") for item in rest if isinstance(item, _Arguments)), None)
+        variables = next((item.items for item in rest if isinstance(item, _Variables)), ())
+        return _Signature(name, parameters, variables)
+
     def rule(self, children: list[Any]) -> Rule:
-        keyword = children.pop(0).value if children[0].type == "MODIFIER" else ""
-        name, parameters, variables, body = _signature(children)
+        *modifier, head, body = children
         return Rule(
-            name.value,
-            parameters or (),
-            _located(body, name.location),
-            variables=variables,
-            keyword=keyword,
-            location=name.location,
+            head.name.value,
+            head.parameters or (),
+            _located(body, head.name.location),
+            variables=head.variables,
+            keyword=modifier[0].value if modifier else "",
+            location=head.name.location,
         )
 
     def function(self, children: list[Any]) -> Function:
-        name, parameters, variables, value = _signature(children)
-        return Function(name.value, parameters or (), value, variables=variables, location=name.location)
+        head, value = children
+        return Function(
+            head.name.value, head.parameters or (), value, variables=head.variables, location=head.name.location
+        )
 
     def attribute(self, children: list[Any]) -> Attribute | Function:
-        mark, *children = children
-        name, parameters, variables, value = _signature(children)
+        mark, head, value = children
+        name, parameters, variables = head.name, head.parameters, head.variables
         constant = mark.value == "const"
         if parameters is None:
             return Attribute(name.value, value, constant, variables=variables, location=name.location)
@@ -406,14 +424,6 @@ class TreeBuilder(Transformer[Any, Any]):
     def version(self, children: list[Any]) -> Version:
         (token,) = children
         return Version(token.value.strip('"'), token.location)
-
-
-def _signature(children: list[Any]) -> tuple[Token, tuple[str, ...] | None, tuple[Variable, ...], Any]:
-    """Name, parameters (None without parentheses), local variables and value of a definition."""
-    name, *middle, value = children
-    parameters = next((item.names("parameter") for item in middle if isinstance(item, _Arguments)), None)
-    variables = next((item.items for item in middle if isinstance(item, _Variables)), ())
-    return name, parameters, variables, value
 
 
 def _span_of(cell: list[Expression]) -> Expression:

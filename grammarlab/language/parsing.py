@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 from typing import Any, cast
 
 from lark import Lark, UnexpectedToken
@@ -101,7 +101,7 @@ class _NoLexer(Lexer):
 
 @cache
 def _parser() -> Lark:
-    grammar = files("grammarlab.language").joinpath("cga.lark").read_text(encoding="utf-8")
+    grammar = Path(__file__).with_name("cga.lark").read_text(encoding="utf-8")
     return Lark(
         grammar,
         parser="lalr",
