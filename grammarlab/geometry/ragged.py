@@ -90,3 +90,12 @@ def cycles(successor: Indices) -> tuple[Indices, Indices]:
         back = back[back]
     order = np.lexsort((rank, smallest))
     return order, offsets_from_counts(np.bincount(smallest, minlength=size)[is_start])
+
+
+def max_rows(values: Floats, offsets: Indices) -> Floats:
+    """The largest value of each row of a ragged list; 0 for empty rows."""
+    result = np.zeros(len(offsets) - 1)
+    filled = np.diff(offsets) > 0
+    if filled.any():
+        result[filled] = np.maximum.reduceat(values, offsets[:-1][filled])
+    return result

@@ -13,7 +13,7 @@ from grammarlab.geometry.vectors import apply
 Flags = NDArray[np.bool_]
 
 TIE = 1e-6
-"""Components of a unit normal closer than this are equal: then up and down win over front and back, these over the rest."""
+"""Components of a unit normal closer than this are equal: up and down win over front and back, these over the rest."""
 
 STEEP, GENTLE = np.sin(np.radians(11.25)), np.sin(np.radians(78.75))
 """Height of a unit normal at the thresholds of ``vertical`` and ``horizontal``."""

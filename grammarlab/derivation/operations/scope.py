@@ -40,7 +40,7 @@ def s(call: Call) -> Shapes:
     """``s(x, y, z)``: set the size of the scope; the geometry is scaled with it."""
     size = call.shapes.size.copy()
     for axis, argument in enumerate(call.arguments):
-        if argument.relative and argument.value == 1.0:
+        if argument.relative and type(argument.value) is float and argument.value == 1.0:
             continue
         length = call.length(argument, axis)
         lowest = length.min() if isinstance(length, np.ndarray) else length

@@ -1,0 +1,94 @@
+"""Meshes from files: OBJ and glTF, read by trimesh, fitted to the unit cube.
+
+A file may come from a stranger: it is only read from inside the asset folder, and its size is bounded.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import AssetError
+from grammarlab.geometry.mesh import Meshes
+
+FORMATS = (".obj", ".glb", ".gltf")
+MAX_BYTES = 64 * 2**20
+"""Largest asset file that is read."""
+MAX_FACES = 2_000_000
+"""Most triangles of one asset."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asset:
+    """One mesh from a file."""
+
+    meshes: Meshes
+    """One mesh of triangles in the unit cube."""
+    low: NDArray[np.float64]
+    """[3] the low corner of its bounding box in the file, in the file's units."""
+    size: NDArray[np.float64]
+    """[3] the extent of its bounding box."""
+
+
+def load_asset(path: str, root: Path) -> Asset:
+    """The mesh in a file, all its groups together.
+
+    Args:
+        path: of the file, relative to the folder.
+        root: the asset folder; nothing outside it is read, links included.
+
+    Raises:
+        AssetError: when the file is missing, outside the folder, too large, or holds no mesh.
+    """
+    file = find_asset(path, root)
+    if file.suffix.lower() not in FORMATS:
+        raise AssetError(f'the asset "{path}" is no mesh that can be read; expected {", ".join(FORMATS)}')
+    points, triangles = _read(file, path)
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = high - low
+    unit = (points - low) * np.divide(1.0, size, out=np.zeros(3), where=size > 0.0)
+    return Asset(Meshes.single(unit, triangles.tolist()), low, size)
+
+
+def find_asset(path: str, root: Path) -> Path:
+    """Where an asset lies.
+
+    Raises:
+        AssetError: when there is no such file in the folder, it lies outside, or it is too large.
+    """
+    folder = root.resolve()
+    try:
+        file = (folder / path.lstrip("/")).resolve()
+        inside = file.is_relative_to(folder)
+        size = file.stat().st_size if inside and file.is_file() else None
+    except (OSError, ValueError) as error:
+        raise AssetError(f'the asset "{path}" cannot be looked up: {error}') from error
+    if not inside:
+        raise AssetError(f'the asset "{path}" lies outside the asset folder')
+    if size is None:
+        raise AssetError(f'there is no asset "{path}" in the asset folder {root}')
+    if size > MAX_BYTES:
+        raise AssetError(f'the asset "{path}" has {size} bytes, more than the {MAX_BYTES} that are read')
+    return file
+
+
+def _read(file: Path, name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Points [P, 3] and triangles [T, 3] of all groups of a file."""
+    import trimesh
+
+    try:
+        mesh = trimesh.load(file, force="mesh", process=False, skip_materials=True)
+        points = np.asarray(mesh.vertices, dtype=np.float64)
+        triangles = np.asarray(mesh.faces, dtype=np.int64)
+    except Exception as error:  # trimesh's readers raise whatever a broken file leads them to
+        raise AssetError(f'the asset "{name}" cannot be read: {error}') from error
+    if len(triangles) == 0 or len(points) == 0:
+        raise AssetError(f'the asset "{name}" holds no faces')
+    if len(triangles) > MAX_FACES:
+        raise AssetError(f'the asset "{name}" has {len(triangles)} triangles, more than the {MAX_FACES} that are read')
+    if not np.isfinite(points).all():
+        raise AssetError(f'the asset "{name}" has points that are not finite numbers')
+    return points, triangles
