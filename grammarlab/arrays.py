@@ -60,3 +60,16 @@ def take_rows(offsets: NDArray[np.integer], rows: NDArray[np.integer]) -> tuple[
     counts = offsets[np.asarray(rows) + 1] - starts
     where = np.repeat(starts, counts) + index_in_row(counts)
     return where.astype(np.int64, copy=False), offsets_from_counts(counts)
+
+
+def distinct(values: NDArray[np.integer], limit: int) -> Ints:
+    """The different values, ascending, of a column of integers in 0 <= value < limit.
+
+    >>> distinct(np.array([4, 1, 4]), 6).tolist()
+    [1, 4]
+    """
+    if limit > 8 * len(values):
+        return np.unique(values).astype(np.int64)
+    present = np.zeros(limit, dtype=bool)
+    present[values] = True
+    return np.flatnonzero(present)

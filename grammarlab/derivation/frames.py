@@ -11,6 +11,8 @@ from itertools import permutations, product
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import distinct
+
 Floats = NDArray[np.float64]
 Ids = NDArray[np.int32]
 
@@ -98,8 +100,9 @@ class FramePool:
         One rotation for all makes one new base for each different frame.
         """
         if rotations.ndim == 2:
-            unique, inverse = np.unique(frames, return_inverse=True)
-            return self.add(self.rotations(unique) @ rotations)[inverse]
+            different = distinct(frames, 24 * self._used).astype(np.int32)
+            added = self.add(self.rotations(different) @ rotations)
+            return added[np.searchsorted(different, frames)]
         cube = cube_indices(rotations)
         skew = np.flatnonzero(cube < 0)
         result = self.turned_each(frames, cube)

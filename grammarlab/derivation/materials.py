@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import distinct
+
 CHANNELS = {
     "color.r": 1.0,
     "color.g": 1.0,
@@ -89,8 +91,8 @@ class MaterialPool:
         first = materials[0]
         if (materials == first).all():
             return np.full(len(materials), self._intern(int(first), constants), dtype=np.int32)
-        table = np.zeros(len(self._rows), np.int32)
-        for used in np.unique(materials).tolist():
+        table = np.zeros(len(self._rows), np.int32)  # made first: interning adds rows
+        for used in distinct(materials, len(self._rows)).tolist():
             table[used] = self._intern(used, constants)
         return table[materials]
 

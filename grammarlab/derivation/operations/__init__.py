@@ -1,8 +1,14 @@
 """The operations of CGA, one family a file."""
 
-from grammarlab.derivation.operations import appearance, components, extrusion, insertion, scope, splits
+from grammarlab.derivation.operations import alignment, appearance, components, extrusion, insertion, scope, splits
 
-OPERATIONS = {**appearance.OPERATIONS, **extrusion.OPERATIONS, **insertion.OPERATIONS, **scope.OPERATIONS}
+OPERATIONS = {
+    **alignment.OPERATIONS,
+    **appearance.OPERATIONS,
+    **extrusion.OPERATIONS,
+    **insertion.OPERATIONS,
+    **scope.OPERATIONS,
+}
 """Operations without a block, by name."""
 
 BLOCKS = {**components.BLOCKS, **splits.BLOCKS}

@@ -1,0 +1,230 @@
+"""Operations that give a shape other scope axes while its geometry stays where it is, or turn the geometry over."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.calls import Argument, Call, Operation
+from grammarlab.derivation.frames import cube_indices
+from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.meshes import add_faces, normalized
+from grammarlab.derivation.operations.scope import euler
+from grammarlab.derivation.shapes import BOX, EMPTY, FACE, Floats, Shapes
+from grammarlab.geometry.measure import corner_edges, face_areas, face_normals
+from grammarlab.geometry.mesh import Meshes
+
+Rows = NDArray[np.int64]
+
+_STRAIGHT = 1e-9
+_AXES_WORDS = frozenset({"x", "y", "z", "world.x", "world.y", "world.z", "world.xyz"})
+_GEOMETRY_WORDS = frozenset({"yUp", "zUp", "any", "auto", "largest", "longest", "world.lowest"})
+_PIVOT_WORDS = frozenset({"xyz", "yzx", "zxy"})
+_PIVOT_CORNERS = np.array(
+    [
+        [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+        [[0, 0, 1], [0, 1, 0], [-1, 0, 0]],
+        [[-1, 0, 0], [0, 1, 0], [0, 0, -1]],
+        [[0, 0, -1], [0, 1, 0], [1, 0, 0]],
+        [[0, 0, 1], [0, -1, 0], [1, 0, 0]],
+        [[-1, 0, 0], [0, -1, 0], [0, 0, 1]],
+        [[0, 0, -1], [0, -1, 0], [-1, 0, 0]],
+        [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
+    ],
+    dtype=np.float64,
+)
+"""[8, 3, 3] rows are the x, y and z axis that ``setPivot(xyz, corner)`` gives, in the old axes."""
+_PIVOT_ORDER = {"xyz": [0, 1, 2], "yzx": [2, 0, 1], "zxy": [1, 2, 0]}
+
+
+def reframed(call: Call, turn: Floats) -> Shapes:
+    """Shapes with scopes turned by rotations [N, 3, 3] in their own axes and fitted to the geometry, which stays."""
+    shapes, frames, pool = call.shapes, call.workspace.frames, call.workspace.meshes
+    frame = frames.rotated(shapes.frame, turn)
+    if (shapes.mesh == BOX).all() and (cube_indices(turn) >= 0).all():
+        inverse = np.swapaxes(turn, 1, 2)
+        extent = np.einsum("nij,nj->ni", inverse, shapes.size)
+        position = shapes.position + frames.to_world(frame, np.minimum(extent, 0.0))
+        return shapes._replace(position=position, size=np.abs(extent), frame=frame)
+    meshes = local_meshes(shapes, call.workspace)
+    turned = meshes.with_points(np.einsum("pji,pj->pi", turn[meshes.mesh_of_point()], meshes.points))
+    unit, low, size = normalized(turned)
+    mesh = np.where(shapes.mesh == EMPTY, np.int32(EMPTY), add_faces(pool, unit))
+    return shapes._replace(
+        position=shapes.position + frames.to_world(frame, low), size=size, frame=frame, mesh=mesh.astype(np.int32)
+    )
+
+
+def rotate_scope(call: Call) -> Shapes:
+    """``rotateScope(x, y, z)``: turn the scope's axes by degrees."""
+    angles = [call.number(argument) for argument in call.arguments]
+    return reframed(call, np.broadcast_to(euler(*angles), (call.shapes.count, 3, 3)))
+
+
+def align_to_axes(call: Call) -> Shapes:
+    """``alignScopeToAxes(y)``: one axis along the world's, the next one as near to where it was as that allows.
+
+    Without an argument all axes are the world's.
+    """
+    word = call.words[0].removeprefix("world.") if call.words else "xyz"
+    rotations = call.workspace.frames.rotations(call.shapes.frame)
+    if word == "xyz":
+        return reframed(call, np.swapaxes(rotations, 1, 2))
+    axis = "xyz".index(word)
+    fixed = np.broadcast_to(np.eye(3)[axis], (call.shapes.count, 3))
+    if np.abs(rotations[:, :, axis] - fixed).max() < _STRAIGHT:
+        return call.shapes
+    neighbour = 0 if axis != 0 else 1
+    wanted = _axes(fixed, axis, rotations[:, :, neighbour], neighbour, rotations[:, :, 2 - neighbour])
+    return reframed(call, np.swapaxes(rotations, 1, 2) @ wanted)
+
+
+def _axes(fixed: Floats, axis: int, near: Floats, neighbour: int, fallback: Floats) -> Floats:
+    """[N, 3, 3] right-handed axes with one given and another one as near to a direction as that allows."""
+    flat = near - fixed * np.einsum("ni,ni->n", near, fixed)[:, None]
+    other = fallback - fixed * np.einsum("ni,ni->n", fallback, fixed)[:, None]
+    flat = np.where(np.linalg.norm(flat, axis=1, keepdims=True) > 1e-6, flat, other)
+    spare = np.cross(fixed, np.roll(fixed, 1, axis=1))
+    flat = np.where(np.linalg.norm(flat, axis=1, keepdims=True) > 1e-6, flat, spare)
+    flat = flat / np.linalg.norm(flat, axis=1, keepdims=True)
+    axes = np.empty((len(fixed), 3, 3))
+    axes[:, :, axis], axes[:, :, neighbour] = fixed, flat
+    last = 3 - axis - neighbour
+    axes[:, :, last] = np.cross(axes[:, :, (last + 1) % 3], axes[:, :, (last + 2) % 3])
+    return axes
+
+
+def align_to_geometry(call: Call) -> Shapes:
+    """``alignScopeToGeometry(yUp|zUp, face, edge)``: one axis along a face's normal, x along an edge.
+
+    The face is an index, ``largest``, ``world.lowest`` or ``any``; the edge an index, ``longest``, ``world.lowest`` or ``any``.
+    """
+    if not call.words or call.words[0] not in ("yUp", "zUp") or len(call.arguments) < 2:
+        raise call.error("alignScopeToGeometry expects yUp or zUp, then a face, then an edge")
+    meshes = local_meshes(call.shapes, call.workspace)
+    if (np.diff(meshes.mesh_faces) == 0).any():
+        raise call.error("alignScopeToGeometry needs geometry; some shape has none")
+    which_edge = call.arguments[2] if len(call.arguments) > 2 else Argument("auto", keyword=True)
+    corner = _chosen_corner(call, meshes, call.arguments[1], which_edge)
+    normal = face_normals(meshes)[meshes.face_of_corner()[corner]]
+    normal = np.where(normal.any(axis=1, keepdims=True), normal, [0.0, 1.0, 0.0])
+    along = corner_edges(meshes)[corner]
+    up = 1 if call.words[0] == "yUp" else 2
+    return reframed(call, _axes(normal, up, along, 0, np.roll(normal, 1, axis=1)))
+
+
+def _chosen_corner(call: Call, meshes: Meshes, face: Argument, edge: Argument) -> Rows:
+    """[N] the corner at which the edge begins that a shape is aligned to."""
+    mesh, of_corner = meshes.mesh_of_face(), meshes.face_of_corner()
+    height = _world_heights(call, meshes)[meshes.corner_points()]
+    lengths = np.linalg.norm(corner_edges(meshes), axis=1)
+    middle = _edge_means(meshes, height)
+    if face.keyword and face.value in ("any", "auto"):
+        allowed = np.ones(meshes.num_faces, dtype=bool)
+    else:
+        allowed = np.zeros(meshes.num_faces, dtype=bool)
+        allowed[_chosen_face(call, meshes, face, height)] = True
+    candidates = np.flatnonzero(allowed[of_corner])
+    owner = mesh[of_corner[candidates]]
+    if edge.keyword and edge.value == "longest":
+        cost = -np.round(lengths[candidates], 9)
+    elif edge.keyword and edge.value in ("world.lowest", "auto"):
+        cost = np.round(middle[candidates], 9)
+    elif edge.keyword:
+        cost = np.zeros(len(candidates))
+    else:
+        return _nth(candidates, owner, call.column(edge), len(meshes))
+    return candidates[_first_of_smallest(cost, owner, len(meshes))]
+
+
+def _chosen_face(call: Call, meshes: Meshes, face: Argument, height: Floats) -> Rows:
+    mesh = meshes.mesh_of_face()
+    if face.keyword and face.value == "largest":
+        return _first_of_smallest(-np.round(face_areas(meshes), 9), mesh, len(meshes))
+    if face.keyword:
+        means = np.add.reduceat(height, meshes.face_offsets[:-1]) / np.diff(meshes.face_offsets)
+        return _first_of_smallest(np.round(means, 9), mesh, len(meshes))
+    return _nth(np.arange(meshes.num_faces), mesh, call.column(face), len(meshes))
+
+
+def _first_of_smallest(cost: Floats, owner: Rows, count: int) -> Rows:
+    """For each owner the first row with the smallest cost; owners ascend."""
+    order = np.lexsort((cost, owner))
+    return order[np.searchsorted(owner, np.arange(count))]
+
+
+def _nth(rows: Rows, owner: Rows, index: Floats, count: int) -> Rows:
+    """For each owner its row with a number, counted around."""
+    first = np.searchsorted(owner, np.arange(count))
+    numbers = np.bincount(owner, minlength=count)
+    return rows[first + np.rint(index).astype(np.int64) % numbers]
+
+
+def _world_heights(call: Call, meshes: Meshes) -> Floats:
+    up = call.workspace.frames.rotations(call.shapes.frame)[:, 1, :]
+    return np.einsum("pj,pj->p", up[meshes.mesh_of_point()], meshes.points)
+
+
+def _edge_means(meshes: Meshes, height: Floats) -> Floats:
+    """[C] mean height of the edge that begins at each corner."""
+    following = np.arange(len(height)) + 1
+    last = meshes.face_offsets[1:] - 1
+    following[last] = meshes.face_offsets[:-1]
+    return 0.5 * (height + height[following])
+
+
+def set_pivot(call: Call) -> Shapes:
+    """``setPivot(xyz|yzx|zxy, corner)``: the scope's origin at another corner, its axes along the edges there."""
+    if not call.words or len(call.values) != 1:
+        raise call.error("setPivot expects xyz, yzx or zxy, then a corner from 0 to 7")
+    corner = np.rint(call.column(call.values[0])).astype(np.int64) % 8
+    rows = _PIVOT_CORNERS[corner][:, _PIVOT_ORDER[call.words[0]], :]
+    return reframed(call, np.swapaxes(rows, 1, 2).copy())
+
+
+def mirror(call: Call) -> Shapes:
+    """``mirror(x, y, z)``: turn the geometry over, within its scope, along the axes that are true."""
+    flips = [_flag(call, argument) for argument in call.arguments]
+    shapes = call.shapes
+    rows = np.flatnonzero(shapes.mesh > BOX)
+    if not any(flips) or len(rows) == 0:
+        return shapes
+    meshes = call.workspace.meshes.take(shapes.mesh[rows])
+    points = meshes.points.copy()
+    filled = shapes.size[rows][meshes.mesh_of_point()] > 0.0
+    for axis, flip in enumerate(flips):
+        if flip:
+            points[:, axis] = np.where(filled[:, axis], 1.0 - points[:, axis], points[:, axis])
+    mirrored = meshes.with_points(points)
+    if sum(flips) % 2:
+        mirrored = mirrored.reversed()
+    mesh = shapes.mesh.copy()
+    mesh[rows] = add_faces(call.workspace.meshes, mirrored)
+    return shapes._replace(mesh=mesh)
+
+
+def _flag(call: Call, argument: Argument) -> bool:
+    if isinstance(argument.value, bool):
+        return argument.value
+    raise call.error(f"{call.name} expects true or false for each axis, the same for all shapes")
+
+
+def reverse_normals(call: Call) -> Shapes:
+    """``reverseNormals()``: the same faces seen from the other side."""
+    pool, mesh = call.workspace.meshes, call.shapes.mesh.copy()
+    for kind in range(BOX, FACE + 1):
+        mesh[call.shapes.mesh == kind] = pool.named(f"reversed:{kind}", pool.take(np.array([kind])).reversed())
+    rows = np.flatnonzero(call.shapes.mesh > FACE)
+    if len(rows):
+        mesh[rows] = add_faces(pool, pool.take(call.shapes.mesh[rows]).reversed())
+    return call.shapes._replace(mesh=mesh)
+
+
+OPERATIONS: dict[str, Operation] = {
+    "alignScopeToAxes": Operation(align_to_axes, _AXES_WORDS, (0, 1)),
+    "alignScopeToGeometry": Operation(align_to_geometry, _GEOMETRY_WORDS, (2, 3)),
+    "mirror": Operation(mirror, num_arguments=(3, 3)),
+    "reverseNormals": Operation(reverse_normals),
+    "rotateScope": Operation(rotate_scope, num_arguments=(3, 3)),
+    "setPivot": Operation(set_pivot, _PIVOT_WORDS, (2, 2)),
+}
