@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,6 +84,21 @@ class MaterialPool:
             self._intern(int(row[0]), {**constants, **dict(zip(columns, row[1:].tolist(), strict=True))})
             for row in unique
         ]
+        return np.array(ids, dtype=np.int32)[inverse]
+
+    def changed_by_code(
+        self, materials: NDArray[np.int32], codes: NDArray[np.int32], changes: Callable[[int], Mapping[str, float | str]]
+    ) -> NDArray[np.int32]:
+        """Materials [N] changed by what ``changes`` makes of a code each [N], called once for each different code."""
+        known: dict[int, Mapping[str, float | str]] = {}
+        base = int(codes.max(initial=0)) + 1
+        pairs, inverse = np.unique(materials.astype(np.int64) * base + codes, return_inverse=True)
+        ids = []
+        for pair in pairs.tolist():
+            material, code = divmod(pair, base)
+            if code not in known:
+                known[code] = changes(code)
+            ids.append(self._intern(material, known[code]))
         return np.array(ids, dtype=np.int32)[inverse]
 
     def repainted(self, materials: NDArray[np.int32], constants: Mapping[str, float | str]) -> NDArray[np.int32]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 from grammarlab.derivation.calls import Argument, BlockOperation, Call, Head, Operation
@@ -13,7 +13,7 @@ from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.derivation.shapes import Shapes, child_keys, part_keys
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language import syntax
-from grammarlab.language.syntax import Block, Expression, Floating, Group, Invoke, Item, Name, Part, Relative, Scoped
+from grammarlab.language.syntax import Binary, Block, Expression, Floating, Group, Invoke, Item, Name, Part, Relative, Scoped
 
 if TYPE_CHECKING:
     from grammarlab.derivation.workspace import Workspace
@@ -164,10 +164,8 @@ class SequenceCompiler:
         if isinstance(node, Name) and (named or node.identifier in keywords):
             word = Argument(node.identifier, keyword=True)
             return lambda shapes, workspace: word
-        floating = isinstance(node, Floating)
-        inner = node.operand if isinstance(node, Floating) else node
-        relative = isinstance(inner, Relative)
-        inner = inner.operand if isinstance(inner, Relative) else inner
+        inner, prefixes = _without_prefixes(node)
+        floating, relative = Floating in prefixes, Relative in prefixes
         code: Code = self._expressions.expression(inner)
         return lambda shapes, workspace: Argument(code(shapes, workspace), False, relative, floating)
 
@@ -175,6 +173,17 @@ class SequenceCompiler:
         argument = self._argument(part.head, operation.selectors)
         joined = part.inclusive
         return lambda shapes, workspace: Head(argument(shapes, workspace), joined, group)
+
+
+def _without_prefixes(node: Expression) -> tuple[Expression, frozenset[type]]:
+    """A size without its ``~`` and ``'``, which stand in front but hold for all of it: ``~height - 0.3``."""
+    if isinstance(node, Floating | Relative):
+        inner, prefixes = _without_prefixes(node.operand)
+        return inner, prefixes | {type(node)}
+    if isinstance(node, Binary):
+        left, prefixes = _without_prefixes(node.left)
+        return (replace(node, left=left), prefixes) if prefixes else (node, prefixes)
+    return node, frozenset()
 
 
 def _bracket(body: Branching[Operations]) -> Step:

@@ -92,9 +92,9 @@ def cycles(successor: Indices) -> tuple[Indices, Indices]:
     return order, offsets_from_counts(np.bincount(smallest, minlength=size)[is_start])
 
 
-def max_rows(values: Floats, offsets: Indices) -> Floats:
-    """The largest value of each row of a ragged list; 0 for empty rows."""
-    result = np.zeros(len(offsets) - 1)
+def max_rows(values: NDArray, offsets: Indices, empty: float = 0.0) -> NDArray:
+    """[N] the largest number of each row of a ragged list; ``empty`` for rows without any."""
+    result = np.full(len(offsets) - 1, empty)
     filled = np.diff(offsets) > 0
     if filled.any():
         result[filled] = np.maximum.reduceat(values, offsets[:-1][filled])

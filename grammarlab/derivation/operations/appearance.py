@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,13 +33,20 @@ def color(call: Call) -> Shapes:
 
 def _colored(call: Call, argument: Argument, channels: tuple[str, str, str]) -> Shapes:
     """Channels from a hexadecimal colour."""
-    text = call.text(argument)
+    return _changed_by_text(
+        call, argument, lambda text: dict(zip((*channels, "opacity"), parse_color(text, call), strict=False))
+    )
+
+
+def _changed_by_text(
+    call: Call, argument: Argument, changes: Callable[[str], dict[str, float | str]]
+) -> Shapes:
+    """Materials changed by what ``changes`` makes of a string."""
+    pool, strings, text = call.workspace.materials, call.workspace.strings, call.text(argument)
     if isinstance(text, str):
-        parts = parse_color(text, call)
-        return _changed(call, dict(zip((*channels, "opacity"), parts, strict=False)))
-    unique, inverse = np.unique(text, return_inverse=True)
-    table = np.array([(*parse_color(call.workspace.strings[i], call), 1.0)[:4] for i in unique])
-    return _changed(call, {name: table[inverse, place] for place, name in enumerate(channels)})
+        return call.shapes._replace(material=pool.repainted(call.shapes.material, changes(text)))
+    material = pool.changed_by_code(call.shapes.material, text, lambda code: changes(strings[code]))
+    return call.shapes._replace(material=material)
 
 
 def parse_color(text: str, call: Call) -> tuple[float, ...]:
@@ -52,15 +60,7 @@ def parse_color(text: str, call: Call) -> tuple[float, ...]:
 
 def texture(call: Call) -> Shapes:
     """``texture(path)``: the image on the surface; an empty path takes it away."""
-    text = call.text(call.arguments[0])
-    if isinstance(text, str):
-        return _changed(call, {"texture": text})
-    shapes, material = call.shapes, np.empty(call.shapes.count, np.int32)
-    for string in np.unique(text).tolist():
-        rows = np.flatnonzero(text == string)
-        change = {"texture": call.workspace.strings[string]}
-        material[rows] = call.workspace.materials.repainted(shapes.material[rows], change)
-    return shapes._replace(material=material)
+    return _changed_by_text(call, call.arguments[0], lambda path: {"texture": path})
 
 
 def set_attribute(call: Call) -> Shapes:
@@ -97,7 +97,7 @@ def _unit(call: Call, argument: Argument) -> float | NDArray[np.float64]:
     return np.clip(number, 0.0, 1.0) if isinstance(number, np.ndarray) else min(max(number, 0.0), 1.0)
 
 
-def _changed(call: Call, changes: dict[str, float | str | NDArray[np.float64]]) -> Shapes:
+def _changed(call: Call, changes: dict[str, float | NDArray[np.float64]]) -> Shapes:
     pool, shapes = call.workspace.materials, call.shapes
     constants = {name: value for name, value in changes.items() if not isinstance(value, np.ndarray)}
     if len(constants) == len(changes):
