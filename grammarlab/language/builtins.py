@@ -5,8 +5,8 @@ argument, ``?`` behind what may be left out. What of this grammarlab can carry o
 `grammarlab.language.checking.SupportedFeatures`.
 
 Argument types: ``float``, ``bool``, ``string``, arrays of them (``float[]``), several in turn (``float|string``),
-``any``; ``size`` is a float that may be relative (``'0.5``), ``tile`` one that may be floating too (``~0.5``), ``place``
-the name of an attribute.
+``any``; ``size`` is a float that may be relative (``'0.5``), ``tile`` one that may be floating too (``~0.5``),
+``place`` the name of an attribute.
 """
 
 from __future__ import annotations

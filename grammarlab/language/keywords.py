@@ -65,8 +65,8 @@ KEYWORDS: Mapping[str, frozenset[str]] = {
         "slope_angle": "maxSlope zenith azimuth",
         "orientation": f"all surface side {_SIDES} {_OBJECT_SIDES} {_COMPASS} {_STREET_SIDES}",
         "target": "intra inter all",
-        "comparison": "world.northernmost world.southernmost world.easternmost world.westernmost world.highest world.lowest "
-        "area.largest area.smallest",
+        "comparison": "world.northernmost world.southernmost world.easternmost world.westernmost world.highest "
+        "world.lowest area.largest area.smallest",
         "asset_measure": "sx sy sz tx ty tz",
         "asset_name": "g m",
         "image_measure": "sx sy",

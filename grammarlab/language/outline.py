@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from grammarlab.errors import Finding
+from grammarlab.language.backwards import expression_start
 from grammarlab.language.nesting import MAX_DEPTH, Nesting, too_deep
 from grammarlab.language.tokens import Token, Words
 
@@ -236,7 +237,7 @@ class _Scan:
             self.in_condition = False
         if index and self.tokens[index - 1].value == "%" and index - 1 not in self.dropped:
             self.dropped.add(index - 1)
-            start = self._expression_start(index - 2)
+            start = expression_start(self.tokens, self.partner, index - 2)
             self.chances.add(start)
             self.nesting.branch(self._follows_sign(start))
         elif self.open and self.open[-1] not in self.depth_given and self._parts_have_depths(self.open[-1]):
@@ -257,42 +258,6 @@ class _Scan:
         if self.tokens[opening].type != "_LBRACE" or closing not in self.partner:
             return False
         return self.tokens[self.partner[closing] - 1].value == "splitAndSetbackPerimeter"
-
-    def _expression_start(self, index: int) -> int:
-        """Index where the expression begins that ends at `index`."""
-        while True:
-            index = self._operand_start(index)
-            if index < 1:
-                return max(index, 0)
-            before = self.tokens[index - 1]
-            ends_operand = index > 1 and self.tokens[index - 2].type in (
-                "NAME",
-                "NUMBER",
-                "RPAR",
-                "RBRACKET",
-                "BOOLEAN",
-            )
-            if before.type == "PREFIX" or (before.type == "SIGN" and not ends_operand):
-                index -= 1
-                if index < 1 or self.tokens[index - 1].type not in ("OPERATOR", "SIGN", "PREFIX"):
-                    return index
-            if self.tokens[index - 1].type not in ("OPERATOR", "SIGN"):
-                return index
-            index -= 2
-
-    def _operand_start(self, index: int) -> int:
-        while index in self.partner and self.tokens[index].type in ("RPAR", "RBRACKET"):
-            bracket = self.tokens[index].type
-            index = self.partner[index]
-            before = self.tokens[index - 1] if index else None
-            if before is None or before.end != self.tokens[index].start:
-                break
-            if before.type == "NAME":
-                return index - 1
-            if bracket == "RPAR" or before.type not in ("RPAR", "RBRACKET"):
-                break
-            index -= 1
-        return index
 
     def _star(self, index: int, token: Token) -> None:
         """Joins ``}`` and ``*`` into one token: braces that repeat."""
@@ -325,15 +290,12 @@ class _Scan:
         starts = sorted(self._with_annotations(head) for head in self.heads)
         if self.tokens and (not starts or starts[0] > 0):
             starts.insert(0, 0)
-        ends = [*starts[1:], len(self.tokens)]
-        return [
-            Chunk(
-                tuple(self._words(start, end)),
-                any(i in self.damage for i in range(start, end)) if self.damage else False,
-            )
-            for start, end in zip(starts, ends, strict=True)
-            if start < end
-        ]
+        ends = [*starts[1:], len(self.tokens)][: len(starts)]
+        return [self._chunk(start, end) for start, end in zip(starts, ends, strict=True) if start < end]
+
+    def _chunk(self, start: int, end: int) -> Chunk:
+        damaged = bool(self.damage) and any(start <= index < end for index in self.damage)
+        return Chunk(tuple(self._words(start, end)), damaged)
 
     def _with_annotations(self, head: int) -> int:
         """Index of the first annotation of the definition that begins at `head`."""

@@ -16,12 +16,10 @@ from grammarlab.language.building import MistakeError, TreeBuilder, Version
 from grammarlab.language.mistakes import explain
 from grammarlab.language.outline import Chunk, outline
 from grammarlab.language.syntax import Definition, RuleFile
-from grammarlab.language.tokens import Comment, Token, tokenize
+from grammarlab.language.tokens import MAX_FINDINGS, Comment, Token, tokenize
 
 MAX_CHARACTERS = 4 * 2**20
 """Longest rule file that is read."""
-MAX_FINDINGS = 100
-"""After so many syntax errors the rest goes unreported."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +55,8 @@ def parse(text: str, file: str = "<text>") -> Parsed:
     for chunk in plan.chunks:
         node = _parse_definition(chunk)
         if isinstance(node, Finding):
-            findings.append(node)
+            if not _reported_within(chunk, words.findings):
+                findings.append(node)
         elif isinstance(node, Version):
             version = node.text
         elif node is not None:
@@ -86,6 +85,12 @@ def _parse_definition(chunk: Chunk) -> Definition | Version | Finding | None:
         except MistakeError as mistake:
             return mistake.finding
     return result
+
+
+def _reported_within(chunk: Chunk, findings: tuple[Finding, ...]) -> bool:
+    """Whether a lexical finding in the definition already explains why it cannot be parsed."""
+    first, last = chunk.tokens[0].location, chunk.tokens[-1].location
+    return any(first <= finding.location <= last for finding in findings)
 
 
 class _NoLexer(Lexer):

@@ -53,6 +53,12 @@ _PATTERNS = (
 _SCANNER = re.compile("|".join(f"(?P<{name}>{pattern})" for name, pattern in _PATTERNS), re.DOTALL)
 
 
+MAX_WORDS = 1_000_000
+"""So many words, signs and spaces are read; the largest rule files known have a tenth of it."""
+MAX_FINDINGS = 100
+"""After so many errors a file is read no further."""
+
+
 class Token(NamedTuple):
     """One word or sign of a rule file."""
 
@@ -96,8 +102,11 @@ def tokenize(text: str, file: str = "<text>") -> Words:
     comments: list[Comment] = []
     findings: list[Finding] = []
     line, line_start, line_has_token = 1, 0, False
-    for match in _SCANNER.finditer(text):
+    for count, match in enumerate(_SCANNER.finditer(text)):
         kind = match.lastgroup
+        if count >= MAX_WORDS or len(findings) >= MAX_FINDINGS:
+            findings.append(_stopped(Location(line, match.start() - line_start + 1, 1, file)))
+            break
         if kind == "SPACE":
             continue
         start, end = match.span()
@@ -125,6 +134,11 @@ def tokenize(text: str, file: str = "<text>") -> Words:
         else:
             tokens.append(token)
     return Words(tuple(tokens), tuple(comments), tuple(findings))
+
+
+def _stopped(location: Location) -> Finding:
+    message = f"the file has too many words or too many errors: expected at most {MAX_WORDS:,} and {MAX_FINDINGS}"
+    return Finding("error", "file-too-large", message, location, "it was not read further")
 
 
 def _unclosed_comment(location: Location) -> Finding:
@@ -157,6 +171,15 @@ def _wrong_arrow(token: Token) -> tuple[Token | None, list[Finding]]:
 
 
 _STAND_INS = {"&": ("OPERATOR", "&&"), "≤": ("OPERATOR", "<="), "≥": ("OPERATOR", ">="), "≠": ("OPERATOR", "!=")}
+
+
+_HINTS = (
+    ("“”„«»‘’`", 'write straight quotes: "..."'),
+    ("?", "a choice is written case condition : a else : b, in parentheses inside an expression"),
+    ("$", "a name begins with a letter or '_'"),
+    ("\\", "a definition goes on over line ends without a sign"),
+)
+"""What to try instead of a character."""
 
 
 def _unknown(token: Token) -> tuple[Token | None, list[Finding]]:
