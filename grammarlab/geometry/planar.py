@@ -6,14 +6,15 @@ In that frame the face is a counter-clockwise polygon starting at (0, 0).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import index_in_row, offsets_from_counts, row_of_value
+from grammarlab.arrays import row_of_value
 from grammarlab.geometry.mesh import Floats, Indices, Meshes
+from grammarlab.geometry.ragged import next_in_row
+from grammarlab.geometry.vectors import any_normal, cross, dot, unit
 
 RELATIVE_TOLERANCE = 1e-9
 """Lengths below this share of a polygon's size count as zero."""
@@ -48,15 +49,12 @@ class Polygons:
 
     def next_corner(self) -> Indices:
         """[C] the corner that follows each corner around its face."""
-        following = np.arange(1, len(self.xy) + 1)
-        filled = self.counts > 0
-        following[self.offsets[1:][filled] - 1] = self.offsets[:-1][filled]
-        return following
+        return next_in_row(self.offsets)
 
     def lift(self, faces: NDArray[np.integer], xy: Floats, height: Floats) -> Floats:
-        """Points in space [K, 3] from coordinates [K, 2] and heights [K] over the planes of ``faces`` [K]."""
-        axes = self.axes[faces]
-        return self.origin[faces] + axes[:, 0] * xy[:, :1] + axes[:, 1] * xy[:, 1:] + axes[:, 2] * height[:, None]
+        """Points in space [K, N, 3] from coordinates [K, N, 2] and heights [K, N] over the planes of ``faces`` [K]."""
+        x, y, z = (self.axes[faces, None, i] for i in range(3))
+        return self.origin[faces, None] + x * xy[..., :1] + y * xy[..., 1:] + z * height[..., None]
 
 
 def lay_flat(meshes: Meshes) -> Polygons:
@@ -72,12 +70,11 @@ def lay_flat(meshes: Meshes) -> Polygons:
     origin = np.zeros((len(counts), 3))
     origin[filled] = points[meshes.face_offsets[:-1][filled]]
     relative = points - origin[face]
-    following = np.arange(1, len(points) + 1)
-    following[meshes.face_offsets[1:][filled] - 1] = meshes.face_offsets[:-1][filled]
+    following = next_in_row(meshes.face_offsets)
     edges = relative[following] - relative
-    normal = _unit(sums_by_row(face, len(counts), _cross(relative, relative[following])))
+    normal = unit(sums_by_row(face, len(counts), cross(relative, relative[following])))
     axes = _frames(normal, _first_direction(edges, face, len(counts)))
-    xy = np.stack([_dot(relative, axes[face, 0]), _dot(relative, axes[face, 1])], axis=1)
+    xy = np.stack([dot(relative, axes[face, 0]), dot(relative, axes[face, 1])], axis=1)
     return Polygons(points, xy, meshes.face_offsets, origin, axes)
 
 
@@ -101,42 +98,13 @@ def rectangle_sizes(polygons: Polygons) -> tuple[NDArray[np.bool_], Floats]:
     expected[:, 2, 1] = expected[:, 3, 1] = size[:, 1]
     deviation = np.abs(xy - expected).max(axis=(1, 2))
     offset = polygons.points[corners] - polygons.origin[four][:, None]
-    height = np.abs(_dot(offset, polygons.axes[four, 2][:, None])).max(axis=1)
+    height = np.abs(dot(offset, polygons.axes[four, 2][:, None])).max(axis=1)
     fits = (np.maximum(deviation, height) <= tolerance) & (size > tolerance[:, None]).all(axis=1)
     rectangular = np.zeros(len(polygons), np.bool_)
     rectangular[four] = fits
     sizes = np.zeros((len(polygons), 2))
     sizes[four[fits]] = size[fits]
     return rectangular, sizes
-
-
-def stamp(points: Floats, faces: Sequence[Sequence[int]], tags: Sequence[int] | None = None) -> Meshes:
-    """K meshes of the same faces over their own points.
-
-    Args:
-        points: [K, P, 3] coordinates in metres.
-        faces: point indices of each face, the same for every mesh.
-        tags: one for each face; untagged when left out.
-    """
-    count, num_points = points.shape[:2]
-    corners = np.array([index for face in faces for index in face], dtype=np.int64)
-    lengths = np.array([len(face) for face in faces], dtype=np.int64)
-    tag_column = np.zeros(len(faces), np.int8) if tags is None else np.array(tags, np.int8)
-    return Meshes(
-        points.reshape(-1, 3),
-        np.tile(corners, count),
-        offsets_from_counts(np.tile(lengths, count)),
-        np.arange(count + 1, dtype=np.int64) * len(faces),
-        np.arange(count + 1, dtype=np.int64) * num_points,
-        np.tile(tag_column, count),
-    )
-
-
-def in_order(batches: Sequence[Meshes], rows: Sequence[NDArray[np.integer]]) -> Meshes:
-    """All meshes of several batches, sorted by the row [K] that each belongs to (each row once)."""
-    if len(batches) == 1 and bool((np.diff(rows[0]) > 0).all()):
-        return batches[0]
-    return Meshes.concatenate(batches).take(np.argsort(np.concatenate(rows), kind="stable"))
 
 
 def regroup(meshes: Meshes, offsets: Indices) -> Meshes:
@@ -162,7 +130,7 @@ def sums_by_row(row: NDArray[np.integer], num_rows: int, values: Floats) -> Floa
 
 def _first_direction(edges: Floats, face: Indices, num_faces: int) -> Floats:
     """[F, 3] the first edge of each face that is not degenerate beside its longest one."""
-    length = np.sqrt(_dot(edges, edges))
+    length = np.sqrt(dot(edges, edges))
     longest = np.zeros(num_faces)
     np.maximum.at(longest, face, length)
     usable = np.flatnonzero(length > RELATIVE_TOLERANCE * longest[face])
@@ -174,48 +142,8 @@ def _first_direction(edges: Floats, face: Indices, num_faces: int) -> Floats:
 
 def _frames(normal: Floats, along: Floats) -> Floats:
     """[F, 3, 3] frames with z along ``normal`` [F, 3] and x as near to ``along`` [F, 3] as that allows."""
-    flat = ~normal.any(axis=1)
-    z = np.where(flat[:, None], _some_normal(along), normal)
-    x = _unit(along - z * _dot(along, z)[:, None])
-    lost = ~x.any(axis=1)
-    x = np.where(lost[:, None], _some_normal(z), x)
-    return np.stack([x, _cross(z, x), z], axis=1)
-
-
-def _some_normal(vectors: Floats) -> Floats:
-    """[N, 3] unit vectors at right angles to the vectors, upwards for zero vectors."""
-    least = np.argmin(np.abs(vectors), axis=1)
-    axis = np.zeros_like(vectors)
-    axis[np.arange(len(vectors)), least] = 1.0
-    across = _unit(axis - vectors * (_dot(axis, vectors) / np.maximum(_dot(vectors, vectors), 1e-300))[:, None])
-    upright = np.zeros_like(vectors)
-    upright[:, 1] = 1.0
-    return np.where(vectors.any(axis=1)[:, None], across, upright)
-
-
-def _unit(vectors: Floats) -> Floats:
-    """The vectors [N, 3] at length one; zero vectors stay zero."""
-    largest = np.abs(vectors).max(axis=1, initial=0.0, keepdims=True)
-    scaled = np.divide(vectors, largest, out=np.zeros_like(vectors), where=largest > 0)
-    length = np.sqrt(_dot(scaled, scaled))[:, None]
-    return np.divide(scaled, length, out=np.zeros_like(vectors), where=length > 0)
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    return np.stack(
-        [
-            a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1],
-            a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2],
-            a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0],
-        ],
-        axis=-1,
-    )
-
-
-def corner_index(polygons: Polygons) -> Indices:
-    """[C] the place of each corner within its face."""
-    return index_in_row(polygons.counts)
+    across = np.where(along.any(axis=1)[:, None], any_normal(along), [0.0, 1.0, 0.0])
+    z = np.where(normal.any(axis=1)[:, None], normal, across)
+    x = unit(along - z * dot(along, z)[:, None])
+    x = np.where(x.any(axis=1)[:, None], x, any_normal(z))
+    return np.stack([x, cross(z, x), z], axis=1)

@@ -39,6 +39,16 @@ class Sweep:
     """For each edge the area it swept, beginning with the edge; none where it swept nothing or has no length."""
     rest: tuple[Loop, ...]
     """What the wavefront had not swept when the time was over."""
+    rest_edges: tuple[tuple[int, ...], ...]
+    """For each loop of `rest`, the edge that leaves each of its nodes."""
+
+    def rest_from_first_edge(self, order: Sequence[int]) -> list[Loop]:
+        """The loops of `rest`, each beginning at a piece of the first edge that it has, by their ranks [E]."""
+        loops = []
+        for loop, edges in zip(self.rest, self.rest_edges, strict=True):
+            first = min(range(len(loop)), key=lambda i: order[edges[i]])
+            loops.append(loop[first:] + loop[:first])
+        return loops
 
 
 def sweep(
@@ -151,8 +161,10 @@ def _attempt(
     for index, a, b in front.arcs:
         by_edge[index].append((numbers[a], numbers[b]))
     faces = tuple(_faces_of(arcs) for arcs in by_edge)
-    areas = [tuple(numbers[node] for node in loop) for loop in rest]
-    result = Sweep(nodes[:, :2], nodes[:, 2], faces, tuple(loop for loop in areas if _has_area(nodes, loop)))
+    areas = [(tuple(numbers[node] for node, _ in loop), tuple(edge for _, edge in loop)) for loop in rest]
+    solid = [pair for pair in areas if _has_area(nodes, pair[0])]
+    left = tuple(loop for loop, _ in solid), tuple(edges for _, edges in solid)
+    result = Sweep(nodes[:, :2], nodes[:, 2], faces, *left)
     unfinished = limit == math.inf and result.rest
     return None if unfinished or not _is_subdivision(result, loops, numbers[:num_kept]) else result
 
@@ -209,7 +221,7 @@ def _standstill(loops: Sequence[Floats], points: Floats) -> Sweep:
     """The sweep of a polygon none of whose edges moves."""
     ends = np.cumsum([len(loop) for loop in loops]).tolist()
     rest = tuple(tuple(range(end - len(loop), end)) for loop, end in zip(loops, ends, strict=True))
-    return Sweep(points, np.zeros(len(points)), tuple(() for _ in points), rest)
+    return Sweep(points, np.zeros(len(points)), tuple(() for _ in points), rest, rest)
 
 
 def _jitter(num_points: int) -> Floats:

@@ -121,11 +121,12 @@ class Wavefront:
         for previous, corner in zip(born[-1:] + born[:-1], born, strict=True):
             previous.next, corner.previous = corner, previous
 
-    def run(self, until: float) -> list[list[int]]:
+    def run(self, until: float) -> list[list[tuple[int, int]]]:
         """Moves the edges until a time, which may be infinite.
 
         Returns:
-            The loops of nodes that are left at that time, inside to the left. Loops without area are among them.
+            The loops that are left at that time, inside to the left: each node with the index of the edge that leaves
+            it. Loops without area are among them.
         """
         for corner in list(self._corners):
             self._plan(corner)
@@ -273,7 +274,7 @@ class Wavefront:
             self._end(end, node)
             self._arc(end.after.index, other, node)
 
-    def _stop(self, until: float) -> list[list[int]]:
+    def _stop(self, until: float) -> list[list[tuple[int, int]]]:
         """Ends all corners where they are, and closes the swept areas there."""
         loops = []
         waiting = dict(self._corners)
@@ -288,7 +289,7 @@ class Wavefront:
             loops.append(self._stop_loop(loop, until))
         return loops
 
-    def _stop_loop(self, loop: list[Corner], until: float) -> list[int]:
+    def _stop_loop(self, loop: list[Corner], until: float) -> list[tuple[int, int]]:
         time = until if math.isfinite(until) else max(corner.time for corner in loop)
         places = [corner.at(time) for corner in loop]
         nodes: list[int] = []
@@ -299,7 +300,8 @@ class Wavefront:
         for i, corner in enumerate(loop):
             self._end(corner, nodes[i])
             self._arc(corner.before.index, nodes[i], nodes[i - 1])
-        return [node for i, node in enumerate(nodes) if node != nodes[i - 1]]
+        pairs = zip(nodes, nodes[1:] + nodes[:1], loop, strict=True)
+        return [(node, corner.after.index) for node, following, corner in pairs if node != following]
 
     def _end(self, corner: Corner, node: int) -> None:
         corner.alive = False
