@@ -75,7 +75,7 @@ class Call(NamedTuple):
 
     def column(self, argument: Argument) -> Floats:
         """A number as a column [N]."""
-        return number_column(self.number(argument), self.shapes.count)
+        return number_column(self.number(argument), self.shapes.num)
 
     def text(self, argument: Argument) -> str | NDArray[np.int32]:
         """A string, the same for all or string ids [N].

@@ -103,11 +103,10 @@ def _route_random(
 
 def _draw(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspace) -> NDArray[np.int64]:
     """The branch [N] each shape takes; the draw is recorded."""
-    assert shapes.key is not None  # a rule that draws has keys: program.py sees to it
     weights = _weights(choice, shapes, workspace)
     cumulative = np.cumsum(weights, axis=-1)
     total = cumulative[..., -1:]
-    threshold = uniforms(shapes.key, NUM_LANES * choice.address + SITE_LANE)
+    threshold = uniforms(shapes.random_key(), NUM_LANES * choice.address + SITE_LANE)
     with np.errstate(divide="ignore"):
         log_density = np.log(weights / total)
     if weights.ndim == 1:
@@ -133,7 +132,7 @@ def _weights(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspac
             raise DerivationError("expected a percentage, found a string", choice.location)
         given.append(value if isinstance(value, np.ndarray) else float(value))  # type: ignore[arg-type]
     if any(isinstance(value, np.ndarray) for value in given):
-        weights = np.stack([number_column(value, shapes.count) for value in given], axis=1)
+        weights = np.stack([number_column(value, shapes.num) for value in given], axis=1)
     else:
         weights = np.array(given)
     for place, code in enumerate(choice.percentages):

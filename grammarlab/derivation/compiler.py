@@ -16,7 +16,6 @@ from grammarlab.derivation.sequences import Operations, SequenceCompiler, Succes
 from grammarlab.errors import DerivationError
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import (
-    Block,
     Call,
     Choice,
     Invoke,
@@ -120,12 +119,8 @@ class _Compilation:
         return any(_is_random(n) or _called(n) in self._drawing_functions_set for n in _walk(node))
 
     def _drawing_functions(self) -> frozenset[tuple[str, int]]:
-        calls = {
-            (f.name, len(f.parameters)): {_called(n) for n in _walk(f.value)} - {None} for f in self._functions
-        }
-        drawing = {
-            (f.name, len(f.parameters)) for f in self._functions if any(_is_random(n) for n in _walk(f.value))
-        }
+        calls = {(f.name, len(f.parameters)): {_called(n) for n in _walk(f.value)} - {None} for f in self._functions}
+        drawing = {(f.name, len(f.parameters)) for f in self._functions if any(_is_random(n) for n in _walk(f.value))}
         return _spread(drawing, calls)
 
     def _rules_that_draw(self) -> frozenset[tuple[str, int]]:

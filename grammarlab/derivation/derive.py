@@ -31,7 +31,8 @@ DEFAULT_FOOTPRINT = (20.0, 20.0)
 """Width (along x) and depth (along z) in metres of the lot that a model stands on when none is given."""
 
 NODES_PER_CHUNK = 400_000
-"""About how many nodes `derive_chunks` holds at once: fewer cost time per call, more fall out of the processor's caches."""
+"""About how many nodes `derive_chunks` holds at once: fewer cost time per call, more fall out of the processor's
+caches."""
 
 _FIRST_CHUNK = 32
 
@@ -41,8 +42,9 @@ class InitialShape:
     """What every model starts from."""
 
     footprint: tuple[float, float] | Floats = DEFAULT_FOOTPRINT
-    """Width and depth of a rectangle from the origin along +x and +z, or the corners [n, 3] of a simple polygon in metres,
-    counter-clockwise seen from above. The scope's x axis runs along the first edge, y up, z out over the first edge."""
+    """Width and depth of a rectangle from the origin along +x and +z, or the corners [n, 3] of a simple polygon in
+    metres, counter-clockwise seen from above. The scope's x axis runs along the first edge, y up, z out over the
+    first edge."""
 
 
 def derive(
@@ -85,7 +87,9 @@ def derive(
     program = grammar if isinstance(grammar, Program) else compile_grammar(grammar)
     start = _start(program, start_rule)
     overrides = _overrides(program, attributes or {})
-    workspace = _prepare(program, num_models, seed, first_model, start, footprint, assets, budget or Budget(), overrides)
+    workspace = _prepare(
+        program, num_models, seed, first_model, start, footprint, assets, budget or Budget(), overrides
+    )
     with np.errstate(all="ignore"):
         engine.run(workspace, start)
     recorder = workspace.recorder
@@ -138,9 +142,7 @@ def _overrides(program: Program, attributes: Mapping[str, float | bool | str]) -
     if unknown:
         known = ", ".join(program.attributes) or "none"
         raise UsageError(f"the grammar has no attribute {unknown[0]}; those it has: {known}")
-    return {
-        name: value if isinstance(value, bool | str) else float(value) for name, value in attributes.items()
-    }
+    return {name: value if isinstance(value, bool | str) else float(value) for name, value in attributes.items()}
 
 
 def _prepare(
@@ -170,9 +172,7 @@ def _prepare(
         {},
         (),
     )
-    workspace = Workspace(
-        program, roots, overrides, StringPool(), frames, meshes, MaterialPool(), budget, assets
-    )
+    workspace = Workspace(program, roots, overrides, StringPool(), frames, meshes, MaterialPool(), budget, assets)
     workspace.recorder.add_roots(models, program.rules[start].symbol)
     with np.errstate(all="ignore"):
         for attribute in program.attributes.values():

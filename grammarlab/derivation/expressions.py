@@ -1,20 +1,20 @@
 """Expressions compiled to functions over columns.
 
-A compiled expression takes N shapes and gives one constant for all of them or a column [N]. Constants stay Python scalars, so
-that the large share of a rule file that does not vary costs nothing; wherever the last bits could depend on it (division,
+A compiled expression takes N shapes and gives one constant for all of them or a column [N]. Constants stay Python
+scalars, so that the large share of a rule file that does not vary costs nothing; wherever the last bits could depend on it (division,
 powers, functions) scalars go through the same array loops as columns.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
 from grammarlab.derivation.calls import Builtin, FunctionCall
-from grammarlab.derivation.choices import Branching, CaseChoice, Code, Leaf, RandomChoice, route
+from grammarlab.derivation.choices import Branching, CaseChoice, Code, Leaf, RandomChoice, Rows, route
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.derivation.operators import BINARY, UNARY
 from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Shapes, Value, join_values
@@ -30,10 +30,12 @@ from grammarlab.language.syntax import (
     Name,
     Number,
     Relative,
-    Sequence as Operations,
     Stochastic,
     String,
     Unary,
+)
+from grammarlab.language.syntax import (
+    Sequence as Operations,
 )
 from grammarlab.randomness import fold
 
@@ -41,16 +43,24 @@ if TYPE_CHECKING:
     from grammarlab.derivation.workspace import Workspace
 
 
+_Payload = TypeVar("_Payload")
+
+
+def _not_compiled(shapes: Shapes, workspace: Workspace) -> Value:
+    raise RuntimeError("a function was called before the grammar was compiled")
+
+
 @dataclass(slots=True)
 class CompiledFunction:
-    """A function of the rule file; its code is filled in after all functions are known, since they may call each other."""
+    """A function of the rule file; its code is filled in after all functions are known, since they may call each
+    other."""
 
     name: str
     num_parameters: int
     draws: bool
     """Whether evaluating it may make a random draw."""
     location: Location
-    code: Code | None = None
+    code: Code = field(default=_not_compiled)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,16 +89,20 @@ class ExpressionCompiler:
         branching = self.branching(choice, self._leaf)
 
         def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
-            parts = [(rows, leaf(taken, workspace), taken.count) for leaf, rows, taken in route(branching, shapes, workspace)]
+            parts = [
+                (rows, leaf(taken, workspace), taken.num) for leaf, rows, taken in route(branching, shapes, workspace)
+            ]
             if not parts:
                 raise DerivationError("no case applies and there is no else", choice.location, "add an else branch")
-            if len(parts) == 1 and parts[0][2] == shapes.count:
+            if len(parts) == 1 and parts[0][2] == shapes.num:
                 return parts[0][1]
-            return _assemble(parts, shapes.count, workspace, choice.location)
+            return _assemble(parts, shapes.num, workspace, choice.location)
 
         return evaluate
 
-    def branching(self, choice: Choice, leaf: Callable[[Choice, tuple[int, ...]], object], path: tuple[int, ...] = ()):
+    def branching(
+        self, choice: Choice, leaf: Callable[[Choice, tuple[int, ...]], _Payload], path: tuple[int, ...] = ()
+    ) -> Branching[_Payload]:
         """A choice with its conditions compiled and its leaves made by ``leaf(choice, path)``."""
         if isinstance(choice, Case):
             return CaseChoice(
@@ -180,7 +194,6 @@ class ExpressionCompiler:
         draws = function.draws
 
         def call(shapes: Shapes, workspace: Workspace) -> Value:
-            assert function.code is not None  # compiled before anything is derived
             values = tuple([argument(shapes, workspace) for argument in arguments])
             key = fold(shapes.key, word) if draws and shapes.key is not None else shapes.key
             if workspace.call_depth >= workspace.budget.calls:
@@ -218,7 +231,9 @@ def _apply_unary(operator: str, operand: Code, location: Location) -> Code:
 
 def _apply_binary(operator: str, left: Code, right: Code, location: Location) -> Code:
     apply = BINARY[operator]
-    return lambda shapes, workspace: apply(left(shapes, workspace), right(shapes, workspace), workspace.strings, location)
+    return lambda shapes, workspace: apply(
+        left(shapes, workspace), right(shapes, workspace), workspace.strings, location
+    )
 
 
 def _short_circuit(operator: str, left: Code, right: Code, location: Location) -> Code:
@@ -247,7 +262,7 @@ def _truth(value: Value, operator: str, location: Location) -> Value:
     raise DerivationError(f"{operator} expects true or false on both sides", location)
 
 
-def _assemble(parts: list, count: int, workspace: Workspace, location: Location) -> Value:
+def _assemble(parts: list[tuple[Rows, Value, int]], count: int, workspace: Workspace, location: Location) -> Value:
     """One value from those of the branches, each for its own rows."""
     counts = [number for _, _, number in parts]
     joined = join_values([value for _, value, _ in parts], counts, workspace.strings)
@@ -256,5 +271,5 @@ def _assemble(parts: list, count: int, workspace: Workspace, location: Location)
     if not isinstance(joined, np.ndarray):
         return joined
     result = np.empty(count, dtype=joined.dtype)
-    result[np.concatenate([rows for rows, _, _ in parts])] = joined
-    return result
+    result[np.concatenate([rows for rows, _, _ in parts if rows is not None])] = joined
+    return cast("Value", result)

@@ -1,7 +1,8 @@
 """The derivation trees of a whole batch of models, as flat columns.
 
-One row a node: every shape that a rule was applied to, and every leaf. Node ids are row numbers and a parent stands before
-its children. One row a draw: every stochastic choice and every random number, where it was made and its log-density.
+One row a node: every shape that a rule was applied to, and every leaf. Node ids are row numbers and a parent stands
+before its children. One row a draw: every stochastic choice and every random number, where it was made and its
+log-density.
 """
 
 from __future__ import annotations
@@ -122,7 +123,7 @@ class Forest:
     def log_probability(self) -> Floats:
         """[num_models] natural logarithm of the density of each model's draws."""
         model = self.nodes.model[self.draws.node]
-        return np.bincount(model, weights=self.draws.log_density, minlength=self.num_models)
+        return np.bincount(model, weights=self.draws.log_density, minlength=self.num_models).astype(np.float64)
 
     def shapes_per_model(self) -> NDArray[np.int64]:
         """[num_models] nodes of each model."""

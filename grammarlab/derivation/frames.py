@@ -1,7 +1,7 @@
 """Orientations of scopes, interned: a frame is a base rotation times one of the 24 rotations of a cube.
 
-A shape carries one integer, ``24 * base + cube``. The faces of a box and every turn by a right angle stay within one base, so
-they are table look-ups and exact to the last bit.
+A shape carries one integer, ``24 * base + cube``. The faces of a box and every turn by a right angle stay within one
+base, so they are table look-ups and exact to the last bit.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ CUBE: Floats = _cube_rotations()
 
 _PRODUCTS = np.einsum("aij,bjk->abik", CUBE, CUBE)
 COMPOSE: Ids = np.array(
-    [[np.flatnonzero((CUBE == m).all(axis=(1, 2)))[0] for m in row] for row in _PRODUCTS], dtype=np.int32
+    [[np.flatnonzero((m == CUBE).all(axis=(1, 2)))[0] for m in row] for row in _PRODUCTS], dtype=np.int32
 )
 """[24, 24] ``CUBE[COMPOSE[a, b]] == CUBE[a] @ CUBE[b]``."""
 
@@ -132,7 +132,8 @@ class FramePool:
         return np.einsum("nji,nj->ni", self.rotations(frames), vectors)
 
     def used(self, frames: Ids) -> tuple[Floats, Ids]:
-        """The rotations [K, 3, 3] of the different frames in a column [N], and where each frame of the column stands among them."""
+        """The rotations [K, 3, 3] of the different frames in a column [N], and where each frame of the column stands
+        among them."""
         present = np.zeros(24 * self._used, dtype=bool)
         present[frames] = True
         place = (np.cumsum(present) - 1).astype(np.int32)

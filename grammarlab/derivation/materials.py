@@ -87,7 +87,10 @@ class MaterialPool:
         return np.array(ids, dtype=np.int32)[inverse]
 
     def changed_by_code(
-        self, materials: NDArray[np.int32], codes: NDArray[np.int32], changes: Callable[[int], Mapping[str, float | str]]
+        self,
+        materials: NDArray[np.int32],
+        codes: NDArray[np.int32],
+        changes: Callable[[int], Mapping[str, float | str]],
     ) -> NDArray[np.int32]:
         """Materials [N] changed by what ``changes`` makes of a code each [N], called once for each different code."""
         known: dict[int, Mapping[str, float | str]] = {}

@@ -60,9 +60,7 @@ def _arithmetic(symbol: str, apply: Callable) -> BinaryOperator:
         if kind_of(left) == "string" or kind_of(right) == "string":
             if symbol == "+":
                 return concatenated(left, right, strings)
-            raise DerivationError(
-                f"{symbol} expects numbers, found a {kind_of(left)} and a {kind_of(right)}", location
-            )
+            raise DerivationError(f"{symbol} expects numbers, found a {kind_of(left)} and a {kind_of(right)}", location)
         return apply(_number(left), _number(right))
 
     return evaluate
@@ -87,7 +85,9 @@ def _equality(symbol: str) -> BinaryOperator:
         elif isinstance(right, str) and isinstance(left, np.ndarray):
             right = strings.id(right)
         equal = left == right
-        return equal if wanted else (~equal if isinstance(equal, np.ndarray) else not equal)
+        if isinstance(equal, np.ndarray):
+            return equal if wanted else np.logical_not(equal)
+        return equal == wanted
 
     return evaluate
 
@@ -113,7 +113,7 @@ def _negative(value: Value, location: Location) -> Value:
 def _not(value: Value, location: Location) -> Value:
     if kind_of(value) != "bool":
         raise DerivationError(f"! expects true or false, found a {kind_of(value)}", location)
-    return ~value if isinstance(value, np.ndarray) else not value
+    return np.logical_not(value) if isinstance(value, np.ndarray) else not value
 
 
 def _positive(value: Value, location: Location) -> Value:

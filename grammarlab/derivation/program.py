@@ -1,4 +1,5 @@
-"""A grammar made ready to derive: rules, attributes and functions compiled, symbols and sites numbered, rules ordered."""
+"""A grammar made ready to derive: rules, attributes and functions compiled, symbols and sites numbered, rules
+ordered."""
 
 from __future__ import annotations
 

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from grammarlab.derivation.forest import Draws, Leaves, Nodes, Reports
 from grammarlab.derivation.shapes import EMPTY, Floats, Ids, Shapes
 
-
 _MOST_PRINTS = 10_000
 
 
@@ -42,7 +41,7 @@ class Recorder:
         """
         repeat = _count_in_run(shapes.node) if in_block else None
         self._nodes.append((shapes.model, shapes.node, symbol, child, repeat))
-        return self._grow(shapes.count)
+        return self._grow(shapes.num)
 
     def set_rule(self, nodes: Ids, rule: int) -> None:
         """Note which rule rewrote these nodes."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import TYPE_CHECKING, TypeAlias
 
 from grammarlab.derivation.calls import Argument, BlockOperation, Call, Head, Operation
@@ -13,7 +14,19 @@ from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.derivation.shapes import Shapes, child_keys, part_keys
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language import syntax
-from grammarlab.language.syntax import Binary, Block, Expression, Floating, Group, Invoke, Item, Name, Part, Relative, Scoped
+from grammarlab.language.syntax import (
+    Binary,
+    Block,
+    Expression,
+    Floating,
+    Group,
+    Invoke,
+    Item,
+    Name,
+    Part,
+    Relative,
+    Scoped,
+)
 
 if TYPE_CHECKING:
     from grammarlab.derivation.workspace import Workspace
@@ -118,7 +131,7 @@ class SequenceCompiler:
             call = Call(name, shapes, arguments, origin, workspace, location)
             made = divide(call, tuple([head(shapes, workspace) for head in heads]))
             for part, body, random in zip(made, bodies, draws, strict=True):
-                if part.shapes.count:
+                if part.shapes.num:
                     key = part_keys(part.shapes.key, number, part.number) if random else None
                     for operations, _, taken in route(body, part.shapes._replace(key=key), workspace):
                         operations.run(taken, workspace)
@@ -233,11 +246,11 @@ def _makes_shapes(sequence: syntax.Sequence) -> bool:
     return False
 
 
-def _flattened(group: Group, repeated: bool, outer: int = -1):
+def _flattened(group: Group, repeated: bool) -> Iterator[tuple[Part, int]]:
     """The parts of a block in the order of the text, each with the number of the repeated group it stands in."""
-    counter = iter(range(1_000_000))
+    counter = count()
 
-    def walk(group: Group, number: int):
+    def walk(group: Group, number: int) -> Iterator[tuple[Part, int]]:
         for part in group.parts:
             if isinstance(part, Part):
                 yield part, number

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,8 @@ Floats = NDArray[np.float64]
 Ids = NDArray[np.int32]
 
 EMPTY, BOX, FOOTPRINT, FACE = 0, 1, 2, 3
-"""Meshes that are scope only: nothing, the whole box, the rectangle y = 0 seen from above, the rectangle z = 0 seen from the
-front. Every other mesh id refers to the mesh pool alone."""
+"""Meshes that are scope only: nothing, the whole box, the rectangle y = 0 seen from above, the rectangle z = 0 seen
+from the front. Every other mesh id refers to the mesh pool alone."""
 
 Value: TypeAlias = "float | bool | str | NDArray[np.float64] | NDArray[np.bool_] | NDArray[np.int32]"
 """What an expression gives for N shapes: one constant for all, or a column [N]. Columns of int32 are string ids."""
@@ -51,9 +51,13 @@ class Shapes(NamedTuple):
     """Parameters of the rule or function being evaluated."""
 
     @property
-    def count(self) -> int:
+    def num(self) -> int:
         """N."""
         return len(self.node)
+
+    def random_key(self) -> Keys:
+        """[N] the key of shapes that draw; the compiler sees to it that these have one."""
+        return cast("Keys", self.key)
 
     def take(self, rows: NDArray[np.integer]) -> Shapes:
         """The shapes at these rows, in any order, repeats allowed."""
@@ -94,11 +98,12 @@ def number_column(value: Value, count: int) -> Floats:
 
 
 def concatenate(chunks: Sequence[Shapes], strings: StringPool) -> Shapes:
-    """All shapes of several chunks, in order. Their `state` must have the same names, their `locals` the same length."""
+    """All shapes of several chunks, in order. Their `state` must have the same names, their `locals` the same
+    length."""
     if len(chunks) == 1:
         return chunks[0]
     keys = [chunk.key for chunk in chunks if chunk.key is not None]
-    counts = [chunk.count for chunk in chunks]
+    counts = [chunk.num for chunk in chunks]
     return Shapes(
         np.concatenate([chunk.node for chunk in chunks]),
         np.concatenate([chunk.model for chunk in chunks]),
@@ -132,7 +137,7 @@ def join_values(values: Sequence[Value], counts: Sequence[int], strings: StringP
     return np.concatenate(columns)
 
 
-def as_column(value: Value, count: int, strings: StringPool) -> NDArray[np.generic]:
+def as_column(value: Value, count: int, strings: StringPool) -> NDArray:
     """A value as a column [count] of float64, bool or string ids."""
     if isinstance(value, np.ndarray):
         return value

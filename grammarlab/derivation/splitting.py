@@ -1,9 +1,10 @@
 """How ``split`` divides a length: absolute, relative and floating sizes, and repeats.
 
-Fixed sizes (absolute, or relative to the whole length) are served first; all floating sizes are then stretched by one common
-factor so that they fill what is left. A repeated group with floating sizes, or beside some, is used so often that this factor
-comes nearest to 1; several groups share the count evenly, the first ones get what is over. Where nothing floats, a group is
-used as often as it fits and its last part is cut. Parts of no extent are left out; nothing reaches beyond the length.
+Fixed sizes (absolute, or relative to the whole length) are served first; all floating sizes are then stretched by one
+common factor so that they fill what is left. A repeated group with floating sizes, or beside some, is used so often
+that this factor comes nearest to 1; several groups share the count evenly, the first ones get what is over. Where
+nothing floats, a group is used as often as it fits and its last part is cut. Parts of no extent are left out; nothing
+reaches beyond the length.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Amount: TypeAlias = "float | NDArray[np.floating]"
+"""Metres, one number for all lengths or one each."""
 
 TOLERANCE = 1e-9
 """Metres: parts thinner than this are left out."""
@@ -28,7 +31,7 @@ _MOST_REPEATS = 2**31
 class Size:
     """One size of a split, for N lengths."""
 
-    value: float | Floats
+    value: Amount
     """Metres, one for all or [N]; below zero counts as zero."""
     floating: bool = False
 
@@ -65,7 +68,7 @@ def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
     times = _repeats(length, elements)
     scale = _stretch(length, elements, times)
     turns = iter(times)
-    start: float | Floats = 0.0
+    start: Amount = 0.0
     everyone = np.arange(len(length))
     pieces: list[Pieces] = []
     for element in elements:
@@ -86,9 +89,7 @@ def count_pieces(length: Floats, elements: Sequence[Element]) -> int:
     outside = sum(isinstance(element, Size) for element in elements) * len(length)
     groups = [element for element in elements if isinstance(element, Repeat)]
     times = _repeats(length, elements)
-    return outside + sum(
-        int(count.sum()) * len(group.sizes) for group, count in zip(groups, times, strict=True)
-    )
+    return outside + sum(int(count.sum()) * len(group.sizes) for group, count in zip(groups, times, strict=True))
 
 
 def _repeats(length: Floats, elements: Sequence[Element]) -> list[Ints]:
@@ -118,7 +119,9 @@ def _share(total: Floats, groups: int) -> list[Ints]:
     return [whole // groups + (whole % groups > place) for place in range(groups)]
 
 
-def _factor(length: Floats, fixed: Floats, floats: Floats, inner: list[tuple[Floats, Floats]], counts: list[Ints]):
+def _factor(
+    length: Floats, fixed: Amount, floats: Amount, inner: Sequence[tuple[Amount, Amount]], counts: Sequence[Ints]
+) -> Floats:
     """The common stretch of all floating sizes under these repeats; very large where nothing floats."""
     room = length - fixed - _sum([count * f for count, (f, _) in zip(counts, inner, strict=True)])
     wanted = floats + _sum([count * w for count, (_, w) in zip(counts, inner, strict=True)])
@@ -134,7 +137,7 @@ def _stretch(length: Floats, elements: Sequence[Element], times: Sequence[Ints])
     return np.maximum(room, 0.0) / np.maximum(wanted, 1e-300)
 
 
-def _repeated(extents: Sequence[Floats], times: Ints, start: float | Floats, length: Floats) -> list[Pieces]:
+def _repeated(extents: Sequence[Amount], times: Ints, start: Amount, length: Floats) -> list[Pieces]:
     row = np.repeat(np.arange(len(length)), times)
     turn = np.arange(len(row)) - np.repeat(np.cumsum(times) - times, times)
     whole = length[row]
@@ -147,7 +150,7 @@ def _repeated(extents: Sequence[Floats], times: Ints, start: float | Floats, len
     return pieces
 
 
-def _within(row: Ints, start: float | Floats, extent: float | Floats, length: Floats) -> Pieces:
+def _within(row: Ints, start: Amount, extent: Amount, length: Floats) -> Pieces:
     """Pieces cut at the end of their length, without the empty ones; what ends next to the end ends there."""
     end = np.minimum(start + extent, length)
     end = np.where(length - end <= TOLERANCE * (1.0 + length), length, end)
@@ -158,27 +161,27 @@ def _within(row: Ints, start: float | Floats, extent: float | Floats, length: Fl
     return Pieces(row[keep], np.broadcast_to(start, len(row))[keep], extent[keep])
 
 
-def _extent(size: Size, scale: Floats) -> float | Floats:
+def _extent(size: Size, scale: Floats) -> Amount:
     value = _positive(size.value)
     return value * scale if size.floating else value
 
 
-def _totals(sizes: Sequence[Size]) -> tuple[float | Floats, float | Floats]:
+def _totals(sizes: Sequence[Size]) -> tuple[Amount, Amount]:
     """Sums of the fixed and of the floating sizes."""
     fixed = _sum([_positive(size.value) for size in sizes if not size.floating])
     return fixed, _sum([_positive(size.value) for size in sizes if size.floating])
 
 
-def _sum(values: Sequence[float | Floats]) -> float | Floats:
-    total: float | Floats = 0.0
+def _sum(values: Sequence[Amount]) -> Amount:
+    total: Amount = 0.0
     for value in values:
         total = total + value
     return total
 
 
-def _positive(value: float | Floats) -> float | Floats:
+def _positive(value: Amount) -> Amount:
     return np.maximum(value, 0.0) if isinstance(value, np.ndarray) else max(value, 0.0)
 
 
-def _at(value: float | Floats, rows: Ints) -> float | Floats:
+def _at(value: Amount, rows: Ints) -> Amount:
     return value[rows] if isinstance(value, np.ndarray) else value

@@ -86,7 +86,7 @@ class Workspace:
         Raises:
             BudgetError: naming the operation's place.
         """
-        if parts > self.budget.shapes * max(1, min(shapes, self.roots.count)):
+        if parts > self.budget.shapes * max(1, min(shapes, self.roots.num)):
             raise BudgetError(
                 f"one operation would make {parts} parts of {shapes} shapes, more than the budget of "
                 f"{self.budget.shapes} per model",

@@ -47,7 +47,9 @@ def _exists(call: FunctionCall) -> Value:
 
 BUILTINS: dict[str, Builtin] = {
     "fileBasename": text_function(lambda path: PurePosixPath(path).stem),
-    "fileDirectory": text_function(lambda path: f"{parent}/" if (parent := str(PurePosixPath(path).parent)) != "." else ""),
+    "fileDirectory": text_function(
+        lambda path: f"{parent}/" if (parent := str(PurePosixPath(path).parent)) != "." else ""
+    ),
     "fileExists": Builtin(_exists, (1, 1)),
     "fileExtension": text_function(lambda path: PurePosixPath(path).suffix),
     "fileName": text_function(lambda path: PurePosixPath(path).name),

@@ -39,7 +39,7 @@ def _by_scope(simple: Callable[[Shapes], Floats], general: Measure) -> Builtin:
     def evaluate(call: FunctionCall) -> Value:
         shapes = call.shapes
         other = np.flatnonzero(shapes.mesh > FACE)
-        if len(other) == shapes.count:
+        if len(other) == shapes.num:
             return _measured(general, shapes, call.workspace).astype(np.float64)
         result = simple(shapes)
         if len(other):
@@ -97,7 +97,7 @@ def _flag(box: bool, rectangle: bool, general: Measure) -> Builtin:
 def _angle(call: FunctionCall) -> Value:
     wanted = call.arguments[0]
     if wanted not in _ANGLES:
-        raise DerivationError('geometry.angle expects maxSlope, zenith or azimuth', call.location)
+        raise DerivationError("geometry.angle expects maxSlope, zenith or azimuth", call.location)
     meshes = local_meshes(call.shapes, call.workspace)
     rotations = call.workspace.frames.rotations(call.shapes.frame)
     turned = np.einsum("pij,pj->pi", rotations[meshes.mesh_of_point()], meshes.points)

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls import Builtin, FunctionCall
-from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Value, kind_of, number_column
 from grammarlab.derivation.functions.files import matching_files
+from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Value, kind_of, number_column
 from grammarlab.errors import DerivationError
 from grammarlab.randomness import uniforms
 
@@ -16,8 +16,7 @@ Floats = NDArray[np.float64]
 
 def draw(call: FunctionCall) -> Floats:
     """One uniform number in [0, 1) for each shape."""
-    assert call.shapes.key is not None  # a rule that draws has keys: program.py sees to it
-    return uniforms(call.shapes.key, NUM_LANES * call.address + SITE_LANE)
+    return uniforms(call.shapes.random_key(), NUM_LANES * call.address + SITE_LANE)
 
 
 def rand(call: FunctionCall) -> Value:
@@ -59,7 +58,9 @@ def _finite(call: FunctionCall, value: Value) -> Floats | float:
         raise DerivationError(f"{call.name} expected a number, found a string", call.location)
     column = number_column(value, 1) if not isinstance(value, np.ndarray) else value
     if not np.isfinite(column).all():
-        raise DerivationError(f"{call.name} expected a finite number, found {column[~np.isfinite(column)][0]}", call.location)
+        raise DerivationError(
+            f"{call.name} expected a finite number, found {column[~np.isfinite(column)][0]}", call.location
+        )
     return value.astype(np.float64, copy=False) if isinstance(value, np.ndarray) else float(value)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-
 import numpy as np
 
 from grammarlab.derivation.calls import Builtin, FunctionCall

@@ -58,7 +58,7 @@ def reframed(call: Call, turn: Floats) -> Shapes:
 def rotate_scope(call: Call) -> Shapes:
     """``rotateScope(x, y, z)``: turn the scope's axes by degrees."""
     angles = [call.number(argument) for argument in call.arguments]
-    return reframed(call, np.broadcast_to(euler(*angles), (call.shapes.count, 3, 3)))
+    return reframed(call, np.broadcast_to(euler(*angles), (call.shapes.num, 3, 3)))
 
 
 def align_to_axes(call: Call) -> Shapes:
@@ -71,7 +71,7 @@ def align_to_axes(call: Call) -> Shapes:
     if word == "xyz":
         return reframed(call, np.swapaxes(rotations, 1, 2))
     axis = "xyz".index(word)
-    fixed = np.broadcast_to(np.eye(3)[axis], (call.shapes.count, 3))
+    fixed = np.broadcast_to(np.eye(3)[axis], (call.shapes.num, 3))
     if np.abs(rotations[:, :, axis] - fixed).max() < _STRAIGHT:
         return call.shapes
     neighbour = 0 if axis != 0 else 1
@@ -97,7 +97,8 @@ def _axes(fixed: Floats, axis: int, near: Floats, neighbour: int, fallback: Floa
 def align_to_geometry(call: Call) -> Shapes:
     """``alignScopeToGeometry(yUp|zUp, face, edge)``: one axis along a face's normal, x along an edge.
 
-    The face is an index, ``largest``, ``world.lowest`` or ``any``; the edge an index, ``longest``, ``world.lowest`` or ``any``.
+    The face is an index, ``largest``, ``world.lowest`` or ``any``; the edge an index, ``longest``, ``world.lowest``
+    or ``any``.
     """
     if not call.words or call.words[0] not in ("yUp", "zUp") or len(call.arguments) < 2:
         raise call.error("alignScopeToGeometry expects yUp or zUp, then a face, then an edge")

@@ -38,9 +38,7 @@ def _colored(call: Call, argument: Argument, channels: tuple[str, str, str]) -> 
     )
 
 
-def _changed_by_text(
-    call: Call, argument: Argument, changes: Callable[[str], dict[str, float | str]]
-) -> Shapes:
+def _changed_by_text(call: Call, argument: Argument, changes: Callable[[str], dict[str, float | str]]) -> Shapes:
     """Materials changed by what ``changes`` makes of a string."""
     pool, strings, text = call.workspace.materials, call.workspace.strings, call.text(argument)
     if isinstance(text, str):
@@ -111,9 +109,9 @@ def report(call: Call) -> Shapes:
     value = call.arguments[1].value
     if not isinstance(key, str):
         raise call.error("report expects the same key for all shapes")
-    column = np.full(call.shapes.count, np.nan)
+    column = np.full(call.shapes.num, np.nan)
     if kind_of(value) != "string":
-        column = number_column(value, call.shapes.count)
+        column = number_column(value, call.shapes.num)
     call.workspace.recorder.add_report(call.shapes, key, column)
     return call.shapes
 
@@ -123,7 +121,7 @@ def print_value(call: Call) -> Shapes:
     texts = value_texts(call.arguments[0].value, call.workspace.strings)
     recorder, strings = call.workspace.recorder, call.workspace.strings
     if isinstance(texts, str):
-        recorder.add_prints([texts] * call.shapes.count)
+        recorder.add_prints([texts] * call.shapes.num)
     else:
         recorder.add_prints([strings[text] for text in texts.tolist()])
     return call.shapes

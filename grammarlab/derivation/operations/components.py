@@ -1,7 +1,7 @@
 """``comp``: a shape taken apart into its faces, edges or vertices.
 
-The faces of boxes and rectangles are table look-ups; every other geometry goes through `grammarlab.geometry.components`.
-A component that one part has taken is not there for the parts after it.
+The faces of boxes and rectangles are table look-ups; every other geometry goes through
+`grammarlab.geometry.components`. A component that one part has taken is not there for the parts after it.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ class _BoxFaces(AbstractComponents):
     def __init__(self, call: Call, shapes: Shapes, kind: int) -> None:
         self._call, self._shapes, self._kind = call, shapes, kind
         self._faces = np.arange(6) if kind == BOX else np.array([TOP if kind == FOOTPRINT else 0])
-        self.row = np.repeat(np.arange(shapes.count), len(self._faces))
-        self.index = np.tile(np.arange(len(self._faces)), shapes.count)
+        self.row = np.repeat(np.arange(shapes.num), len(self._faces))
+        self.index = np.tile(np.arange(len(self._faces)), shapes.num)
 
     def picked(self, selector: str) -> Flags:
         normals = _BOX_NORMALS[self._faces]
@@ -179,7 +179,8 @@ class _MixedComponents(AbstractComponents):
 
 
 def comp(call: Call, heads: tuple[Head, ...]) -> list[Part]:
-    """``comp(f|e|v) { selector : ... | selector = ... }``: with ``:`` one shape a component, with ``=`` all of one shape together."""
+    """``comp(f|e|v) { selector : ... | selector = ... }``: with ``:`` one shape a component, with ``=`` all of one
+    shape together."""
     kind = call.words[0] if call.words else ""
     if kind not in _MAKERS:
         raise call.error(f"comp expects f, e or v, found {kind or 'something else'}")
@@ -206,7 +207,7 @@ def _components(call: Call, kind: str) -> AbstractComponents:
         if len(rows):
             groups.append((rows, _BoxFaces(call, shapes.take(rows), simple)))
     rows = np.flatnonzero(shapes.mesh > FACE)
-    if len(rows) == shapes.count:
+    if len(rows) == shapes.num:
         return _MeshComponents(call, shapes, kind)
     if len(rows):
         groups.append((rows, _MeshComponents(call, shapes.take(rows), kind)))
@@ -221,8 +222,8 @@ def _selected(call: Call, components: AbstractComponents, head: Head) -> Flags:
     if isinstance(value, str) or (isinstance(value, np.ndarray) and value.dtype.kind == "i"):
         raise call.error("comp expects selectors, numbers or conditions before the colons, found a string")
     if isinstance(value, bool) or (isinstance(value, np.ndarray) and value.dtype.kind == "b"):
-        return np.broadcast_to(value, call.shapes.count)[components.row]
-    return components.index == np.rint(np.broadcast_to(value, call.shapes.count))[components.row]
+        return np.broadcast_to(value, call.shapes.num)[components.row]
+    return components.index == np.rint(np.broadcast_to(value, call.shapes.num))[components.row]
 
 
 def _part(call: Call, components: AbstractComponents, chosen: Rows, head: Head) -> Part:
@@ -242,7 +243,7 @@ def _indexed(call: Call, made: Shapes, row: Rows, head: Head) -> Shapes:
     asked = call.workspace.program.state_names & {"comp.index", "comp.total", "comp.sel"}
     if not asked:
         return made
-    counts = np.bincount(row, minlength=call.shapes.count)
+    counts = np.bincount(row, minlength=call.shapes.num)
     first = np.cumsum(counts) - counts
     known = {
         "comp.index": (np.arange(len(row)) - first[row]).astype(np.float64),

@@ -24,11 +24,11 @@ _LYING_CUBE = cube_index(_LYING)
 def extrude(call: Call) -> Shapes:
     """``extrude(height)`` or ``extrude(direction, height)``: every face moved, with walls between.
 
-    The scope's y axis then runs along the direction, x is kept as far as that allows. A negative height goes the other way;
-    all faces look outwards either way.
+    The scope's y axis then runs along the direction, x is kept as far as that allows. A negative height goes the
+    other way; all faces look outwards either way.
     """
     direction = call.words[0] if call.words else "face.normal"
-    heights = np.broadcast_to(call.length(call.values[0], 1), call.shapes.count)
+    heights = np.broadcast_to(call.length(call.values[0], 1), call.shapes.num)
     shapes = call.shapes
     if direction == "face.normal":
         footprint, face = shapes.mesh == FOOTPRINT, shapes.mesh == FACE
@@ -53,9 +53,7 @@ def _one_by_one(call: Call, kinds: tuple[np.ndarray, ...]) -> Shapes:
 
 
 def _narrowed(call: Call, rows: np.ndarray) -> Call:
-    arguments = tuple(
-        a._replace(value=a.value[rows]) if isinstance(a.value, np.ndarray) else a for a in call.arguments
-    )
+    arguments = tuple(a._replace(value=a.value[rows]) if isinstance(a.value, np.ndarray) else a for a in call.arguments)
     return call._replace(shapes=call.shapes.take(rows), arguments=arguments)
 
 
@@ -103,10 +101,10 @@ def _general(call: Call, shapes: Shapes, heights: Floats, direction: str) -> Sha
 def _directions(call: Call, shapes: Shapes, direction: str) -> Floats:
     """[N, 3] unit vectors in scope axes: the direction asked for, or the normal of the first face."""
     if direction in _ALONG:
-        axis = np.broadcast_to(np.eye(3)[_ALONG[direction]], (shapes.count, 3))
+        axis = np.broadcast_to(np.eye(3)[_ALONG[direction]], (shapes.num, 3))
         return call.workspace.frames.to_local(shapes.frame, axis) if direction.startswith("world") else axis
     meshes = local_meshes(shapes, call.workspace)
-    first = np.zeros((shapes.count, 3))
+    first = np.zeros((shapes.num, 3))
     filled = np.diff(meshes.mesh_faces) > 0
     first[filled] = face_normals(meshes)[meshes.mesh_faces[:-1][filled]]
     first[~first.any(axis=1)] = [0.0, 1.0, 0.0]
@@ -115,11 +113,11 @@ def _directions(call: Call, shapes: Shapes, direction: str) -> Floats:
 
 def _standing_on(y: Floats) -> Floats:
     """[N, 3, 3] rotations whose y axis is given and whose x axis is as near to the old one as that allows."""
-    x = np.array([1.0, 0.0, 0.0]) - y * y[:, :1]
+    x: Floats = np.array([1.0, 0.0, 0.0]) - y * y[:, :1]
     length = np.linalg.norm(x, axis=1, keepdims=True)
     x = np.where(length > 1e-6, x / np.maximum(length, 1e-6), np.cross(y, [0.0, 0.0, 1.0]))
-    x /= np.linalg.norm(x, axis=1, keepdims=True)
-    return np.stack([x, y, np.cross(x, y)], axis=2)
+    x = x / np.linalg.norm(x, axis=1, keepdims=True)
+    return np.stack([x, y, np.cross(x, y)], axis=2).astype(np.float64)
 
 
 OPERATIONS: dict[str, Operation] = {"extrude": Operation(extrude, _WORDS, (1, 2))}

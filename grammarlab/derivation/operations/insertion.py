@@ -8,7 +8,7 @@ from grammarlab.derivation.calls import Call, Operation
 from grammarlab.derivation.shapes import BOX, FOOTPRINT, Floats, Ids, Shapes
 from grammarlab.errors import AssetError
 from grammarlab.geometry import primitives
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.geometry.assets import load_asset
 
 _INSERT_WORDS = frozenset(
     {"yUp", "zUp", "alignSizeAndPosition", "keepSizeAndPosition", "keepSizeAlignPosition", "cleanup"}
@@ -46,8 +46,6 @@ def _inserted(call: Call, shapes: Shapes, path: str) -> Shapes:
         raise call.error(f'no built-in mesh is called "{path}"', f"there are {known}")
     if call.workspace.assets is None:
         raise call.error(f'the asset "{path}" needs an asset folder', "say where it is with --assets DIR")
-    from grammarlab.geometry.assets import load_asset
-
     try:
         asset = load_asset(path, call.workspace.assets)
     except AssetError as error:
@@ -57,7 +55,7 @@ def _inserted(call: Call, shapes: Shapes, path: str) -> Shapes:
 
 def fitted(shapes: Shapes, mesh: int, own: Floats, low: Floats, call: Call) -> Shapes:
     """Shapes with one mesh of the unit cube, its own size [3] and low corner [3] filling dimensions that are 0."""
-    shapes = shapes._replace(mesh=np.full(shapes.count, mesh, dtype=np.int32))
+    shapes = shapes._replace(mesh=np.full(shapes.num, mesh, dtype=np.int32))
     flat = shapes.size <= 0.0
     if not flat.any():
         return shapes
@@ -81,7 +79,7 @@ def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
         mesh = _mesh(call, name, numbers[:num_counts])
         if not dimensions:
             return fitted(call.shapes._replace(mesh=mesh), 0, np.ones(3), np.zeros(3), call)._replace(mesh=mesh)
-        return _standing(call, mesh, _extent(name, dimensions, call.shapes.count))
+        return _standing(call, mesh, _extent(name, dimensions, call.shapes.num))
 
     return Operation(apply, num_arguments=(0, num_counts + num_dimensions))
 
@@ -89,10 +87,10 @@ def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
 def _mesh(call: Call, name: str, counts: list[float | Floats]) -> Ids:
     """[N] the mesh of a primitive with so many sides and divisions."""
     if name in ("cube", "quad"):
-        return np.full(call.shapes.count, BOX if name == "cube" else FOOTPRINT, dtype=np.int32)
-    columns = [np.broadcast_to(np.rint(count), call.shapes.count) for count in counts]
+        return np.full(call.shapes.num, BOX if name == "cube" else FOOTPRINT, dtype=np.int32)
+    columns = [np.broadcast_to(np.rint(count), call.shapes.num) for count in counts]
     if not columns:
-        return np.full(call.shapes.count, _named(call, name, ()), dtype=np.int32)
+        return np.full(call.shapes.num, _named(call, name, ()), dtype=np.int32)
     table, inverse = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
     if table.min() < 3 or table.max() > _MOST_SIDES:
         raise call.error(f"{call.name} expects 3 to {_MOST_SIDES} sides, found {table.min():g} to {table.max():g}")

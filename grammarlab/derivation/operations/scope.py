@@ -56,7 +56,8 @@ def s(call: Call) -> Shapes:
 
 
 def center(call: Call) -> Shapes:
-    """``center(axes)``: centre the scope, along these of its axes, in the shape that the rule, block or bracket began with."""
+    """``center(axes)``: centre the scope, along these of its axes, in the shape that the rule, block or bracket began
+    with."""
     frames, shapes, origin = call.workspace.frames, call.shapes, call.origin
     target = origin.position + frames.to_world(origin.frame, 0.5 * origin.size)
     current = shapes.position + frames.to_world(shapes.frame, 0.5 * shapes.size)
@@ -94,7 +95,7 @@ def turned_by(call: Call, frame: NDArray[np.int32], angles: list[float | Floats]
     frames = call.workspace.frames
     if not any(isinstance(angle, np.ndarray) for angle in angles):
         rotation = euler(*angles)
-        if all(angle % 90.0 == 0.0 for angle in angles):  # type: ignore[operator]
+        if all(angle % 90.0 == 0.0 for angle in angles):
             return frames.turned(frame, cube_index(np.round(rotation)))
         return frames.rotated(frame, rotation)
     return frames.rotated(frame, euler(*angles))
@@ -103,7 +104,7 @@ def turned_by(call: Call, frame: NDArray[np.int32], angles: list[float | Floats]
 def translate(call: Call) -> Shapes:
     """``translate(rel|abs, scope|pivot|object|world, x, y, z)``: move in another system of axes."""
     mode, system = _mode_and_system(call)
-    lengths = np.stack([np.broadcast_to(call.length(a, i), call.shapes.count) for i, a in enumerate(call.values)], axis=1)
+    lengths = np.stack([np.broadcast_to(call.length(a, i), call.shapes.num) for i, a in enumerate(call.values)], axis=1)
     shapes, frames = call.shapes, call.workspace.frames
     base = _axes(call, system)
     offset = lengths if base is None else frames.to_world(base, lengths)
@@ -114,15 +115,16 @@ def translate(call: Call) -> Shapes:
 
 
 def rotate(call: Call) -> Shapes:
-    """``rotate(rel|abs, scope|pivot|object|world, x, y, z)``: turn about the scope's origin in another system of axes."""
+    """``rotate(rel|abs, scope|pivot|object|world, x, y, z)``: turn about the scope's origin in another system of
+    axes."""
     mode, system = _mode_and_system(call)
     shapes, frames = call.shapes, call.workspace.frames
     angles = [np.asarray(call.number(argument)) for argument in call.values]
-    turn = np.broadcast_to(euler(*angles), (shapes.count, 3, 3))
+    turn = np.broadcast_to(euler(*angles), (shapes.num, 3, 3))
     if mode == "rel" and system == "scope":
         return shapes._replace(frame=frames.rotated(shapes.frame, turn))
     base = _axes(call, system)
-    axes = np.broadcast_to(np.eye(3), (shapes.count, 3, 3)) if base is None else frames.rotations(base)
+    axes = np.broadcast_to(np.eye(3), (shapes.num, 3, 3)) if base is None else frames.rotations(base)
     if mode == "abs":
         return shapes._replace(frame=frames.add(axes @ turn))
     inverse = np.swapaxes(axes, 1, 2)

@@ -31,10 +31,10 @@ def split(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     length = shapes.size[:, axis]
     elements = _elements(call, heads, axis)
     if any(isinstance(element, Repeat) for element in elements):
-        call.workspace.expanded(count_pieces(length, elements), shapes.count, call.location)
+        call.workspace.expanded(count_pieces(length, elements), shapes.num, call.location)
     pieces = divide(length, elements)
     numbers = _numbers(pieces, shapes, call)
-    total = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=shapes.count)
+    total = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=shapes.num)
     return [
         Part(_indexed(call, _part(call, axis, piece), number, total[piece.row]), number)
         for piece, number in zip(pieces, numbers, strict=True)
@@ -64,11 +64,11 @@ def _numbers(pieces: Sequence[Pieces], shapes: Shapes, call: Call) -> list[NDArr
     wanted = shapes.key is not None or not call.workspace.program.state_names.isdisjoint({"split.index", "split.total"})
     if not wanted:
         return [np.zeros(count, np.int64) for count in counts]
-    if all(count == shapes.count for count in counts):
+    if all(count == shapes.num for count in counts):
         return [np.full(count, place) for place, count in enumerate(counts)]
     row = np.concatenate([piece.row for piece in pieces])
     order = np.lexsort((np.concatenate([piece.start for piece in pieces]), row))
-    per_row = np.bincount(row, minlength=shapes.count)
+    per_row = np.bincount(row, minlength=shapes.num)
     number = np.empty(len(row), np.int64)
     number[order] = np.arange(len(row)) - np.repeat(np.cumsum(per_row) - per_row, per_row)
     return np.split(number, np.cumsum(counts)[:-1])
@@ -76,7 +76,7 @@ def _numbers(pieces: Sequence[Pieces], shapes: Shapes, call: Call) -> list[NDArr
 
 def _part(call: Call, axis: int, piece: Pieces) -> Shapes:
     shapes, rows, frames = call.shapes, piece.row, call.workspace.frames
-    everyone = len(rows) == shapes.count
+    everyone = len(rows) == shapes.num
     frame = shapes.frame if everyone else shapes.frame.take(rows)
     mesh = shapes.mesh if everyone else shapes.mesh.take(rows)
     size = shapes.size.copy() if everyone else shapes.size.take(rows, axis=0)
