@@ -45,8 +45,10 @@ def rewrite(rule: CompiledRule, shapes: Shapes, workspace: Workspace) -> None:
 
 
 def _check_size(workspace: Workspace, rule: CompiledRule) -> None:
-    """Refuse models that have outgrown their budget. Counting waits until so many nodes have come that one could
-    have."""
+    """Refuse models that have outgrown their budget.
+
+    Counting waits until so many nodes have come that one model could have.
+    """
     recorder, budget = workspace.recorder, workspace.budget.shapes
     if recorder.num_nodes <= workspace.count_again_at:
         return

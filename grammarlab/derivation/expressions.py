@@ -1,8 +1,8 @@
 """Expressions compiled to functions over columns.
 
 A compiled expression takes N shapes and gives one constant for all of them or a column [N]. Constants stay Python
-scalars, so that the large share of a rule file that does not vary costs nothing; wherever the last bits could depend on it (division,
-powers, functions) scalars go through the same array loops as columns.
+scalars, so that the large share of a rule file that does not vary costs nothing; wherever the last bits could depend on
+it (division, powers, functions) scalars go through the same array loops as columns.
 """
 
 from __future__ import annotations
@@ -52,8 +52,10 @@ def _not_compiled(shapes: Shapes, workspace: Workspace) -> Value:
 
 @dataclass(slots=True)
 class CompiledFunction:
-    """A function of the rule file; its code is filled in after all functions are known, since they may call each
-    other."""
+    """A function of the rule file.
+
+    Its code is filled in after all functions are known, since they may call each other.
+    """
 
     name: str
     num_parameters: int

@@ -1,5 +1,7 @@
-"""A grammar made ready to derive: rules, attributes and functions compiled, symbols and sites numbered, rules
-ordered."""
+"""A grammar made ready to derive.
+
+Rules, attributes and functions are compiled, symbols and sites numbered, rules ordered by who calls whom.
+"""
 
 from __future__ import annotations
 

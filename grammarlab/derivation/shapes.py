@@ -98,8 +98,10 @@ def number_column(value: Value, count: int) -> Floats:
 
 
 def concatenate(chunks: Sequence[Shapes], strings: StringPool) -> Shapes:
-    """All shapes of several chunks, in order. Their `state` must have the same names, their `locals` the same
-    length."""
+    """All shapes of several chunks, in order.
+
+    Their `state` must have the same names, their `locals` the same length.
+    """
     if len(chunks) == 1:
         return chunks[0]
     keys = [chunk.key for chunk in chunks if chunk.key is not None]

@@ -154,7 +154,7 @@ def _within(row: Ints, start: Amount, extent: Amount, length: Floats) -> Pieces:
     """Pieces cut at the end of their length, without the empty ones; what ends next to the end ends there."""
     end = np.minimum(start + extent, length)
     end = np.where(length - end <= TOLERANCE * (1.0 + length), length, end)
-    extent = end - start
+    extent = np.asarray(end - start, dtype=np.float64)
     if len(extent) and extent.min() > TOLERANCE:
         return Pieces(row, np.broadcast_to(start, len(row)), extent)
     keep = np.flatnonzero((extent > TOLERANCE) & (end > start))

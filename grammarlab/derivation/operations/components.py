@@ -82,7 +82,7 @@ class _BoxFaces(AbstractComponents):
         if selector in ("eave", "hip", "valley", "ridge"):
             return np.zeros(len(self.row), dtype=bool)
         if "." not in selector:
-            return np.tile(classify(normals, selector), self._shapes.count)
+            return np.tile(classify(normals, selector), self._shapes.num)
         return classify(_turned(self._call, self._shapes, selector, self.row, normals[self.index]), selector)
 
     def place(self, chosen: Rows) -> Placed:
@@ -179,8 +179,10 @@ class _MixedComponents(AbstractComponents):
 
 
 def comp(call: Call, heads: tuple[Head, ...]) -> list[Part]:
-    """``comp(f|e|v) { selector : ... | selector = ... }``: with ``:`` one shape a component, with ``=`` all of one
-    shape together."""
+    """``comp(f|e|v) { selector : ... | selector = ... }``: the faces, edges or vertices of a shape.
+
+    With ``:`` every component is a shape, with ``=`` all of one shape are one together.
+    """
     kind = call.words[0] if call.words else ""
     if kind not in _MAKERS:
         raise call.error(f"comp expects f, e or v, found {kind or 'something else'}")

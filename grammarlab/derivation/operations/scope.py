@@ -56,8 +56,7 @@ def s(call: Call) -> Shapes:
 
 
 def center(call: Call) -> Shapes:
-    """``center(axes)``: centre the scope, along these of its axes, in the shape that the rule, block or bracket began
-    with."""
+    """``center(axes)``: centre the scope, along these of its axes, in the shape as it came to the sequence."""
     frames, shapes, origin = call.workspace.frames, call.shapes, call.origin
     target = origin.position + frames.to_world(origin.frame, 0.5 * origin.size)
     current = shapes.position + frames.to_world(shapes.frame, 0.5 * shapes.size)
@@ -115,8 +114,7 @@ def translate(call: Call) -> Shapes:
 
 
 def rotate(call: Call) -> Shapes:
-    """``rotate(rel|abs, scope|pivot|object|world, x, y, z)``: turn about the scope's origin in another system of
-    axes."""
+    """``rotate(rel|abs, scope|pivot|object|world, x, y, z)``: turn about the origin of the scope."""
     mode, system = _mode_and_system(call)
     shapes, frames = call.shapes, call.workspace.frames
     angles = [np.asarray(call.number(argument)) for argument in call.values]
