@@ -21,6 +21,7 @@ from grammarlab.derivation.shapes import FOOTPRINT, Shapes, Value
 from grammarlab.derivation.strings import StringPool
 from grammarlab.derivation.workspace import Budget, Workspace
 from grammarlab.errors import UsageError
+from grammarlab.geometry.assets import AssetFolder
 from grammarlab.geometry.mesh import Meshes
 from grammarlab.language.grammar import Grammar
 from grammarlab.randomness import root_keys
@@ -56,7 +57,7 @@ def derive(
     attributes: Mapping[str, float | bool | str] | None = None,
     start_rule: str | None = None,
     footprint: tuple[float, float] | Floats = DEFAULT_FOOTPRINT,
-    assets: Path | None = None,
+    assets: Path | AssetFolder | None = None,
     budget: Budget | None = None,
 ) -> Forest:
     """Sample models from a grammar.
@@ -71,7 +72,7 @@ def derive(
         attributes: values for attributes of the grammar, instead of their own.
         start_rule: symbol to start with, instead of the one that the grammar marks.
         footprint: width and depth in metres, or polygon corners [n, 3]; see `InitialShape`.
-        assets: folder of the meshes and images that the grammar uses.
+        assets: folder of the meshes and images that the grammar uses; an `AssetFolder` keeps what it has read.
         budget: bounds on the size of one model.
 
     Raises:
@@ -87,8 +88,9 @@ def derive(
     program = grammar if isinstance(grammar, Program) else compile_grammar(grammar)
     start = _start(program, start_rule)
     overrides = _overrides(program, attributes or {})
+    folder = AssetFolder(assets) if isinstance(assets, Path) else assets
     workspace = _prepare(
-        program, num_models, seed, first_model, start, footprint, assets, budget or Budget(), overrides
+        program, num_models, seed, first_model, start, footprint, folder, budget or Budget(), overrides
     )
     with np.errstate(all="ignore"):
         engine.run(workspace, start)
@@ -152,7 +154,7 @@ def _prepare(
     first_model: int,
     start: int,
     footprint: tuple[float, float] | Floats,
-    assets: Path | None,
+    assets: AssetFolder | None,
     budget: Budget,
     overrides: Mapping[str, Value],
 ) -> Workspace:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +15,7 @@ from grammarlab.derivation.recorder import Recorder
 from grammarlab.derivation.shapes import Shapes, Value
 from grammarlab.derivation.strings import StringPool
 from grammarlab.errors import BudgetError, DerivationError, Location
+from grammarlab.geometry.assets import AssetFolder
 
 if TYPE_CHECKING:
     from grammarlab.derivation.program import Program
@@ -47,8 +47,8 @@ class Workspace:
     meshes: MeshPool
     materials: MaterialPool
     budget: Budget
-    assets: Path | None = None
-    """Folder that asset paths are relative to and may not leave."""
+    assets: AssetFolder | None = None
+    """What asset paths are relative to and may not leave."""
     recorder: Recorder = field(default_factory=Recorder)
     pending: list[list[Shapes]] = field(init=False)
     """For each rule, the shapes that wait for it, in the order they were made."""

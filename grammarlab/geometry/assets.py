@@ -33,6 +33,24 @@ class Asset:
     """[3] the extent of its bounding box."""
 
 
+class AssetFolder:
+    """A folder of assets, each read once.
+
+    Args:
+        root: the folder; nothing outside it is read.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self._loaded: dict[str, Asset] = {}
+
+    def load(self, path: str) -> Asset:
+        """The mesh in a file; see `load_asset`."""
+        if path not in self._loaded:
+            self._loaded[path] = load_asset(path, self.root)
+        return self._loaded[path]
+
+
 def load_asset(path: str, root: Path) -> Asset:
     """The mesh in a file, all its groups together.
 

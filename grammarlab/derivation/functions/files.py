@@ -31,18 +31,23 @@ def matching_files(assets: Path | None, pattern: str) -> list[str]:
     return sorted(found)
 
 
+def root_of(call: FunctionCall) -> Path | None:
+    """The asset folder of a derivation, if it has one."""
+    return None if call.workspace.assets is None else call.workspace.assets.root
+
+
 def _search(call: FunctionCall) -> Value:
     pattern = call.arguments[0]
     if not isinstance(pattern, str):
         raise DerivationError("fileSearch expects one string for all shapes", call.location)
-    return "".join(f"{name};" for name in matching_files(call.workspace.assets, pattern))
+    return "".join(f"{name};" for name in matching_files(root_of(call), pattern))
 
 
 def _exists(call: FunctionCall) -> Value:
     name = call.arguments[0]
     if not isinstance(name, str):
         raise DerivationError("fileExists expects one string for all shapes", call.location)
-    return name in matching_files(call.workspace.assets, name)
+    return name in matching_files(root_of(call), name)
 
 
 BUILTINS: dict[str, Builtin] = {

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls import Builtin, FunctionCall
-from grammarlab.derivation.functions.files import matching_files
-from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Value, kind_of, number_column
+from grammarlab.derivation.functions.files import matching_files, root_of
+from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Value, kind_of
 from grammarlab.errors import DerivationError
 from grammarlab.randomness import uniforms
 
@@ -25,10 +27,15 @@ def rand(call: FunctionCall) -> Value:
     low = bounds[0] if len(bounds) == 2 else 0.0
     high = bounds[-1] if bounds else 1.0
     values = low + (high - low) * draw(call)
-    extent = np.abs(np.subtract(high, low))
-    log_density = -np.log(np.where(extent > 0.0, extent, 1.0))
-    call.workspace.recorder.add_draw(call.shapes, call.site, values, log_density)
+    call.workspace.recorder.add_draw(call.shapes, call.site, values, _log_density(np.abs(high - low)))
     return values
+
+
+def _log_density(extent: Floats | float) -> Floats | float:
+    """Of a uniform draw over an interval of this extent; 0 where there is only one value to draw."""
+    if isinstance(extent, np.ndarray):
+        return -np.log(np.where(extent > 0.0, extent, 1.0))
+    return -float(np.log(np.array([extent]))[0]) if extent > 0.0 else 0.0
 
 
 def p(call: FunctionCall) -> Value:
@@ -45,7 +52,7 @@ def file_random(call: FunctionCall) -> Value:
     pattern = call.arguments[0]
     if not isinstance(pattern, str):
         raise DerivationError("fileRandom expects one string for all shapes", call.location)
-    files = matching_files(call.workspace.assets, pattern)
+    files = matching_files(root_of(call), pattern)
     if not files:
         return ""
     chosen = np.floor(draw(call) * len(files))
@@ -56,12 +63,14 @@ def file_random(call: FunctionCall) -> Value:
 def _finite(call: FunctionCall, value: Value) -> Floats | float:
     if kind_of(value) == "string":
         raise DerivationError(f"{call.name} expected a number, found a string", call.location)
-    column = number_column(value, 1) if not isinstance(value, np.ndarray) else value
+    if not isinstance(value, np.ndarray) and math.isfinite(value):
+        return float(value)
+    column = np.atleast_1d(value)
     if not np.isfinite(column).all():
         raise DerivationError(
             f"{call.name} expected a finite number, found {column[~np.isfinite(column)][0]}", call.location
         )
-    return value.astype(np.float64, copy=False) if isinstance(value, np.ndarray) else float(value)
+    return column.astype(np.float64, copy=False)
 
 
 BUILTINS: dict[str, Builtin] = {

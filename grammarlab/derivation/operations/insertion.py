@@ -8,7 +8,6 @@ from grammarlab.derivation.calls import Call, Operation
 from grammarlab.derivation.shapes import BOX, FOOTPRINT, Floats, Ids, Shapes
 from grammarlab.errors import AssetError
 from grammarlab.geometry import primitives
-from grammarlab.geometry.assets import load_asset
 
 _INSERT_WORDS = frozenset(
     {"yUp", "zUp", "alignSizeAndPosition", "keepSizeAndPosition", "keepSizeAlignPosition", "cleanup"}
@@ -47,7 +46,7 @@ def _inserted(call: Call, shapes: Shapes, path: str) -> Shapes:
     if call.workspace.assets is None:
         raise call.error(f'the asset "{path}" needs an asset folder', "say where it is with --assets DIR")
     try:
-        asset = load_asset(path, call.workspace.assets)
+        asset = call.workspace.assets.load(path)
     except AssetError as error:
         raise call.error(str(error)) from error
     return fitted(shapes, call.workspace.meshes.named(path, asset.meshes), asset.size, asset.low, call)
