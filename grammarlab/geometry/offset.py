@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from grammarlab.geometry.mesh import BORDER, INSIDE, Floats, Indices, Meshes
-from grammarlab.geometry.patches import Patch, fill, in_order, patch_each, rings, stamp
+from grammarlab.geometry.patches import Patch, alike, fill, in_order, rings, stamp, stamp_patch
 from grammarlab.geometry.planar import RELATIVE_TOLERANCE, lay_flat, rectangle_sizes, regroup
 from grammarlab.geometry.skeleton import Loop, sweep
 
@@ -47,12 +47,9 @@ def offset(meshes: Meshes, distance: Floats | float, keep: Keep = "all") -> Mesh
         batches.append(stamp(polygons, fast, xy, np.zeros(xy.shape[:2]), range(4), faces, tags))
         rows.append(fast)
     slow = np.flatnonzero(~simple)
-    if len(slow):
-        more, members = patch_each(
-            polygons, slow, distances[slow].tolist(), lambda xy, step: _offset_patch(xy, step, keep)
-        )
-        batches += more
-        rows += members
+    for members, corners, step in alike(polygons, slow, distances[slow].tolist()):
+        batches.append(stamp_patch(polygons, members, _offset_patch(corners, step, keep)))
+        rows.append(members)
     if not batches:
         return meshes
     return regroup(in_order(batches, rows), meshes.mesh_faces)

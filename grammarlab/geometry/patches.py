@@ -6,7 +6,7 @@ are one array. Where an algorithm has to run, it runs once for each distinct pol
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -18,7 +18,6 @@ from grammarlab.geometry.keyhole import contains, keyhole
 from grammarlab.geometry.mesh import Floats, Indices, Meshes
 from grammarlab.geometry.planar import Polygons
 from grammarlab.geometry.skeleton import Loop, loop_area, trace
-
 
 T = TypeVar("T", bound=Hashable)
 
@@ -76,34 +75,32 @@ def stamp(
     )
 
 
-def patch_each(
-    polygons: Polygons, rows: Indices, parameters: Sequence[T], make: Callable[[Floats, T], Patch]
-) -> tuple[list[Meshes], list[Indices]]:
-    """Patches on polygons without a common formula: one call of ``make`` for each distinct polygon and parameter.
+def stamp_patch(polygons: Polygons, rows: Indices, patch: Patch) -> Meshes:
+    """K meshes: a patch on the polygons ``rows`` [K], which are all alike."""
+    xy = np.broadcast_to(patch.xy, (len(rows), *patch.xy.shape))
+    height = np.broadcast_to(patch.height, (len(rows), *patch.height.shape))
+    return stamp(polygons, rows, xy, height, patch.corner, patch.faces, patch.tags)
+
+
+def alike(polygons: Polygons, rows: Indices, parameters: Sequence[T]) -> list[tuple[Indices, Floats, T]]:
+    """Polygons sorted into groups that give the same patch.
 
     Args:
         polygons: the polygons in their planes.
         rows: [K] which of them.
-        parameters: K values that ``make`` depends on besides the polygon's corners [n, 2].
-        make: the algorithm.
+        parameters: K values on which the patch depends besides the corners.
 
     Returns:
-        Batches of meshes, and the rows that they are for.
+        For each distinct polygon and parameter the rows, the corners [n, 2] and the parameter.
     """
-    alike: dict[tuple[bytes, T], list[int]] = {}
+    groups: dict[tuple[bytes, T], list[int]] = {}
     for row, parameter in zip(rows.tolist(), parameters, strict=True):
         xy = polygons.xy[polygons.offsets[row] : polygons.offsets[row + 1]]
-        alike.setdefault((xy.tobytes(), parameter), []).append(row)
-    batches, members = [], []
-    for (_, parameter), group in alike.items():
-        row = group[0]
-        patch = make(polygons.xy[polygons.offsets[row] : polygons.offsets[row + 1]], parameter)
-        index = np.array(group, np.int64)
-        xy = np.broadcast_to(patch.xy, (len(index), *patch.xy.shape))
-        height = np.broadcast_to(patch.height, (len(index), *patch.height.shape))
-        batches.append(stamp(polygons, index, xy, height, patch.corner, patch.faces, patch.tags))
-        members.append(index)
-    return batches, members
+        groups.setdefault((xy.tobytes(), parameter), []).append(row)
+    return [
+        (np.array(group, np.int64), polygons.xy[polygons.offsets[group[0]] : polygons.offsets[group[0] + 1]], parameter)
+        for (_, parameter), group in groups.items()
+    ]
 
 
 def in_order(batches: Sequence[Meshes], rows: Sequence[NDArray[np.integer]]) -> Meshes:
@@ -139,9 +136,3 @@ def fill(xy: Floats, loops: Sequence[Loop]) -> list[Loop]:
         walk = keyhole([xy[list(ring)] for ring in (outline, *own)]) if own else range(len(outline))
         faces.append((outlines.index(outline), tuple(nodes[i] for i in walk)))
     return [face for _, face in sorted(faces)]
-
-
-def starting_at(loop: Loop, node: int) -> Loop:
-    """The same loop, beginning at one of its nodes."""
-    at = loop.index(node)
-    return loop[at:] + loop[:at]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import row_of_value
 from grammarlab.geometry.mesh import Floats, Indices, Meshes
 from grammarlab.geometry.ragged import next_in_row
-from grammarlab.geometry.vectors import any_normal, cross, dot, unit
+from grammarlab.geometry.vectors import any_normal, cross, dot, has_length, unit
 
 RELATIVE_TOLERANCE = 1e-9
 """Lengths below this share of a polygon's size count as zero."""
@@ -111,6 +111,7 @@ def regroup(meshes: Meshes, offsets: Indices) -> Meshes:
     """Fewer meshes, each made of consecutive ones.
 
     Args:
+        meshes: the meshes to join.
         offsets: [M + 1] new mesh i is made of the meshes ``offsets[i]`` to ``offsets[i + 1]``.
     """
     if len(offsets) == len(meshes) + 1:
@@ -124,8 +125,10 @@ def regroup(meshes: Meshes, offsets: Indices) -> Meshes:
 
 def sums_by_row(row: NDArray[np.integer], num_rows: int, values: Floats) -> Floats:
     """Sums [R, D] of the values [N, D] of each row [N], added in order, so equal in every batch."""
-    columns = [np.bincount(row, values[:, i], num_rows) for i in range(values.shape[1])]
-    return np.stack(columns, axis=1)
+    sums = np.zeros((num_rows, values.shape[1]))
+    for i in range(values.shape[1]):
+        sums[:, i] = np.bincount(row, values[:, i], num_rows)
+    return sums
 
 
 def _first_direction(edges: Floats, face: Indices, num_faces: int) -> Floats:
@@ -142,8 +145,8 @@ def _first_direction(edges: Floats, face: Indices, num_faces: int) -> Floats:
 
 def _frames(normal: Floats, along: Floats) -> Floats:
     """[F, 3, 3] frames with z along ``normal`` [F, 3] and x as near to ``along`` [F, 3] as that allows."""
-    across = np.where(along.any(axis=1)[:, None], any_normal(along), [0.0, 1.0, 0.0])
-    z = np.where(normal.any(axis=1)[:, None], normal, across)
+    across = np.where(has_length(along), any_normal(along), [0.0, 1.0, 0.0])
+    z = np.where(has_length(normal), normal, across)
     x = unit(along - z * dot(along, z)[:, None])
-    x = np.where(x.any(axis=1)[:, None], x, any_normal(z))
+    x = np.where(has_length(x), x, any_normal(z))
     return np.stack([x, cross(z, x), z], axis=1)

@@ -227,4 +227,4 @@ def _standstill(loops: Sequence[Floats], points: Floats) -> Sweep:
 def _jitter(num_points: int) -> Floats:
     """Fixed, evenly spread displacements [N, 2] below one (multiples of the golden and silver ratios)."""
     steps = np.arange(1, num_points + 1)[:, None] * np.array([0.6180339887498949, 0.4142135623730951])
-    return 2.0 * (steps - np.floor(steps)) - 1.0
+    return np.mod(2.0 * steps, 2.0) - 1.0

@@ -1,9 +1,9 @@
 """The wavefront of a polygon: its edges move inwards, each at its own speed, until they have swept the inside.
 
 This is the event simulation under the straight skeleton (Aichholzer et al., "A novel type of skeleton for polygons",
-1995), with weights. All wavefront corners that meet at one place and time are resolved together, as
-Kelly and Wonka do ("Interactive architectural modeling with procedural extrusions", TOG 30(2), 2011), so that edge, split
-and simultaneous events are one case: sorted around the place, the chains exchange their ends.
+1995), with weights. All wavefront corners that meet at one place and time are resolved together, as Kelly and Wonka do
+("Interactive architectural modeling with procedural extrusions", TOG 30(2), 2011), so that edge, split and simultaneous
+events are one case: sorted around the place, the chains exchange their ends.
 
 The polygon must be scaled to about unit size: `TOLERANCE` is a length.
 """
@@ -13,7 +13,7 @@ from __future__ import annotations
 import heapq
 import math
 from dataclasses import dataclass, field
-from itertools import count
+from itertools import count, pairwise
 
 TOLERANCE = 1e-9
 """Corners closer than this, in a polygon of about unit size, have met."""
@@ -222,7 +222,7 @@ class Wavefront:
     def _chains(
         self, met: set[Corner], near: set[Corner], x: float, y: float, time: float
     ) -> tuple[list[_Chain], bool]:
-        """The runs of corners that met, the pieces of edges they hit, and whether a whole loop has shrunk to a point."""
+        """The runs of corners that met and the pieces of edges they hit; whether a whole loop has shrunk to a point."""
         chains = []
         covered = 0
         for start in self._corners:
@@ -248,7 +248,7 @@ class Wavefront:
         for chain, following in zip(chains, chains[1:] + chains[:1], strict=True):
             run = self._join(following.arriving, chain.leaving, node, time)
             run[0].previous, run[-1].next = following.previous, chain.next
-            for first, second in zip(run, run[1:], strict=False):
+            for first, second in pairwise(run):
                 first.next, second.previous = second, first
             born += run
         for corner in born:
