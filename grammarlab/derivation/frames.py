@@ -44,6 +44,9 @@ _SOURCE: Ids = np.abs(CUBE).argmax(axis=1).astype(np.int32)
 _SIGN: Floats = np.take_along_axis(CUBE, _SOURCE[:, None, :].astype(np.int64), axis=1)[:, 0, :]
 
 
+_ROWS = np.arange(3)[None, :, None]
+
+
 def cube_index(matrix: Floats) -> int:
     """The index in `CUBE` of a rotation by right angles [3, 3]."""
     return int(np.flatnonzero((np.abs(matrix - CUBE) < 0.5).all(axis=(1, 2)))[0])
@@ -114,11 +117,14 @@ class FramePool:
         """[N, 3, 3] rotations of frames; columns are the scope's axes in the world."""
         base = frames // 24
         cube = frames - base * 24
-        turned = np.take_along_axis(self._bases[base], _SOURCE[cube][:, None, :], axis=2)
+        turned = self._bases[base[:, None, None], _ROWS, _SOURCE[cube][:, None, :]]
         return turned * _SIGN[cube][:, None, :]
 
     def axis(self, frames: Ids, axis: int) -> Floats:
         """[N, 3] the direction of one scope axis in the world."""
+        if len(frames) == 1:
+            single, turn = divmod(int(frames[0]), 24)
+            return (self._bases[single, :, _SOURCE[turn, axis]] * _SIGN[turn, axis])[None, :]
         base = frames // 24
         cube = frames - base * 24
         return self._bases[base, :, _SOURCE[cube, axis]] * _SIGN[cube, axis][:, None]
@@ -132,7 +138,7 @@ class FramePool:
         return np.einsum("nji,nj->ni", self.rotations(frames), vectors)
 
     def used(self, frames: Ids) -> tuple[Floats, Ids]:
-        """The different frames of a column [N]: their rotations [K, 3, 3], and where each of the column stands among them."""
+        """The rotations [K, 3, 3] of the different frames of a column [N], and where each of the column stands among them."""
         present = np.zeros(24 * self._used, dtype=bool)
         present[frames] = True
         place = (np.cumsum(present) - 1).astype(np.int32)

@@ -136,6 +136,11 @@ def _filled(columns: Sequence[Ids | None], counts: Sequence[int], missing: int) 
 
 def _count_in_run(values: Ids) -> Ids:
     """For each value of an ascending column, how many equal ones stand before it."""
-    starts = np.flatnonzero(np.concatenate(([True], values[1:] != values[:-1])))
+    if values[0] == values[-1]:
+        return np.arange(len(values), dtype=np.int32)
+    differs = values[1:] != values[:-1]
+    if differs.all():
+        return np.zeros(len(values), dtype=np.int32)
+    starts = np.flatnonzero(np.concatenate(([True], differs)))
     lengths = np.diff(np.append(starts, len(values)))
     return (np.arange(len(values)) - np.repeat(starts, lengths)).astype(np.int32)

@@ -25,6 +25,7 @@ TOLERANCE = 1e-9
 """Metres: parts thinner than this are left out."""
 
 _MOST_REPEATS = 2**31
+_NOTHING = 1e-300
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +68,7 @@ def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
     """
     times = _repeats(length, elements)
     scale = _stretch(length, elements, times)
+    reach = length - TOLERANCE * (1.0 + length)
     turns = iter(times)
     start: Amount = 0.0
     everyone = np.arange(len(length))
@@ -74,12 +76,12 @@ def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
     for element in elements:
         if isinstance(element, Size):
             extent = _extent(element, scale)
-            pieces.append(_within(everyone, start, extent, length))
+            pieces.append(_within(everyone, start, extent, length, reach))
             start = start + extent
         else:
             count = next(turns)
             extents = [_extent(size, scale) for size in element.sizes]
-            pieces += _repeated(extents, count, start, length)
+            pieces += _repeated(extents, count, start, length, reach)
             start = start + count * _sum(extents)
     return pieces
 
@@ -132,12 +134,13 @@ def _stretch(length: Floats, elements: Sequence[Element], times: Sequence[Ints])
     """What floating sizes are multiplied by, [N]; 0 where the fixed sizes leave no room."""
     groups = [_totals(element.sizes) for element in elements if isinstance(element, Repeat)]
     fixed, floats = _totals([element for element in elements if isinstance(element, Size)])
-    room = length - fixed - _sum([count * f for count, (f, _) in zip(times, groups, strict=True)])
-    wanted = floats + _sum([count * w for count, (_, w) in zip(times, groups, strict=True)])
-    return np.maximum(room, 0.0) / np.maximum(wanted, 1e-300)
+    for count, (f, w) in zip(times, groups, strict=True):
+        fixed, floats = fixed + count * f, floats + count * w
+    wanted = np.maximum(floats, _NOTHING) if isinstance(floats, np.ndarray) else max(floats, _NOTHING)
+    return np.maximum(length - fixed, 0.0) / wanted
 
 
-def _repeated(extents: Sequence[Amount], times: Ints, start: Amount, length: Floats) -> list[Pieces]:
+def _repeated(extents: Sequence[Amount], times: Ints, start: Amount, length: Floats, reach: Floats) -> list[Pieces]:
     row = np.repeat(np.arange(len(length)), times)
     turn = np.arange(len(row)) - np.repeat(np.cumsum(times) - times, times)
     whole = length[row]
@@ -145,20 +148,21 @@ def _repeated(extents: Sequence[Amount], times: Ints, start: Amount, length: Flo
     first = _at(start, row) + turn * _at(period, row)
     pieces = []
     for extent in extents:
-        pieces.append(_within(row, first, _at(extent, row), whole))
+        pieces.append(_within(row, first, _at(extent, row), whole, reach[row]))
         first = first + _at(extent, row)
     return pieces
 
 
-def _within(row: Ints, start: Amount, extent: Amount, length: Floats) -> Pieces:
+def _within(row: Ints, start: Amount, extent: Amount, length: Floats, reach: Floats) -> Pieces:
     """Pieces cut at the end of their length, without the empty ones; what ends next to the end ends there."""
-    end = np.minimum(start + extent, length)
-    end = np.where(length - end <= TOLERANCE * (1.0 + length), length, end)
-    extent = np.asarray(end - start, dtype=np.float64)
+    end = start + extent
+    end = np.where(end >= reach, length, end)
+    extent = end - start
+    first = start if isinstance(start, np.ndarray) else np.full(len(row), start)
     if len(extent) and extent.min() > TOLERANCE:
-        return Pieces(row, np.broadcast_to(start, len(row)), extent)
+        return Pieces(row, first, extent)
     keep = np.flatnonzero((extent > TOLERANCE) & (end > start))
-    return Pieces(row[keep], np.broadcast_to(start, len(row))[keep], extent[keep])
+    return Pieces(row[keep], first[keep], extent[keep])
 
 
 def _extent(size: Size, scale: Floats) -> Amount:

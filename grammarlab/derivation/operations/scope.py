@@ -58,11 +58,23 @@ def s(call: Call) -> Shapes:
 def center(call: Call) -> Shapes:
     """``center(axes)``: centre the scope, along these of its axes, in the shape as it came to the sequence."""
     frames, shapes, origin = call.workspace.frames, call.shapes, call.origin
+    if shapes.frame is origin.frame and shapes.position is origin.position:
+        return shapes._replace(position=_centered(call))
     target = origin.position + frames.to_world(origin.frame, 0.5 * origin.size)
     current = shapes.position + frames.to_world(shapes.frame, 0.5 * shapes.size)
     offset = frames.to_local(shapes.frame, target - current)
     chosen = np.array([axis in str(call.arguments[0].value) for axis in "xyz"])
     return shapes._replace(position=shapes.position + frames.to_world(shapes.frame, offset * chosen))
+
+
+def _centered(call: Call) -> Floats:
+    """Positions [N, 3] of shapes that were sized, but neither moved nor turned, since the sequence began."""
+    position = call.shapes.position
+    for axis, name in enumerate("xyz"):
+        if name in str(call.arguments[0].value):
+            margin = 0.5 * (call.origin.size[:, axis] - call.shapes.size[:, axis])
+            position = position + call.workspace.frames.axis(call.shapes.frame, axis) * margin[:, None]
+    return position
 
 
 def euler(x: float | Floats, y: float | Floats, z: float | Floats) -> Floats:

@@ -15,6 +15,7 @@ from grammarlab.derivation.splitting import Element, Pieces, Repeat, Size, count
 from grammarlab.geometry.clip import slabs
 
 _AXES = {"x": 0, "y": 1, "z": 2}
+_INDICES = frozenset({"split.index", "split.total"})
 _WORDS = frozenset({*_AXES, "u", "v", "adjust", "noAdjust", "uvSpace", "unitSpace"})
 
 
@@ -34,11 +35,10 @@ def split(call: Call, heads: tuple[Head, ...]) -> list[Part]:
         call.workspace.expanded(count_pieces(length, elements), shapes.num, call.location)
     pieces = divide(length, elements)
     numbers = _numbers(pieces, shapes, call)
-    total = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=shapes.num)
-    return [
-        Part(_indexed(call, _part(call, axis, piece), number, total[piece.row]), number)
-        for piece, number in zip(pieces, numbers, strict=True)
-    ]
+    made = [_part(call, axis, piece) for piece in pieces]
+    if not call.workspace.program.state_names.isdisjoint(_INDICES):
+        made = _indexed(call, made, pieces, numbers)
+    return [Part(part, number) for part, number in zip(made, numbers, strict=True)]
 
 
 def _elements(call: Call, heads: Sequence[Head], axis: int) -> list[Element]:
@@ -61,7 +61,7 @@ def _elements(call: Call, heads: Sequence[Head], axis: int) -> list[Element]:
 def _numbers(pieces: Sequence[Pieces], shapes: Shapes, call: Call) -> list[NDArray[np.int64]]:
     """For each piece its place along its shape, from 0; only where something asks for it."""
     counts = [len(piece.row) for piece in pieces]
-    wanted = shapes.key is not None or not call.workspace.program.state_names.isdisjoint({"split.index", "split.total"})
+    wanted = shapes.key is not None or not call.workspace.program.state_names.isdisjoint(_INDICES)
     if not wanted:
         return [np.zeros(count, np.int64) for count in counts]
     if all(count == shapes.num for count in counts):
@@ -128,11 +128,17 @@ def _clipped(
     return position, size, mesh
 
 
-def _indexed(call: Call, made: Shapes, number: NDArray[np.int64], total: NDArray[np.int64]) -> Shapes:
+def _indexed(
+    call: Call, made: Sequence[Shapes], pieces: Sequence[Pieces], numbers: Sequence[NDArray[np.int64]]
+) -> list[Shapes]:
     """Parts that know their place and number, where the grammar asks."""
-    known = {"split.index": number, "split.total": total}
-    asked = {name: known[name].astype(np.float64) for name in known if name in call.workspace.program.state_names}
-    return made._replace(state={**made.state, **asked}) if asked else made
+    totals = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=call.shapes.num)
+    asked = call.workspace.program.state_names & _INDICES
+    result = []
+    for part, piece, number in zip(made, pieces, numbers, strict=True):
+        known = {"split.index": number.astype(np.float64), "split.total": totals[piece.row].astype(np.float64)}
+        result.append(part._replace(state={**part.state, **{name: known[name] for name in asked}}))
+    return result
 
 
 BLOCKS: dict[str, BlockOperation] = {"split": BlockOperation(split, _WORDS, (1, 3))}
