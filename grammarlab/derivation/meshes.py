@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.frames import FramePool
-from grammarlab.derivation.shapes import EMPTY, FACE, Floats, Ids, Shapes
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.derivation.shapes import EMPTY, FACE, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.geometry.mesh import UNTAGGED, Meshes
 from grammarlab.geometry.primitives import box, quad
 
 _NOTHING = Meshes.single(np.zeros((0, 3)), [])
@@ -84,19 +84,21 @@ def replaced(shapes: Shapes, meshes: Meshes, pool: MeshPool, frames: FramePool) 
 
 
 def add_faces(pool: MeshPool, meshes: Meshes) -> Ids:
-    """Ids [N] of meshes in the unit cube; those that are the one rectangle z = 0 are `FACE`."""
+    """Ids [N] of meshes in the unit cube; single untagged rectangles that fill it are `FACE` or `FOOTPRINT`."""
     points_per_mesh = np.diff(meshes.mesh_points)
-    candidates = np.flatnonzero((points_per_mesh == 4) & (np.diff(meshes.mesh_faces) == 1))
+    single = (points_per_mesh == 4) & (np.diff(meshes.mesh_faces) == 1)
+    candidates = np.flatnonzero(single)
     first = meshes.mesh_points[:-1][candidates]
     corner = meshes.face_offsets[meshes.mesh_faces[:-1][candidates]]
     places = meshes.corners[corner[:, None] + np.arange(4)]
     points = meshes.points[first[:, None] + places]
-    whole = candidates[(np.abs(points - _FACE_POINTS) < _ROUNDING).all(axis=(1, 2))]
-    is_face = np.zeros(len(meshes), dtype=bool)
-    is_face[whole] = True
-    ids = np.full(len(meshes), FACE, dtype=np.int32)
-    if not is_face.all():
-        ids[~is_face] = pool.add(meshes.take(np.flatnonzero(~is_face)))
+    plain = meshes.tags[meshes.mesh_faces[:-1][candidates]] == UNTAGGED
+    ids = np.full(len(meshes), -1, dtype=np.int32)
+    for kind, template in ((FACE, _FACE_POINTS), (FOOTPRINT, quad().points)):
+        ids[candidates[plain & (np.abs(points - template) < _ROUNDING).all(axis=(1, 2))]] = kind
+    others = np.flatnonzero(ids < 0)
+    if len(others):
+        ids[others] = pool.add(meshes.take(others))
     return ids
 
 

@@ -153,12 +153,12 @@ def _repeated(extents: Sequence[Amount], times: Ints, start: Amount, length: Flo
     return pieces
 
 
-def _within(row: Ints, start: Amount, extent: Amount, length: Floats, reach: Floats) -> Pieces:
+def _within(row: Ints, start: Amount, wanted: Amount, length: Floats, reach: Floats) -> Pieces:
     """Pieces cut at the end of their length, without the empty ones; what ends next to the end ends there."""
-    end = start + extent
+    end = start + wanted
     end = np.where(end >= reach, length, end)
-    extent = end - start
-    first = start if isinstance(start, np.ndarray) else np.full(len(row), start)
+    first: Floats = np.asarray(start, np.float64) if isinstance(start, np.ndarray) else np.full(len(row), start)
+    extent = np.asarray(end - start, np.float64)
     if len(extent) and extent.min() > TOLERANCE:
         return Pieces(row, first, extent)
     keep = np.flatnonzero((extent > TOLERANCE) & (end > start))

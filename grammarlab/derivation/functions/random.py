@@ -63,7 +63,7 @@ def file_random(call: FunctionCall) -> Value:
 def _finite(call: FunctionCall, value: Value) -> Floats | float:
     if kind_of(value) == "string":
         raise DerivationError(f"{call.name} expected a number, found a string", call.location)
-    if not isinstance(value, np.ndarray) and math.isfinite(value):
+    if isinstance(value, float | bool) and math.isfinite(value):
         return float(value)
     column = np.atleast_1d(value)
     if not np.isfinite(column).all():

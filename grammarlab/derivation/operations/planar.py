@@ -1,0 +1,127 @@
+"""Operations on the outlines of faces: ``offset``, ``setback`` and the building outlines ``shapeL``, ``shapeU``, ``shapeO``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import take_rows
+from grammarlab.derivation.calls import BlockOperation, Call, Head, Operation, Part
+from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.meshes import add_faces, normalized, replaced
+from grammarlab.derivation.shapes import Shapes
+from grammarlab.geometry import offset as outlines
+from grammarlab.geometry import setback as strips
+from grammarlab.geometry.mesh import Meshes
+from grammarlab.geometry.selectors import ORIENTATIONS, classify
+from grammarlab.geometry.setback import REMAINDER, Setback
+
+Rows = NDArray[np.int64]
+
+_KEEP = frozenset({"all", "inside", "border"})
+_PARTS = frozenset({"shape", "remainder"})
+_EDGES = frozenset({*ORIENTATIONS, "all", "remainder"})
+
+
+def offset(call: Call) -> Shapes:
+    """``offset(distance, all|inside|border)``: every face replaced by its offset polygons, the ring between, or both."""
+    keep = cast("Literal['all', 'inside', 'border']", call.words[0] if call.words else "all")
+    distance = call.column(call.values[0])
+    meshes = outlines.offset(local_meshes(call.shapes, call.workspace), distance, keep)
+    return replaced(call.shapes, meshes, call.workspace.meshes, call.workspace.frames)
+
+
+def setback(call: Call, heads: tuple[Head, ...]) -> list[Part]:
+    """``setback(distance) { selector : ... | remainder : ... }``: edges moved inwards, the strips they pass over cut off.
+
+    Selectors look at the outward normals of the edges; a number counts the edges of a face, around and around.
+    """
+    meshes = local_meshes(call.shapes, call.workspace)
+    outward = strips.edge_normals(meshes)
+    mesh = meshes.mesh_of_face()[meshes.face_of_corner()]
+    groups = np.full(len(meshes.corners), REMAINDER, dtype=np.int64)
+    for place, head in enumerate(heads):
+        if head.argument.value != "remainder":
+            chosen = _edges(call, head, meshes, outward, mesh)
+            groups[chosen & (groups == REMAINDER)] = place
+    distances = call.column(call.values[0])[mesh]
+    result = strips.setback(meshes, distances, groups)
+    places = [REMAINDER if head.argument.value == "remainder" else place for place, head in enumerate(heads)]
+    return _parts(call, result, heads, places)
+
+
+def _edges(call: Call, head: Head, meshes: Meshes, outward: NDArray[np.float64], mesh: Rows) -> NDArray[np.bool_]:
+    """[C] the edges that the head of a part asks for."""
+    value = head.argument.value
+    if head.argument.keyword and value == "all":
+        return np.ones(len(outward), dtype=bool)
+    if head.argument.keyword:
+        return classify(_in_axes(call, str(value), outward, mesh), str(value))
+    counts = np.diff(meshes.face_offsets)[meshes.face_of_corner()]
+    place = np.arange(len(outward)) - meshes.face_offsets[:-1][meshes.face_of_corner()]
+    index = np.rint(call.column(head.argument)).astype(np.int64)[mesh]
+    return place == index % np.maximum(counts, 1)
+
+
+def _in_axes(call: Call, selector: str, normals: NDArray[np.float64], mesh: Rows) -> NDArray[np.float64]:
+    """Normals [C, 3] in the axes that a selector's prefix names."""
+    prefix, frames, shapes = selector.rpartition(".")[0], call.workspace.frames, call.shapes
+    if not prefix:
+        return normals
+    world = frames.to_world(shapes.frame[mesh], normals)
+    if prefix == "world":
+        return world
+    return frames.to_local(call.workspace.roots.frame[shapes.model[mesh]], world)
+
+
+def _wings(name: str, cut: Callable[..., Setback]) -> BlockOperation:
+    """An outline with wings along some sides and a remainder."""
+
+    def divide(call: Call, heads: tuple[Head, ...]) -> list[Part]:
+        depths = [call.column(argument) for argument in call.values]
+        result = cut(local_meshes(call.shapes, call.workspace), *depths)
+        places = [REMAINDER if head.argument.value == "remainder" else 0 for head in heads]
+        return _parts(call, result, heads, places)
+
+    count = {"shapeL": 2, "shapeU": 3, "shapeO": 4}[name]
+    return BlockOperation(divide, frozenset(), (count, count), _PARTS)
+
+
+def _parts(call: Call, result: Setback, heads: Sequence[Head], places: Sequence[int]) -> list[Part]:
+    """The pieces of each group as shapes: one each, or all of one shape together."""
+    owner = result.meshes.mesh_of_face()
+    parts = []
+    for head, place in zip(heads, places, strict=True):
+        faces = np.flatnonzero(result.group == place)
+        counts = np.ones(len(faces), dtype=np.int64)
+        row = owner[faces]
+        if head.joined and len(faces):
+            row, counts = np.unique(row, return_counts=True)
+        first = np.cumsum(counts) - counts
+        number = (faces - result.meshes.mesh_faces[:-1][owner[faces]])[first] if len(faces) else faces
+        parts.append(Part(_pieces(call, result.meshes, faces, counts, row), number))
+    return parts
+
+
+def _pieces(call: Call, meshes: Meshes, faces: Rows, counts: Rows, row: Rows) -> Shapes:
+    """Shapes made of faces, in the axes of the shapes they come from."""
+    shapes, frames = call.shapes, call.workspace.frames
+    corners, offsets = take_rows(meshes.face_offsets, faces)
+    points = meshes.points[meshes.corner_points()[corners]]
+    unit, low, size = normalized(Meshes.from_polygons(points, np.diff(offsets), counts))
+    frame = shapes.frame[row]
+    position = shapes.position[row] + frames.to_world(frame, low)
+    return shapes.place(row, position, size, frame, add_faces(call.workspace.meshes, unit))
+
+
+OPERATIONS: dict[str, Operation] = {"offset": Operation(offset, _KEEP, (1, 2))}
+
+BLOCKS: dict[str, BlockOperation] = {
+    "setback": BlockOperation(setback, frozenset(), (1, 1), _EDGES),
+    "shapeL": _wings("shapeL", strips.shape_l),
+    "shapeO": _wings("shapeO", strips.shape_o),
+    "shapeU": _wings("shapeU", strips.shape_u),
+}
