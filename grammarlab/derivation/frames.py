@@ -138,7 +138,7 @@ class FramePool:
         return np.einsum("nji,nj->ni", self.rotations(frames), vectors)
 
     def used(self, frames: Ids) -> tuple[Floats, Ids]:
-        """Rotations [K, 3, 3] of the different frames of a column [N], and the place of each of the column among them."""
+        """Rotations [K, 3, 3] of the different frames of a column [N], and where each of the column is among them."""
         present = np.zeros(24 * self._used, dtype=bool)
         present[frames] = True
         place = (np.cumsum(present) - 1).astype(np.int32)

@@ -1,4 +1,4 @@
-"""Operations on the outlines of faces: ``offset``, ``setback`` and the building outlines ``shapeL``, ``shapeU``, ``shapeO``."""
+"""Operations on the outlines of faces: ``offset``, ``setback``, ``shapeL``, ``shapeU`` and ``shapeO``."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _EDGES = frozenset({*ORIENTATIONS, "all", "remainder"})
 
 
 def offset(call: Call) -> Shapes:
-    """``offset(distance, all|inside|border)``: every face replaced by its offset polygons, the ring between, or both."""
+    """``offset(distance, all|inside|border)``: every face replaced by its offset polygons, the ring, or both."""
     keep = cast("Literal['all', 'inside', 'border']", call.words[0] if call.words else "all")
     distance = call.column(call.values[0])
     meshes = outlines.offset(local_meshes(call.shapes, call.workspace), distance, keep)
@@ -35,7 +35,7 @@ def offset(call: Call) -> Shapes:
 
 
 def setback(call: Call, heads: tuple[Head, ...]) -> list[Part]:
-    """``setback(distance) { selector : ... | remainder : ... }``: edges moved inwards, the strips they pass over cut off.
+    """``setback(distance) { selector : ... | remainder : ... }``: strips along edges cut off.
 
     Selectors look at the outward normals of the edges; a number counts the edges of a face, around and around.
     """
