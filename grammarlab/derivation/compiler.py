@@ -47,7 +47,8 @@ class _Compilation:
         self._symbols = _number_symbols(tree)
         self._numbers = {(rule.name, len(rule.parameters)): i for i, rule in enumerate(self._rules)}
         addresses = number_sites(tree)
-        self._site_nodes = [node for node in _walk(tree) if _is_random(node)]
+        own = {a.name for a in self._attributes} | {f.name for f in self._functions}
+        self._site_nodes = [n for n in _walk(tree) if _is_random(n) and _function_name(n) not in own]
         drawing = self._drawing_functions()
         compiled = {
             (f.name, len(f.parameters)): CompiledFunction(
@@ -104,7 +105,7 @@ class _Compilation:
         return CompiledRule(self._symbols[rule.name], body, needs_key)
 
     def _default_start(self, start_rules: Mapping[str, int]) -> str:
-        marked = [rule.name for rule in self._grammar.start_rules if rule.name in start_rules]
+        marked = [rule.name for rule in (*self._grammar.start_rules, *self._rules) if rule.name in start_rules]
         if not marked:
             raise DerivationError(
                 "the grammar has no rule to start with", None, "mark a rule without parameters with @StartRule"
@@ -159,7 +160,13 @@ def _walk(root: object) -> Iterator[Node]:
 def _is_random(node: Node) -> bool:
     if isinstance(node, Stochastic):
         return True
-    return isinstance(node, Call) and node.function in BUILTINS and BUILTINS[node.function].random
+    builtin = BUILTINS.get(_function_name(node))
+    return builtin is not None and builtin.random
+
+
+def _function_name(node: Node) -> str:
+    """The function that a node calls, with parentheses or without; empty for other nodes."""
+    return node.function if isinstance(node, Call) else node.identifier if isinstance(node, Name) else ""
 
 
 def _called(node: Node) -> tuple[str, int] | None:
@@ -204,7 +211,7 @@ def _describe(node: Node) -> str:
     line = node.location.line
     if isinstance(node, Stochastic):
         return f"choice of {len(node.branches)} (line {line})"
-    return f"{node.function if isinstance(node, Call) else ''} (line {line})"
+    return f"{_function_name(node)} (line {line})"
 
 
 def _call_order(callees: Sequence[Sequence[int]]) -> tuple[tuple[int, ...], ...]:

@@ -174,7 +174,9 @@ def _prepare(
         {},
         (),
     )
-    workspace = Workspace(program, roots, overrides, StringPool(), frames, meshes, MaterialPool(), budget, assets)
+    workspace = Workspace(
+        program, start, roots, overrides, StringPool(), frames, meshes, MaterialPool(), budget, assets
+    )
     workspace.recorder.add_roots(models, program.rules[start].symbol)
     with np.errstate(all="ignore"):
         for attribute in program.attributes.values():

@@ -158,6 +158,8 @@ class ExpressionCompiler:
             return self._call_function(function, (), self.names.addresses[id(node)], node.location)
         if name in SHAPE_ATTRIBUTES:
             return SHAPE_ATTRIBUTES[name]
+        if name in BUILTINS and BUILTINS[name].num_arguments[0] == 0:
+            return self._call_builtin(BUILTINS[name], name, node, ())
         return _refusal(f"nothing is called {name} here", node.location)
 
     def _call(self, node: Call) -> Code:
@@ -176,10 +178,10 @@ class ExpressionCompiler:
         if not least <= len(arguments) <= most:
             wanted = str(least) if least == most else f"{least} to {most}"
             return _refusal(f"{node.function} expects {wanted} arguments, found {len(arguments)}", node.location)
-        return self._call_builtin(builtin, node, arguments)
+        return self._call_builtin(builtin, node.function, node, arguments)
 
-    def _call_builtin(self, builtin: Builtin, node: Call, arguments: Sequence[Code]) -> Code:
-        name, location, evaluate = node.function, node.location, builtin.evaluate
+    def _call_builtin(self, builtin: Builtin, name: str, node: Call | Name, arguments: Sequence[Code]) -> Code:
+        location, evaluate = node.location, builtin.evaluate
         address = self.names.addresses[id(node)]
         site = self.names.sites.get(id(node), -1)
 

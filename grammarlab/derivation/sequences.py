@@ -98,6 +98,8 @@ class SequenceCompiler:
         match item:
             case Invoke() if item.name in OPERATIONS:
                 return self._operation(OPERATIONS[item.name], item)
+            case Invoke() if item.name in BLOCKS:
+                return _refusal(f"{item.name} without a block", item.location)
             case Invoke():
                 return self._successor(item, in_block)
             case Scoped():

@@ -38,6 +38,8 @@ class Workspace:
     """The pools, the record and the attribute values of one derivation."""
 
     program: Program
+    start: int
+    """Number of the start rule."""
     roots: Shapes
     """One shape per model: the initial shapes."""
     overrides: Mapping[str, Value]
@@ -61,6 +63,11 @@ class Workspace:
     def __post_init__(self) -> None:
         self.pending = [[] for _ in self.program.rules]
         self.count_again_at = self.budget.shapes
+
+    @property
+    def start_symbol(self) -> str:
+        """The symbol of the initial shapes."""
+        return self.program.symbols[self.program.rules[self.start].symbol]
 
     def attribute(self, name: str) -> Value:
         """The value of an attribute or constant, evaluated once: a scalar or one per model.

@@ -79,5 +79,7 @@ SHAPE_ATTRIBUTES: dict[str, Code] = {
     "scope.elevation": lambda shapes, workspace: shapes.position[:, 1],
     **{name: _state(name) for name in STATE_DEFAULTS},
     **{f"material.{name}": _channel(name) for name in CHANNELS},
+    "initialShape.name": lambda shapes, workspace: "InitialShape",
+    "initialShape.startRule": lambda shapes, workspace: workspace.start_symbol,
     **{f"initialShape.origin.p{_AXES[axis]}": _origin(axis) for axis in range(3)},
 }
