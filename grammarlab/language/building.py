@@ -221,6 +221,9 @@ class TreeBuilder(Transformer[Any, Any]):
 
     def index(self, children: list[Any]) -> Index:
         array, brackets = children
+        if isinstance(array, Index) and isinstance(array.array, Index):
+            hint = "an array has rows and columns: write a[row, column]"
+            raise MistakeError("bad-index", "expected at most two indices in a row", brackets.location, hint)
         if len(brackets.rows) != 1:
             raise MistakeError("bad-index", "expected [i] or [row, column]", brackets.location)
         return Index(array, brackets.rows[0], location=span(array.location, brackets.location))
@@ -327,6 +330,8 @@ class TreeBuilder(Transformer[Any, Any]):
 
     def inline(self, children: list[Any]) -> Inline:
         mark, inner, *closing = children
+        if isinstance(inner, Inline):
+            raise MistakeError("bad-inline", "expected a rule or a block after 'inline'", inner.location)
         body = inner if closing else Sequence((cast(Item, inner),), location=inner.location)
         return Inline(mark.value, _located(body, mark.location), location=mark.location)
 

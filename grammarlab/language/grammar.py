@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import takewhile
@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from grammarlab.errors import Finding, LanguageError, Location
 from grammarlab.language.parsing import MAX_CHARACTERS, parse
-from grammarlab.language.syntax import Attribute, Function, Import, Rule, RuleFile, Style
+from grammarlab.language.syntax import Attribute, Definition, Function, Import, Rule, RuleFile, Style
 
 _K = TypeVar("_K")
 _T = TypeVar("_T")
@@ -28,6 +28,8 @@ class Grammar:
     """What the text says."""
     file: str = field(default="<text>", compare=False)
     """Its name as the user gave it, for messages."""
+    libraries: Mapping[str, Grammar | None] = field(default_factory=dict, compare=False, repr=False)
+    """The imported rule files by alias; None for one that was not read."""
 
     @classmethod
     def parse(cls, text: str, file: str = "<text>") -> Grammar:
@@ -75,9 +77,7 @@ class Grammar:
     @property
     def start_rules(self) -> tuple[Rule, ...]:
         """The rules that are meant to be begun with: those marked ``@StartRule`` or ``start``, else the first rule."""
-        rules = self._of_default_style(Rule)
-        marked = tuple(rule for rule in rules if is_start_rule(rule))
-        return marked or rules[:1]
+        return start_rules(self.tree)
 
     @property
     def start_rule(self) -> Rule | None:
@@ -85,13 +85,22 @@ class Grammar:
         return next(iter(self.start_rules), None)
 
     def _of_default_style(self, kind: type[_T]) -> tuple[_T, ...]:
-        definitions = takewhile(lambda definition: not isinstance(definition, Style), self.tree.definitions)
-        return tuple(definition for definition in definitions if isinstance(definition, kind))
+        return tuple(definition for definition in _default_style(self.tree) if isinstance(definition, kind))
 
 
 def is_start_rule(rule: Rule) -> bool:
     """Whether a rule is marked as one to begin with."""
     return rule.keyword == "start" or any(mark.name.lower() == "startrule" for mark in rule.annotations)
+
+
+def start_rules(tree: RuleFile) -> tuple[Rule, ...]:
+    """The rules of the default style that derivations may begin with: those marked so, else the first rule."""
+    rules = tuple(node for node in _default_style(tree) if isinstance(node, Rule))
+    return tuple(rule for rule in rules if is_start_rule(rule)) or rules[:1]
+
+
+def _default_style(tree: RuleFile) -> Iterable[Definition]:
+    return takewhile(lambda definition: not isinstance(definition, Style), tree.definitions)
 
 
 def load(path: str | Path) -> Grammar:

@@ -30,7 +30,7 @@ _PATTERNS = (
     ("_EQUALS_COLON", r"=:"),
     ("_ASSIGN", r":="),
     ("OPERATOR", r"\.?(?:&&|\|\||==|!=|<=|>=|[*/%<>])"),
-    ("WRONG_ARROW", r"-+>|[–—]-?>|→"),
+    ("WRONG_ARROW", r"-{1,8}>|[–—]-?>|→"),
     ("FAT_ARROW", r"=>"),
     ("MEMBER", rf"\.{_IDENTIFIER}(?:\.{_IDENTIFIER})*"),
     ("SIGN", r"\.?[-+]"),
@@ -53,8 +53,8 @@ _PATTERNS = (
 _SCANNER = re.compile("|".join(f"(?P<{name}>{pattern})" for name, pattern in _PATTERNS), re.DOTALL)
 
 
-MAX_WORDS = 1_000_000
-"""So many words, signs and spaces are read; the largest rule files known have a tenth of it."""
+MAX_WORDS = 500_000
+"""So many words, signs and spaces are read; the largest rule files known have a fifth of it."""
 MAX_FINDINGS = 100
 """After so many errors a file is read no further."""
 
