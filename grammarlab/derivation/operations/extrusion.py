@@ -27,6 +27,8 @@ def extrude(call: Call) -> Shapes:
     The scope's y axis then runs along the direction, x is kept as far as that allows. A negative height goes the
     other way; all faces look outwards either way.
     """
+    if len(call.values) != 1:
+        raise call.error("extrude expects one height, and before it perhaps a direction such as world.up")
     direction = call.words[0] if call.words else "face.normal"
     heights = np.broadcast_to(call.length(call.values[0], 1), call.shapes.num)
     shapes = call.shapes

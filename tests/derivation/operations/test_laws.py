@@ -1,0 +1,180 @@
+"""Operations keep what they must keep: areas, volumes, and where the geometry is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from grammarlab.errors import DerivationError
+from grammarlab.geometry import measure
+from tests.derivation.operations.leaves import (
+    L_SHAPE,
+    TRIANGLE,
+    areas_by_symbol,
+    sampled,
+    symbols,
+    volumes_by_symbol,
+    world_meshes,
+)
+
+FOOTPRINTS = {"rectangle": ((30.0, 20.0), 600.0), "L": (L_SHAPE, 492.0), "triangle": (TRIANGLE, 54.0)}
+
+
+@pytest.mark.parametrize("footprint", FOOTPRINTS)
+def test_an_extrusion_is_closed_and_has_the_volume_of_a_prism(footprint):
+    lot, area = FOOTPRINTS[footprint]
+    forest = sampled("Lot --> extrude(7) Mass", lot)
+    assert volumes_by_symbol(forest)["Mass"] == pytest.approx(7.0 * area)
+    assert measure.is_closed(world_meshes(forest)).all()
+
+
+@pytest.mark.parametrize("footprint", FOOTPRINTS)
+@pytest.mark.parametrize("axis", "xyz")
+@pytest.mark.parametrize("sizes", ["'0.3 : A | ~1 : B", "{ ~2.7 : A | 0.4 : B }*", "1 : A | { ~3 : B }* | 1.5 : A"])
+def test_the_parts_of_a_split_fill_the_whole(footprint, axis, sizes):
+    lot, area = FOOTPRINTS[footprint]
+    forest = sampled(f"Lot --> extrude(7) split({axis}) {{ {sizes} }}", lot)
+    assert sum(volumes_by_symbol(forest).values()) == pytest.approx(7.0 * area)
+    assert measure.is_closed(world_meshes(forest)).all()
+
+
+@pytest.mark.parametrize("footprint", FOOTPRINTS)
+def test_the_faces_of_a_solid_add_up_to_its_surface(footprint):
+    lot, _ = FOOTPRINTS[footprint]
+    whole = areas_by_symbol(sampled("Lot --> extrude(7) Mass", lot))["Mass"]
+    parts = areas_by_symbol(sampled("Lot --> extrude(7) comp(f) { top : T | bottom : B | side : S }", lot))
+    assert sum(parts.values()) == pytest.approx(whole)
+    assert parts["T"] == pytest.approx(parts["B"])
+
+
+def test_a_component_goes_to_the_first_part_that_names_it():
+    forest = sampled("Lot --> extrude(7) comp(f) { front : F | side : S | all : A }")
+    assert sorted(symbols(forest)) == ["A", "A", "F", "S", "S", "S"]
+
+
+def test_an_equals_sign_makes_one_shape_of_all_components():
+    forest = sampled("Lot --> extrude(7) comp(f) { side = S | all : A }")
+    assert sorted(symbols(forest)) == ["A", "A", "S"]
+    assert areas_by_symbol(forest)["S"] == pytest.approx(2 * 7 * 50)
+
+
+def test_the_frame_of_a_face_has_its_normal_as_z():
+    forest = sampled("Lot --> extrude(7) comp(f) { all : A }", L_SHAPE)
+    normals = measure.face_normals(world_meshes(forest))
+    assert np.allclose(forest.frames[forest.leaves.frame][:, :, 2], normals)
+
+
+@pytest.mark.parametrize(
+    "operation",
+    [
+        "rotateScope(0, 90, 0)",
+        "rotateScope(10, 20, 30)",
+        "alignScopeToAxes(y)",
+        "alignScopeToAxes()",
+        "alignScopeToGeometry(yUp, 0, longest)",
+        "alignScopeToGeometry(zUp, largest, 1)",
+        "alignScopeToGeometry(yUp, any, world.lowest)",
+        "setPivot(xyz, 2)",
+        "setPivot(yzx, 5)",
+        "setPivot(zxy, 7)",
+    ],
+)
+@pytest.mark.parametrize("footprint", FOOTPRINTS)
+def test_turning_the_scope_leaves_the_geometry_where_it_is(operation, footprint):
+    lot, _ = FOOTPRINTS[footprint]
+    before = sampled("Lot --> r(0, 33, 0) extrude(7) Mass", lot)
+    after = sampled(f"Lot --> r(0, 33, 0) extrude(7) {operation} Mass", lot)
+    assert np.allclose(_sorted(world_meshes(before).points), _sorted(world_meshes(after).points), atol=1e-9)
+    assert volumes_by_symbol(after)["Mass"] == pytest.approx(volumes_by_symbol(before)["Mass"])
+    assert np.allclose(np.linalg.det(forest_frames(after)), 1.0)
+
+
+def forest_frames(forest):
+    return forest.frames[forest.leaves.frame]
+
+
+def _sorted(points):
+    rounded = np.round(points, 7)
+    return rounded[np.lexsort(rounded.T)]
+
+
+def test_aligning_to_the_axes_makes_the_scope_upright():
+    forest = sampled("Lot --> extrude(7) comp(f) { front : r(20, 0, 0) alignScopeToAxes(y) A }")
+    assert np.allclose(forest_frames(forest)[:, :, 1], [0.0, 1.0, 0.0])
+
+
+@pytest.mark.parametrize("flips", ["true, false, false", "true, true, false", "true, true, true"])
+def test_a_mirrored_solid_still_looks_outwards(flips):
+    whole = volumes_by_symbol(sampled("Lot --> extrude(7) Mass", L_SHAPE))["Mass"]
+    assert volumes_by_symbol(sampled(f"Lot --> extrude(7) mirror({flips}) Mass", L_SHAPE))["Mass"] == pytest.approx(
+        whole
+    )
+
+
+@pytest.mark.parametrize("footprint", FOOTPRINTS)
+def test_reversed_normals_turn_the_volume_negative_and_back(footprint):
+    lot, area = FOOTPRINTS[footprint]
+    once = volumes_by_symbol(sampled("Lot --> extrude(7) reverseNormals() Mass", lot))["Mass"]
+    twice = volumes_by_symbol(sampled("Lot --> extrude(7) reverseNormals() reverseNormals() Mass", lot))["Mass"]
+    assert (once, twice) == (pytest.approx(-7.0 * area), pytest.approx(7.0 * area))
+
+
+@pytest.mark.parametrize("footprint", FOOTPRINTS)
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Lot --> offset(-1) comp(f) { inside : A | border : B }",
+        "Lot --> setback(1.5) { front : A | side : B | remainder : C }",
+        "Lot --> setback(1.5) { all = A | remainder : C }",
+        "Lot --> shapeL(2, 1) { shape : A | remainder : B }",
+        "Lot --> shapeU(2, 1, 1) { shape : A | remainder : B }",
+        "Lot --> shapeO(1, 1, 1, 1) { shape : A | remainder : B }",
+    ],
+)
+def test_outlines_cut_a_lot_without_loss(footprint, text):
+    lot, area = FOOTPRINTS[footprint]
+    assert sum(areas_by_symbol(sampled(text, lot)).values()) == pytest.approx(area)
+
+
+def test_an_inserted_mesh_fills_the_scope():
+    forest = sampled('Lot --> s(4, 6, 2) i("builtin:cylinder") Column')
+    points = world_meshes(forest).points
+    assert np.allclose([points.min(axis=0), points.max(axis=0)], [[0, 0, 0], [4, 6, 2]])
+
+
+@pytest.mark.parametrize(
+    ("size", "expected"),
+    [("(3, 0, 5)", (3, 4, 5)), ("(0, 2, 0)", (2, 2, 2)), ("(0, 0, 0)", (1, 1, 1)), ("(3, 4, 5)", (3, 4, 5))],
+)
+def test_dimensions_of_zero_follow_the_others(size, expected):
+    forest = sampled(f"Lot --> s{size} primitiveCube() Box")
+    assert np.allclose(forest.leaves.size, [expected])
+
+
+def test_centering_uses_the_shape_that_the_sequence_began_with():
+    forest = sampled("Lot --> s('0.5, '1, '0.5) center(xz) A [ s('0.5, '1, '0.5) center(x) B ]")
+    assert np.allclose(forest.leaves.position, [[7.5, 0, 5], [11.25, 0, 5]])
+
+
+def test_four_quarter_turns_are_exactly_none():
+    forest = sampled("Lot --> r(0, 90, 0) r(0, 90, 0) r(0, 90, 0) r(0, 90, 0) A r(90, 0, 0) r(-90, 0, 0) B")
+    assert np.array_equal(forest.frames[forest.leaves.frame], np.broadcast_to(np.eye(3), (2, 3, 3)))
+
+
+def test_a_negative_size_is_refused_with_its_place():
+    with pytest.raises(DerivationError, match=r"<text>:2:.*at least 0 metres, found -2 along y"):
+        sampled("Lot -->\n s('1, -2, '1) A")
+
+
+def test_materials_come_from_where_the_shape_was():
+    forest = sampled('Lot --> color("#ff0000") A color(0, 1, 0, 0.5) B set(material.roughness, 0.25) C')
+    materials = forest.materials
+    assert np.allclose(materials.color[forest.leaves.material], [[1, 0, 0], [0, 1, 0], [0, 1, 0]])
+    assert np.allclose(materials.opacity[forest.leaves.material], [1.0, 0.5, 0.5])
+    assert np.allclose(materials.roughness[forest.leaves.material], [0.8, 0.8, 0.25])
+
+
+def test_set_attributes_hold_below_and_not_beside():
+    text = "attr h = 1\nLot --> [ set(h, 5) A ] B\nA --> s('1, h, '1) C\nB --> s('1, h, '1) D"
+    forest = sampled(text)
+    assert dict(zip(symbols(forest), forest.leaves.size[:, 1], strict=True)) == {"C": 5.0, "D": 1.0}
