@@ -179,7 +179,8 @@ def _begun(faces: Sequence[Loop], strips: dict[int, tuple[Loop, ...]]) -> list[t
     result = []
     for face in faces:
         arcs = list(zip(face, face[1:] + face[:1], strict=True))
-        lead, at = min((edge_of[arc], i) for i, arc in enumerate(arcs) if arc in edge_of)
+        # An area that hangs on by a corner only may have none of the edges.
+        lead, at = min(((edge_of[arc], i) for i, arc in enumerate(arcs) if arc in edge_of), default=(min(strips), 0))
         result.append((lead, face[at:] + face[:at]))
     return sorted(result)
 
