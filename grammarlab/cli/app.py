@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from grammarlab import __version__
+from grammarlab.cli.check import check
 from grammarlab.cli.examples import list_examples
 from grammarlab.cli.sample import sample
 
@@ -36,4 +37,5 @@ def grammarlab(
 
 
 app.command("sample")(sample)
+app.command("check")(check)
 app.command("list")(list_examples)

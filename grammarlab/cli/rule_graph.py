@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
-from typing import Any
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import networkx as nx
 
-from grammarlab.language.syntax import Invoke, Node, Rule, Stochastic
+from grammarlab.language.syntax import Invoke, Rule, Stochastic
+from grammarlab.language.walking import walk
 
 _SWEEPS = 8
 """Passes of the crossing reduction; more changes little on graphs of some hundred symbols."""
@@ -37,7 +37,7 @@ def rule_graph(rules: Iterable[Rule], start: str, operations: frozenset[str]) ->
     """
     graph: nx.DiGraph[str] = nx.DiGraph()
     for rule in rules:
-        stochastic = any(isinstance(node, Stochastic) for node in _nodes_below(rule.body))
+        stochastic = any(isinstance(node, Stochastic) for node in walk(rule.body))
         if rule.name == start:
             kind = "start"
         elif stochastic or graph.nodes.get(rule.name, {}).get("kind") == "stochastic":
@@ -45,7 +45,7 @@ def rule_graph(rules: Iterable[Rule], start: str, operations: frozenset[str]) ->
         else:
             kind = "rule"
         graph.add_node(rule.name, kind=kind)
-        for node in _nodes_below(rule.body):
+        for node in walk(rule.body):
             if isinstance(node, Invoke) and node.name not in operations:
                 graph.add_edge(rule.name, node.name)
     for symbol, data in graph.nodes.items():
@@ -90,15 +90,3 @@ def _columns(graph: nx.DiGraph[str]) -> dict[str, int]:
 
 def _mean(values: list[float], otherwise: float) -> float:
     return sum(values) / len(values) if values else otherwise
-
-
-def _nodes_below(value: Any) -> Iterator[Node]:
-    """Every node of a syntax tree, top down."""
-    pending = [value]
-    while pending:
-        item = pending.pop()
-        if isinstance(item, tuple):
-            pending.extend(reversed(item))
-        elif isinstance(item, Node):
-            yield item
-            pending.extend(getattr(item, field.name) for field in reversed(fields(item)))

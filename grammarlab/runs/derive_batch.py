@@ -13,6 +13,7 @@ from grammarlab.export import save_each
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.atomic import file_hash
 from grammarlab.runs.batches import Batch
+from grammarlab.runs.checks import grammar_to_run
 from grammarlab.runs.derivations import FILES, save_forest
 from grammarlab.runs.examples import SUFFIX
 from grammarlab.runs.records import BatchRecord, ModelRecord, batch_folder, write_record
@@ -28,7 +29,7 @@ def compiled(text: str, name: str) -> tuple[Grammar, Program]:
     Raises:
         LanguageError: when the text has errors.
     """
-    grammar = Grammar.parse(text, f"{name}{SUFFIX}")
+    grammar = grammar_to_run(text, f"{name}{SUFFIX}")
     return grammar, compile_grammar(grammar)
 
 

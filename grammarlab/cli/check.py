@@ -1,0 +1,41 @@
+"""``grammarlab check``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from grammarlab.cli.report import FAILURE, friendly_errors, print_json
+from grammarlab.errors import UsageError
+
+
+def check(
+    file: Annotated[Path, typer.Argument(help="A .cga file.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")] = False,
+) -> None:
+    """List every error, unsupported feature and doubtful place of a rule file; exit with 1 if it cannot be sampled."""
+    with friendly_errors():
+        from grammarlab.language.grammar import read_text
+        from grammarlab.runs.checks import findings_of
+
+        if not file.is_file():
+            raise UsageError(f"{file}: no such file.")
+        text = read_text(file)
+        findings = findings_of(text, str(file))
+        counts = {kind: sum(f.severity == kind for f in findings) for kind in ("error", "unsupported", "warning")}
+        if as_json:
+            print_json({"file": str(file), **counts, "findings": [finding.as_dict() for finding in findings]})
+        else:
+            for finding in findings:
+                typer.echo(finding.render(text) + "\n")
+            typer.echo(_summary(file, counts))
+        if counts["error"] or counts["unsupported"]:
+            raise typer.Exit(FAILURE)
+
+
+def _summary(file: Path, counts: dict[str, int]) -> str:
+    nouns = {"error": "error", "unsupported": "unsupported feature", "warning": "warning"}
+    parts = [f"{count} {nouns[kind]}{'s' * (count != 1)}" for kind, count in counts.items() if count]
+    return f"{file}: {', '.join(parts) or 'nothing to complain about'}"
