@@ -1,0 +1,259 @@
+"""Whole runs: repeatable, resumable, independent of how they are cut and who does the work."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+from grammarlab.errors import AssetError, LanguageError, UsageError
+from grammarlab.runs import SampleRequest, load_forest, read_manifest, repeat_run, sample_run
+from grammarlab.runs import batches as batches_module
+from grammarlab.runs.batches import cut_batches
+from grammarlab.runs.footprints import read_footprints
+from grammarlab.scene import realize, triangles
+from tests.runs.grammars import BROKEN, TOWER
+
+
+def tower(tmp_path, **options):
+    return SampleRequest(name="tower", text=TOWER, assets=tmp_path, **{"num_models": 3, "image": False, **options})
+
+
+def read(path):
+    mesh = trimesh.load(path, force="mesh")
+    assert isinstance(mesh, trimesh.Trimesh)
+    return mesh
+
+
+def contents(folder):
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def test_a_run_leaves_one_file_a_model_derivations_and_a_manifest(tmp_path):
+    result = sample_run(tower(tmp_path, seed=5), tmp_path / "out")
+    assert [m.file for m in result.models] == ["tower-00000.glb", "tower-00001.glb", "tower-00002.glb"]
+    forest = load_forest(result.derivations / "00000")
+    assert [m.log_probability for m in result.models] == forest.log_probability().tolist()
+    assert [m.shapes for m in result.models] == forest.shapes_per_model().tolist()
+    assert [m.triangles for m in result.models] == triangles(realize(forest)).triangles_per_model().tolist()
+    for model in result.models:
+        read_back = read(result.folder / model.file)
+        assert len(read_back.faces) == model.triangles
+    assert not list(tmp_path.rglob(".part*"))
+
+
+def test_the_manifest_lists_every_file_with_its_hash_and_nothing_else(tmp_path):
+    result = sample_run(tower(tmp_path, file_format="obj"), tmp_path / "out")
+    listed = set(read_manifest(result.manifest).files)
+    there = set(contents(result.folder)) - {"manifest.json", "derivations/00000/models.json"}
+    assert listed == there
+
+
+def test_the_same_request_gives_the_same_bytes(tmp_path):
+    for name in "ab":
+        sample_run(tower(tmp_path, seed=9), tmp_path / name)
+    assert contents(tmp_path / "a") == contents(tmp_path / "b")
+
+
+def test_files_do_not_depend_on_the_number_of_processes(tmp_path, monkeypatch):
+    monkeypatch.setattr(batches_module, "BATCH_MODELS", 2)
+    for jobs in (1, 2):
+        sample_run(tower(tmp_path, num_models=5), tmp_path / str(jobs), jobs=jobs)
+    assert contents(tmp_path / "1") == contents(tmp_path / "2")
+
+
+def test_model_files_do_not_depend_on_the_number_of_models(tmp_path):
+    few, many = (sample_run(tower(tmp_path, num_models=n), tmp_path / str(n)) for n in (2, 6))
+    for one, other in zip(few.models, many.models, strict=False):
+        assert one == other
+        assert (few.folder / one.file).read_bytes() == (many.folder / other.file).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ({"file_format": "ply", "single_file": True}, "tower.ply"),
+        ({"file_format": "glb", "single_file": True, "instancing": "nodes"}, "tower.glb"),
+        ({"file_format": "obj", "single_file": True}, "tower.obj"),
+    ],
+)
+def test_a_single_file_holds_the_triangles_of_all_models(tmp_path, options, expected):
+    result = sample_run(tower(tmp_path, **options), tmp_path / "out")
+    assert {m.file for m in result.models} == {expected}
+    read_back = read(result.folder / expected)
+    assert len(read_back.faces) == sum(m.triangles for m in result.models)
+
+
+def test_a_manifest_repeats_its_run_bit_for_bit(tmp_path):
+    request = replace(
+        tower(tmp_path, seed=2**64 - 1, attributes={"height": 4.1, "style": "näh", "shops": False}),
+        footprints=read_footprints("POLYGON ((0 0, 10 0.1, 7 8, 0 0))"),
+    )
+    first = sample_run(request, tmp_path / "first")
+    second, different = repeat_run(read_manifest(first.manifest), tmp_path / "second")
+    assert different == ()
+    assert contents(first.folder).keys() == contents(second.folder).keys()
+    assert first.models == second.models
+
+
+def test_repeating_names_the_files_that_differ(tmp_path):
+    first = sample_run(tower(tmp_path), tmp_path / "first")
+    values = json.loads(first.manifest.read_text())
+    values["files"]["tower-00001.glb"] = "0" * 64
+    first.manifest.write_text(json.dumps(values))
+    _, different = repeat_run(read_manifest(first.manifest), tmp_path / "second")
+    assert different == ("tower-00001.glb",)
+
+
+class StopError(Exception):
+    """Stands for Ctrl-C after some batches."""
+
+
+def interrupted_run(request, folder, after):
+    def stop(what, done, _total):
+        if what == "models" and done >= after:
+            raise StopError
+
+    with pytest.raises(StopError):
+        sample_run(request, folder, on_progress=stop)
+
+
+def test_an_interrupted_run_goes_on_with_what_is_missing(tmp_path, monkeypatch):
+    monkeypatch.setattr(batches_module, "BATCH_MODELS", 2)
+    request = tower(tmp_path, num_models=6)
+    whole = sample_run(request, tmp_path / "whole")
+    interrupted_run(request, tmp_path / "cut", after=4)
+    assert not read_manifest(tmp_path / "cut").complete
+    finished = tmp_path / "cut" / "tower-00001.glb"
+    read(finished)
+    before = finished.stat().st_mtime_ns
+    done = []
+    sample_run(request, tmp_path / "cut", resume=True, on_progress=lambda _what, count, _total: done.append(count))
+    assert done == [4, 6]
+    assert finished.stat().st_mtime_ns == before
+    assert contents(tmp_path / "cut") == contents(whole.folder)
+
+
+def test_resuming_replaces_a_file_that_was_lost(tmp_path):
+    result = sample_run(tower(tmp_path), tmp_path / "out")
+    before = contents(result.folder)
+    (result.folder / "tower-00001.glb").unlink()
+    sample_run(tower(tmp_path), tmp_path / "out", resume=True)
+    assert contents(result.folder) == before
+
+
+def test_resuming_another_run_is_refused_with_the_difference(tmp_path):
+    sample_run(tower(tmp_path, seed=1), tmp_path / "out")
+    with pytest.raises(UsageError, match="seed was 1 and is 2"):
+        sample_run(tower(tmp_path, seed=2), tmp_path / "out", resume=True)
+    with pytest.raises(UsageError, match="the rules differ"):
+        sample_run(replace(tower(tmp_path, seed=1), text=TOWER + "\n"), tmp_path / "out", resume=True)
+
+
+def test_a_new_run_removes_the_files_of_the_old_one_and_no_others(tmp_path):
+    sample_run(tower(tmp_path, num_models=5), tmp_path / "out")
+    (tmp_path / "out" / "notes.txt").write_text("mine")
+    sample_run(tower(tmp_path, num_models=2), tmp_path / "out")
+    names = {p.name for p in (tmp_path / "out").iterdir()}
+    assert names == {"tower-00000.glb", "tower-00001.glb", "derivations", "manifest.json", "notes.txt"}
+
+
+def test_a_manifest_cannot_make_a_run_remove_files_elsewhere(tmp_path):
+    precious = tmp_path / "precious.txt"
+    precious.write_text("mine")
+    (tmp_path / "out").mkdir()
+    files = {"../precious.txt": "", str(precious): "", "..\\precious.txt": ""}
+    (tmp_path / "out" / "manifest.json").write_text(json.dumps({"files": files}))
+    sample_run(tower(tmp_path), tmp_path / "out")
+    assert precious.read_text() == "mine"
+
+
+def test_properties_of_footprints_become_attributes_unless_the_request_says_otherwise(tmp_path):
+    square = [[0, 0], [10, 0], [10, 10], [0, 10], [0, 0]]
+    features = [
+        {"type": "Feature", "geometry": {"type": "Polygon", "coordinates": [square]}, "properties": properties}
+        for properties in ({"height": 2, "levels": 7, "unknown": 3}, {"height": 5}, {})
+    ]
+    path = tmp_path / "lots.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features, "crs": None}))
+    request = replace(tower(tmp_path, num_models=2), footprints=read_footprints(str(path)))
+    result = sample_run(request, tmp_path / "out")
+    heights = [read(result.folder / m.file).extents[1] for m in result.models]
+    assert heights[:4] == pytest.approx([2, 2, 5, 5])
+    assert len(set(np.round(heights[4:], 6))) == 2
+    overruled = sample_run(replace(request, attributes={"height": 3.0}), tmp_path / "out")
+    heights = [read(overruled.folder / m.file).extents[1] for m in overruled.models]
+    assert heights == pytest.approx([3.0] * 6)
+
+
+def test_models_on_footprints_share_one_file_where_the_map_has_them(tmp_path):
+    lots = "MULTIPOLYGON (((0 0, 10 0, 10 10, 0 10, 0 0)), ((100 50, 110 50, 110 60, 100 60, 100 50)))"
+    request = replace(tower(tmp_path, num_models=1, single_file=True), footprints=read_footprints(lots))
+    result = sample_run(request, tmp_path / "out")
+    low, high = read(result.folder / "tower.glb").bounds
+    assert (low[[0, 2]], high[[0, 2]]) == (pytest.approx([0, -60]), pytest.approx([110, 0]))
+
+
+def test_batches_cover_every_model_once_and_never_span_footprints(tmp_path):
+    request = replace(tower(tmp_path, num_models=150), footprints=read_footprints("5x5") * 3)
+    batches = cut_batches(request)
+    models = [b.first_model + k for b in batches for k in range(b.num_models)]
+    assert models == list(range(450))
+    assert all(b.first_model // 150 == b.footprint == (b.first_model + b.num_models - 1) // 150 for b in batches)
+
+
+def test_errors_in_the_rules_come_before_anything_is_written(tmp_path):
+    request = SampleRequest(name="broken", text=BROKEN, assets=tmp_path)
+    with pytest.raises(LanguageError, match=r"broken\.cga:"):
+        sample_run(request, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"num_models": 0}, "number of models"),
+        ({"num_models": 10**12}, "number of models"),
+        ({"seed": -1}, "seed"),
+        ({"seed": 2**64}, "seed"),
+        ({"file_format": "fbx"}, "glb, obj, ply"),
+        ({"file_format": "obj", "instancing": "gpu"}, "needs format 'glb'"),
+        ({"name": "../escape"}, "cannot name files"),
+        ({"name": ".."}, "cannot name files"),
+        ({"renderer": "vulkan"}, "cast, gl"),
+    ],
+)
+def test_requests_that_make_no_sense_are_refused(tmp_path, options, message):
+    with pytest.raises(UsageError, match=re.escape(message)):
+        SampleRequest(**{"name": "tower", "text": TOWER, "assets": tmp_path, **options})
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda v: v.update(format=9), "found format 9"),
+        (lambda v: v["grammar"].update(text=TOWER + " "), "does not fit its hash"),
+        (lambda v: v["request"].update(seed="5"), "does not describe a run"),
+        (lambda v: v["request"].update(name="../../x"), "does not describe a run"),
+        (lambda v: v["request"].update(extra=1), "does not describe a run"),
+        (lambda v: v["request"].update(footprints=[{"polygon": [1, 2]}]), "does not describe a run"),
+        (lambda v: v.pop("request"), "damaged"),
+        (lambda v: v.update(files=3), "damaged"),
+    ],
+)
+def test_a_manifest_that_was_tampered_with_is_refused(tmp_path, change, message):
+    result = sample_run(tower(tmp_path), tmp_path / "out")
+    values = json.loads(result.manifest.read_text())
+    change(values)
+    result.manifest.write_text(json.dumps(values))
+    with pytest.raises(AssetError, match=message):
+        read_manifest(result.manifest)
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{}", "[" * 100_000])
+def test_a_file_that_is_no_manifest_is_refused(tmp_path, content):
+    (tmp_path / "manifest.json").write_text(content)
+    with pytest.raises(AssetError, match="damaged"):
+        read_manifest(tmp_path)
