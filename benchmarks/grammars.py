@@ -14,9 +14,6 @@ Wall --> color("#c8b89a") Plaster.
 
 
 def chain(length: int) -> str:
-    """A rule file of which every model touches ``length`` rules, each with a split, a move and three successors."""
-    rules = [
-        f"Step{i} --> split(x){{ 0.4: Edge | ~1: s('1, '0.999, '1) center(y) Step{i + 1} | 0.4: color(\"#aa8866\") Edge }}"
-        for i in range(length - 1)
-    ]
+    """A rule file of which every model touches ``length`` rules, each with a split, a scaling and two successors."""
+    rules = [f"Step{i} --> split(x){{ 0.4: Edge | ~1: s('1, '0.999, '1) Step{i + 1} }}" for i in range(length - 1)]
     return "\n".join(["Lot --> extrude(10) Step0", *rules, f"Step{length - 1} --> Edge"])

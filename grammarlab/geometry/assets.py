@@ -95,7 +95,7 @@ def find_asset(path: str, root: Path) -> Path:
 
 def _read(file: Path, name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Points [P, 3] and triangles [T, 3] of all groups of a file."""
-    import trimesh
+    import trimesh  # noqa: PLC0415  # takes longer to import than most grammars to derive
 
     try:
         mesh = trimesh.load(file, force="mesh", process=False, skip_materials=True)

@@ -9,8 +9,10 @@ from grammarlab.derivation.frames import cube_index
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.meshes import replaced
 from grammarlab.derivation.shapes import BOX, FACE, FOOTPRINT, Floats, Shapes
+from grammarlab.derivation.workspace import Workspace
 from grammarlab.geometry import extrude as solids
 from grammarlab.geometry.measure import face_normals
+from grammarlab.geometry.mesh import Meshes
 
 _WORDS = frozenset(
     {"world.up", "world.up.flatTop", "world.x", "world.y", "world.z", "face.normal", "vertex.normal", "x", "y", "z"}
@@ -86,7 +88,6 @@ def _deepened(call: Call, shapes: Shapes, heights: Floats) -> Shapes:
 
 def _general(call: Call, shapes: Shapes, heights: Floats, direction: str) -> Shapes:
     """Any geometry: computed as a mesh, then the scope is turned so that y runs along the direction."""
-    frames, pool = call.workspace.frames, call.workspace.meshes
     meshes = local_meshes(shapes, call.workspace)
     along = _directions(call, shapes, direction)
     if direction == "vertex.normal":
@@ -95,6 +96,18 @@ def _general(call: Call, shapes: Shapes, heights: Floats, direction: str) -> Sha
         solid = solids.extrude_to_level(meshes, heights, along)
     else:
         solid = solids.extrude(meshes, heights, None if direction == "face.normal" else along)
+    return stood_up(call, solid, along)
+
+
+def stood_up(call: Call, solid: Meshes, along: Floats) -> Shapes:
+    """Shapes with other geometry and a scope whose y axis runs along a direction.
+
+    Args:
+        call: the operation, on shapes [N].
+        solid: [N] the geometry in metres, in the axes of the old scopes and from their origins.
+        along: [N, 3] unit vectors in the axes of the old scopes.
+    """
+    shapes, frames, pool = call.shapes, call.workspace.frames, call.workspace.meshes
     rotation = _standing_on(along)
     turned = solid.with_points(np.einsum("pji,pj->pi", rotation[solid.mesh_of_point()], solid.points))
     return replaced(shapes._replace(frame=frames.rotated(shapes.frame, rotation)), turned, pool, frames)
@@ -105,7 +118,12 @@ def _directions(call: Call, shapes: Shapes, direction: str) -> Floats:
     if direction in _ALONG:
         axis = np.broadcast_to(np.eye(3)[_ALONG[direction]], (shapes.num, 3))
         return call.workspace.frames.to_local(shapes.frame, axis) if direction.startswith("world") else axis
-    meshes = local_meshes(shapes, call.workspace)
+    return first_normals(shapes, call.workspace)
+
+
+def first_normals(shapes: Shapes, workspace: Workspace) -> Floats:
+    """[N, 3] unit normals of the first faces in scope axes; up where there is none."""
+    meshes = local_meshes(shapes, workspace)
     first = np.zeros((shapes.num, 3))
     filled = np.diff(meshes.mesh_faces) > 0
     first[filled] = face_normals(meshes)[meshes.mesh_faces[:-1][filled]]

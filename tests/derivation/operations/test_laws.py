@@ -136,6 +136,33 @@ def test_outlines_cut_a_lot_without_loss(footprint, text):
     assert sum(areas_by_symbol(sampled(text, lot)).values()) == pytest.approx(area)
 
 
+ROOFS = [
+    "roofHip(40)",
+    "roofGable(40)",
+    "roofPyramid(40)",
+    "roofShed(20)",
+    "roofRidge(byHeight, 3)",
+    "roofHip(byHeight, 3)",
+]
+
+
+@pytest.mark.parametrize("footprint", FOOTPRINTS)
+@pytest.mark.parametrize("roof", ROOFS)
+def test_a_roof_is_closed_and_covers_its_lot(footprint, roof):
+    lot, area = FOOTPRINTS[footprint]
+    forest = sampled(f"Lot --> {roof} Roof", lot)
+    meshes = world_meshes(forest)
+    vectors = measure.area_vectors(meshes)
+    assert measure.is_closed(meshes).all()
+    assert volumes_by_symbol(forest)["Roof"] > 0.0
+    assert vectors[vectors[:, 1] > 0.0, 1].sum() == pytest.approx(area)
+
+
+def test_a_roof_by_height_is_that_high():
+    forest = sampled("Lot --> roofGable(byHeight, 4.5) Roof", L_SHAPE)
+    assert world_meshes(forest).points[:, 1].max() == pytest.approx(4.5)
+
+
 def test_an_inserted_mesh_fills_the_scope():
     forest = sampled('Lot --> s(4, 6, 2) i("builtin:cylinder") Column')
     points = world_meshes(forest).points

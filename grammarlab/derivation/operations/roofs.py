@@ -1,0 +1,88 @@
+"""Roofs over the faces of a shape: ``roofHip``, ``roofGable``, ``roofPyramid``, ``roofShed`` and ``roofRidge``.
+
+The value is an angle in degrees, or after ``byHeight`` a height in metres. The scope then stands on the first face, as
+after ``extrude``.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.calls import Argument, Call, Operation
+from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.operations.extrusion import first_normals, stood_up
+from grammarlab.derivation.shapes import Shapes
+from grammarlab.geometry import roofs
+from grammarlab.geometry.mesh import Meshes
+
+_WORDS = frozenset({"byAngle", "byHeight"})
+
+
+def roof_hip(call: Call) -> Shapes:
+    """``roofHip([byAngle|byHeight,] value, overhang, even)``."""
+    value, *rest = call.values
+    overhang = call.column(rest[0]) if rest else 0.0
+    even = _flag(call, rest[1]) if len(rest) > 1 else False
+    return _roofed(call, roofs.roof_hip(_faces(call), call.column(value), _by(call), overhang, even))
+
+
+def roof_gable(call: Call) -> Shapes:
+    """``roofGable([byAngle|byHeight,] value, overhangX, overhangY, even, index)``."""
+    value, *rest = call.values
+    overhangs = [call.column(argument) for argument in rest[:2]] + [0.0] * (2 - len(rest[:2]))
+    even = _flag(call, rest[2]) if len(rest) > 2 else False
+    index = _index(call, rest[3]) if len(rest) > 3 else None
+    return _roofed(
+        call, roofs.roof_gable(_faces(call), call.column(value), _by(call), *overhangs, even=even, index=index)
+    )
+
+
+def roof_pyramid(call: Call) -> Shapes:
+    """``roofPyramid([byAngle|byHeight,] value)``."""
+    return _roofed(call, roofs.roof_pyramid(_faces(call), call.column(call.values[0]), _by(call)))
+
+
+def roof_shed(call: Call) -> Shapes:
+    """``roofShed([byAngle|byHeight,] value, index)``."""
+    value, *rest = call.values
+    index = _index(call, rest[0]) if rest else 0
+    return _roofed(call, roofs.roof_shed(_faces(call), call.column(value), _by(call), index))
+
+
+def roof_ridge(call: Call) -> Shapes:
+    """``roofRidge([byAngle|byHeight,] value)``."""
+    return _roofed(call, roofs.roof_ridge(_faces(call), call.column(call.values[0]), _by(call)))
+
+
+def _faces(call: Call) -> Meshes:
+    return local_meshes(call.shapes, call.workspace)
+
+
+def _by(call: Call) -> Literal["angle", "height"]:
+    return "height" if "byHeight" in call.words else "angle"
+
+
+def _flag(call: Call, argument: Argument) -> bool:
+    if isinstance(argument.value, bool):
+        return argument.value
+    raise call.error(f"{call.name} expects true or false for even, the same for all shapes")
+
+
+def _index(call: Call, argument: Argument) -> NDArray[np.int64]:
+    return np.rint(call.column(argument)).astype(np.int64)
+
+
+def _roofed(call: Call, roof: Meshes) -> Shapes:
+    return stood_up(call, roof, first_normals(call.shapes, call.workspace))
+
+
+OPERATIONS: dict[str, Operation] = {
+    "roofGable": Operation(roof_gable, _WORDS, (1, 6)),
+    "roofHip": Operation(roof_hip, _WORDS, (1, 4)),
+    "roofPyramid": Operation(roof_pyramid, _WORDS, (1, 2)),
+    "roofRidge": Operation(roof_ridge, _WORDS, (1, 2)),
+    "roofShed": Operation(roof_shed, _WORDS, (1, 3)),
+}

@@ -1,0 +1,41 @@
+"""Operations on texture coordinates, which change no shape: here they are accepted and have no effect.
+
+Images are projected along the world's axes when a model is written; `grammarlab check` lists these operations as not
+supported.
+"""
+
+from __future__ import annotations
+
+from grammarlab.derivation.calls import Call, Operation
+from grammarlab.derivation.shapes import Shapes
+
+_WORDS = frozenset(
+    {
+        *(f"{space}.{first}{second}" for space in ("scope", "world") for first in "xyz" for second in "xyz"),
+        *("scope.sx", "scope.sy", "scope.sz", "world.sx", "world.sy", "world.sz", "uvSpace", "unitSpace"),
+        *("collectiveAllFaces", "separatePerFace", "uv", "u", "v", "all", "edges", "faces", "vertices"),
+    }
+)
+_NAMES = (
+    "copyUV",
+    "deleteUV",
+    "normalizeUV",
+    "offsetUV",
+    "projectUV",
+    "rotateUV",
+    "scaleUV",
+    "setNormals",
+    "setupProjection",
+    "setupUV",
+    "softenNormals",
+    "tileUV",
+    "translateUV",
+)
+
+
+def unchanged(call: Call) -> Shapes:
+    """The shapes as they are."""
+    return call.shapes
+
+
+OPERATIONS: dict[str, Operation] = {name: Operation(unchanged, _WORDS, (0, 9)) for name in _NAMES}
