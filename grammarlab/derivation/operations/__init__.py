@@ -7,8 +7,10 @@ from grammarlab.derivation.operations import (
     extrusion,
     insertion,
     planar,
+    roofs,
     scope,
     splits,
+    textures,
 )
 
 OPERATIONS = {

@@ -138,11 +138,11 @@ def test_outlines_cut_a_lot_without_loss(footprint, text):
 
 ROOFS = [
     "roofHip(40)",
+    "roofHip(byHeight, 3)",
     "roofGable(40)",
     "roofPyramid(40)",
     "roofShed(20)",
     "roofRidge(byHeight, 3)",
-    "roofHip(byHeight, 3)",
 ]
 
 
