@@ -9,7 +9,7 @@ import numpy as np
 
 from grammarlab.geometry.mesh import Floats
 from grammarlab.geometry.patches import rings
-from grammarlab.geometry.skeleton import Loop, Sweep, sweep
+from grammarlab.geometry.skeleton import Loop, Sweep, loop_area, sweep
 
 AUTOMATIC = -1
 """The gable index that leaves the choice of gables to the shape of the polygon."""
@@ -187,14 +187,9 @@ def _has_one_tip(plan: Plan, wall: list[int]) -> bool:
     tips = [node for node in inner if plan.time[node] > highest * (1.0 - _STRAIGHT)]
     tip = plan.xy[tips[0]] if tips else start
     spread = max((float(np.hypot(*(plan.xy[node] - tip))) for node in tips), default=0.0)
-    area = sum(_area(plan.xy[list(loop)]) for edge in wall for loop in plan.faces[edge])
-    triangle = _area(np.array([start, end, tip]))
+    area = sum(loop_area(plan.xy, loop) for edge in wall for loop in plan.faces[edge])
+    triangle = loop_area(np.array([start, end, tip]), (0, 1, 2))
     return spread <= _STRAIGHT * highest and abs(area - triangle) <= _STRAIGHT * triangle
-
-
-def _area(xy: Floats) -> float:
-    x, y = (xy - xy[0]).T
-    return 0.5 * float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
 
 
 def _facing_pair(plan: Plan, walls: list[list[int]], index: int) -> list[int]:

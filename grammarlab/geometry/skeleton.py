@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 
 from grammarlab.geometry.mesh import Floats
 from grammarlab.geometry.wavefront import TOLERANCE, Wavefront
@@ -72,6 +73,8 @@ def sweep(
     low, high = points.min(axis=0), points.max(axis=0)
     size = float((high - low).max())
     if size <= 0.0 or not math.isfinite(size):
+        return None
+    if not shapely.is_valid(shapely.polygons(loops[0], list(loops[1:]) or None)):
         return None
     # A power of two loses no digits.
     scale = 2.0 ** math.frexp(size)[1]
@@ -184,12 +187,14 @@ def _faces_of(arcs: Sequence[tuple[int, int]]) -> tuple[Loop, ...]:
 
 def _without_repeats(unit: Floats, rows: range) -> list[int]:
     """The corners of a loop, leaving out each that lies where the next one lies."""
+    places = unit[rows.start : rows.stop].tolist()
     kept: list[int] = []
-    for row in reversed(rows):
-        after = kept[-1] if kept else rows[0]
-        if row == after or max(abs(unit[row] - unit[after])) > 10 * TOLERANCE:
-            kept.append(row)
-    return kept[::-1]
+    for i in reversed(range(len(rows))):
+        after = kept[-1] if kept else 0
+        near = all(abs(a - b) <= 10 * TOLERANCE for a, b in zip(places[i], places[after], strict=True))
+        if i == after or not near:
+            kept.append(i)
+    return [rows[i] for i in reversed(kept)]
 
 
 def _is_subdivision(result: Sweep, loops: Sequence[Floats], corners: Sequence[int]) -> bool:
@@ -208,9 +213,14 @@ def _is_subdivision(result: Sweep, loops: Sequence[Floats], corners: Sequence[in
 
 def loop_area(xy: Floats, loop: Sequence[int]) -> float:
     """Signed area within a loop of nodes, positive where it runs counter-clockwise."""
-    x, y = xy[list(loop)].T
-    x, y = x - x[0], y - y[0]
-    return 0.5 * float((x[:-1] * y[1:] - x[1:] * y[:-1]).sum())
+    places = xy[list(loop)].tolist()
+    x0, y0 = places[0]
+    twice, px, py = 0.0, 0.0, 0.0
+    for x, y in places[1:]:
+        dx, dy = x - x0, y - y0
+        twice += px * dy - dx * py
+        px, py = dx, dy
+    return 0.5 * twice
 
 
 def _has_area(nodes: Floats, loop: Loop) -> bool:
