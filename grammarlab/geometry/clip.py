@@ -1,7 +1,7 @@
 """Parts of meshes between planes: what ``split`` and trim planes leave.
 
-Closed meshes stay closed: where a plane cuts them they get a cap. A face in the plane of a cut goes to one side only: to
-the one that it bounds.
+Closed meshes stay closed: where a plane cuts them they get a cap. A face in the plane of a cut goes to one side only:
+to the one that it bounds.
 """
 
 from __future__ import annotations

@@ -54,8 +54,8 @@ class _Walk:
 def cut(faces: Soup, points: Floats, distance: Floats, normals: Floats) -> Cut:
     """The parts of faces where the distance is not negative.
 
-    Faces that share an edge get the same new point on it. The first edge of a piece is what is left of the first edge of
-    its face, or else the edge along the cut.
+    Faces that share an edge get the same new point on it. The first edge of a piece is what is left of the first edge
+    of its face, or else the edge along the cut.
 
     Args:
         faces: faces with corners on both sides of the plane.

@@ -1,4 +1,4 @@
-"""Faces on their way from one mesh to another: each knows its mesh and its place there, all share one table of points."""
+"""Faces on their way from one mesh to another, over one table of points."""
 
 from __future__ import annotations
 
