@@ -10,6 +10,7 @@ from grammarlab import __version__
 from grammarlab.cli.check import check
 from grammarlab.cli.examples import list_examples
 from grammarlab.cli.sample import sample
+from grammarlab.cli.show import show
 
 app = typer.Typer(
     name="grammarlab",
@@ -39,3 +40,4 @@ def grammarlab(
 app.command("sample")(sample)
 app.command("check")(check)
 app.command("list")(list_examples)
+app.command("show")(show)

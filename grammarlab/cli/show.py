@@ -1,0 +1,144 @@
+"""``grammarlab show``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from grammarlab.cli.report import friendly_errors, say
+
+if TYPE_CHECKING:
+    import networkx as nx
+    from rich.table import Table
+
+    from grammarlab.language.grammar import Grammar
+    from grammarlab.language.syntax import Attribute, Rule
+
+
+def show(
+    grammar: Annotated[str, typer.Argument(help="A .cga file, or the name of a shipped grammar.")],
+    graph: Annotated[Path | None, typer.Option("--graph", help="Draw the rule graph into this .svg or .png.")] = None,
+) -> None:
+    """Show the rules, symbols, attributes and probabilities of a grammar as tables."""
+    with friendly_errors():
+        from rich.console import Console
+
+        from grammarlab.cli.rule_graph import rule_graph
+        from grammarlab.language.builtins import blocks, operations
+        from grammarlab.language.grammar import Grammar
+        from grammarlab.runs.examples import find_rules
+
+        source = find_rules(grammar)
+        parsed = Grammar.parse(source.text(), str(source.path))
+        start = parsed.start_rule
+        names = frozenset(operations()) | frozenset(blocks()) | {"NIL"}
+        symbols = rule_graph(parsed.rules.values(), start.name if start else "", names)
+        if graph is not None:
+            _draw(symbols, graph)
+            return
+        console = Console()
+        console.print(_summary(parsed, symbols), highlight=False)
+        free = [attribute for attribute in parsed.attributes.values() if not attribute.constant]
+        if free:
+            console.print(_attribute_table(free))
+        if parsed.rules:
+            console.print(_rule_table(parsed.rules.values(), symbols))
+
+
+def _draw(symbols: nx.DiGraph[str], path: Path) -> None:
+    from grammarlab.cli.graph_picture import save_graph
+    from grammarlab.cli.rule_graph import place
+
+    save_graph(place(symbols), symbols.edges, path)
+    say(f"rule graph: {path}")
+
+
+def _summary(grammar: Grammar, symbols: nx.DiGraph[str]) -> str:
+    from grammarlab.language.syntax import Stochastic, alternatives
+    from grammarlab.language.walking import walk
+
+    leaves = sum(kind == "terminal" for _, kind in symbols.nodes(data="kind"))
+    branches = sum(len(list(alternatives(rule.body))) for rule in grammar.rules.values())
+    choices = sum(isinstance(node, Stochastic) for node in walk(grammar.tree))
+    constants = sum(attribute.constant for attribute in grammar.attributes.values())
+    counts = {
+        "symbol": len(symbols),
+        "leaf symbol": leaves,
+        "rule": len(grammar.rules),
+        "branche": branches,
+        "attribute": len(grammar.attributes) - constants,
+        "constant": constants,
+        "function": len(grammar.functions),
+        "random choice": choices,
+    }
+    return f"{grammar.file}\n" + ", ".join(f"{name}s: {count}" for name, count in counts.items())
+
+
+def _attribute_table(attributes: list[Attribute]) -> Table:
+    from rich.table import Table
+    from rich.text import Text
+
+    from grammarlab.language.printing import expression, value
+
+    table = Table(title="Attributes", title_justify="left")
+    for heading in ("Attribute", "Value", "Range", "Group", "Description"):
+        table.add_column(heading, overflow="fold")
+    table.add_column("Line", justify="right")
+    for attribute in attributes:
+        notes = {
+            note.name.lower(): ", ".join(
+                f"{key}={expression(v)}" if key else expression(v) for key, v in note.arguments
+            )
+            for note in attribute.annotations
+        }
+        cells = (
+            attribute.name,
+            value(attribute.value),
+            notes.get("range", "") or notes.get("enum", ""),
+            notes.get("group", "").replace('"', ""),
+            notes.get("description", "").strip('"'),
+            str(attribute.location.line),
+        )
+        table.add_row(*(Text(cell) for cell in cells))
+    return table
+
+
+def _rule_table(rules: Iterable[Rule], symbols: nx.DiGraph[str]) -> Table:
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title="Rules", title_justify="left")
+    for heading in ("Rule", "Branches", "Probabilities", "Leads to"):
+        table.add_column(heading, overflow="fold")
+    table.add_column("Line", justify="right")
+    for rule in rules:
+        parameters = f"({', '.join(rule.parameters)})" if rule.parameters else ""
+        start = "@StartRule " if symbols.nodes[rule.name]["kind"] == "start" else ""
+        probabilities, branches = _probabilities(rule)
+        leads_to = ", ".join(sorted(symbols.successors(rule.name)))
+        cells = (start + rule.name + parameters, str(branches), probabilities, leads_to, str(rule.location.line))
+        table.add_row(*(Text(cell) for cell in cells))
+    return table
+
+
+def _probabilities(rule: Rule) -> tuple[str, int]:
+    """The percentages of each random choice of a rule, in the order of the text, and how many branches it has."""
+    from grammarlab.language.percentages import constant
+    from grammarlab.language.printing import expression
+    from grammarlab.language.syntax import Stochastic, alternatives
+    from grammarlab.language.walking import walk
+
+    choices = []
+    for choice in (node for node in walk(rule) if isinstance(node, Stochastic)):
+        stated = [None if p is None else constant(p) for p in choice.percentages]
+        rest = max(0.0, 100.0 - sum(number for number in stated if number is not None))
+        known = all(number is not None for p, number in zip(choice.percentages, stated, strict=True) if p is not None)
+        words = [
+            (f"{rest:.3g}" if known else "else") if p is None else expression(p) if number is None else f"{number:.3g}"
+            for p, number in zip(choice.percentages, stated, strict=True)
+        ]
+        choices.append(" / ".join(words) + " %")
+    return "; ".join(choices), len(list(alternatives(rule.body)))
