@@ -14,6 +14,7 @@ from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.derivation.shapes import Shapes, child_keys, part_keys
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language import syntax
+from grammarlab.language.builtins import operations
 from grammarlab.language.syntax import (
     Binary,
     Block,
@@ -100,6 +101,8 @@ class SequenceCompiler:
                 return self._operation(OPERATIONS[item.name], item)
             case Invoke() if item.name in BLOCKS:
                 return _refusal(f"{item.name} without a block", item.location)
+            case Invoke() if item.name in operations() and not self._has_rule(item):
+                return _refusal(f"the operation {item.name}", item.location)
             case Invoke():
                 return self._successor(item, in_block)
             case Scoped():
@@ -107,6 +110,9 @@ class SequenceCompiler:
             case Block() if item.name in BLOCKS:
                 return self._block(BLOCKS[item.name], item)
         return _refusal(getattr(item, "name", type(item).__name__.lower()), item.location)
+
+    def _has_rule(self, item: Invoke) -> bool:
+        return (item.name, len(item.arguments)) in self._successors.rules
 
     def _operation(self, operation: Operation, item: Invoke) -> Step:
         codes = self._arguments(item.name, item.arguments, operation, item.location)
@@ -135,8 +141,8 @@ class SequenceCompiler:
             for part, body, random in zip(made, bodies, draws, strict=True):
                 if part.shapes.num:
                     key = part_keys(part.shapes.key, number, part.number) if random else None
-                    for operations, _, taken in route(body, part.shapes._replace(key=key), workspace):
-                        operations.run(taken, workspace)
+                    for sequence, _, taken in route(body, part.shapes._replace(key=key), workspace):
+                        sequence.run(taken, workspace)
             return shapes
 
         return step
@@ -203,9 +209,9 @@ def _without_prefixes(node: Expression) -> tuple[Expression, frozenset[type]]:
 
 def _bracket(body: Branching[Operations]) -> Step:
     def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
-        for operations, _, taken in route(body, shapes, workspace):
+        for sequence, _, taken in route(body, shapes, workspace):
             current = taken
-            for inner in operations.steps:
+            for inner in sequence.steps:
                 current = inner(current, taken, workspace)
         return shapes
 

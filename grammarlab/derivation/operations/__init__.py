@@ -6,11 +6,11 @@ from grammarlab.derivation.operations import (
     components,
     extrusion,
     insertion,
+    neutral,
     planar,
     roofs,
     scope,
     splits,
-    textures,
 )
 
 OPERATIONS = {
@@ -18,15 +18,15 @@ OPERATIONS = {
     **appearance.OPERATIONS,
     **extrusion.OPERATIONS,
     **insertion.OPERATIONS,
+    **neutral.OPERATIONS,
     **planar.OPERATIONS,
     **roofs.OPERATIONS,
     **scope.OPERATIONS,
-    **textures.OPERATIONS,
 }
 """Operations without a block, by name."""
 
 BLOCKS = {**components.BLOCKS, **planar.BLOCKS, **splits.BLOCKS}
 """Operations with a block, by name."""
 
-WITHOUT_EFFECT = frozenset(textures.OPERATIONS)
+WITHOUT_EFFECT = frozenset(neutral.OPERATIONS)
 """Operations that are read and then left out."""

@@ -1,4 +1,4 @@
-"""Roofs over the faces of a shape: ``roofHip``, ``roofGable``, ``roofPyramid``, ``roofShed`` and ``roofRidge``.
+"""Roofs over the faces of a shape: ``roofHip``, ``roofGable``, ``roofPyramid``, ``roofShed``, ``roofRidge``, and ``taper``.
 
 The value is an angle in degrees, or after ``byHeight`` a height in metres. The scope then stands on the first face, as
 after ``extrude``.
@@ -57,6 +57,14 @@ def roof_ridge(call: Call) -> Shapes:
     return _roofed(call, roofs.roof_ridge(_faces(call), call.column(call.values[0]), _by(call)))
 
 
+def taper(call: Call) -> Shapes:
+    """``taper(height)``: a pyramid over each face."""
+    heights = call.column(call.values[0])
+    if heights.min() < 0.0:
+        raise call.error(f"taper expects a height of at least 0 metres, found {heights.min():g}")
+    return _roofed(call, roofs.roof_pyramid(_faces(call), heights, "height"))
+
+
 def _faces(call: Call) -> Meshes:
     return local_meshes(call.shapes, call.workspace)
 
@@ -85,4 +93,5 @@ OPERATIONS: dict[str, Operation] = {
     "roofPyramid": Operation(roof_pyramid, _WORDS, (1, 2)),
     "roofRidge": Operation(roof_ridge, _WORDS, (1, 2)),
     "roofShed": Operation(roof_shed, _WORDS, (1, 3)),
+    "taper": Operation(taper, num_arguments=(1, 1)),
 }

@@ -143,6 +143,7 @@ ROOFS = [
     "roofPyramid(40)",
     "roofShed(20)",
     "roofRidge(byHeight, 3)",
+    "taper(5)",
 ]
 
 

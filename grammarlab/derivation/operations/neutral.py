@@ -1,7 +1,7 @@
-"""Operations on texture coordinates, which change no shape: here they are accepted and have no effect.
+"""Operations that change texture coordinates, or how a surface is cut into faces, but not where it is.
 
-Images are projected along the world's axes when a model is written; `grammarlab check` lists these operations as not
-supported.
+They are accepted and have no effect: images are projected along the world's axes when a model is written, concave
+faces are cut where they are drawn. `grammarlab check` lists these operations as not supported.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ _WORDS = frozenset(
     }
 )
 _NAMES = (
+    "cleanupGeometry",
+    "convexify",
     "copyUV",
     "deleteUV",
     "normalizeUV",
