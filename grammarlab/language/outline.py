@@ -26,8 +26,8 @@ _KEYWORDS = {
     "version": ("_VERSION", ("STRING", "NUMBER")),
 }
 """Words that begin a definition, when followed by one of these."""
-_UNFINISHED = frozenset({"_EQUALS", "_COLON", "_ARROW", "OPERATOR", "SIGN", "PREFIX", "_COMMA", "CARET", "_ASSIGN"})
-"""A token after which a definition cannot begin, because something must still follow."""
+_UNFINISHED = frozenset({"_EQUALS", "OPERATOR", "SIGN", "PREFIX", "_COMMA", "CARET", "_ASSIGN"})
+"""Tokens after which a definition cannot begin, because something must still follow."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,9 +151,13 @@ class _Scan:
         if self.open or self.in_condition:
             return
         head = self._head_before(index)
-        if head is None or (head > 0 and self.tokens[head - 1].type in _UNFINISHED | {"ATTRIBUTE"}):
+        if head is None:
             return
-        self._begin(head)
+        before = self.tokens[head - 1].type if head else ""
+        # The body of a rule or of a branch may be empty: after an arrow or a colon the line decides.
+        goes_on = before in ("_ARROW", "_COLON") and not self._first_on_line(head)
+        if not goes_on and before not in _UNFINISHED | {"ATTRIBUTE", "_AT"}:
+            self._begin(head)
 
     def _begin(self, head: int) -> None:
         self.in_condition = False
@@ -250,7 +254,7 @@ class _Scan:
 
     def _follows_sign(self, index: int) -> bool:
         """Whether a choice that begins at `index` stands inside another one, or right at the start of a body."""
-        return index > 0 and self.tokens[index - 1].type in _UNFINISHED
+        return index > 0 and self.tokens[index - 1].type in _UNFINISHED | {"_ARROW", "_COLON"}
 
     def _parts_have_depths(self, opening: int) -> bool:
         """Whether the brace at `opening` is the first of a splitAndSetbackPerimeter."""

@@ -134,12 +134,14 @@ class BodyChecker:
         """A symbol without a rule ends the derivation; warn where it looks like a slip of the pen."""
         if item.name.endswith("."):
             return
-        known = (*self.symbols.rules, *builtins.operations(), *builtins.blocks())
-        hint = suggestion(item.name, known)
-        folded = {name.lower() for name in known}
-        if item.parenthesised or item.name.lower() in folded:
+        rules = {name.lower() for name in self.symbols.rules}
+        operations = {name.lower() for name in (*builtins.operations(), *builtins.blocks())}
+        # Symbols begin with a capital by custom, operations never do.
+        slip = item.name.lower() in rules or (item.name[0].islower() and item.name.lower() in operations)
+        if item.parenthesised or slip:
+            known = (*self.symbols.rules, *builtins.operations(), *builtins.blocks())
             message = f"no rule or operation is called '{item.name}': it ends the derivation here"
-            self.remarks.warning("unknown-symbol", item.location, message, hint)
+            self.remarks.warning("unknown-symbol", item.location, message, suggestion(item.name, known))
 
     def _dynamic_import(self, item: Invoke, scope: Scope) -> None:
         what = "redefining attributes at a rule's call"

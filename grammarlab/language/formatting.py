@@ -1,0 +1,326 @@
+"""One way to write every rule file.
+
+A definition stands on one line when it fits and no comment stands inside it; otherwise every branch and every part
+gets its own line, and operations fill lines. Comments go before the next operation, part, branch or definition, or to
+the end of the line when they stood at the end of one. Formatting what was formatted changes nothing.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from grammarlab.errors import Location
+from grammarlab.language import printing
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.syntax import (
+    Annotation,
+    Attribute,
+    Block,
+    Case,
+    Choice,
+    Combine,
+    Definition,
+    Function,
+    Group,
+    Import,
+    Inline,
+    Invoke,
+    Item,
+    Node,
+    Part,
+    Rule,
+    RuleFile,
+    Scatter,
+    Scoped,
+    Sequence,
+    Stochastic,
+)
+from grammarlab.language.tokens import Comment, Token, tokenize
+from grammarlab.language.walking import walk
+
+WIDTH = 100
+"""Characters a line may have, where it can be broken."""
+_STEP = "    "
+
+
+def format_grammar(grammar: Grammar | RuleFile) -> str:
+    """A rule file in the one canonical style.
+
+    Args:
+        grammar: a grammar, whose comments are kept, or a bare tree.
+
+    Raises:
+        ValueError: a number of a bare tree is infinite or not a number, which no text says.
+    """
+    if isinstance(grammar, RuleFile):
+        return _Formatter(grammar, "").run()
+    return _Formatter(grammar.tree, grammar.text).run()
+
+
+class _Formatter:
+    """Writes one rule file, line by line."""
+
+    def __init__(self, tree: RuleFile, text: str) -> None:
+        words = tokenize(text)
+        self.tree = tree
+        self.source = text.splitlines()
+        self.comments = deque(words.comments)
+        self.version = _version_location(words.tokens)
+        self.lines: list[str] = []
+        self.sealed = -1
+        """Index of the last line that a comment was added to."""
+
+    def run(self) -> str:
+        if self.tree.version:
+            if self.version is not None:
+                self._leading(self.version, 0)
+            self.lines.append(f'version "{self.tree.version}"')
+        previous: Definition | None = None
+        for definition in self.tree.definitions:
+            anchor = _first_location(definition)
+            self._trailing(anchor)
+            gap = len(self.lines)
+            first = self.comments[0].location if self._has_comment(anchor) else anchor
+            self._leading(anchor, gap)
+            start = len(self.lines)
+            self._definition(definition)
+            tall = len(self.lines) - start > 1
+            if gap and (self._blank_before(first) or previous is None or tall or _kind(previous) != _kind(definition)):
+                self._open_gap(gap)
+            previous = definition if not tall else None
+        self._trailing(None)
+        self._leading(None, 0)
+        return "".join(f"{line.rstrip()}\n" for line in self.lines)
+
+    # Comments
+
+    def _has_comment(self, before: Location | None) -> bool:
+        return bool(self.comments) and (before is None or self.comments[0].location < _place(before))
+
+    def _trailing(self, before: Location | None) -> None:
+        """Adds the comment that stood at the end of the line just written, if any."""
+        if self._has_comment(before) and not self.comments[0].alone and self.lines:
+            self._append(self.comments.popleft())
+
+    def _append(self, comment: Comment) -> None:
+        if self.sealed == len(self.lines) - 1:
+            self._write_comment(comment, "")
+        else:
+            self.lines[-1] += f"  {comment.text.rstrip()}"
+            self.sealed = len(self.lines) - 1
+
+    def _write_comment(self, comment: Comment, indent: str) -> None:
+        self.lines.append(indent + comment.text.rstrip())
+        self.sealed = len(self.lines) - 1
+
+    def _leading(self, before: Location | None, start: int) -> None:
+        """Writes the comments that stand before a definition, with the empty lines that stood around them."""
+        while self._has_comment(before):
+            comment = self.comments.popleft()
+            if len(self.lines) > start and self._blank_before(comment.location):
+                self.lines.append("")
+            self._write_comment(comment, "")
+        if before is not None and len(self.lines) > start and self._blank_before(before):
+            self.lines.append("")
+
+    def _inner(self, before: Location, indent: str) -> bool:
+        """Writes the comments that stand before something inside a definition; whether there were any."""
+        found = self._has_comment(before)
+        while self._has_comment(before):
+            comment = self.comments.popleft()
+            if comment.alone or not self.lines or self.sealed == len(self.lines) - 1:
+                self._write_comment(comment, indent)
+            else:
+                self._append(comment)
+        return found
+
+    def _commented(self, node: Node) -> bool:
+        """Whether a comment stands before the last place inside a node that one can stand before."""
+        if not self.comments:
+            return False
+        return any(self._has_comment(place) for place in _anchors(node))
+
+    def _blank_before(self, location: Location) -> bool:
+        return 1 < location.line <= len(self.source) and not self.source[location.line - 2].strip()
+
+    def _open_gap(self, index: int) -> None:
+        self.lines.insert(index, "")
+        self.sealed += self.sealed >= index
+
+    # Definitions
+
+    def _definition(self, definition: Definition) -> None:
+        self._annotations(definition.annotations)
+        self._inner(definition.location, "")
+        match definition:
+            case Rule():
+                keyword = f"{definition.keyword} " if definition.keyword else ""
+                self._headed(f"{keyword}{printing.signature(definition)} -->", definition.body, rule=True)
+            case Attribute():
+                keyword = "const" if definition.constant else "attr"
+                self._headed(f"{keyword} {printing.signature(definition)} =", definition.value, rule=False)
+            case Function():
+                keyword = "const " if definition.constant else ""
+                self._headed(f"{keyword}{printing.signature(definition)} =", definition.value, rule=False)
+            case Import():
+                self.lines.append(printing.import_statement(definition))
+            case _:
+                self.lines.append(printing.style_statement(definition))
+
+    def _annotations(self, annotations: tuple[Annotation, ...]) -> None:
+        line = ""
+        for annotation in annotations:
+            text = printing.annotation(annotation)
+            if line and (self._has_comment(annotation.location) or len(line) + len(text) >= WIDTH):
+                self.lines.append(line)
+                line = ""
+            self._inner(annotation.location, "")
+            line = f"{line} {text}".lstrip()
+        if line:
+            self.lines.append(line)
+
+    def _headed(self, head: str, choice: Choice, rule: bool) -> None:
+        """A definition: on one line, or its head and below it what it is."""
+        branches = isinstance(choice, Case | Stochastic)
+        flat = f"{head} {printing.body(choice) if rule else printing.value(choice)}".rstrip()
+        if not self._commented(choice) and not (branches and rule) and (len(flat) <= WIDTH or not (rule or branches)):
+            self.lines.append(flat)
+            return
+        self.lines.append(head)
+        self._choice(choice, _STEP, rule)
+
+    # Choices
+
+    def _choice(self, choice: Choice, indent: str, rule: bool) -> None:
+        if isinstance(choice, Sequence):
+            self._sequence(choice, indent)
+        elif not isinstance(choice, Case | Stochastic):
+            self._inner(choice.location, indent)
+            self.lines.append(indent + printing.value(choice))
+        else:
+            for index in range(len(choice.branches)):
+                self._branch(choice, index, indent, rule)
+
+    def _branch(self, choice: Case | Stochastic, index: int, indent: str, rule: bool) -> None:
+        branch = choice.branches[index]
+        heads = choice.conditions if isinstance(choice, Case) else choice.percentages
+        condition = heads[index]
+        self._inner(branch.location if condition is None else condition.location, indent)
+        head = indent + printing.branch_head(choice, index)
+        follows = index + 1 < len(choice.branches)
+        opening, closing = "", ""
+        if rule:
+            opening, branch, closing = printing.guarded(choice, index, branch)
+        elif follows and printing.open_marks(branch):
+            opening, closing = "(", ")"
+        text = printing.body(branch) if rule else printing.value(branch)
+        flat = f"{head} {opening}{text}{closing}".rstrip()
+        nested = isinstance(branch, Case | Stochastic)
+        if not self._commented(branch) and len(flat) <= WIDTH and not (nested and rule):
+            self.lines.append(flat)
+            return
+        self.lines.append(f"{head} {opening}".rstrip())
+        self._choice(branch, indent + _STEP, rule)
+        if closing:
+            self.lines.append(indent + _STEP + closing.strip())
+
+    # Operations
+
+    def _sequence(self, sequence: Sequence, indent: str) -> None:
+        line = ""
+        for item in sequence.items:
+            if line and self._has_comment(item.location):
+                self.lines.append(line)
+                line = ""
+            self._inner(item.location, indent)
+            flat = printing.item(item)
+            broken = not isinstance(item, Invoke) and (self._commented(item) or len(indent) + len(flat) > WIDTH)
+            head = _head(item) if broken else flat
+            if line and len(line) + 1 + len(head) > WIDTH:
+                self.lines.append(line)
+                line = ""
+            line = f"{line} {head}" if line else indent + head
+            if broken:
+                self.lines.append(line)
+                line = self._broken(item, indent)
+        if line:
+            self.lines.append(line)
+
+    def _broken(self, item: Item, indent: str) -> str:
+        """Writes what an item holds on lines of its own; its last line, which may go on."""
+        match item:
+            case Block():
+                last = self._group(item.group, indent)
+                if item.remainder is None:
+                    return last
+                self.lines.append(f"{last} {{")
+                return self._group(item.remainder, indent)
+            case Scoped() | Scatter() | Inline():
+                self._choice(item.body, indent + _STEP, rule=True)
+                return indent + ("]" if isinstance(item, Scoped) else "}" if _braced(item) else "").rstrip()
+            case Combine():
+                self._choice(item.first, indent + _STEP, rule=True)
+                self.lines.append(f"{indent}  |")
+                self._choice(item.second, indent + _STEP, rule=True)
+                return indent + "}"
+        return ""
+
+    def _group(self, group: Group, indent: str) -> str:
+        for index, member in enumerate(group.parts):
+            self._inner(member.location, indent + _STEP)
+            lead = indent + ("  | " if index else _STEP)
+            flat = lead + printing.member(member)
+            if not self._commented(member) and len(flat) <= WIDTH:
+                self.lines.append(flat)
+            elif isinstance(member, Group):
+                self.lines.append(lead + "{")
+                self.lines.append(self._group(member, indent + _STEP))
+            else:
+                self.lines.append(lead + printing.part_head(member))
+                self._choice(member.body, indent + _STEP + _STEP, rule=True)
+        return indent + ("}*" if group.repeated else "}")
+
+
+def _head(item: Item) -> str:
+    """The first line of an item that is broken over several."""
+    match item:
+        case Scoped():
+            return "["
+        case Combine():
+            return f"{item.operation} {{"
+        case Block() | Scatter() | Inline():
+            return f"{printing.item_head(item)} {{" if _braced(item) else printing.item_head(item)
+    return printing.item(item)
+
+
+def _braced(item: Item) -> bool:
+    return not isinstance(item, Inline) or printing.needs_braces(item)
+
+
+def _anchors(node: Node) -> list[Location]:
+    """The places inside a node that a comment can be written before."""
+    places: list[Location] = []
+    for inner in walk(node):
+        if isinstance(inner, Case | Stochastic):
+            heads = inner.conditions if isinstance(inner, Case) else inner.percentages
+            pairs = zip(heads, inner.branches, strict=True)
+            places += [branch.location if head is None else head.location for head, branch in pairs]
+        elif isinstance(inner, Invoke | Block | Scoped | Scatter | Inline | Combine | Part):
+            places.append(inner.location)
+    return places
+
+
+def _first_location(definition: Definition) -> Location:
+    return definition.annotations[0].location if definition.annotations else definition.location
+
+
+def _place(location: Location) -> Location:
+    return Location(location.line, location.column, 0, "")
+
+
+def _version_location(tokens: tuple[Token, ...]) -> Location | None:
+    return tokens[0].location if tokens and tokens[0].value == "version" else None
+
+
+def _kind(definition: Definition) -> type:
+    return Attribute if isinstance(definition, Function) else type(definition)
