@@ -9,6 +9,7 @@ import typer
 from grammarlab import __version__
 from grammarlab.cli.check import check
 from grammarlab.cli.examples import list_examples
+from grammarlab.cli.format import format_file
 from grammarlab.cli.sample import sample
 from grammarlab.cli.show import show
 
@@ -41,3 +42,4 @@ app.command("sample")(sample)
 app.command("check")(check)
 app.command("list")(list_examples)
 app.command("show")(show)
+app.command("format")(format_file)

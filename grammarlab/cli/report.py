@@ -9,7 +9,7 @@ from typing import Any
 
 import typer
 
-from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.errors import GrammarlabError, LanguageError, UsageError
 
 FAILURE, USAGE, INTERRUPTED = 1, 2, 130
 
@@ -32,6 +32,9 @@ def friendly_errors() -> Iterator[None]:
     except UsageError as error:
         say(f"error: {error}")
         raise typer.Exit(USAGE) from error
+    except LanguageError as error:
+        say(str(error))  # each finding says that it is an error
+        raise typer.Exit(FAILURE) from error
     except GrammarlabError as error:
         say(f"error: {error}")
         raise typer.Exit(FAILURE) from error

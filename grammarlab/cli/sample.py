@@ -33,7 +33,8 @@ class Renderer(StrEnum):
     gl = "gl"
 
 
-def _complete_grammar(incomplete: str) -> list[str]:
+def complete_grammar(incomplete: str) -> list[str]:
+    """The shipped grammars that begin so, for the shell."""
     from grammarlab.runs.examples import shipped_examples
 
     return [example.name for example in shipped_examples() if example.name.startswith(incomplete)]
@@ -42,7 +43,7 @@ def _complete_grammar(incomplete: str) -> list[str]:
 def sample(
     context: typer.Context,
     grammar: Annotated[
-        str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=_complete_grammar)
+        str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
     ] = "",
     num_models: Annotated[int, typer.Option("-n", "--num-models", help="Models, on each footprint.", min=1)] = 16,
     seed: Annotated[int, typer.Option("--seed", help="Model k of a seed is always the same.", min=0)] = 0,

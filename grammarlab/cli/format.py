@@ -1,0 +1,37 @@
+"""``grammarlab format``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from grammarlab.cli.report import FAILURE, friendly_errors, say
+from grammarlab.errors import UsageError
+
+
+def format_file(
+    file: Annotated[Path, typer.Argument(help="A .cga file.")],
+    check: Annotated[bool, typer.Option("--check", help="Only tell, by exit code 1, whether it would change.")] = False,
+    in_place: Annotated[bool, typer.Option("--in-place", "-i", help="Write the file instead of printing.")] = False,
+) -> None:
+    """Print a rule file in the one canonical style, comments included."""
+    with friendly_errors():
+        from grammarlab.language.formatting import format_grammar
+        from grammarlab.language.grammar import Grammar, read_text
+        from grammarlab.runs.atomic import write_text
+
+        if check and in_place:
+            raise UsageError("--check and --in-place exclude each other.")
+        text = read_text(file)
+        formatted = format_grammar(Grammar.parse(text, str(file)))
+        changed = formatted != text
+        if check:
+            say(f"{file}: {'would change' if changed else 'is formatted'}")
+            raise typer.Exit(FAILURE if changed else 0)
+        if not in_place:
+            typer.echo(formatted, nl=False)
+        elif changed:
+            write_text(file, formatted)
+            say(f"{file}: formatted")

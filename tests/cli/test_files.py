@@ -1,0 +1,116 @@
+"""``grammarlab check``, ``show``, ``format`` and ``list``."""
+
+import json
+import re
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from grammarlab.runs.examples import shipped_examples
+from tests.runs.grammars import BROKEN, TOWER
+
+
+def test_check_lists_findings_with_line_and_caret_and_exits_with_1(run, rules):
+    result = run("check", rules(BROKEN), code=1)
+    assert "house.cga:3:" in result.stdout
+    assert "^" in result.stdout
+    assert "error" in result.stdout.splitlines()[-1]
+
+
+def test_check_exits_with_0_when_there_are_only_warnings(run, rules):
+    result = run("check", rules("Lot --> extrude(3)\nNever --> color(1, 0, 0)"))
+    assert "1 warning" in result.stdout
+
+
+def test_check_as_json_carries_the_same_findings(run, rules):
+    values = json.loads(run("check", rules(BROKEN), "--json", code=1).stdout)
+    assert values["error"] == sum(f["severity"] == "error" for f in values["findings"]) > 0
+    assert values["findings"][0]["location"]["line"] == 3
+
+
+def test_check_reports_a_missing_or_unreadable_file(run, tmp_path):
+    assert "no such file" in run("check", tmp_path / "nowhere.cga", code=2).stderr
+    (tmp_path / "big.cga").write_bytes(b" " * 20_000_000)
+    assert "larger" in run("check", tmp_path / "big.cga", code=1).stderr
+
+
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    st.one_of(st.binary(max_size=200), st.text(alphabet='Lot->:{}()|*~%"#/ extrude\n1.', max_size=200).map(str.encode))
+)
+def test_check_ends_in_a_report_whatever_the_file_holds(run, tmp_path, content):
+    (tmp_path / "any.cga").write_bytes(content)
+    values = json.loads(run("check", tmp_path / "any.cga", "--json", code=_code(run, tmp_path / "any.cga")).stdout)
+    assert {"findings", "error", "warning", "unsupported"} <= set(values)
+
+
+def _code(run, path):
+    from typer.testing import CliRunner
+
+    from grammarlab.cli import app
+
+    code = CliRunner().invoke(app, ["check", str(path)], catch_exceptions=False).exit_code
+    assert code in (0, 1)
+    return code
+
+
+@pytest.mark.parametrize("name", [example.name for example in shipped_examples()])
+def test_show_names_every_rule_and_attribute_with_its_value(run, name, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")
+    text = run("show", name).stdout
+    source = next(example for example in shipped_examples() if example.name == name).text()
+    heads = [line.split("-->")[0].split("(")[0].strip() for line in source.splitlines() if "-->" in line]
+    for head in heads:
+        if head.isidentifier():
+            assert head in text
+
+
+def test_show_gives_probabilities_and_ranges(run, rules, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    text = run("show", rules(TOWER)).stdout
+    assert "60 / 40 %" in text
+    assert "min=1, max=9" in text
+    assert "rand(3, 9)" in text
+    assert "@StartRule Lot" in text
+
+
+@pytest.mark.parametrize("name", [example.name for example in shipped_examples()])
+def test_a_rule_graph_has_a_box_for_every_symbol(run, name, tmp_path):
+    run("show", name, "--graph", tmp_path / "graph.svg")
+    labels = re.findall(r"<text[^>]*>([^<]*)</text>", (tmp_path / "graph.svg").read_text())
+    assert len(labels) == len(set(labels))
+    assert len(labels) > 8
+    run("show", name, "--graph", tmp_path / "graph.png")
+    with Image.open(tmp_path / "graph.png") as picture:
+        assert picture.width > 200
+
+
+def test_a_rule_graph_needs_a_known_kind_of_file(run, tmp_path):
+    assert ".svg or .png" in run("show", "toy", "--graph", tmp_path / "graph.pdf", code=2).stderr
+
+
+def test_format_prints_checks_and_writes(run, rules):
+    path = rules("Lot-->extrude( 3 )Wall // tall\n")
+    printed = run("format", path).stdout
+    assert printed == "Lot --> extrude(3) Wall  // tall\n"
+    run("format", path, "--check", code=1)
+    run("format", path, "--in-place")
+    assert path.read_text() == printed
+    run("format", path, "--check")
+    assert "exclude each other" in run("format", path, "--check", "--in-place", code=2).stderr
+
+
+def test_format_leaves_a_file_with_errors_alone(run, rules):
+    path = rules(BROKEN)
+    run("format", path, "--in-place", code=1)
+    assert path.read_text() == BROKEN
+
+
+def test_list_shows_every_shipped_grammar_with_a_description(run):
+    lines = run("list").stdout.splitlines()
+    assert [line.split()[0] for line in lines] == [example.name for example in shipped_examples()]
+    values = json.loads(run("list", "--json").stdout)
+    assert [e["name"] for e in values["examples"]] == [line.split()[0] for line in lines]
+    assert all(e["description"] for e in values["examples"])

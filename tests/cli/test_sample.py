@@ -1,0 +1,129 @@
+"""``grammarlab sample``."""
+
+import json
+
+import pytest
+import trimesh
+
+from grammarlab.cli import sample as sample_module
+from tests.runs.grammars import BROKEN, TOWER
+
+
+def test_a_shipped_grammar_is_sampled_by_name_with_a_picture(run, tmp_path):
+    result = run("sample", "toy", "-n", "2", "--seed", "5", "-o", tmp_path / "out", "--jobs", "1")
+    assert "2 models of toy" in result.stderr
+    assert result.stdout == ""
+    names = {p.name for p in (tmp_path / "out").iterdir()}
+    assert names == {"toy-00000.glb", "toy-00001.glb", "toy.png", "derivations", "manifest.json"}
+    assert (tmp_path / "out" / "toy.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_json_is_one_object_about_the_run(run, rules, tmp_path):
+    path = rules(TOWER)
+    result = run(
+        "sample", path, "-n", "3", "--seed", "8", "-o", tmp_path / "out", "--no-image", "--json", "--jobs", "1"
+    )
+    values = json.loads(result.stdout)
+    assert set(values) == {"grammar", "hash", "seed", "models", "sheet", "derivations", "manifest"}
+    assert (values["grammar"], values["seed"], values["sheet"]) == ("house", 8, None)
+    assert [m["index"] for m in values["models"]] == [0, 1, 2]
+    for model in values["models"]:
+        assert set(model) == {"index", "file", "seed", "shapes", "triangles", "log_probability"}
+        mesh = trimesh.load(model["file"], force="mesh")
+        assert isinstance(mesh, trimesh.Trimesh)
+        assert len(mesh.faces) == model["triangles"]
+
+
+def test_options_reach_the_model(run, rules, tmp_path):
+    options = ["--attr", "height=7.5", "--footprint", "8x3", "--format", "ply", "--no-image", "-n", "1"]
+    run("sample", rules(TOWER), *options, "-o", tmp_path / "out")
+    mesh = trimesh.load(tmp_path / "out" / "house-00000.ply", force="mesh")
+    assert isinstance(mesh, trimesh.Trimesh)
+    assert mesh.extents == pytest.approx([8, 7.5, 3])
+
+
+def test_a_start_rule_can_be_chosen(run, rules, tmp_path):
+    options = ["--start", "Storey", "--no-image", "-n", "1", "--json"]
+    values = json.loads(run("sample", rules(TOWER), *options, "-o", tmp_path / "out").stdout)
+    assert values["models"][0]["shapes"] == 2
+
+
+def test_a_manifest_repeats_its_run_and_says_so(run, rules, tmp_path):
+    run("sample", rules(TOWER), "-n", "2", "--no-image", "-o", tmp_path / "a")
+    result = run("sample", "--manifest", tmp_path / "a" / "manifest.json", "-o", tmp_path / "b")
+    assert "equal to those of the manifest" in result.stderr
+    (tmp_path / "b" / "house-00001.glb").write_bytes(b"")
+    again = run("sample", "--manifest", tmp_path / "a", "-o", tmp_path / "b", "--json")
+    assert json.loads(again.stdout)["different_files"] == []
+
+
+def test_a_manifest_leaves_no_room_for_other_options(run, rules, tmp_path):
+    run("sample", rules(TOWER), "-n", "1", "--no-image", "-o", tmp_path / "a")
+    result = run("sample", "--manifest", tmp_path / "a", "--seed", "3", "-o", tmp_path / "b", code=2)
+    assert "leave out seed" in result.stderr
+
+
+def test_resume_goes_on_and_refuses_another_run(run, rules, tmp_path):
+    path = rules(TOWER)
+    run("sample", path, "-n", "2", "--no-image", "-o", tmp_path / "a")
+    run("sample", path, "-n", "2", "--no-image", "-o", tmp_path / "a", "--resume")
+    result = run("sample", path, "-n", "3", "--no-image", "-o", tmp_path / "a", "--resume", code=2)
+    assert "num_models was 2 and is 3" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "message"),
+    [
+        (["bilding"], 2, "Did you mean 'building'?"),
+        ([], 2, "which grammar"),
+        (["toy", "--attr", "h1"], 2, "expected name=value"),
+        (["toy", "--attr", "h1=1", "--attr", "h1=2"], 2, "given twice"),
+        (["toy", "--attr", "unknown=1"], 2, "no attribute unknown"),
+        (["toy", "--attr", "h1=nan"], 2, "finite"),
+        (["toy", "--start", "Nothing"], 2, "Nothing"),
+        (["toy", "--footprint", "POLYGON ((0 0, 9 9, 9 0, 0 9, 0 0))"], 1, "self-intersection"),
+        (["toy", "--footprint", "nowhere.geojson"], 1, "no such footprint file"),
+        (["toy", "--assets", "/nonexistent"], 2, "assets folder"),
+        (["toy", "--format", "ply", "--instancing", "gpu"], 2, "needs format 'glb'"),
+        (["toy", "--seed", str(2**64)], 2, "seed"),
+        (["--manifest", "/nonexistent/manifest.json"], 1, "no such manifest"),
+    ],
+)
+def test_bad_input_ends_in_one_message(run, tmp_path, monkeypatch, options, code, message):
+    monkeypatch.chdir(tmp_path)
+    result = (
+        run("sample", *options, "-n", "1", "--no-image", code=code)
+        if "--manifest" not in options
+        else run("sample", *options, code=code)
+    )
+    assert message in result.stderr
+
+
+def test_errors_in_the_rules_come_with_line_and_caret(run, rules, tmp_path):
+    result = run("sample", rules(BROKEN), "-o", tmp_path / "out", code=1)
+    assert "house.cga:" in result.stderr
+    assert "^" in result.stderr
+
+
+def test_endless_recursion_ends_in_an_error_that_names_the_rule(run, rules, tmp_path):
+    path = rules("Lot --> split(x) { '0.5 : Half | '0.5 : Half }\nHalf --> 99% : Lot else : NIL")
+    result = run("sample", path, "-n", "1", "--no-image", "-o", tmp_path / "out", code=1)
+    assert "Lot" in result.stderr
+
+
+def test_an_error_in_another_process_reads_the_same(run, rules, tmp_path):
+    path = rules("attr a = 1\nLot --> extrude(a)")
+    options = ["--no-image", "-n", "200", "--attr", "a=red"]
+    alone = run("sample", path, *options, "-o", tmp_path / "a", "--jobs", "1", code=1)
+    shared = run("sample", path, *options, "-o", tmp_path / "b", "--jobs", "2", code=1)
+    assert alone.stderr == shared.stderr != ""
+
+
+def test_an_unwritable_folder_is_an_error(run, tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    result = run("sample", "toy", "-n", "1", "--no-image", "-o", tmp_path / "file" / "out", code=1)
+    assert str(tmp_path / "file") in result.stderr
+
+
+def test_completion_offers_shipped_grammars():
+    assert sample_module.complete_grammar("sky") == ["skyscraper"]
