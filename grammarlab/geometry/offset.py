@@ -22,9 +22,9 @@ def offset(meshes: Meshes, distance: Floats | float, keep: Keep = "all") -> Mesh
 
     Offset polygons come first, tagged `INSIDE`; each begins at the part of the lowest edge that is left. Ring faces are
     tagged `BORDER`, one for each edge in order, and begin with that edge. They face the other way for positive
-    distances, so that the signed areas of offset polygons and ring always add up to that of the face. A distance
-    of 0 gives no ring. Where nothing is left inside, ``keep="inside"`` keeps the face itself, as CGA does; so does any
-    offset of a face without area or with edges that cross.
+    distances, so that the signed areas of offset polygons and ring always add up to that of the face. A distance of 0
+    (beside the size of the face) gives no ring. Where nothing is left inside, ``keep="inside"`` keeps the face itself,
+    as CGA does; so does any offset of a face without area or with edges that cross.
 
     Args:
         meshes: M meshes.
@@ -32,7 +32,8 @@ def offset(meshes: Meshes, distance: Floats | float, keep: Keep = "all") -> Mesh
         keep: which faces to keep.
     """
     polygons = lay_flat(meshes)
-    distances = np.broadcast_to(np.asarray(distance, np.float64), len(meshes))[meshes.mesh_of_face()]
+    wanted = np.broadcast_to(np.asarray(distance, np.float64), len(meshes))[meshes.mesh_of_face()]
+    distances = np.where(np.abs(wanted) > RELATIVE_TOLERANCE * polygons.extents(), wanted, 0.0)
     rectangular, sizes = rectangle_sizes(polygons)
     smallest = sizes.min(axis=1, initial=np.inf)
     simple = rectangular & (distances != 0.0) & (-2.0 * distances < smallest * (1.0 - RELATIVE_TOLERANCE))

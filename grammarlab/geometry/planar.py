@@ -51,6 +51,12 @@ class Polygons:
         """[C] the corner that follows each corner around its face."""
         return next_in_row(self.offsets)
 
+    def extents(self) -> Floats:
+        """[F] largest coordinate in the frame of each face: its size, up to a factor."""
+        largest = np.zeros(len(self))
+        np.maximum.at(largest, self.face_of_corner(), np.abs(self.xy).max(axis=1, initial=0.0))
+        return largest
+
     def lift(self, faces: NDArray[np.integer], xy: Floats, height: Floats) -> Floats:
         """Points in space [K, N, 3] from coordinates [K, N, 2] and heights [K, N] over the planes of ``faces`` [K]."""
         x, y, z = (self.axes[faces, None, i] for i in range(3))
@@ -114,7 +120,7 @@ def regroup(meshes: Meshes, offsets: Indices) -> Meshes:
         meshes: the meshes to join.
         offsets: [M + 1] new mesh i is made of the meshes ``offsets[i]`` to ``offsets[i + 1]``.
     """
-    if len(offsets) == len(meshes) + 1:
+    if np.array_equal(offsets, np.arange(len(meshes) + 1)):
         return meshes
     corners_per_mesh = np.diff(meshes.face_offsets[meshes.mesh_faces])
     base = meshes.mesh_points[offsets]

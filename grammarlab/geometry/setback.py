@@ -34,22 +34,24 @@ def setback(meshes: Meshes, distances: Floats, groups: Indices | None = None) ->
     """Edges of all faces moved inwards: the strips they pass over, and what remains.
 
     Strips of neighbouring edges of one group are one piece, which begins with its first edge; a strip around the whole
-    face has a keyhole. The remainder of a face, which may be several pieces, begins at the first edge that it still has
-    a part of. Between moved edges strips are mitred. Beside an edge that stays, or moves less, a strip follows that
-    edge where the corner is convex; at a reflex corner it is cut off at right angles, or by the line of that edge where
-    this is shorter. Pieces are ordered by face, then by first edge, the remainder last. A face without area, or whose
-    edges cross, is its own remainder.
+    face has a keyhole. A strip that passes an edge that stays may be in several parts. The remainder of a face, which
+    may be several pieces, begins at the first edge that it still has a part of. Between moved edges strips are mitred.
+    Beside an edge that stays, or moves less, a strip follows that edge where the corner is convex; at a reflex corner
+    it is cut off at right angles, or by the line of that edge where this is shorter. Pieces are ordered by face, then
+    by first edge, the remainder last. A face without area, or whose edges cross, is its own remainder.
 
     Args:
         meshes: M meshes.
-        distances: [C] for the edge that leaves each corner, in metres; 0 and less leaves it where it is.
+        distances: [C] for the edge that leaves each corner, in metres; what is not above 0 (beside the size of the
+            face) leaves it where it is.
         groups: [C] strips of different groups are kept apart, `REMAINDER` leaves an edge where it is; every edge of a
             face is its own group when left out.
     """
     polygons = lay_flat(meshes)
     own = np.arange(len(distances)) - np.repeat(polygons.offsets[:-1], polygons.counts)
     group = own if groups is None else groups
-    moved = np.where((group == REMAINDER) | ~(distances > 0.0), 0.0, distances)
+    least = (RELATIVE_TOLERANCE * polygons.extents())[polygons.face_of_corner()]
+    moved = np.where((group == REMAINDER) | ~(distances > least), 0.0, distances)
     rectangular, sizes = rectangle_sizes(polygons)
     fast = _fitting(polygons, np.flatnonzero(rectangular), sizes, moved)
     batches: list[Meshes] = []
@@ -158,31 +160,37 @@ def _rectangle_pieces(names: Sequence[int]) -> tuple[list[Loop], list[int]]:
     inner = [4 + i if max(names[i], names[i - 1]) >= 0 else i for i in range(4)]
     strips = {i: ((i, (i + 1) % 4, inner[(i + 1) % 4], inner[i]),) for i in range(4) if names[i] >= 0}
     if list(names) == [0, 0, 0, 0]:
-        around = [(0, (0, 1, 2, 3, 0, 4, 7, 6, 5, 4))]
+        pieces = [(0, (0, 1, 2, 3, 0, 4, 7, 6, 5, 4))]
     else:
-        around = _begun([face for loops in _joined(strips, names) for face in loops], strips)
-    pieces = [*around, (REMAINDER, tuple(inner))]
+        pieces = sorted(piece for loops, own in _joined(strips, names) for piece in _begun(loops, own))
+    pieces.append((REMAINDER, tuple(inner)))
     return [face for _, face in pieces], [lead for lead, _ in pieces]
 
 
-def _joined(strips: dict[int, tuple[Loop, ...]], names: Sequence[int]) -> list[list[Loop]]:
-    """For each group, the outlines and holes of the strips of its edges."""
-    groups: dict[int, list[Loop]] = {}
-    for edge, loops in strips.items():
-        groups.setdefault(names[edge], []).extend(loops)
-    return [merge(loops) for loops in groups.values()]
+def _joined(
+    strips: dict[int, tuple[Loop, ...]], names: Sequence[int]
+) -> list[tuple[list[Loop], dict[tuple[int, ...], int]]]:
+    """For each group the outlines and holes of the strips of its edges, and these edges by the nodes at their ends."""
+    groups: dict[int, list[int]] = {}
+    for edge in strips:
+        groups.setdefault(names[edge], []).append(edge)
+    return [
+        (merge([loop for edge in edges for loop in strips[edge]]), {strips[edge][0][:2]: edge for edge in edges})
+        for edges in groups.values()
+    ]
 
 
-def _begun(faces: Sequence[Loop], strips: dict[int, tuple[Loop, ...]]) -> list[tuple[int, Loop]]:
-    """Strips ordered by their first edges, which come with them and with which they begin."""
-    edge_of = {loops[0][:2]: edge for edge, loops in strips.items()}
+def _begun(faces: Sequence[Loop], edge_of: dict[tuple[int, ...], int]) -> list[tuple[int, Loop]]:
+    """Strips of a group, each beginning with its first edge, which comes with it."""
     result = []
     for face in faces:
         arcs = list(zip(face, face[1:] + face[:1], strict=True))
-        # An area that hangs on by a corner only may have none of the edges.
-        lead, at = min(((edge_of[arc], i) for i, arc in enumerate(arcs) if arc in edge_of), default=(min(strips), 0))
+        # What an edge sweeps behind an edge that stays need not hang together with it.
+        lead, at = min(
+            ((edge_of[arc], i) for i, arc in enumerate(arcs) if arc in edge_of), default=(min(edge_of.values()), 0)
+        )
         result.append((lead, face[at:] + face[:at]))
-    return sorted(result)
+    return result
 
 
 def _parameters(
@@ -201,7 +209,7 @@ def _setback_patch(xy: Floats, steps: Sequence[float], names: Sequence[int]) -> 
         whole = tuple(range(len(xy)))
         return Patch(xy, np.zeros(len(xy)), whole, (whole,), (0,)), [REMAINDER]
     strips = {corner: result.faces[i] for i, corner in enumerate(corners) if steps[corner] > 0.0 and result.faces[i]}
-    pieces = _begun([face for loops in _joined(strips, names) for face in fill(result.xy, loops)], strips)
+    pieces = sorted(piece for loops, own in _joined(strips, names) for piece in _begun(fill(result.xy, loops), own))
     pieces += [(REMAINDER, face) for face in fill(result.xy, result.rest_from_first_edge(corners))]
     faces = tuple(face for _, face in pieces)
     return Patch(result.xy, np.zeros(len(result.xy)), tuple(corners), faces, (0,) * len(faces)), [e for e, _ in pieces]

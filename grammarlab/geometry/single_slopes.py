@@ -158,8 +158,7 @@ def _rims(polygons: Polygons) -> _Rims:
         size = max(len(face), 1)
         forth, back = place * size + place[following], place[following] * size + place
         is_edge &= ~np.isin(forth, back)
-    extent = np.zeros(len(polygons))
-    np.maximum.at(extent, face, np.abs(polygons.xy).max(axis=1, initial=0.0))
+    extent = polygons.extents()
     is_flat = ~(signed_areas(polygons) > RELATIVE_TOLERANCE * extent * extent)
     return _Rims(polygons, place, is_edge, is_flat)
 
