@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import offsets_from_counts, row_of_value, take_rows
+from grammarlab.arrays import offsets_from_counts, take_rows
 from grammarlab.geometry.edges import edges
 from grammarlab.geometry.measure import area_vectors, face_normals
 from grammarlab.geometry.mesh import Floats, Meshes
-from grammarlab.geometry.ragged import next_in_row, sum_rows
-from grammarlab.geometry.vectors import dot, unit
+from grammarlab.geometry.ragged import any_rows, next_in_row, sum_rows
+from grammarlab.geometry.soup import Soup
+from grammarlab.geometry.vectors import dot, has_length, unit
+
+Flags = NDArray[np.bool_]
 
 SAME_DIRECTION = 1e-9
 """Faces whose unit normals differ by less are extruded together."""
@@ -20,8 +25,8 @@ def extrude(meshes: Meshes, heights: Floats, directions: Floats | None = None) -
     """Every face moved along a direction, with walls between where it was and where it is.
 
     The faces of a result are, mesh by mesh: the walls in the order of the edges of the faces, the moved faces, the
-    original faces reversed. So a rectangle becomes the box of `primitives.box`. A wall's first edge is the edge it
-    stands on, and all faces look outwards whatever the sign of the height.
+    original faces. So a rectangle becomes the box of `primitives.box`. A wall's first edge is the edge it stands on,
+    and all faces look outwards whatever the sign of the height.
 
     Args:
         meshes: M meshes. Where all faces of a mesh move alike, an edge between two of them gets no wall.
@@ -77,7 +82,7 @@ def extrude_to_level(meshes: Meshes, heights: Floats, up: Floats) -> Meshes:
     return _prisms(meshes, up[of_point] * rise[:, None], moves)
 
 
-def _moves_as_one(meshes: Meshes, normals: Floats) -> NDArray[np.bool_]:
+def _moves_as_one(meshes: Meshes, normals: Floats) -> Flags:
     """[M] whether all faces of a mesh have one normal."""
     filled = np.diff(meshes.mesh_faces) > 0
     first = np.zeros((len(meshes), 3))
@@ -87,7 +92,7 @@ def _moves_as_one(meshes: Meshes, normals: Floats) -> NDArray[np.bool_]:
     return np.bincount(of_face[differs], minlength=len(meshes)) == 0
 
 
-def _with_own_points(meshes: Meshes, chosen: NDArray[np.bool_]) -> Meshes:
+def _with_own_points(meshes: Meshes, chosen: Flags) -> Meshes:
     """Meshes in which the faces of the chosen ones share no points, neither do two visits of one face to a point."""
     corners_per_mesh = np.diff(meshes.face_offsets[meshes.mesh_faces])
     points_per_mesh = np.where(chosen, corners_per_mesh, np.diff(meshes.mesh_points))
@@ -106,56 +111,42 @@ def _with_own_points(meshes: Meshes, chosen: NDArray[np.bool_]) -> Meshes:
     return Meshes(points, corners, meshes.face_offsets, meshes.mesh_faces, mesh_points, meshes.tags)
 
 
-def _prisms(meshes: Meshes, shift: Floats, moves: NDArray[np.bool_]) -> Meshes:
+def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
     """Walls, moved faces and reversed original faces of the meshes that move; the others unchanged."""
-    if not moves.all():
-        order = np.argsort(np.concatenate((np.flatnonzero(~moves), np.flatnonzero(moves))))
-        solid = meshes.take(np.flatnonzero(moves))
-        shifted = shift[moves[meshes.mesh_of_point()]]
-        still = meshes.take(np.flatnonzero(~moves))
-        parts = [still, _prisms(solid, shifted, np.ones(len(solid), bool))] if len(solid) else [still]
-        return Meshes.concatenate(parts).take(order)
-
-    sizes = np.diff(meshes.face_offsets)
-    face, following = meshes.face_of_corner(), next_in_row(meshes.face_offsets)
-    of_face, num_points = meshes.mesh_of_face(), np.diff(meshes.mesh_points)
-    start, end = meshes.corners, meshes.corners[following]
-    lift = np.repeat(num_points, np.diff(meshes.face_offsets[meshes.mesh_faces]))
-    mean_shift = sum_rows(shift[meshes.corner_points()], meshes.face_offsets)
-    inwards = dot(mean_shift, area_vectors(meshes)) < 0.0
-
     table = edges(meshes)
+    face, following = meshes.face_of_corner(), next_in_row(meshes.face_offsets)
+    of_face, here = meshes.mesh_of_face(), meshes.corner_points()
+    # A point that stays is the same above and below, so that walls there end in an edge.
+    is_lifted = has_length(shift)[:, 0]
+    above = np.where(is_lifted, len(meshes.points) + np.arange(len(shift)), np.arange(len(shift)))[here]
+    below = sum_rows(shift[here], meshes.face_offsets)
+    inwards = dot(below, area_vectors(meshes)) < 0.0
+
     edge = table.edge_of_corner
-    has_wall = np.flatnonzero((edge >= 0) & table.is_boundary[np.maximum(edge, 0)]) if len(table) else edge[:0]
-    walls = np.column_stack((start, end, end + lift, start + lift))[has_wall]
+    moving = moves[of_face]
+    at_boundary = (edge >= 0) & table.is_boundary[np.maximum(edge, 0)] if len(table) else edge >= 0
+    corner = np.flatnonzero(moving[face] & at_boundary)
+    walls = np.column_stack((here, here[following], above[following], above))[corner]
     # A wall seen from the other side still begins with the edge it stands on.
-    turned = inwards[face[has_wall]]
+    turned = inwards[face[corner]]
     walls[turned] = walls[turned][:, [1, 0, 3, 2]]
+    walls_of = of_face[face[corner]]
 
-    backwards = meshes.face_offsets[:-1][face] + meshes.face_offsets[1:][face] - 1 - np.arange(len(start))
-    tops = np.where(inwards[face], start[backwards], start) + lift
-    bottoms = np.where(inwards[face], start, start[backwards])
-    corner_counts = np.concatenate((np.full(len(has_wall), 4), sizes, sizes))
-    owner = np.concatenate((of_face[face[has_wall]], of_face, of_face))
-    order = np.argsort(owner, kind="stable")
-    corners = np.concatenate((walls.ravel(), tops, bottoms))
-    where, face_offsets = take_rows(offsets_from_counts(corner_counts), order)
-    return Meshes(
-        _doubled(meshes, shift),
-        corners[where],
-        face_offsets,
-        offsets_from_counts(np.bincount(owner, minlength=len(meshes))),
-        2 * meshes.mesh_points,
-        np.zeros(len(order), np.int8),
-    )
-
-
-def _doubled(meshes: Meshes, shift: Floats) -> Floats:
-    """[2 P, 3] mesh by mesh: the points, then the moved points."""
-    counts = np.diff(meshes.mesh_points)
-    mesh = row_of_value(counts)
-    own = np.arange(len(meshes.points), dtype=np.int64) + meshes.mesh_points[:-1][mesh]
-    points = np.empty((2 * len(meshes.points), 3))
-    points[own] = meshes.points
-    points[own + counts[mesh]] = meshes.points + shift
-    return points
+    backwards = meshes.face_offsets[:-1][face] + meshes.face_offsets[1:][face] - 1 - np.arange(len(here))
+    forwards = np.arange(len(here))
+    top = above[np.where(inwards[face], backwards, forwards)]
+    bottom = here[np.where(inwards[face], forwards, backwards)]
+    solid = moving & any_rows(is_lifted[here], meshes.face_offsets)
+    whole = Soup.of_faces(meshes, np.arange(meshes.num_faces))
+    untagged = np.zeros(meshes.num_faces, np.int8)
+    parts = [
+        Soup(walls.ravel(), 4 * np.arange(len(walls) + 1), walls_of, corner, np.zeros(len(walls), np.int8)),
+        replace(whole, rows=top, place=whole.place + len(here), tags=untagged).take(np.flatnonzero(solid)),
+        replace(whole, rows=bottom, place=whole.place + 2 * len(here), tags=untagged).take(np.flatnonzero(solid)),
+        whole.take(np.flatnonzero(~moving)),
+    ]
+    faces = Soup.together(parts)
+    if not is_lifted[moves[meshes.mesh_of_point()]].all():
+        faces = faces.without_repeats()
+    points = np.concatenate((meshes.points, meshes.points + shift))
+    return faces.meshes(points, np.tile(meshes.mesh_of_point(), 2), len(meshes))[0]

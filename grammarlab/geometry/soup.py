@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import offsets_from_counts, take_rows
 from grammarlab.geometry.mesh import Floats, Indices, Meshes
+from grammarlab.geometry.ragged import next_in_row, sum_rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +56,13 @@ class Soup:
         """Some of the faces."""
         where, offsets = take_rows(self.offsets, chosen)
         return Soup(self.rows[where], offsets, self.mesh[chosen], self.place[chosen], self.tags[chosen])
+
+    def without_repeats(self) -> Soup:
+        """The faces without corners that repeat the one before, and without those that have fewer than three left."""
+        differs = self.rows != self.rows[next_in_row(self.offsets)]
+        counts = sum_rows(differs.astype(np.int64), self.offsets)
+        clean = replace(self, rows=self.rows[differs], offsets=offsets_from_counts(counts))
+        return clean.take(np.flatnonzero(counts >= 3))
 
     def as_one_mesh(self, points: Floats) -> Meshes:
         """All faces as a single mesh over the table of points, for measuring them."""
