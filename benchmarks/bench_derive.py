@@ -10,7 +10,8 @@ import pytest
 from benchmarks.grammars import FACADES, chain
 from grammarlab.derivation import compile_grammar, derive
 from grammarlab.geometry.assets import AssetFolder
-from grammarlab.language.grammar import Grammar, load
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.importing import load
 from grammarlab.scene import realize
 from grammarlab.scene.triangles import triangles
 
