@@ -112,6 +112,8 @@ def _grown(xy: Floats, distance: float) -> Patch | None:
     moved: list[Floats] = []
     corners: list[int] = []
     originals = rings(xy)
+    if not originals:
+        return None
     first_new = sum(len(ring) for ring in originals)
     for ring in originals:
         backwards = [ring[0], *ring[:0:-1]]

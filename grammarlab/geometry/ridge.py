@@ -80,6 +80,11 @@ def _ridge_patch(xy: Floats, along: Floats, value: float, is_height: bool) -> Pa
     if not loops or abs(sum(loop_area(xy, ring) for ring in loops)) <= RELATIVE_TOLERANCE * half * half:
         return Patch(xy, np.zeros(len(xy)), tuple(range(len(xy))), (tuple(range(len(xy))),), (0,))
     side[np.abs(side) <= RELATIVE_TOLERANCE * half] = 0.0
+    first_at = {place: i for i, place in reversed(list(enumerate(map(tuple, xy.tolist()))))}
+    bottom = tuple(first_at[place] for place in map(tuple, xy.tolist()))
+    underside = (bottom[0], *bottom[:0:-1])
+    if value <= 0.0:
+        return Patch(xy, np.zeros(len(xy)), tuple(range(len(xy))), (bottom, underside), (0, 0))
     nodes, paths, crossings = _cut(xy, side, loops)
     drop = half - np.abs(np.append(side, np.zeros(len(nodes) - len(xy))))
     height = np.where(drop > RELATIVE_TOLERANCE * half, drop, 0.0) * (value / half if is_height else value)
@@ -94,9 +99,7 @@ def _ridge_patch(xy: Floats, along: Floats, value: float, is_height: bool) -> Pa
     slopes = fill(nodes, trace([*left, *ridge])) + fill(nodes, trace([*right, *((b, a) for a, b in ridge)]))
     faces: list[Loop] = [tuple(top[node] for node in face) for face in slopes]
     faces += [wall for wall in (_wall(path, top) for path in paths) if len(wall) > 2]
-    first_at = {place: i for i, place in reversed(list(enumerate(map(tuple, xy.tolist()))))}
-    bottom = tuple(first_at[place] for place in map(tuple, xy.tolist()))
-    faces.append((bottom[0], *bottom[:0:-1]))
+    faces.append(underside)
     heights = np.concatenate([np.zeros(len(nodes)), height])
     return Patch(np.concatenate([nodes, nodes]), heights, tuple(range(len(xy))), tuple(faces), (0,) * len(faces))
 

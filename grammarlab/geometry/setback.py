@@ -160,7 +160,7 @@ def _rectangle_pieces(names: Sequence[int]) -> tuple[list[Loop], list[int]]:
     inner = [4 + i if max(names[i], names[i - 1]) >= 0 else i for i in range(4)]
     strips = {i: ((i, (i + 1) % 4, inner[(i + 1) % 4], inner[i]),) for i in range(4) if names[i] >= 0}
     if list(names) == [0, 0, 0, 0]:
-        pieces = [(0, (0, 1, 2, 3, 0, 4, 7, 6, 5, 4))]
+        pieces: list[tuple[int, Loop]] = [(0, (0, 1, 2, 3, 0, 4, 7, 6, 5, 4))]
     else:
         pieces = sorted(piece for loops, own in _joined(strips, names) for piece in _begun(loops, own))
     pieces.append((REMAINDER, tuple(inner)))

@@ -67,8 +67,10 @@ def sweep(
     Returns:
         The subdivision, or nothing when the loops do not bound a simple polygon.
     """
+    if not loops or min(map(len, loops)) < 3:
+        return None
     points = np.concatenate(loops)
-    if len(points) < 3 or not np.isfinite(points).all():
+    if not np.isfinite(points).all():
         return None
     low, high = points.min(axis=0), points.max(axis=0)
     size = float((high - low).max())

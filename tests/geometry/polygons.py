@@ -23,8 +23,8 @@ def stars(draw, largest=30):
 @st.composite
 def convex(draw, largest=12):
     """Convex polygons of up to `largest` corners, none of them straight."""
-    hull = shapely.MultiPoint(draw(stars(largest))).convex_hull
-    ring = np.array(shapely.remove_repeated_points(hull.exterior, 1e-3).coords)[:-1]
+    hull = shapely.convex_hull(shapely.MultiPoint(draw(stars(largest))))
+    ring = shapely.get_coordinates(shapely.remove_repeated_points(hull, 1e-3))[:-1]
     polygon = shapely.Polygon(ring)
     assume(len(ring) >= 3 and polygon.is_valid and polygon.area > 0.01)
     ring = ring if polygon.exterior.is_ccw else ring[::-1]
@@ -57,7 +57,7 @@ def combs(draw):
 
 def _outline(area):
     assume(area.geom_type == "Polygon" and not area.interiors)
-    ring = np.array(shapely.Polygon(area.exterior).simplify(0.0).exterior.coords)[:-1]
+    ring = shapely.get_coordinates(shapely.Polygon(area.exterior).simplify(0.0))[:-1]
     assume(len(np.unique(ring, axis=0)) == len(ring))
     ring = ring if shapely.LinearRing(ring).is_ccw else ring[::-1]
     return ring.astype(np.float64)
