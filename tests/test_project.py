@@ -17,7 +17,13 @@ from grammarlab.cli import app
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-COMMANDS = {command.name: command.callback for command in app.registered_commands}
+COMMANDS = sorted(str(command.name) for command in app.registered_commands)
+MAIN = "from grammarlab.cli import main; main()"
+
+
+def run_python(*arguments, cwd=ROOT):
+    """What Python prints on stdout; an exit code other than 0 fails the test."""
+    return subprocess.run([sys.executable, *arguments], cwd=cwd, check=True, stdout=subprocess.PIPE, text=True).stdout
 
 
 def section(command):
@@ -27,14 +33,9 @@ def section(command):
     return match[0]
 
 
-@pytest.mark.parametrize("command", sorted(COMMANDS))
+@pytest.mark.parametrize("command", COMMANDS)
 def test_the_readme_documents_every_option_of_every_command(command):
-    help_text = subprocess.run(
-        [sys.executable, "-c", "from grammarlab.cli import main; main()", command, "--help"],
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
+    help_text = run_python("-c", MAIN, command, "--help")
     options = set(re.findall(r"--[a-z][a-z-]+", help_text)) - {"--help"}
     missing = {option for option in options if f"`{option}" not in section(command)}
     assert not missing
@@ -44,20 +45,14 @@ def test_the_readme_documents_no_command_or_option_that_does_not_exist():
     assert set(re.findall(r"### `grammarlab (\w+)", README)) == set(COMMANDS)
     told = set(re.findall(r"grammarlab (\w+) (?:\S+ )*?(--[a-z-]+)", README))
     for command, option in told:
-        help_text = subprocess.run(
-            [sys.executable, "-c", "from grammarlab.cli import main; main()", command, "--help"],
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout
-        assert option in help_text
+        assert option in run_python("-c", MAIN, command, "--help")
 
 
 @pytest.mark.parametrize("block", re.findall(r"```python\n(.*?)```", README, re.DOTALL))
 def test_the_python_in_the_readme_runs_and_stays_short(block, tmp_path):
     assert len([line for line in block.splitlines() if line.strip()]) < 10
     (tmp_path / "out").mkdir()
-    subprocess.run([sys.executable, "-W", "error", "-c", block], cwd=tmp_path, check=True, capture_output=True)
+    run_python("-W", "error", "-c", block, cwd=tmp_path)
     assert any(tmp_path.rglob("*.glb"))
 
 
@@ -113,16 +108,13 @@ def test_the_changelog_begins_with_the_current_version():
 
 def test_a_wheel_carries_the_grammars_and_works_from_any_folder(tmp_path):
     build = f"from hatchling.build import build_wheel; print(build_wheel({str(tmp_path)!r}))"
-    name = subprocess.run(
-        [sys.executable, "-c", build], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout.strip()
-    with zipfile.ZipFile(tmp_path / name.splitlines()[-1]) as wheel:
+    name = run_python("-c", build).split()[-1]
+    with zipfile.ZipFile(tmp_path / name) as wheel:
         wheel.extractall(tmp_path / "installed")
-    (tmp_path / "elsewhere").mkdir()
-    code = "import sys; sys.path.insert(0, sys.argv.pop(1)); from grammarlab.cli import main; main()"
-    command = [sys.executable, "-I", "-c", code, str(tmp_path / "installed")]
-    options = {"cwd": tmp_path / "elsewhere", "capture_output": True, "text": True, "check": True}
-    listed = subprocess.run([*command, "list"], **options).stdout
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    command = ("-I", "-c", f"import sys; sys.path.insert(0, sys.argv.pop(1)); {MAIN}", str(tmp_path / "installed"))
+    listed = run_python(*command, "list", cwd=elsewhere)
     assert {"toy", "building"} <= {line.split()[0] for line in listed.splitlines()}
-    subprocess.run([*command, "sample", "building", "-n", "1", "--no-image"], **options)
-    assert (tmp_path / "elsewhere" / "out" / "building-00000.glb").stat().st_size > 10_000
+    run_python(*command, "sample", "building", "-n", "1", "--no-image", cwd=elsewhere)
+    assert (elsewhere / "out" / "building-00000.glb").stat().st_size > 10_000
