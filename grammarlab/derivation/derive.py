@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -38,16 +38,6 @@ caches."""
 _FIRST_CHUNK = 32
 
 
-@dataclass(frozen=True, slots=True)
-class InitialShape:
-    """What every model starts from."""
-
-    footprint: tuple[float, float] | Floats = DEFAULT_FOOTPRINT
-    """Width and depth of a rectangle from the origin along +x and +z, or the corners [n, 3] of a simple polygon in
-    metres, counter-clockwise seen from above. The scope's x axis runs along the first edge, y up, z out over the
-    first edge."""
-
-
 def derive(
     grammar: Grammar | Program,
     num_models: int,
@@ -71,7 +61,9 @@ def derive(
         first_model: index of the first model.
         attributes: values for attributes of the grammar, instead of their own.
         start_rule: symbol to start with, instead of the one that the grammar marks.
-        footprint: width and depth in metres, or polygon corners [n, 3]; see `InitialShape`.
+        footprint: width and depth in metres of a rectangle from the origin along +x and +z, or the corners [n, 3] of a
+            simple polygon, counter-clockwise seen from above. The scope's x axis runs along the first edge, y up, z
+            out over the first edge.
         assets: folder of the meshes and images that the grammar uses; an `AssetFolder` keeps what it has read.
         budget: bounds on the size of one model.
 

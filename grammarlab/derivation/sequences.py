@@ -141,7 +141,8 @@ class SequenceCompiler:
             for part, body, random in zip(made, bodies, draws, strict=True):
                 if part.shapes.num:
                     key = part_keys(part.shapes.key, number, part.number) if random else None
-                    for sequence, _, taken in route(body, part.shapes._replace(key=key), workspace):
+                    inner = part.shapes if part.shapes.key is key else part.shapes._replace(key=key)
+                    for sequence, _, taken in route(body, inner, workspace):
                         sequence.run(taken, workspace)
             return shapes
 
@@ -161,7 +162,7 @@ class SequenceCompiler:
             values = tuple([argument(shapes, workspace) for argument in arguments])
             key = child_keys(shapes.key, child) if draws else None
             nodes = workspace.recorder.add_children(shapes, symbol, child, in_block)
-            workspace.pending[rule].append(shapes._replace(node=nodes, key=key, locals=values))
+            workspace.pending[rule].append(shapes.as_children(nodes, key, values))
             return shapes
 
         return step
@@ -221,7 +222,7 @@ def _bracket(body: Branching[Operations]) -> Step:
 def _leaf(symbol: int, child: int, in_block: bool) -> Step:
     def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
         nodes = workspace.recorder.add_children(shapes, symbol, child, in_block)
-        workspace.recorder.add_leaves(shapes._replace(node=nodes))
+        workspace.recorder.add_leaves(shapes.as_children(nodes, None, ()))
         return shapes
 
     return step

@@ -55,6 +55,16 @@ class Shapes(NamedTuple):
         """N."""
         return len(self.node)
 
+    def as_children(self, node: Ids, key: Keys | None, parameters: tuple[Value, ...]) -> Shapes:
+        """The same shapes as new nodes, with their own keys and parameters."""
+        _, model, _, position, size, frame, mesh, material, state, _ = self
+        return Shapes(node, model, key, position, size, frame, mesh, material, state, parameters)
+
+    def rescoped(self, position: Floats, size: Floats, frame: Ids, mesh: Ids) -> Shapes:
+        """The same shapes with another scope and geometry."""
+        node, model, key, _, _, _, _, material, state, parameters = self
+        return Shapes(node, model, key, position, size, frame, mesh, material, state, parameters)
+
     def random_key(self) -> Keys:
         """[N] the key of shapes that draw; the compiler sees to it that these have one."""
         return cast("Keys", self.key)

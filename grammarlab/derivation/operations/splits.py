@@ -87,7 +87,7 @@ def _part(call: Call, axis: int, piece: Pieces) -> Shapes:
     if len(general):
         position, size, mesh = _clipped(call, axis, piece, general, position, size, mesh, frame)
     if everyone:
-        return shapes._replace(position=position, size=size, frame=frame, mesh=mesh)
+        return shapes.rescoped(position, size, frame, mesh)
     return shapes.place(rows, position, size, frame, mesh)
 
 
