@@ -72,7 +72,8 @@ def _open_edges(faces: Soup, is_on_plane: Flags) -> _Rim:
     again, leader = again[np.argsort(leader, kind="stable")], np.sort(leader)
     upwards = balance[again] > 0
     mesh = faces.mesh[row_of_value(np.diff(faces.offsets))[corner[leader]]]
-    return _Rim(np.where(upwards, high, low)[leader], np.where(upwards, low, high)[leader], mesh)
+    low, high = low[leader], high[leader]
+    return _Rim(np.where(upwards, high, low), np.where(upwards, low, high), mesh)
 
 
 def _plane_coordinates(points: Floats, rim: _Rim, normals: Floats) -> Floats:
