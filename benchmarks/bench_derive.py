@@ -38,7 +38,7 @@ def test_merge_1000_buildings_into_triangles(benchmark, building):
     program, assets = building
     scene = realize(derive(program, 1000, 1, assets=assets))
     batch = benchmark(triangles, scene)
-    assert np.isfinite(batch.positions).all()
+    assert np.isfinite(batch.vertices).all()
 
 
 def test_derive_one_model_of_3000_leaves(benchmark):
