@@ -18,6 +18,7 @@ import shapely
 from numpy.typing import NDArray
 
 from grammarlab.errors import AssetError, UsageError
+from grammarlab.geometry.keyhole import keyhole
 
 MAX_FILE_BYTES = 64 << 20
 MAX_FOOTPRINTS = 100_000
@@ -36,7 +37,8 @@ class Footprint:
     """One polygon on the ground."""
 
     polygon: NDArray[np.float64]
-    """[n, 3] corners in metres, counter-clockwise seen from above, y = 0; the last is not the first again."""
+    """[n, 3] corners in metres, counter-clockwise seen from above, y = 0; the last is not the first again. Holes are
+    joined to the outline by doubled edges."""
     properties: Mapping[str, float | bool | str] = field(default_factory=dict)
     """What the file says about it; values of the grammar's attributes where the names match."""
     name: str = ""
@@ -192,10 +194,23 @@ def _polygons(shape: shapely.Geometry, properties: Mapping[str, float | bool | s
         raise AssetError(f"{name}: expected a polygon with corners, found an empty one.")
     for part in parts:
         _check(part, name)
-        ring = shapely.get_coordinates(shapely.remove_repeated_points(part.exterior))[:-1]
-        if not part.exterior.is_ccw:
-            ring = np.roll(ring[::-1], 2, axis=0)  # the first edge stays the first: the scope lies along it
-        yield Footprint(np.column_stack([ring[:, 0], np.zeros(len(ring)), -ring[:, 1]]) + 0.0, properties, name)
+        yield Footprint(_corners(part), properties, name)
+
+
+def _corners(polygon: shapely.Polygon) -> NDArray[np.float64]:
+    """The corners [n, 3] of a polygon in the world; holes are joined to the outline by doubled edges."""
+    rings = [_ring(polygon.exterior, counter_clockwise=True)]
+    rings += [_ring(hole, counter_clockwise=False) for hole in polygon.interiors]
+    walk = keyhole(rings)
+    first_edge = np.flatnonzero((walk == 0) & (np.roll(walk, -1) == 1))[0]
+    points = np.concatenate(rings)[np.roll(walk, -first_edge)]
+    return np.column_stack([points[:, 0], np.zeros(len(points)), -points[:, 1]]) + 0.0
+
+
+def _ring(ring: shapely.LinearRing, counter_clockwise: bool) -> NDArray[np.float64]:
+    """The corners [n, 2] of a ring, turned if need be; the first edge stays the first, for the scope lies along it."""
+    corners = shapely.get_coordinates(shapely.remove_repeated_points(ring))[:-1]
+    return corners if ring.is_ccw == counter_clockwise else np.roll(corners[::-1], 2, axis=0)
 
 
 def _check(polygon: shapely.Polygon, name: str) -> None:
@@ -212,11 +227,6 @@ def _check(polygon: shapely.Polygon, name: str) -> None:
         )
     if polygon.area < MIN_AREA:
         raise AssetError(f"{name}: an area of {polygon.area:g} square metres is too small to build on.")
-    if polygon.interiors:
-        x, y = polygon.interiors[0].coords[0]
-        raise AssetError(
-            f"{name}: footprints with holes are not supported; there is one at x = {x:g}, y = {y:g} metres."
-        )
     west, south, east, north = polygon.bounds
     if max(east - west, north - south) > MAX_EXTENT:
         raise AssetError(
