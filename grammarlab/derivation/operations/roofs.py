@@ -1,4 +1,4 @@
-"""Roofs over the faces of a shape: ``roofHip``, ``roofGable``, ``roofPyramid``, ``roofShed``, ``roofRidge``, and ``taper``.
+"""Roofs over the faces of a shape: ``roofHip``, ``roofGable``, ``roofPyramid``, ``roofShed``, ``roofRidge``, ``taper``.
 
 The value is an angle in degrees, or after ``byHeight`` a height in metres. The scope then stands on the first face, as
 after ``extrude``.
