@@ -8,21 +8,19 @@ from typing import Annotated
 import typer
 
 from grammarlab.cli.report import FAILURE, friendly_errors, print_json
-from grammarlab.errors import UsageError
 
 
 def check(
-    file: Annotated[Path, typer.Argument(help="A .cga file.")],
+    grammar: Annotated[str, typer.Argument(metavar="FILE", help="A .cga file, or the name of a shipped grammar.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")] = False,
 ) -> None:
     """List every error, unsupported feature and doubtful place of a rule file; exit with 1 when there is an error."""
     with friendly_errors():
-        from grammarlab.language.grammar import read_text
         from grammarlab.runs.checks import findings_of
+        from grammarlab.runs.examples import find_rules
 
-        if not file.is_file():
-            raise UsageError(f"{file}: no such file.")
-        text = read_text(file)
+        source = find_rules(grammar)
+        file, text = source.path, source.text()
         findings = findings_of(text, str(file))
         counts = {kind: sum(f.severity == kind for f in findings) for kind in ("error", "unsupported", "warning")}
         if as_json:

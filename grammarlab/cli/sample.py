@@ -82,6 +82,8 @@ def sample(
     from grammarlab.cli.progress import progress
     from grammarlab.runs import SampleRequest, available_cores, read_manifest, repeat_run, sample_run
     from grammarlab.runs.attributes import read_attributes
+    from grammarlab.runs.derive_batch import compiled
+    from grammarlab.runs.examples import find_rules
 
     with friendly_errors():
         jobs = jobs or available_cores()
@@ -94,13 +96,14 @@ def sample(
             return
         if not grammar:
             raise UsageError("which grammar? Give a .cga file or a name that `grammarlab list` shows.")
+        source = find_rules(grammar, assets)
         request = SampleRequest.of(
             grammar,
             footprint=footprint,
             assets=assets,
             num_models=num_models,
             seed=seed,
-            attributes=read_attributes(attributes or []),
+            attributes=read_attributes(attributes, compiled(source.text(), source.name)[0]) if attributes else {},
             start_rule=start_rule,
             file_format=file_format.value,
             single_file=single_file,

@@ -1,48 +1,91 @@
-"""Values for attributes, as people type them."""
+"""Values for attributes, as people type them and as files state them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from grammarlab.errors import UsageError
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.syntax import Boolean, Number, String, alternatives
 from grammarlab.runs.request import AttributeValue
 
 _BOOLEANS = {"true": True, "false": False}
 
 
-def read_attributes(texts: Iterable[str]) -> dict[str, AttributeValue]:
+def read_attributes(texts: Iterable[str], grammar: Grammar) -> dict[str, AttributeValue]:
     """Attribute values from texts like ``height=12``, ``shops=true``, ``style=old``.
 
-    A text in double quotes is always a string: ``code="12"``.
+    Whether a text is a number, a bool or a string follows from the attribute's own value where that is a plain one,
+    else from the text.
+
+    Args:
+        texts: what the user typed.
+        grammar: says what kinds of value its attributes have.
 
     Raises:
-        UsageError: when a text has no name or no ``=``, or a name comes twice.
+        UsageError: when a text has no name or no ``=``, a name comes twice, or a value does not fit its attribute.
 
-    >>> read_attributes(["height=12.5", "shops=true", "style=old town", 'code="12"'])
-    {'height': 12.5, 'shops': True, 'style': 'old town', 'code': '12'}
+    >>> grammar = Grammar.parse('attr height = rand(3) attr style = "new" attr shops = false Lot --> NIL')
+    >>> read_attributes(["height=12.5", "shops=true", "style=1900"], grammar)
+    {'height': 12.5, 'shops': True, 'style': '1900'}
     """
     values: dict[str, AttributeValue] = {}
     for text in texts:
-        name, equals, value = text.partition("=")
-        name = name.strip()
+        name, equals, value = (part.strip() for part in text.partition("="))
         if not equals or not name:
             raise UsageError(f"attribute {text!r}: expected name=value, as in height=12 or style=old.")
         if name in values:
             raise UsageError(f"attribute {name!r} is given twice.")
-        values[name] = _value(value.strip())
+        values[name] = _fitted(name, _unquoted(value), grammar)
     return values
 
 
-def _value(text: str) -> AttributeValue:
-    if text.lower() in _BOOLEANS:
-        return _BOOLEANS[text.lower()]
-    if len(text) >= 2 and text[0] == text[-1] == '"':
-        return text[1:-1]
-    try:
-        number = float(text)
-    except ValueError:
+def fit_properties(properties: Mapping[str, AttributeValue], grammar: Grammar) -> dict[str, AttributeValue]:
+    """The properties of a footprint that a grammar has attributes for, as values of the kind these have.
+
+    Raises:
+        UsageError: when a value does not fit.
+    """
+    free = [name for name, attribute in grammar.attributes.items() if not attribute.constant and name in properties]
+    return {name: _fitted(name, _written(properties[name]), grammar) for name in free}
+
+
+def _fitted(name: str, text: str, grammar: Grammar) -> AttributeValue:
+    """The value that a text means for an attribute."""
+    kind = _kind(name, grammar)
+    number = _number(text)
+    if kind is String or (kind is None and number is None and text.lower() not in _BOOLEANS):
         return text
-    if not math.isfinite(number):
-        raise UsageError(f"attribute value {text!r}: expected a finite number.")
+    if kind in (None, Boolean) and text.lower() in _BOOLEANS:
+        return _BOOLEANS[text.lower()]
+    if kind is Boolean:
+        raise UsageError(f"attribute {name!r}: expected true or false, found {text!r}.")
+    if number is None or not math.isfinite(number):
+        raise UsageError(f"attribute {name!r}: expected a finite number, found {text!r}.")
     return number
+
+
+def _kind(name: str, grammar: Grammar) -> type | None:
+    """Number, String or Boolean where the attribute's own value is written as one, None where that takes computing."""
+    if name not in grammar.attributes:
+        return None
+    kinds = {type(leaf) for leaf in alternatives(grammar.attributes[name].value)}
+    return kinds.pop() if len(kinds) == 1 and kinds <= {Number, String, Boolean} else None
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _unquoted(text: str) -> str:
+    return text[1:-1] if len(text) >= 2 and text[0] == text[-1] == '"' else text
+
+
+def _written(value: AttributeValue) -> str:
+    if isinstance(value, str):
+        return value
+    return str(value).lower() if isinstance(value, bool) else f"{value:.17g}"

@@ -12,6 +12,7 @@ from grammarlab.derivation.program import Program
 from grammarlab.export import save_each
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.atomic import file_hash
+from grammarlab.runs.attributes import fit_properties
 from grammarlab.runs.batches import Batch
 from grammarlab.runs.checks import grammar_to_run
 from grammarlab.runs.derivations import FILES, save_forest
@@ -80,8 +81,7 @@ def derive_batch(request: SampleRequest, batch: Batch) -> Forest:
     if batch.footprint >= 0:
         footprint = request.footprints[batch.footprint]
         polygon = footprint.polygon
-        free = {name for name, attribute in grammar.attributes.items() if not attribute.constant}
-        attributes = {name: v for name, v in footprint.properties.items() if name in free} | attributes
+        attributes = fit_properties(footprint.properties, grammar) | attributes
     return derive(
         program,
         batch.num_models,

@@ -15,7 +15,8 @@ from grammarlab.runs.derive_batch import compiled, sample_batch
 from grammarlab.runs.manifest import MANIFEST, Manifest, read_manifest, write_manifest
 from grammarlab.runs.records import DERIVATIONS, BatchRecord, ModelRecord, read_record
 from grammarlab.runs.request import SampleRequest
-from grammarlab.runs.single_file import write_single_file
+from grammarlab.runs.sheet import draw_sheet, sheet_name
+from grammarlab.runs.single_file import single_file_name, write_single_file
 from grammarlab.runs.workers import map_unordered
 
 Progress = Callable[[str, int, int], None]
@@ -66,19 +67,20 @@ def sample_run(
     compiled(request.text, request.name)  # errors in the rules come before anything is written
     _prepare(folder, request, resume)
     write_manifest(folder, request)
-    records = _run_batches(request, folder, jobs, on_progress)
+    records, unchanged = _run_batches(request, folder, jobs, on_progress)
     models = tuple(model for record in records for model in record.models)
     hashes = {file: digest for record in records for file, digest in record.hashes.items()}
     batches = cut_batches(request)
     if request.single_file:
-        path = write_single_file(request, folder, batches)
+        path = folder / single_file_name(request)
+        if not (unchanged and path.is_file()):
+            write_single_file(request, folder, batches)
         hashes[path.name] = file_hash(path)
-    sheet = None
-    if request.image:
+    sheet = folder / sheet_name(request) if request.image else None
+    if sheet is not None:
         on_progress("picture", 0, 1)
-        from grammarlab.runs.sheet import draw_sheet  # noqa: PLC0415
-
-        sheet = draw_sheet(request, folder, batches, jobs)
+        if not (unchanged and sheet.is_file()):
+            draw_sheet(request, folder, batches, jobs)
         hashes[sheet.name] = file_hash(sheet)
         on_progress("picture", 1, 1)
     manifest = write_manifest(folder, request, models, hashes)
@@ -136,8 +138,10 @@ def _first_difference(earlier: SampleRequest, request: SampleRequest) -> str:
     return f"{name} was {before[name]!r} and is {now[name]!r}"
 
 
-def _run_batches(request: SampleRequest, folder: Path, jobs: int, on_progress: Progress) -> tuple[BatchRecord, ...]:
-    """The records of all batches, in order; makes those that are missing."""
+def _run_batches(
+    request: SampleRequest, folder: Path, jobs: int, on_progress: Progress
+) -> tuple[tuple[BatchRecord, ...], bool]:
+    """The records of all batches, in order, and whether all were there already; makes those that are missing."""
     batches = cut_batches(request)
     records = {batch.index: record for batch in batches if (record := read_record(folder, batch)) is not None}
     missing = [batch for batch in batches if batch.index not in records]
@@ -149,4 +153,4 @@ def _run_batches(request: SampleRequest, folder: Path, jobs: int, on_progress: P
         records[index] = record
         done += len(record.models)
         on_progress("models", done, request.total_models)
-    return tuple(records[batch.index] for batch in batches)
+    return tuple(records[batch.index] for batch in batches), not missing

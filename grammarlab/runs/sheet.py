@@ -25,6 +25,11 @@ TILE = 320
 """Pixels along each side of the picture of one model."""
 
 
+def sheet_name(request: SampleRequest) -> str:
+    """Name of the picture of all models."""
+    return f"{request.name}.png"
+
+
 def draw_sheet(request: SampleRequest, folder: Path, batches: tuple[Batch, ...], jobs: int) -> Path:
     """Draw the models of finished batches onto one picture, `SHEET_MODELS` at most, all at one scale."""
     count = 0
@@ -43,7 +48,7 @@ def draw_sheet(request: SampleRequest, folder: Path, batches: tuple[Batch, ...],
     for index, picture in map_unordered(_draw, tasks, min(jobs, len(tasks))):
         row, column = divmod(index, columns)
         sheet[row * TILE : (row + 1) * TILE, column * TILE : (column + 1) * TILE] = picture
-    path = folder / f"{request.name}.png"
+    path = folder / sheet_name(request)
     with atomic_file(path) as part:
         Image.fromarray(sheet).save(part)
     return path

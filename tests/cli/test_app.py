@@ -53,12 +53,13 @@ def test_completion_knows_commands_and_shipped_grammars():
         assert expected in result.stdout.split(), result.stderr
 
 
-def test_ctrl_c_in_the_middle_leaves_whole_files_that_resume_completes(tmp_path, run):
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_ctrl_c_in_the_middle_leaves_whole_files(tmp_path, jobs):
     rules = tmp_path / "tower.cga"
     rules.write_text(TOWER)
     out = tmp_path / "out"
     command = [sys.executable, "-c", "from grammarlab.cli import main; main()", "sample", str(rules)]
-    options = ["-n", "2000", "-o", str(out), "--no-image", "--jobs", "1"]
+    options = ["-n", "2000", "-o", str(out), "--no-image", "--jobs", jobs]
     with subprocess.Popen([*command, *options], stderr=subprocess.PIPE, text=True) as process:
         records = out / "derivations" / "00000" / "models.json"
         deadline = time.monotonic() + 60

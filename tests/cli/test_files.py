@@ -31,7 +31,7 @@ def test_check_as_json_carries_the_same_findings(run, rules):
 
 
 def test_check_reports_a_missing_or_unreadable_file(run, tmp_path):
-    assert "no such file" in run("check", tmp_path / "nowhere.cga", code=2).stderr
+    assert "no rule file" in run("check", tmp_path / "nowhere.cga", code=2).stderr
     (tmp_path / "big.cga").write_bytes(b" " * 20_000_000)
     assert "larger" in run("check", tmp_path / "big.cga", code=1).stderr
 

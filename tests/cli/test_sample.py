@@ -80,6 +80,7 @@ def test_resume_goes_on_and_refuses_another_run(run, rules, tmp_path):
         (["toy", "--attr", "h1=1", "--attr", "h1=2"], 2, "given twice"),
         (["toy", "--attr", "unknown=1"], 2, "no attribute unknown"),
         (["toy", "--attr", "h1=nan"], 2, "finite"),
+        (["toy", "--attr", "side=wide"], 2, "expected a finite number"),
         (["toy", "--start", "Nothing"], 2, "Nothing"),
         (["toy", "--footprint", "POLYGON ((0 0, 9 9, 9 0, 0 9, 0 0))"], 1, "self-intersection"),
         (["toy", "--footprint", "nowhere.geojson"], 1, "no such footprint file"),
@@ -112,7 +113,7 @@ def test_endless_recursion_ends_in_an_error_that_names_the_rule(run, rules, tmp_
 
 
 def test_an_error_in_another_process_reads_the_same(run, rules, tmp_path):
-    path = rules("attr a = 1\nLot --> extrude(a)")
+    path = rules("attr a = rand(2)\nLot --> extrude(a)")
     options = ["--no-image", "-n", "200", "--attr", "a=red"]
     alone = run("sample", path, *options, "-o", tmp_path / "a", "--jobs", "1", code=1)
     shared = run("sample", path, *options, "-o", tmp_path / "b", "--jobs", "2", code=1)

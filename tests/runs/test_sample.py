@@ -107,6 +107,19 @@ def test_repeating_names_the_files_that_differ(tmp_path):
     assert different == ("tower-00001.glb",)
 
 
+def test_a_picture_that_is_there_is_not_drawn_again(tmp_path):
+    request = tower(tmp_path, image=True)
+    result = sample_run(request, tmp_path / "out")
+    assert result.sheet is not None
+    before = result.sheet.stat().st_mtime_ns
+    sample_run(request, tmp_path / "out", resume=True)
+    assert result.sheet.stat().st_mtime_ns == before
+    content = result.sheet.read_bytes()
+    result.sheet.unlink()
+    sample_run(request, tmp_path / "out", resume=True, jobs=2)
+    assert result.sheet.read_bytes() == content
+
+
 class StopError(Exception):
     """Stands for Ctrl-C after some batches."""
 
@@ -174,7 +187,7 @@ def test_properties_of_footprints_become_attributes_unless_the_request_says_othe
     square = [[0, 0], [10, 0], [10, 10], [0, 10], [0, 0]]
     features = [
         {"type": "Feature", "geometry": {"type": "Polygon", "coordinates": [square]}, "properties": properties}
-        for properties in ({"height": 2, "levels": 7, "unknown": 3}, {"height": 5}, {})
+        for properties in ({"height": 2, "levels": 7, "unknown": 3}, {"height": "5", "style": 1900}, {})
     ]
     path = tmp_path / "lots.geojson"
     path.write_text(json.dumps({"type": "FeatureCollection", "features": features, "crs": None}))

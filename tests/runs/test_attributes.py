@@ -1,0 +1,59 @@
+"""Values for attributes."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grammarlab.errors import UsageError
+from grammarlab.language.grammar import Grammar
+from grammarlab.runs.attributes import fit_properties, read_attributes
+
+GRAMMAR = Grammar.parse(
+    """
+    attr height = 5
+    attr style = 50% : "old" else : "new"
+    attr shops = false
+    attr mixed = rand(1, 2)
+    const levels = 3
+    Lot --> NIL
+    """
+)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_numbers_come_through_exactly(number):
+    assert read_attributes([f"height={number!r}", f"mixed={number!r}"], GRAMMAR) == {"height": number, "mixed": number}
+    assert fit_properties({"height": number}, GRAMMAR) == {"height": number}
+
+
+@given(st.text(alphabet=st.characters(exclude_categories=["Cs"]), max_size=30))
+def test_strings_come_through_as_they_are(text):
+    assert fit_properties({"style": text}, GRAMMAR) == {"style": text}
+    assert read_attributes([f'style="{text}"'], GRAMMAR) == {"style": text}
+
+
+def test_the_kind_of_value_follows_the_attribute_and_else_the_text():
+    texts = ["style=1900", "shops=TRUE", "height=1e1", "mixed=true", "unknown=red"]
+    assert read_attributes(texts, GRAMMAR) == {
+        "style": "1900",
+        "shops": True,
+        "height": 10.0,
+        "mixed": True,
+        "unknown": "red",
+    }
+
+
+def test_properties_take_the_kind_of_the_attribute_and_leave_constants_alone():
+    properties = {"height": "12", "style": 3.0, "shops": True, "levels": 9.0, "other": 1.0}
+    assert fit_properties(properties, GRAMMAR) == {"height": 12.0, "style": "3", "shops": True}
+
+
+@pytest.mark.parametrize("text", ["height", "=5", "height=", "height=tall", "height=inf", "shops=1", "height=true"])
+def test_what_does_not_fit_is_refused(text):
+    with pytest.raises(UsageError, match="expected"):
+        read_attributes([text], GRAMMAR)
+
+
+def test_a_name_may_come_once():
+    with pytest.raises(UsageError, match="twice"):
+        read_attributes(["height=1", "height=2"], GRAMMAR)
