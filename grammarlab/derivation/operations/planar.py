@@ -1,4 +1,4 @@
-"""Operations on the outlines of faces: ``offset``, ``setback``, ``shapeL``, ``shapeU`` and ``shapeO``."""
+"""Operations on the outlines of faces: ``offset``, ``setback``, inner rectangles, building shapes."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from grammarlab.derivation.calls import BlockOperation, Call, Head, Operation, P
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.meshes import add_faces, normalized, replaced
 from grammarlab.derivation.shapes import Shapes
+from grammarlab.geometry import inner as rectangles
 from grammarlab.geometry import offset as outlines
 from grammarlab.geometry import setback as strips
 from grammarlab.geometry.mesh import Meshes
@@ -51,6 +52,20 @@ def setback(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     result = strips.setback(meshes, distances, groups)
     places = [REMAINDER if head.argument.value == "remainder" else place for place, head in enumerate(heads)]
     return _parts(call, result, heads, places)
+
+
+def inner_rectangle(call: Call, heads: tuple[Head, ...]) -> list[Part]:
+    """``innerRectangle(scope|edge) { shape : ... | remainder : ... }``: the largest rectangle inside each face."""
+    alignment = cast("Literal['scope', 'edge']", call.words[0] if call.words else "scope")
+    result = rectangles.inner_rectangle(local_meshes(call.shapes, call.workspace), alignment)
+    places = [REMAINDER if head.argument.value == "remainder" else rectangles.RECTANGLE for head in heads]
+    return _parts(call, result, heads, places)
+
+
+def inner_rect(call: Call) -> Shapes:
+    """``innerRect()``: every face replaced by the largest rectangle inside it."""
+    meshes = rectangles.inner_rect(local_meshes(call.shapes, call.workspace))
+    return replaced(call.shapes, meshes, call.workspace.meshes, call.workspace.frames)
 
 
 def _edges(call: Call, head: Head, meshes: Meshes, outward: NDArray[np.float64], mesh: Rows) -> NDArray[np.bool_]:
@@ -117,9 +132,13 @@ def _pieces(call: Call, meshes: Meshes, faces: Rows, counts: Rows, row: Rows) ->
     return shapes.place(row, position, size, frame, add_faces(call.workspace.meshes, unit))
 
 
-OPERATIONS: dict[str, Operation] = {"offset": Operation(offset, _KEEP, (1, 2))}
+OPERATIONS: dict[str, Operation] = {
+    "innerRect": Operation(inner_rect),
+    "offset": Operation(offset, _KEEP, (1, 2)),
+}
 
 BLOCKS: dict[str, BlockOperation] = {
+    "innerRectangle": BlockOperation(inner_rectangle, frozenset({"scope", "edge"}), (1, 1), _PARTS),
     "setback": BlockOperation(setback, frozenset(), (1, 1), _EDGES),
     "shapeL": _wings("shapeL", strips.shape_l),
     "shapeO": _wings("shapeO", strips.shape_o),

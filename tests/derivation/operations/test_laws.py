@@ -126,6 +126,8 @@ def test_reversed_normals_turn_the_volume_negative_and_back(footprint):
         "Lot --> offset(-1) comp(f) { inside : A | border : B }",
         "Lot --> setback(1.5) { front : A | side : B | remainder : C }",
         "Lot --> setback(1.5) { all = A | remainder : C }",
+        "Lot --> innerRectangle(scope) { shape : A | remainder : B }",
+        "Lot --> innerRectangle(edge) { shape : A | remainder : B }",
         "Lot --> shapeL(2, 1) { shape : A | remainder : B }",
         "Lot --> shapeU(2, 1, 1) { shape : A | remainder : B }",
         "Lot --> shapeO(1, 1, 1, 1) { shape : A | remainder : B }",
