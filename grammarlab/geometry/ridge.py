@@ -80,8 +80,8 @@ def _ridge_patch(xy: Floats, along: Floats, value: float, is_height: bool) -> Pa
     if not loops or abs(sum(loop_area(xy, ring) for ring in loops)) <= RELATIVE_TOLERANCE * half * half:
         return Patch(xy, np.zeros(len(xy)), tuple(range(len(xy))), (tuple(range(len(xy))),), (0,))
     side[np.abs(side) <= RELATIVE_TOLERANCE * half] = 0.0
-    first_at = {place: i for i, place in reversed(list(enumerate(map(tuple, xy.tolist()))))}
-    bottom = tuple(first_at[place] for place in map(tuple, xy.tolist()))
+    corner_at = {tuple(xy[corner].tolist()): corner for ring in loops for corner in ring}
+    bottom = tuple(corner_at[place] for place in map(tuple, xy.tolist()))
     underside = (bottom[0], *bottom[:0:-1])
     if value <= 0.0:
         return Patch(xy, np.zeros(len(xy)), tuple(range(len(xy))), (bottom, underside), (0, 0))

@@ -9,7 +9,7 @@ import numpy as np
 
 from grammarlab.geometry.mesh import Floats
 from grammarlab.geometry.patches import rings
-from grammarlab.geometry.skeleton import Loop, Sweep, loop_area, sweep
+from grammarlab.geometry.skeleton import Loop, Sweep, sweep
 
 AUTOMATIC = -1
 """The gable index that leaves the choice of gables to the shape of the polygon."""
@@ -180,16 +180,18 @@ def _wing_ends(plan: Plan, walls: list[list[int]]) -> list[int]:
 
 def _has_one_tip(plan: Plan, wall: list[int]) -> bool:
     """Whether the roof over a wall is a triangle."""
-    corners = {node for edge in wall for node in plan.edges[edge]}
-    inner = {node for edge in wall for loop in plan.faces[edge] for node in loop} - corners
-    highest = max((plan.time[node] for node in inner), default=0.0)
-    start, end = plan.xy[plan.edges[wall[0]][0]], plan.xy[plan.edges[wall[-1]][1]]
-    tips = [node for node in inner if plan.time[node] > highest * (1.0 - _STRAIGHT)]
-    tip = plan.xy[tips[0]] if tips else start
-    spread = max((float(np.hypot(*(plan.xy[node] - tip))) for node in tips), default=0.0)
-    area = sum(loop_area(plan.xy, loop) for edge in wall for loop in plan.faces[edge])
-    triangle = loop_area(np.array([start, end, tip]), (0, 1, 2))
-    return spread <= _STRAIGHT * highest and abs(area - triangle) <= _STRAIGHT * triangle
+    ends = {node for edge in wall for node in plan.edges[edge]}
+    inner = [node for edge in wall for loop in plan.faces[edge] for node in loop if node not in ends]
+    if not inner:
+        return False
+    tip = plan.xy[max(inner, key=lambda node: plan.time[node])]
+    slack = _STRAIGHT * float(plan.time[inner].max())
+    offsets = []
+    for end in (plan.edges[wall[0]][0], plan.edges[wall[-1]][1]):
+        side = tip - plan.xy[end]
+        relative = plan.xy[inner] - plan.xy[end]
+        offsets.append(np.abs(side[0] * relative[:, 1] - side[1] * relative[:, 0]) / max(float(np.hypot(*side)), slack))
+    return bool((np.minimum(*offsets) <= slack).all())
 
 
 def _facing_pair(plan: Plan, walls: list[list[int]], index: int) -> list[int]:

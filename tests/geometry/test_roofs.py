@@ -217,6 +217,12 @@ def test_the_ridge_of_a_square_runs_along_its_first_edge():
         assert np.ptp(ridge, axis=0) == pytest.approx([0.0, 0.0, 6.0])
 
 
+def test_a_slope_that_only_has_the_area_of_a_triangle_is_no_gable():
+    ring = np.array([(4, 2), (4, 1), (1, 1), (1, 0), (5, 0), (5, 1), (7, 1), (7, -3), (9, -3), (9, 2)], float)
+    roof = roof_gable(lots([ring]), 45.0)
+    assert np.abs(measure.face_normals(roof)[9, 1]) == pytest.approx(math.cos(math.radians(45.0)))
+
+
 def test_straight_corners_do_not_keep_a_wing_from_its_gable():
     ring = np.array([(0, 0), (0, -5), (0, -12), (30, -12), (30, 0)], float)
     roof = roof_gable(lots([ring]), 45.0)
