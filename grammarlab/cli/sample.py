@@ -80,10 +80,11 @@ def sample(
 ) -> None:
     """Sample models from a grammar: model files, a contact sheet, derivations and a manifest."""
     from grammarlab.cli.progress import progress
-    from grammarlab.runs import SampleRequest, available_cores, read_manifest, repeat_run, sample_run
+    from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
     from grammarlab.runs.attributes import read_attributes
     from grammarlab.runs.derive_batch import compiled
     from grammarlab.runs.examples import find_rules
+    from grammarlab.runs.workers import available_cores
 
     with friendly_errors():
         jobs = jobs or available_cores()

@@ -1,12 +1,20 @@
-"""Whole runs: from the name of a grammar to files and pictures on disk, repeatable and resumable."""
+"""Whole runs: from the name of a grammar to files and pictures on disk, repeatable and resumable.
 
-from grammarlab.runs.derivations import load_forest, save_forest
-from grammarlab.runs.footprints import Footprint, read_footprints
-from grammarlab.runs.manifest import Manifest, read_manifest
-from grammarlab.runs.records import ModelRecord
-from grammarlab.runs.request import SampleRequest
-from grammarlab.runs.sample import RunResult, repeat_run, sample_run
-from grammarlab.runs.workers import available_cores
+Names are looked up when they are first used, so that the command line can list grammars without loading the engine.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from grammarlab.runs.derivations import load_forest, save_forest
+    from grammarlab.runs.footprints import Footprint, read_footprints
+    from grammarlab.runs.manifest import Manifest, read_manifest
+    from grammarlab.runs.records import ModelRecord
+    from grammarlab.runs.request import SampleRequest
+    from grammarlab.runs.sample import RunResult, repeat_run, sample_run
 
 __all__ = [
     "Footprint",
@@ -14,7 +22,6 @@ __all__ = [
     "ModelRecord",
     "RunResult",
     "SampleRequest",
-    "available_cores",
     "load_forest",
     "read_footprints",
     "read_manifest",
@@ -22,3 +29,23 @@ __all__ = [
     "sample_run",
     "save_forest",
 ]
+
+_MODULES = {
+    "derivations": ("load_forest", "save_forest"),
+    "footprints": ("Footprint", "read_footprints"),
+    "manifest": ("Manifest", "read_manifest"),
+    "records": ("ModelRecord",),
+    "request": ("SampleRequest",),
+    "sample": ("RunResult", "repeat_run", "sample_run"),
+}
+_HOME = {name: f"grammarlab.runs.{module}" for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -10,6 +10,7 @@ from grammarlab.derivation.derive import DEFAULT_FOOTPRINT, derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.program import Program
 from grammarlab.export import save_each
+from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.atomic import file_hash
 from grammarlab.runs.attributes import fit_properties
@@ -32,6 +33,12 @@ def compiled(text: str, name: str) -> tuple[Grammar, Program]:
     """
     grammar = grammar_to_run(text, f"{name}{SUFFIX}")
     return grammar, compile_grammar(grammar)
+
+
+@lru_cache(maxsize=4)
+def asset_folder(path: Path) -> AssetFolder:
+    """A folder of assets that keeps what it has read: made once a process."""
+    return AssetFolder(path)
 
 
 def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> tuple[int, BatchRecord]:
@@ -90,5 +97,5 @@ def derive_batch(request: SampleRequest, batch: Batch) -> Forest:
         attributes=attributes,
         start_rule=request.start_rule or None,
         footprint=DEFAULT_FOOTPRINT if polygon is None else polygon,
-        assets=request.assets,
+        assets=asset_folder(request.assets),
     )
