@@ -170,8 +170,12 @@ def _attempt(
     solid = [pair for pair in areas if _has_area(nodes, pair[0])]
     left = tuple(loop for loop, _ in solid), tuple(edges for _, edges in solid)
     result = Sweep(nodes[:, :2], nodes[:, 2], faces, *left)
-    unfinished = limit == math.inf and result.rest
-    return None if unfinished or not _is_subdivision(result, loops, numbers[:num_kept]) else result
+    if limit == math.inf:
+        # At equal speeds every edge keeps its area in one piece.
+        torn = min(speeds) == max(speeds) and any(len(faces[edge]) != 1 for edge in numbers[:num_kept])
+        if result.rest or torn:
+            return None
+    return result if _is_subdivision(result, loops, numbers[:num_kept]) else None
 
 
 def _faces_of(arcs: Sequence[tuple[int, int]]) -> tuple[Loop, ...]:
