@@ -28,11 +28,6 @@ class Instancing(StrEnum):
     gpu = "gpu"
 
 
-class Renderer(StrEnum):
-    cast = "cast"
-    gl = "gl"
-
-
 def complete_grammar(incomplete: str) -> list[str]:
     """The shipped grammars that begin so, for the shell."""
     from grammarlab.runs.examples import shipped_examples
@@ -64,9 +59,6 @@ def sample(
         Instancing,
         typer.Option("--instancing", help="GLB: merge by material, share meshes, or EXT_mesh_gpu_instancing."),
     ] = Instancing.none,
-    renderer: Annotated[
-        Renderer, typer.Option("--renderer", help="Ray casting, or OpenGL (needs the extra 'gl').")
-    ] = Renderer.cast,
     no_image: Annotated[bool, typer.Option("--no-image", help="Leave out the contact sheet.")] = False,
     columns: Annotated[
         int, typer.Option("--columns", help="Models side by side on the sheet; 0 for about a square.", min=0)
@@ -111,7 +103,6 @@ def sample(
             instancing=instancing.value,
             image=not no_image,
             columns=columns,
-            renderer=renderer.value,
         )
         with progress() as on_progress:
             result = sample_run(request, folder, jobs=jobs, resume=resume, on_progress=on_progress)

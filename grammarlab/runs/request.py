@@ -17,7 +17,7 @@ from grammarlab.runs.footprints import Footprint, read_footprints
 
 FileFormat = Literal["glb", "obj", "ply"]
 Instancing = Literal["none", "nodes", "gpu"]
-RendererName = Literal["cast", "gl"]
+RendererName = Literal["cast"]
 AttributeValue: TypeAlias = float | bool | str
 
 MAX_MODELS = 10_000_000
@@ -55,6 +55,7 @@ class SampleRequest:
     columns: int = 0
     """Models side by side on the sheet; 0 for about a square."""
     renderer: RendererName = "cast"
+    """What draws the sheet: ``cast`` sends rays, and draws the same picture on every machine."""
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"[\w .,+@-]{1,100}", self.name) or self.name.startswith("."):
