@@ -16,7 +16,8 @@ import numpy as np
 import shapely
 
 from grammarlab.geometry.mesh import Floats
-from grammarlab.geometry.wavefront import TOLERANCE, Wavefront
+from grammarlab.geometry.moving_edges import TOLERANCE
+from grammarlab.geometry.wavefront import Wavefront
 
 Loop = tuple[int, ...]
 """Node indices around an area, counter-clockwise around solid ground, clockwise around a hole."""

@@ -12,64 +12,19 @@ from __future__ import annotations
 
 import heapq
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import count, pairwise
 
-TOLERANCE = 1e-9
-"""Corners closer than this, in a polygon of about unit size, have met."""
-
-PARALLEL = 1e-9
-"""Edges whose directions have a cross product below this are parallel."""
-
-
-@dataclass(slots=True, eq=False)
-class Edge:
-    """A moving line: the points p with ``normal . p == start + speed * time``."""
-
-    index: int
-    """Number of the edge whose swept area it bounds."""
-    dx: float
-    dy: float
-    start: float
-    speed: float
-    corners: dict[Corner, None] = field(default_factory=dict)
-    """Live corners from which a piece of this edge leaves, in order of birth."""
-
-    @property
-    def nx(self) -> float:
-        return -self.dy
-
-    @property
-    def ny(self) -> float:
-        return self.dx
-
-    def ahead(self, x: float, y: float, time: float) -> float:
-        """How far the line still has to go until it reaches a point."""
-        return self.dx * y - self.dy * x - self.start - self.speed * time
-
-
-@dataclass(slots=True, eq=False)
-class Corner:
-    """A corner of the wavefront, from its birth at a node until it meets something."""
-
-    before: Edge
-    after: Edge
-    node: int
-    x: float
-    y: float
-    time: float
-    vx: float = 0.0
-    vy: float = 0.0
-    is_stuck: bool = False
-    """Whether its edges lie upon each other, so that it has nowhere to go."""
-    alive: bool = True
-    previous: Corner = field(init=False)
-    next: Corner = field(init=False)
-
-    def at(self, time: float) -> tuple[float, float]:
-        """Where the corner is at a time."""
-        passed = time - self.time
-        return self.x + self.vx * passed, self.y + self.vy * passed
+from grammarlab.geometry.moving_edges import (
+    PARALLEL,
+    TOLERANCE,
+    Corner,
+    Edge,
+    just_parted,
+    outer_direction,
+    reaches,
+    velocity,
+)
 
 
 @dataclass(slots=True)
@@ -156,8 +111,8 @@ class Wavefront:
             pairs = [(before, after)]
         born = []
         for a, b in pairs:
-            velocity = _velocity(a, b)
-            born.append(Corner(a, b, node, x, y, time, *(velocity or (0.0, 0.0)), is_stuck=velocity is None))
+            pace = velocity(a, b)
+            born.append(Corner(a, b, node, x, y, time, *(pace or (0.0, 0.0)), is_stuck=pace is None))
         for corner in born:
             self._corners[corner] = None
             corner.after.corners[corner] = None
@@ -198,10 +153,10 @@ class Wavefront:
             x2, y2 = partner.at(time)
             x, y = 0.5 * (x + x2), 0.5 * (y + y2)
             met.add(partner)
-        elif not any(_reaches(start, x, y, time) for start in partner.corners if start is not corner):
+        elif not any(reaches(start, x, y, time) for start in partner.corners if start is not corner):
             return False
         near = self._near(x, y, time) | met
-        met |= {other for other in near if not other.is_stuck and not _just_parted(other, corner, time)}
+        met |= {other for other in near if not other.is_stuck and not just_parted(other, corner, time)}
         chains, closed = self._chains(met, near, x, y, time)
         if not closed and len(chains) == 1 and len(met) == 1:
             return False
@@ -235,10 +190,10 @@ class Wavefront:
                     end = end.next
                     covered += 1
                 chains.append(_Chain(start.previous, start.before, end.after, end.next))
-            elif start not in near and start.next not in near and _reaches(start, x, y, time):
+            elif start not in near and start.next not in near and reaches(start, x, y, time):
                 chains.append(_Chain(start, start.after, start.after, start.next))
         for chain in chains:
-            chain.direction = _outer_direction(chain.arriving, chain.leaving)
+            chain.direction = outer_direction(chain.arriving, chain.leaving)
         chains.sort(key=lambda chain: chain.direction)
         return chains, covered < len(met)
 
@@ -317,43 +272,3 @@ class Wavefront:
     def _node(self, x: float, y: float, time: float) -> int:
         self.nodes.append((x, y, time))
         return len(self.nodes) - 1
-
-
-def _velocity(before: Edge, after: Edge) -> tuple[float, float] | None:
-    """How the corner between two edges moves; nothing when they lie upon each other."""
-    cross = before.dx * after.dy - before.dy * after.dx
-    dot = before.dx * after.dx + before.dy * after.dy
-    if before.speed == after.speed and dot >= 0:
-        pace = before.speed / (1.0 + dot)
-        return pace * (before.nx + after.nx), pace * (before.ny + after.ny)
-    if abs(cross) < PARALLEL:
-        return None if dot < 0 else (before.speed * before.nx, before.speed * before.ny)
-    return (
-        (before.speed * after.dx - after.speed * before.dx) / cross,
-        (before.speed * after.dy - after.speed * before.dy) / cross,
-    )
-
-
-def _just_parted(first: Corner, second: Corner, time: float) -> bool:
-    """Whether two corners come from the same event, and no time has passed since."""
-    return first is not second and first.node == second.node and time <= second.time + TOLERANCE
-
-
-def _reaches(start: Corner, x: float, y: float, time: float) -> bool:
-    """Whether the piece of an edge that leaves a corner runs through a place at a time, ends included."""
-    edge = start.after
-    if abs(edge.ahead(x, y, time)) > TOLERANCE:
-        return False
-    (x1, y1), (x2, y2) = start.at(time), start.next.at(time)
-    before = (x - x1) * edge.dx + (y - y1) * edge.dy
-    after = (x2 - x) * edge.dx + (y2 - y) * edge.dy
-    return before >= -TOLERANCE and after >= -TOLERANCE
-
-
-def _outer_direction(arriving: Edge, leaving: Edge) -> float:
-    """Angle of the middle of the swept side between an edge that ends at a place and one that begins there."""
-    inbound = math.atan2(-arriving.dy, -arriving.dx)
-    outbound = math.atan2(leaving.dy, leaving.dx)
-    width = (outbound - inbound) % math.tau
-    # Edges that lie upon each other enclose nothing: all around them has been swept.
-    return math.remainder(inbound + 0.5 * (width if width > PARALLEL else math.tau), math.tau)
