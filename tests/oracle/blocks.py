@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grammarlab.errors import DerivationError
+from grammarlab.geometry.clip import slabs
 from grammarlab.language.syntax import Block, Group, Name, Part
 from tests.oracle import splits
 from tests.oracle.components import WORDS, components, joined_faces, picks
@@ -62,11 +62,12 @@ def split(block: Block, scope: Scope) -> list[Piece]:
         return result
 
     pieces = splits.divide(float(shape.size[axis]), elements(block.group))
-    slabs = [(piece.part, slab(shape, axis, piece.start, piece.extent)) for piece in pieces]
-    total = float(len(slabs))
+    keep_scope = any(getattr(node, "identifier", "") == "noAdjust" for node in block.arguments)
+    parts = [(piece.part, slab(shape, axis, piece.start, piece.extent, keep_scope)) for piece in pieces]
+    total = float(len(parts))
     return [
         Piece(part, number, with_state(piece, {"split.index": float(number), "split.total": total}))
-        for number, (part, piece) in enumerate(slabs)
+        for number, (part, piece) in enumerate(parts)
     ]
 
 
@@ -79,24 +80,37 @@ def box(size: np.ndarray) -> Mesh:
     return extruded(rectangle(size[0], size[2]), np.array([0.0, size[1], 0.0]))
 
 
+def lying(size: np.ndarray) -> Mesh:
+    return rectangle(size[0], size[2])
+
+
+def standing(size: np.ndarray) -> Mesh:
+    """The rectangle that fills the front of a scope; its first edge is the lower one."""
+    corners = [(0.0, 0.0, 0.0), (size[0], 0.0, 0.0), (size[0], size[1], 0.0), (0.0, size[1], 0.0)]
+    return Mesh(tuple(np.array(c) for c in corners), ((0, 1, 2, 3),))
+
+
 def is_same(one: Mesh, other: Mesh) -> bool:
-    return one.faces == other.faces and np.allclose(one.points, other.points, atol=1e-9)
+    if [len(face) for face in one.faces] != [len(face) for face in other.faces]:
+        return False
+    pairs = zip(one.polygons(), other.polygons(), strict=True)
+    return all(np.allclose(a, b, rtol=0.0, atol=1e-9) for a, b in pairs)
 
 
-def slab(shape: Shape, axis: int, start: float, extent: float) -> Shape:
-    """What of a shape lies between two planes across an axis."""
+def slab(shape: Shape, axis: int, start: float, extent: float, keep_scope: bool) -> Shape:
+    """What of a shape lies between two planes across an axis. Parts of boxes are boxes, of rectangles rectangles."""
     offset = np.zeros(3)
     offset[axis] = start
     size = shape.size.copy()
     size[axis] = extent
     part = replace(shape.shifted(offset), size=size)
-    if is_same(shape.mesh, box(shape.size)):
-        return replace(part, mesh=box(size))
-    return replace(part, mesh=_clipped(shape, axis, start, extent)).fitted()
-
-
-def _clipped(shape: Shape, axis: int, start: float, extent: float) -> Mesh:
-    raise DerivationError("the oracle cannot clip this mesh")
+    for whole in (box, lying, standing):
+        if is_same(shape.mesh, whole(shape.size)) and (whole, axis) not in ((lying, 1), (standing, 2)):
+            return replace(part, mesh=whole(size))
+    ends = np.array([start]), np.array([start + extent])
+    cut = slabs(shape.mesh.to_columns(), np.array([0]), axis, *ends)
+    part = replace(part, mesh=Mesh.from_columns(cut).moved(lambda p: p - offset))
+    return part if keep_scope else part.fitted()
 
 
 def comp(block: Block, scope: Scope) -> list[Piece]:
@@ -113,7 +127,7 @@ def comp(block: Block, scope: Scope) -> list[Piece]:
         else:
             index = evaluate(part.head, scope)
             name = ""
-            taken = [i for i in free if i == index]
+            taken = [i for i in free if index is True or (not isinstance(index, bool) and i == index)]
         free = [i for i in free if i not in taken]
         shapes = [found[i].shape for i in taken]
         if part.inclusive and taken:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import operator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -146,9 +147,7 @@ def _apply_function(node: Call | Name, name: str, arguments: Sequence[Value], sc
     """A function of the grammar: its body is evaluated under a key of its own."""
     function = scope.model.functions[name, len(arguments)]
     key = fold(scope.shape.key, 3 * scope.model.addresses[id(node)] + SITE_LANE)
-    inside = Scope(
-        scope.model, replace(scope.shape, key=key), dict(zip(function.parameters, arguments, strict=True))
-    )
+    inside = Scope(scope.model, replace(scope.shape, key=key), dict(zip(function.parameters, arguments, strict=True)))
     return evaluate(function.value, inside)
 
 
@@ -181,24 +180,19 @@ def _binary(node: Binary, scope: Scope) -> Value:
             return left != right
         case "+" if isinstance(left, str) or isinstance(right, str):
             return number_text(left) + number_text(right)
-    a, b = number(left), number(right)
-    match node.operator:
-        case "<":
-            return a < b
-        case "<=":
-            return a <= b
-        case ">":
-            return a > b
-        case ">=":
-            return a >= b
-        case "+":
-            return a + b
-        case "-":
-            return a - b
-        case "*":
-            return a * b
-        case "/":
-            return through_array(np.divide, a, b)
-        case "%":
-            return through_array(np.fmod, a, b)
-    raise DerivationError(f"the oracle does not know the operator {node.operator}", node.location)
+    if node.operator not in ARITHMETIC:
+        raise DerivationError(f"the oracle does not know the operator {node.operator}", node.location)
+    return ARITHMETIC[node.operator](number(left), number(right))
+
+
+ARITHMETIC: dict[str, Callable[[float, float], Value]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": lambda a, b: through_array(np.divide, a, b),
+    "%": lambda a, b: through_array(np.fmod, a, b),
+}

@@ -76,7 +76,7 @@ PLAIN: dict[str, Callable[..., Value]] = {
     "pow": lambda x, y: through_array(np.power, x, y),
     "rint": lambda x: float(round(x)),
     "sin": of_degrees(np.sin),
-    "sqrt": lambda x: math.sqrt(x),
+    "sqrt": math.sqrt,
     "tan": of_degrees(np.tan),
     "bool": lambda v: v.strip().lower() not in {"", "0", "f", "false"} if isinstance(v, str) else bool(v),
     "float": to_number,

@@ -18,7 +18,8 @@ from grammarlab.language.syntax import Block, Choice, Invoke, Node, Rule, Scoped
 from grammarlab.randomness import fold, root_keys
 from tests.oracle.blocks import BLOCKS, Piece, flat_parts
 from tests.oracle.expressions import Scope, choose, evaluate
-from tests.oracle.operations import KEYWORDS, OPERATIONS, Argument, Call, argument
+from tests.oracle.heavy import HEAVY as OPERATIONS
+from tests.oracle.operations import KEYWORDS, Argument, Call, argument
 from tests.oracle.shape import Mesh, Shape, Value, initial_shape
 
 CHILD_LANE, BLOCK_LANE = 0, 1

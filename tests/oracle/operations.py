@@ -9,7 +9,7 @@ import numpy as np
 
 from grammarlab.errors import DerivationError
 from grammarlab.geometry.primitives import builtin_asset
-from grammarlab.language.syntax import Expression, Floating, Name, Relative
+from grammarlab.language.syntax import Binary, Expression, Floating, Name, Relative
 from tests.oracle.components import unit
 from tests.oracle.expressions import Scope, evaluate, number
 from tests.oracle.shape import AXES, Mesh, Shape, Value, Vector, newell, normal
@@ -20,6 +20,9 @@ KEYWORDS = {
     "translate": {"abs", "rel", "scope", "pivot", "object", "world"},
     "rotate": {"abs", "rel", "scope", "pivot", "object", "world"},
     "extrude": {"world.up", "world.up.flatTop", "face.normal", "vertex.normal", "x", "y", "z", "world.y"},
+    "roofGable": {"byAngle", "byHeight"},
+    "roofHip": {"byAngle", "byHeight"},
+    "roofPyramid": {"byAngle", "byHeight"},
     "alignScopeToAxes": {"x", "y", "z", "world.x", "world.y", "world.z", "world.xyz"},
 }
 """Words that are arguments as they stand."""
@@ -47,10 +50,19 @@ def argument(node: Expression, scope: Scope, words: set[str] | frozenset[str] = 
     """One argument of an operation, or what stands before the colon of a part of a block."""
     if isinstance(node, Name) and node.identifier in words:
         return Argument(node.identifier, word=True)
-    inner = node.operand if isinstance(node, Floating) else node
-    relative = isinstance(inner, Relative)
-    value = evaluate(inner.operand if isinstance(inner, Relative) else inner, scope)
-    return Argument(value, False, relative, isinstance(node, Floating))
+    prefixes: set[type] = set()
+    value = evaluate(_without_prefixes(node, prefixes), scope)
+    return Argument(value, False, Relative in prefixes, Floating in prefixes)
+
+
+def _without_prefixes(node: Expression, found: set[type]) -> Expression:
+    """``~`` and ``'`` stand in front of an expression and hold for all of it."""
+    if isinstance(node, Floating | Relative):
+        found.add(type(node))
+        return _without_prefixes(node.operand, found)
+    if isinstance(node, Binary):
+        return replace(node, left=_without_prefixes(node.left, found))
+    return node
 
 
 @dataclass(frozen=True)
@@ -188,12 +200,12 @@ def primitive(mesh: Mesh, call: Call) -> Shape:
     empty = size <= 0.0
     with np.errstate(all="ignore"):
         factors = np.where(own > 0.0, size / own, 1.0)[~empty]
-    if empty.all():
-        return replace(shape, size=own, mesh=mesh.moved(lambda p: p - low)).shifted(low)
-    scale = float(np.mean(factors))
+    scale = 1.0 if empty.all() else float(np.mean(factors))
     size = np.where(empty, own * scale, size)
     stretch = np.divide(size, own, out=np.zeros(3), where=own > 0.0)
-    return replace(shape, size=size, mesh=mesh.moved(lambda p: (p - low) * stretch))
+    filled = replace(shape, size=size, mesh=mesh.moved(lambda p: (p - low) * stretch))
+    # With two or three dimensions to choose, the mesh also keeps its place along them.
+    return filled.shifted(np.where(empty, scale * low, 0.0)) if empty.sum() >= 2 else filled
 
 
 def insert(call: Call) -> Shape:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -116,7 +117,7 @@ def newell(polygon: list[Vector]) -> Vector:
     """The vector area of a polygon: direction of the normal, length of the area."""
     first = polygon[0]
     total = np.zeros(3)
-    for a, b in zip(polygon[1:-1], polygon[2:], strict=True):
+    for a, b in itertools.pairwise(polygon):
         total = total + np.cross(a - first, b - first)
     return 0.5 * total
 

@@ -1,8 +1,8 @@
 """How a length is divided, by trying every number of repeats.
 
-Fixed sizes are placed first; all floating sizes share the rest, stretched by one common factor k. Where something floats, the
-number of repeats is the one whose k is positive and nearest to 1. Where nothing floats, patterns follow each other for
-as long as there is room and the last part is cut.
+Fixed sizes are placed first; all floating sizes share the rest, stretched by one common factor k. Where something
+floats, the number of repeats is the one whose k is positive and nearest to 1. Where nothing floats, patterns follow
+each other for as long as there is room and the last part is cut.
 """
 
 from __future__ import annotations
@@ -87,7 +87,6 @@ def _shared(total: int, groups: int) -> list[int]:
 
 def _best_counts(length: float, elements: Sequence[Size | Repeat], groups: Sequence[Repeat]) -> list[int]:
     """How often each repeated group is used."""
-    groups = [group for group in groups]
     if not groups:
         return []
     outside = [element for element in elements if isinstance(element, Size)]

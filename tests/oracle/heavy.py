@@ -1,0 +1,44 @@
+"""Operations whose geometry is a library's business: the oracle hands it one mesh at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from grammarlab.geometry import primitives, roofs
+from grammarlab.geometry.mesh import Meshes
+from tests.oracle.components import unit
+from tests.oracle.expressions import number
+from tests.oracle.operations import OPERATIONS, Call, frame_from_y, primitive
+from tests.oracle.shape import Mesh, Shape, newell, replace
+
+
+def primitive_with(make: Callable[..., Meshes]) -> Callable[[Call], Shape]:
+    """``primitiveX(counts)``, fitted to the scope."""
+    return lambda call: primitive(Mesh.from_columns(make(*(int(number(a.value)) for a in call.arguments))), call)
+
+
+def roof_with(make: Callable[..., Meshes]) -> Callable[[Call], Shape]:
+    """A roof over the shape's faces; the scope stands on the first one."""
+
+    def apply(call: Call) -> Shape:
+        values = [a.value for a in call.arguments if not a.word]
+        by = "height" if "byHeight" in call.words else "angle"
+        roof = make(call.shape.mesh.to_columns(), values[0], by, *values[1:])
+        frame = frame_from_y(unit(newell(call.shape.mesh.polygon(0))), np.array([1.0, 0.0, 0.0]))
+        mesh = Mesh.from_columns(roof).moved(lambda p: frame.T @ p)
+        return replace(call.shape, rotation=call.shape.rotation @ frame, mesh=mesh).fitted()
+
+    return apply
+
+
+HEAVY: dict[str, Callable[[Call], Shape]] = {
+    **OPERATIONS,
+    "primitiveCylinder": primitive_with(primitives.cylinder),
+    "primitiveQuad": primitive_with(primitives.quad),
+    "roofGable": roof_with(roofs.roof_gable),
+    "roofHip": roof_with(roofs.roof_hip),
+    "roofPyramid": roof_with(roofs.roof_pyramid),
+}
+"""All operations of the oracle."""
