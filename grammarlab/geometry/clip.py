@@ -23,12 +23,28 @@ from grammarlab.geometry.vectors import dot
 Flags = NDArray[np.bool_]
 
 TOLERANCE = 1e-9
-"""Points this close to a plane, as a share of the size of their mesh, lie on it."""
+"""Points this close to a plane, as a share of the largest coordinate of their mesh, lie on it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Extent:
+    """Where faces and meshes begin and end along an axis."""
+
+    face_low: Floats
+    """[F]"""
+    face_high: Floats
+    """[F]"""
+    low: Floats
+    """[M]"""
+    high: Floats
+    """[M]"""
+    slack: Floats
+    """[M] distance below which points lie on a plane."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Side:
-    """One side of slabs: the low ends or the high ends."""
+    """One side of slabs: their low ends or their high ends."""
 
     level: Floats
     """[N] where the plane stands along the axis."""
@@ -36,6 +52,8 @@ class _Side:
     """1 where the kept side lies above the plane, -1 where below."""
     is_cut: Flags
     """[N] whether the mesh reaches beyond the plane."""
+    crosses: Flags
+    """[K] which of the faces that reach into the slabs reach beyond the plane."""
     lost_first: Flags
     """[N] whether the first face of the mesh lies beyond the plane."""
 
@@ -57,34 +75,40 @@ def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, hig
         N meshes with their points where they were; some may be empty. Faces keep their order; caps come last, or
         first where the first face was cut away.
     """
-    bottom, top = meshes.bounds()
-    tolerance = TOLERANCE * (top - bottom).max(axis=1, initial=0.0)
-    parts, sides = _culled(meshes, mesh, axis, (low, high), (bottom[:, axis], top[:, axis], tolerance))
-    closed = np.zeros(len(meshes), bool)
-    was_cut = np.zeros(len(meshes), bool)
-    was_cut[mesh[sides[0].is_cut | sides[1].is_cut]] = True
-    # One face alone is never closed: the common case needs no look at its edges.
-    candidates = np.flatnonzero(was_cut & (np.diff(meshes.mesh_faces) > 1))
-    closed[candidates] = is_closed(meshes.take(candidates))
+    extent = _extent(meshes, axis)
+    face, part = _faces_within(meshes, mesh, axis, low, high, extent)
+    sides = [_side(meshes, mesh, extent, face, part, level, sign) for level, sign in ((low, 1.0), (high, -1.0))]
+    faces, points, owner = _gathered(meshes, mesh, face, part)
+    capped = _closed_ones(meshes, mesh, sides[0].is_cut | sides[1].is_cut)
 
+    pieces, on_planes, normals = faces, [], []
     for side in sides:
-        if not side.is_cut.any():
-            continue
-        of_point = parts.mesh_of_point()
-        level = side.level[of_point]
-        distance = side.sign * (parts.points[:, axis] - level)
-        distance[~side.is_cut[of_point]] = np.inf
-        on_plane = np.abs(distance) <= tolerance[mesh][of_point]
+        distance = side.sign * (points[:, axis] - side.level.take(owner))
+        on_plane = np.abs(distance) <= extent.slack[mesh].take(owner)
         distance[on_plane] = 0.0
-        parts.points[on_plane, axis] = level[on_plane]
-        normals = np.zeros((len(mesh), 3))
-        normals[:, axis] = side.sign
-        keep_flat = np.ones(parts.num_faces, bool)
-        kept = _kept(parts, distance, normals, keep_flat, closed[mesh] & side.is_cut, side.lost_first)
-        parts = kept.meshes
-        # Interpolation misses the plane by a last bit; parts must end where their neighbours begin.
-        parts.points[kept.is_new, axis] = side.level[parts.mesh_of_point()[kept.is_new]]
-    return parts
+        points[on_plane, axis] = side.level.take(owner[on_plane])
+        direction = np.zeros((len(mesh), 3))
+        direction[:, axis] = side.sign
+        num_old = len(points)
+        # `place` still says which of the faces a piece was cut from.
+        is_crossing = side.crosses.take(pieces.place)
+        if is_crossing.any():
+            result = cut(pieces.take(np.flatnonzero(is_crossing)), points, distance, direction)
+            # Interpolation misses the plane by a last bit, but parts must end where their neighbours begin.
+            result.points[:, axis] = side.level.take(result.mesh_of_point)
+            points, owner = np.concatenate((points, result.points)), np.concatenate((owner, result.mesh_of_point))
+            pieces = Soup.together([pieces.take(np.flatnonzero(~is_crossing)), result.faces])
+        on_planes.append(np.append(on_plane, np.ones(len(points) - num_old, bool)))
+        normals.append(direction)
+
+    closing = []
+    for side, on_plane, direction in zip(sides, on_planes, normals, strict=True):
+        is_open = capped & side.is_cut
+        if is_open.any():
+            rim = pieces.take(np.flatnonzero(is_open.take(pieces.mesh)))
+            flags = np.append(on_plane, np.zeros(len(points) - len(on_plane), bool))
+            closing.append(caps(rim, points, flags, direction, np.where(side.lost_first, -1, len(face))))
+    return Soup.together([pieces, *closing]).meshes(points, owner, len(mesh))
 
 
 def halfspace(meshes: Meshes, normals: Floats, offsets: Floats) -> Meshes:
@@ -97,121 +121,125 @@ def halfspace(meshes: Meshes, normals: Floats, offsets: Floats) -> Meshes:
         normals: [M, 3] unit normals of the planes, out of the side that is kept.
         offsets: [M] metres from the origin along the normals.
     """
-    bottom, top = meshes.bounds()
-    tolerance = TOLERANCE * (top - bottom).max(axis=1, initial=0.0)
-    of_point = meshes.mesh_of_point()
-    distance = offsets[of_point] - dot(meshes.points, normals[of_point])
-    distance[np.abs(distance) <= tolerance[of_point]] = 0.0
+    owner = meshes.mesh_of_point()
+    distance = offsets[owner] - dot(meshes.points, normals[owner])
+    distance[np.abs(distance) <= _slack(meshes)[owner]] = 0.0
+    at_corner = distance.take(meshes.corner_points())
+    nearest = -max_rows(-at_corner, meshes.face_offsets, -np.inf)
+    furthest = max_rows(at_corner, meshes.face_offsets, -np.inf)
     looks_out = dot(area_vectors(meshes), normals[meshes.mesh_of_face()]) > 0.0
+    stays = (nearest >= 0.0) & ((furthest > 0.0) | looks_out)
+    crossing = Soup.of_faces(meshes, np.flatnonzero((nearest < 0.0) & (furthest > 0.0)))
+    result = cut(crossing, meshes.points, distance, -normals)
+    points, owner = np.concatenate((meshes.points, result.points)), np.concatenate((owner, result.mesh_of_point))
+    pieces = Soup.together([Soup.of_faces(meshes, np.flatnonzero(stays)), result.faces])
+
     lost_first = np.zeros(len(meshes), bool)
     filled = np.diff(meshes.mesh_faces) > 0
-    reach = max_rows(distance[meshes.corner_points()], meshes.face_offsets, -np.inf)
-    lost_first[filled] = reach[meshes.mesh_faces[:-1][filled]] <= 0.0
-    return _kept(meshes, distance, -normals, looks_out, is_closed(meshes), lost_first).meshes
+    lost_first[filled] = furthest[meshes.mesh_faces[:-1][filled]] <= 0.0
+    on_plane = np.append(distance == 0.0, np.ones(len(result.points), bool))
+    rim = pieces.take(np.flatnonzero(is_closed(meshes).take(pieces.mesh)))
+    closing = caps(rim, points, on_plane, -normals, np.where(lost_first, -1, meshes.num_faces))
+    return Soup.together([pieces, closing]).meshes(points, owner, len(meshes))
 
 
-def _culled(
-    meshes: Meshes,
-    mesh: NDArray[np.integer],
-    axis: int,
-    slab: tuple[Floats, Floats],
-    extent: tuple[Floats, Floats, Floats],
-) -> tuple[Meshes, tuple[_Side, _Side]]:
-    """N meshes of the faces that reach into each slab, untouched, and what lies beyond either end.
+def _slack(meshes: Meshes) -> Floats:
+    """[M] distance below which points of a mesh lie on a plane."""
+    x, y, z = np.abs(meshes.points.T)
+    return TOLERANCE * max_rows(np.maximum(np.maximum(x, y), z), meshes.mesh_points, 0.0)
 
-    Args:
-        meshes: as in `slabs`.
-        mesh: as in `slabs`.
-        axis: as in `slabs`.
-        slab: [N] where each slab begins and ends.
-        extent: [M] where each mesh begins and ends along the axis, and the tolerance.
-    """
-    height = meshes.points[meshes.corner_points(), axis]
+
+def _extent(meshes: Meshes, axis: int) -> _Extent:
+    height = meshes.points[:, axis].take(meshes.corner_points())
     face_low = -max_rows(-height, meshes.face_offsets, -np.inf)
     face_high = max_rows(height, meshes.face_offsets, -np.inf)
-    low, high = slab
-    slack = extent[2][mesh]
-    sides = []
-    first = np.minimum(meshes.mesh_faces[:-1][mesh], max(meshes.num_faces - 1, 0))
-    for level, sign, reach, face_reach in ((low, 1.0, extent[0], face_high), (high, -1.0, extent[1], face_low)):
-        is_cut = sign * (level - reach[mesh]) > slack
-        lost_first = is_cut & (sign * (face_reach[first] - level) <= slack) if meshes.num_faces else is_cut
-        sides.append(_Side(level, sign, is_cut, lost_first))
+    low = -max_rows(-face_low, meshes.mesh_faces, -np.inf)
+    high = max_rows(face_high, meshes.mesh_faces, -np.inf)
+    return _Extent(face_low, face_high, low, high, _slack(meshes))
 
+
+def _faces_within(
+    meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, high: Floats, extent: _Extent
+) -> tuple[Indices, Indices]:
+    """The faces [K] that have a share in slabs, and the slab of each, ascending."""
     face, part_faces = take_rows(meshes.mesh_faces, mesh)
     part = row_of_value(np.diff(part_faces))
-    at, of_mesh = slack[part], mesh[part]
-    begins, ends = face_low[face], face_high[face]
-    enters = (ends > low[part] + at) & (begins < high[part] - at) & (high - low > slack)[part]
-    flat = np.flatnonzero(ends - begins <= at)
+    begin, end = extent.face_low.take(face), extent.face_high.take(face)
+    slack = extent.slack[mesh]
+    is_thick = high - low > slack
+    # A slab without thickness has no inside.
+    first, last = np.where(is_thick, low + slack, np.inf), np.where(is_thick, high - slack, -np.inf)
+    within = (end > first.take(part)) & (begin < last.take(part))
+    flat = np.flatnonzero(end - begin <= slack.take(part))
     if len(flat):
         rises = area_vectors(meshes)[face[flat], axis] < 0.0
-        f, m, p = face[flat], of_mesh[flat], part[flat]
-        enters[flat] = _owns_flat(face_low[f], rises, (low[p], high[p]), tuple(column[m] for column in extent))
-    chosen = np.flatnonzero(enters)
-    return _faces_of_parts(meshes, mesh, face[chosen], part[chosen]), (sides[0], sides[1])
+        within[flat] = _owns_flat(begin[flat], rises, mesh[part[flat]], low[part[flat]], high[part[flat]], extent)
+    chosen = np.flatnonzero(within)
+    return face.take(chosen), part.take(chosen)
 
 
-def _owns_flat(height: Floats, rises: Flags, slab: tuple[Floats, Floats], extent: tuple[Floats, ...]) -> Flags:
+def _owns_flat(
+    height: Floats, rises: Flags, mesh: NDArray[np.integer], low: Floats, high: Floats, extent: _Extent
+) -> Flags:
     """[K] whether slabs own faces that lie across the axis.
 
     Args:
         height: [K] where the face lies.
         rises: [K] whether what the face bounds lies above it.
-        slab: [K] where the slab begins and ends.
-        extent: [K] where the mesh begins and ends, and the tolerance.
+        mesh: [K] the mesh of the face.
+        low: [K] where the slab begins.
+        high: [K] where the slab ends.
+        extent: of the meshes.
     """
-    begin, end, slack = extent
-    above = (height <= begin + slack) | (rises & (height < end - slack))
-    at_low, at_high = np.abs(height - slab[0]) <= slack, np.abs(height - slab[1]) <= slack
-    between = (height > slab[0]) & (height < slab[1]) & ~at_low & ~at_high
+    slack = extent.slack[mesh]
+    above = (height <= extent.low[mesh] + slack) | (rises & (height < extent.high[mesh] - slack))
+    at_low, at_high = np.abs(height - low) <= slack, np.abs(height - high) <= slack
+    between = (height > low) & (height < high) & ~at_low & ~at_high
     return between | (at_low & above) | (at_high & ~above)
 
 
-def _faces_of_parts(meshes: Meshes, mesh: NDArray[np.integer], face: Indices, part: Indices) -> Meshes:
-    """N meshes, part i made of some faces of mesh ``mesh[i]``."""
-    where, offsets = take_rows(meshes.face_offsets, face)
-    part_of_corner = np.repeat(part, np.diff(offsets))
-    candidates, candidate_offsets = take_rows(meshes.mesh_points, mesh)
-    rows = meshes.corners[where] + candidate_offsets[part_of_corner]
-    faces = Soup(rows, offsets, part, np.arange(len(face)), meshes.tags[face])
-    return faces.meshes(meshes.points[candidates], row_of_value(np.diff(candidate_offsets)), len(mesh))[0]
+def _side(
+    meshes: Meshes,
+    mesh: NDArray[np.integer],
+    extent: _Extent,
+    face: Indices,
+    part: Indices,
+    level: Floats,
+    sign: float,
+) -> _Side:
+    """What lies beyond the low (sign 1) or high (sign -1) ends of slabs."""
+    near, far = (extent.face_low, extent.face_high) if sign > 0.0 else (extent.face_high, extent.face_low)
+    reach = extent.low if sign > 0.0 else extent.high
+    slack = extent.slack[mesh]
+    is_cut = sign * (level - reach[mesh]) > slack
+    is_flat = extent.face_high - extent.face_low <= extent.slack[meshes.mesh_of_face()]
+    crosses = (sign * (level.take(part) - near.take(face)) > slack.take(part)) & ~is_flat.take(face)
+    lost_first = is_cut.copy()
+    filled = np.flatnonzero(np.diff(meshes.mesh_faces)[mesh] > 0)
+    first = meshes.mesh_faces[:-1][mesh[filled]]
+    lost_first[filled] &= sign * (far[first] - level[filled]) <= slack[filled]
+    return _Side(level, sign, is_cut, crosses, lost_first)
 
 
-@dataclass(frozen=True, slots=True)
-class _Kept:
-    meshes: Meshes
-    is_new: Flags
-    """[P] which of its points were made where edges pass the plane."""
+def _gathered(meshes: Meshes, mesh: NDArray[np.integer], face: Indices, part: Indices) -> tuple[Soup, Floats, Indices]:
+    """Faces of parts over a table in which every part has its own copy of the points, and the owners of those points.
 
-
-def _kept(
-    meshes: Meshes, distance: Floats, normals: Floats, keep_flat: Flags, capped: Flags, lost_first: Flags
-) -> _Kept:
-    """The parts of meshes where the distance is positive.
-
-    Args:
-        meshes: M meshes.
-        distance: [P] of each point from the plane of its mesh, exactly zero on the plane.
-        normals: [M, 3] of the planes, into the kept side.
-        keep_flat: [F] whether a face stays if it lies in the plane.
-        capped: [M] which meshes get caps where they are open at the plane.
-        lost_first: [M] where the caps come first.
+    The place of each face is its number in `face`.
     """
-    at_corner = distance[meshes.corner_points()]
-    nearest = -max_rows(-at_corner, meshes.face_offsets, -np.inf)
-    furthest = max_rows(at_corner, meshes.face_offsets, -np.inf)
-    is_crossing = (nearest < 0.0) & (furthest > 0.0)
-    stays = ((nearest >= 0.0) & (furthest > 0.0)) | ((nearest == 0.0) & (furthest == 0.0) & keep_flat)
-    piece = cut(Soup.of_faces(meshes, np.flatnonzero(is_crossing)), meshes.points, distance, normals)
-    faces = Soup.together([Soup.of_faces(meshes, np.flatnonzero(stays)), piece.faces])
-    points = np.concatenate((meshes.points, piece.points))
-    mesh_of_point = np.concatenate((meshes.mesh_of_point(), piece.mesh_of_point))
-    if capped.any():
-        on_plane = np.concatenate((distance == 0.0, np.ones(len(piece.points), bool)))
-        place = np.where(lost_first, -1, meshes.num_faces)
-        faces = Soup.together(
-            [faces, caps(faces.take(np.flatnonzero(capped[faces.mesh])), points, on_plane, normals, place)]
-        )
-    result, used = faces.meshes(points, mesh_of_point, len(meshes))
-    return _Kept(result, used >= len(meshes.points))
+    where, offsets = take_rows(meshes.face_offsets, face)
+    candidates, candidate_offsets = take_rows(meshes.mesh_points, mesh)
+    base = candidate_offsets[:-1].take(part)
+    rows = meshes.corners.take(where) + np.repeat(base, np.diff(offsets))
+    soup = Soup(rows, offsets, part, np.arange(len(face)), meshes.tags.take(face))
+    return soup, meshes.points.take(candidates, axis=0), row_of_value(np.diff(candidate_offsets))
+
+
+def _closed_ones(meshes: Meshes, mesh: NDArray[np.integer], is_cut: Flags) -> Flags:
+    """[N] whether a part is cut from a closed mesh; false where nothing is cut."""
+    is_candidate = np.zeros(len(meshes), bool)
+    is_candidate[mesh[is_cut]] = True
+    # One face alone is never closed: the common case needs no look at its edges.
+    candidates = np.flatnonzero(is_candidate & (np.diff(meshes.mesh_faces) > 1))
+    closed = np.zeros(len(meshes), bool)
+    closed[candidates] = is_closed(meshes.take(candidates))
+    return closed[mesh]

@@ -16,6 +16,7 @@ from grammarlab.geometry.edges import edges as edge_table
 from grammarlab.geometry.edges import faces_at_boundary
 from grammarlab.geometry.measure import corner_edges, face_normals
 from grammarlab.geometry.mesh import BORDER, INSIDE, Floats, Indices, Meshes
+from grammarlab.geometry.ragged import distinct
 from grammarlab.geometry.roof_edges import NO_ROOF_EDGE, roof_edges
 from grammarlab.geometry.vectors import any_normal, apply, apply_transposed, cross, dot, has_length, norm, unit
 
@@ -101,7 +102,7 @@ def face_sets(meshes: Meshes, chosen: Indices, sizes: Indices) -> Components:
     rotation = _frames(normals[first], _first_edges(meshes)[first])
     shapes = _extract(meshes, chosen, sizes)
     point_set = shapes.mesh_of_point()
-    local = apply_transposed(rotation[point_set], shapes.points - pivot[point_set])
+    local = apply_transposed(rotation.take(point_set, axis=0), shapes.points - pivot.take(point_set, axis=0))
     shapes, low, size = _fitted(shapes.with_points(local))
     mesh = meshes.mesh_of_face()[first]
     return Components(
@@ -219,11 +220,11 @@ def _extract(meshes: Meshes, chosen: Indices, sizes: Indices) -> Meshes:
     where, face_offsets = take_rows(meshes.face_offsets, chosen)
     rows = meshes.corner_points()[where]
     corner_set = np.repeat(row_of_value(sizes), np.diff(face_offsets))
-    keys, corners = np.unique(corner_set * max(len(meshes.points), 1) + rows, return_inverse=True)
-    point_set = keys // max(len(meshes.points), 1)
+    where, corners = distinct(corner_set * max(len(meshes.points), 1) + rows)
+    point_set = corner_set[where]
     mesh_points = offsets_from_counts(np.bincount(point_set, minlength=len(sizes)))
     return Meshes(
-        meshes.points[keys % max(len(meshes.points), 1)],
+        meshes.points.take(rows[where], axis=0),
         corners - mesh_points[corner_set],
         face_offsets,
         offsets_from_counts(sizes),
@@ -241,5 +242,5 @@ def _fitted(meshes: Meshes) -> tuple[Meshes, Floats, Floats]:
     size = high - low
     flat = size <= FLAT * size.max(axis=1, keepdims=True, initial=0.0)
     mesh = meshes.mesh_of_point()
-    points = np.where(flat[mesh], 0.0, meshes.points - low[mesh])
+    points = np.where(flat.take(mesh, axis=0), 0.0, meshes.points - low.take(mesh, axis=0))
     return meshes.with_points(points), np.where(flat, 0.5 * (low + high), low), np.where(flat, 0.0, size)

@@ -42,16 +42,15 @@ class Edges:
 def edges(meshes: Meshes) -> Edges:
     """The edges of all meshes. Bridges (both sides of an edge in one face) are left out."""
     start = meshes.corner_points()
-    end = start[next_in_row(meshes.face_offsets)]
+    end = start.take(next_in_row(meshes.face_offsets))
     face = meshes.face_of_corner()
     key = np.minimum(start, end) * max(len(meshes.points), 1) + np.maximum(start, end)
-    order = np.argsort(key, kind="stable")
-    is_first = np.diff(key[order], prepend=-1) != 0
+    order = np.argsort(key)
+    is_first = np.diff(key.take(order), prepend=-1) != 0
     first = np.flatnonzero(is_first)
     counts = np.diff(np.append(first, len(order)))
-    first_corner = order[first]
-    second_face = np.full(len(first), -1, np.int64)
-    second_face[counts > 1] = face[order[first[counts > 1] + 1]]
+    first_corner, second_corner = _lowest_two(order, first, counts)
+    second_face = np.where(counts > 1, face[second_corner], -1)
     kept = second_face != face[first_corner]
 
     rank = np.full(len(first), -1, np.int64)
@@ -70,6 +69,17 @@ def edges(meshes: Meshes) -> Edges:
         num_faces=counts[by_encounter],
         edge_of_corner=edge_of_corner,
     )
+
+
+def _lowest_two(values: Indices, starts: Indices, counts: Indices) -> tuple[Indices, Indices]:
+    """The smallest two values of each row of a ragged list; the one value twice where there is one only."""
+    if not len(starts):
+        return starts, starts
+    lowest = np.minimum.reduceat(values, starts)
+    others = values.copy()
+    crowded = np.repeat(counts > 1, counts)
+    others[crowded & (values == np.repeat(lowest, counts))] = np.iinfo(np.int64).max
+    return lowest, np.minimum.reduceat(others, starts)
 
 
 def num_edges(meshes: Meshes) -> Indices:

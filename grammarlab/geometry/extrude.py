@@ -119,8 +119,8 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
     # A point that stays is the same above and below, so that walls there end in an edge.
     is_lifted = has_length(shift)[:, 0]
     above = np.where(is_lifted, len(meshes.points) + np.arange(len(shift)), np.arange(len(shift)))[here]
-    below = sum_rows(shift[here], meshes.face_offsets)
-    inwards = dot(below, area_vectors(meshes)) < 0.0
+    outwards = dot(shift.take(here, axis=0), area_vectors(meshes).take(face, axis=0))
+    inwards = sum_rows(outwards, meshes.face_offsets) < 0.0
 
     edge = table.edge_of_corner
     moving = moves[of_face]
@@ -149,4 +149,4 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
     if not is_lifted[moves[meshes.mesh_of_point()]].all():
         faces = faces.without_repeats()
     points = np.concatenate((meshes.points, meshes.points + shift))
-    return faces.meshes(points, np.tile(meshes.mesh_of_point(), 2), len(meshes))[0]
+    return faces.meshes(points, np.tile(meshes.mesh_of_point(), 2), len(meshes))

@@ -12,7 +12,7 @@ from grammarlab.geometry.vectors import cross, dot, norm
 Flags = NDArray[np.bool_]
 
 DEGENERATE = 1e-12
-"""A face whose area is below this share of its squared perimeter has no normal."""
+"""A face whose area is below this share of its summed squared edges has no normal."""
 
 STRAIGHT = 1e-9
 """Sine of the angle below which a corner counts as straight."""
@@ -23,11 +23,15 @@ def area_vectors(meshes: Meshes) -> Floats:
 
     Corners are taken relative to the first one of their face, so faces far from the origin lose no digits.
     """
-    corners = meshes.points[meshes.corner_points()]
-    face = meshes.face_of_corner()
-    spokes = corners - corners[meshes.face_offsets[:-1][face]]
-    products = cross(spokes, spokes[next_in_row(meshes.face_offsets)])
-    return 0.5 * sum_rows(products, meshes.face_offsets)
+    rows, face = meshes.corner_points(), meshes.face_of_corner()
+    first = rows.take(meshes.face_offsets[:-1].take(face))
+    following = next_in_row(meshes.face_offsets)
+    x, y, z = (column.take(rows) - column.take(first) for column in meshes.points.T)
+    u, v, w = (column.take(following) for column in (x, y, z))
+    vectors = np.empty((meshes.num_faces, 3))
+    for axis, product in enumerate((y * w - z * v, z * u - x * w, x * v - y * u)):
+        vectors[:, axis] = 0.5 * sum_rows(product, meshes.face_offsets)
+    return vectors
 
 
 def face_areas(meshes: Meshes) -> Floats:
@@ -37,17 +41,24 @@ def face_areas(meshes: Meshes) -> Floats:
 
 def face_normals(meshes: Meshes) -> Floats:
     """[F, 3] unit normals, counter-clockwise corners seen from their tips; zero for faces without area."""
+    x, y, z = _edges(meshes)
+    reach = sum_rows(x * x + y * y + z * z, meshes.face_offsets)
     vectors = area_vectors(meshes)
     lengths = norm(vectors)
-    perimeters = sum_rows(norm(corner_edges(meshes)), meshes.face_offsets)
-    solid = lengths > DEGENERATE * perimeters**2
-    return np.where(solid[:, None], vectors / np.where(solid, lengths, 1.0)[:, None], 0.0)
+    return vectors * np.divide(1.0, lengths, out=np.zeros_like(lengths), where=lengths > DEGENERATE * reach)[:, None]
 
 
 def corner_edges(meshes: Meshes) -> Floats:
     """[C, 3] the vector from each corner to the next one of its face."""
-    corners = meshes.points[meshes.corner_points()]
-    return corners[next_in_row(meshes.face_offsets)] - corners
+    return np.stack(_edges(meshes), axis=1)
+
+
+def _edges(meshes: Meshes) -> tuple[Floats, Floats, Floats]:
+    """x, y and z of `corner_edges`. Gathering three columns is many times faster than gathering rows."""
+    rows = meshes.corner_points()
+    ahead = rows.take(next_in_row(meshes.face_offsets))
+    x, y, z = (column.take(ahead) - column.take(rows) for column in meshes.points.T)
+    return x, y, z
 
 
 def areas(meshes: Meshes) -> Floats:
@@ -72,31 +83,32 @@ def is_closed(meshes: Meshes) -> Flags:
     A mesh without faces, or with a face of fewer than three corners, is not closed.
     """
     start = meshes.corner_points()
-    end = start[next_in_row(meshes.face_offsets)]
+    end = start.take(next_in_row(meshes.face_offsets))
     key = np.minimum(start, end) * len(meshes.points) + np.maximum(start, end)
-    order = np.argsort(key, kind="stable")
-    first = np.flatnonzero(np.diff(key[order], prepend=-1))
-    balance = np.add.reduceat(np.sign(end - start)[order], first) if len(first) else np.zeros(0, np.int64)
+    order = np.argsort(key)
+    first = np.flatnonzero(np.diff(key.take(order), prepend=-1))
+    balance = np.add.reduceat(np.sign(end - start).take(order), first) if len(first) else first
     closed = np.diff(meshes.mesh_faces) > 0
-    mesh_of_corner = meshes.mesh_of_face()[meshes.face_of_corner()]
-    closed[mesh_of_corner[order[first[balance != 0]]]] = False
-    closed[meshes.mesh_of_face()[np.diff(meshes.face_offsets) < 3]] = False
+    face_of_open_edge = meshes.face_of_corner()[order[first[balance != 0]]]
+    mesh_of_face = meshes.mesh_of_face()
+    closed[mesh_of_face[face_of_open_edge]] = False
+    closed[mesh_of_face[np.diff(meshes.face_offsets) < 3]] = False
     return closed
 
 
 def is_reflex(meshes: Meshes) -> Flags:
-    """[C] whether a face turns to the right at this corner, or straight back."""
-    edges = corner_edges(meshes)
+    """[C] whether a face turns to the right at this corner, or straight back; nowhere on a face without area."""
     following = next_in_row(meshes.face_offsets)
-    ahead = edges[following]
-    normals = face_normals(meshes)[meshes.face_of_corner()]
-    lengths = norm(edges)
-    scale = lengths * lengths[following]
-    left = dot(cross(edges, ahead), normals)
-    onward = dot(edges, ahead)
-    turns_well = (left > STRAIGHT * scale) | ((left >= -STRAIGHT * scale) & (onward >= 0.0))
-    reflex = np.zeros(len(edges), bool)
-    reflex[following] = ~turns_well
+    x, y, z = _edges(meshes)
+    u, v, w = (column.take(following) for column in (x, y, z))
+    face = meshes.face_of_corner()
+    p, q, r = (column.take(face) for column in face_normals(meshes).T)
+    left = (y * w - z * v) * p + (z * u - x * w) * q + (x * v - y * u) * r
+    lengths = np.sqrt(x * x + y * y + z * z)
+    slack = STRAIGHT * lengths * lengths.take(following)
+    turns_back = (x * u + y * v + z * w < 0.0) & (np.abs(left) <= slack)
+    reflex = np.zeros(len(x), bool)
+    reflex[following] = ((left < -slack) | turns_back) & ((p != 0.0) | (q != 0.0) | (r != 0.0))
     return reflex
 
 
@@ -108,11 +120,11 @@ def is_convex(meshes: Meshes) -> Flags:
 def is_rectangular(meshes: Meshes, tolerance_degrees: float) -> Flags:
     """[M] whether there is a face, and all faces have four corners of 90 degrees give or take the tolerance."""
     edges = corner_edges(meshes)
-    ahead = edges[next_in_row(meshes.face_offsets)]
+    ahead = edges.take(next_in_row(meshes.face_offsets), axis=0)
     scale = norm(edges) * norm(ahead)
-    cosine = np.abs(dot(edges, ahead))
     # The slack keeps a right angle right under tolerance 0 after a rotation of the whole shape.
-    right = (cosine <= (np.sin(np.radians(tolerance_degrees)) + STRAIGHT) * scale) & (scale > 0.0)
+    limit = (np.sin(np.radians(tolerance_degrees)) + STRAIGHT) * scale
+    right = (np.abs(dot(edges, ahead)) <= limit) & (scale > 0.0)
     faces = all_rows(right, meshes.face_offsets) & (np.diff(meshes.face_offsets) == 4)
     return all_rows(faces, meshes.mesh_faces) & (np.diff(meshes.mesh_faces) > 0)
 
@@ -120,11 +132,9 @@ def is_rectangular(meshes: Meshes, tolerance_degrees: float) -> Flags:
 def is_planar(meshes: Meshes, tolerance_degrees: float) -> Flags:
     """[M] whether there is a face, and at no corner the local normal leaves the face normal by more than the angle."""
     edges = corner_edges(meshes)
-    local = cross(edges, edges[next_in_row(meshes.face_offsets)])
-    lengths = norm(local)
-    normals = face_normals(meshes)[meshes.face_of_corner()]
-    aligned = np.abs(dot(local, normals))
-    flat = aligned >= (np.cos(np.radians(tolerance_degrees)) - STRAIGHT) * lengths
+    local = cross(edges, edges.take(next_in_row(meshes.face_offsets), axis=0))
+    normals = face_normals(meshes).take(meshes.face_of_corner(), axis=0)
+    flat = np.abs(dot(local, normals)) >= (np.cos(np.radians(tolerance_degrees)) - STRAIGHT) * norm(local)
     faces = all_rows(flat, meshes.face_offsets)
     return all_rows(faces, meshes.mesh_faces) & (np.diff(meshes.mesh_faces) > 0)
 

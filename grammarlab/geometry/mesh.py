@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import offsets_from_counts, row_of_value, take_rows
+from grammarlab.arrays import index_in_row, offsets_from_counts, row_of_value, take_rows
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -99,7 +99,7 @@ class Meshes:
         corner_index, face_offsets = take_rows(self.face_offsets, faces)
         point_index, mesh_points = take_rows(self.mesh_points, meshes)
         return Meshes(
-            self.points[point_index],
+            self.points.take(point_index, axis=0),
             self.corners[corner_index],
             face_offsets,
             mesh_faces,

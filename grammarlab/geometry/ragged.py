@@ -11,35 +11,53 @@ Indices = NDArray[np.int64]
 
 
 def sum_rows(values: NDArray, offsets: Indices) -> NDArray:
-    """[N, ...] the sum of each row of a ragged list of numbers [V] or [V, D]; zero for empty rows.
+    """[N] the sum of each row of a ragged list of numbers [V]; zero for empty rows.
 
     Added in order, so a row has the same sum in every batch.
 
     >>> sum_rows(np.array([1, 2, 3, 4]), np.array([0, 3, 3, 4])).tolist()
     [6, 0, 4]
     """
-    count = len(offsets) - 1
-    row = row_of_value(np.diff(offsets))
-    if values.ndim == 1:
-        return np.bincount(row, values, count).astype(values.dtype, copy=False)
-    sums = np.empty((count, values.shape[1]), values.dtype)
-    for column in range(values.shape[1]):
-        sums[:, column] = np.bincount(row, values[:, column], count)
-    return sums
+    if values.dtype.kind == "f":
+        return np.bincount(row_of_value(np.diff(offsets)), values, len(offsets) - 1)
+    ends = np.zeros(len(values) + 1, np.int64)
+    np.cumsum(values, out=ends[1:])
+    return np.diff(ends.take(offsets))
+
+
+def max_rows(values: NDArray, offsets: Indices, empty: float) -> NDArray:
+    """[N] the largest number of each row of a ragged list; ``empty`` for rows without any."""
+    result = np.full(len(offsets) - 1, empty)
+    filled = np.diff(offsets) > 0
+    if filled.any():
+        result[filled] = np.maximum.reduceat(values, offsets[:-1][filled])
+    return result
 
 
 def any_rows(flags: NDArray[np.bool_], offsets: Indices) -> NDArray[np.bool_]:
     """[N] whether a row of a ragged list of flags has a true one."""
-    found = np.zeros(len(offsets) - 1, bool)
-    filled = np.diff(offsets) > 0
-    if filled.any():
-        found[filled] = np.logical_or.reduceat(flags, offsets[:-1][filled])
-    return found
+    return sum_rows(flags, offsets) > 0
 
 
 def all_rows(flags: NDArray[np.bool_], offsets: Indices) -> NDArray[np.bool_]:
     """[N] whether all flags of a row are true; true for empty rows."""
     return ~any_rows(~flags, offsets)
+
+
+def distinct(keys: Indices) -> tuple[Indices, Indices]:
+    """Where each different key stands (one of its places), in ascending order of keys, and the number of each key.
+
+    >>> where, number = distinct(np.array([7, 3, 7]))
+    >>> np.array([7, 3, 7])[where].tolist(), number.tolist()
+    ([3, 7], [1, 0, 1])
+    """
+    order = np.argsort(keys)
+    ranked = keys.take(order)
+    is_first = np.ones(len(keys), bool)
+    np.not_equal(ranked[1:], ranked[:-1], out=is_first[1:])
+    number = np.empty(len(keys), np.int64)
+    number[order] = np.cumsum(is_first) - 1
+    return order[is_first], number
 
 
 def next_in_row(offsets: Indices) -> Indices:
@@ -90,12 +108,3 @@ def cycles(successor: Indices) -> tuple[Indices, Indices]:
         back = back[back]
     order = np.lexsort((rank, smallest))
     return order, offsets_from_counts(np.bincount(smallest, minlength=size)[is_start])
-
-
-def max_rows(values: NDArray, offsets: Indices, empty: float = 0.0) -> NDArray:
-    """[N] the largest number of each row of a ragged list; ``empty`` for rows without any."""
-    result = np.full(len(offsets) - 1, empty)
-    filled = np.diff(offsets) > 0
-    if filled.any():
-        result[filled] = np.maximum.reduceat(values, offsets[:-1][filled])
-    return result

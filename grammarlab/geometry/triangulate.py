@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import index_in_row, row_of_value, take_rows
 from grammarlab.geometry.measure import face_normals, is_reflex
 from grammarlab.geometry.mesh import Floats, Indices, Meshes
-from grammarlab.geometry.ragged import any_rows, sum_rows
+from grammarlab.geometry.ragged import sum_rows
 
 
 def triangulate(meshes: Meshes) -> tuple[Indices, Indices]:
@@ -53,17 +53,16 @@ def _only(meshes: Meshes, faces: Indices) -> Meshes:
 def _concavity(faces: Meshes) -> tuple[Indices, NDArray[np.bool_]]:
     """For faces of four corners or more: the corner to fan from, and whether a fan will not do.
 
-    A quad with one reflex corner is covered by the fan from that corner. Faces without area stay fans.
+    A quad with one reflex corner is covered by the fan from that corner.
     """
     reflex = is_reflex(faces)
-    place = index_in_row(np.diff(faces.face_offsets))
-    num_reflex = sum_rows(reflex.astype(np.int64), faces.face_offsets)
-    first_reflex = sum_rows(np.where(reflex, place, 0), faces.face_offsets)
-    is_quad = np.diff(faces.face_offsets) == 4
-    has_area = face_normals(faces).any(axis=1)
-    concave = any_rows(reflex, faces.face_offsets) & has_area
-    dart = concave & is_quad & (num_reflex == 1)
-    return np.where(dart, first_reflex, 0), concave & ~dart
+    if not reflex.any():
+        return np.zeros(faces.num_faces, np.int64), np.zeros(faces.num_faces, bool)
+    counts = np.diff(faces.face_offsets)
+    num_reflex = sum_rows(reflex, faces.face_offsets)
+    is_dart = (counts == 4) & (num_reflex == 1)
+    place_of_reflex = sum_rows(np.where(reflex, index_in_row(counts), 0), faces.face_offsets)
+    return np.where(is_dart, place_of_reflex, 0), (num_reflex > 0) & ~is_dart
 
 
 def _fans(meshes: Meshes, faces: Indices, shift: Indices) -> tuple[Indices, Indices]:
@@ -72,13 +71,14 @@ def _fans(meshes: Meshes, faces: Indices, shift: Indices) -> tuple[Indices, Indi
     sizes = meshes.face_offsets[faces + 1] - starts
     per_face = sizes - 2
     row = row_of_value(per_face)
-    step = index_in_row(per_face) + 1
-    start, size, first = starts[row], sizes[row], shift[row]
-    corners = np.empty((len(row), 3), np.int64)
-    corners[:, 0] = start + first
-    corners[:, 1] = start + (first + step) % size
-    corners[:, 2] = start + (first + step + 1) % size
-    return meshes.corner_points()[corners], faces[row]
+    first = shift[row]
+    second = first + index_in_row(per_face) + 1
+    third = second + 1
+    if shift.any():
+        size = sizes[row]
+        second, third = second % size, third % size
+    corners = np.stack((first, second, third), axis=1) + starts[row][:, None]
+    return meshes.corner_points().take(corners), faces[row]
 
 
 def _ears(meshes: Meshes, faces: Indices) -> tuple[Indices, Indices]:

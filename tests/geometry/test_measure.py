@@ -121,7 +121,7 @@ def test_shapes_with_other_faces_are_not_rectangular():
 
 
 def test_a_bent_quad_is_planar_only_within_its_bend():
-    bent = [*quad().points, [0, 0, 0], [0, 0, 0], [0, 0.1, 0], [0, 0, 0]]
+    bent = np.add(quad().points, [[0, 0, 0], [0, 0, 0], [0, 0.1, 0], [0, 0, 0]])
     face = Meshes.from_polygons(bent, np.array([4]))
     assert [bool(measure.is_planar(face, degrees)[0]) for degrees in (0.25, 10.0)] == [False, True]
 
