@@ -107,11 +107,23 @@ def derive(
 
 
 def derive_chunks(
-    grammar: Grammar | Program, num_models: int, seed: int, *, first_model: int = 0, **options: object
+    grammar: Grammar | Program,
+    num_models: int,
+    seed: int,
+    *,
+    first_model: int = 0,
+    nodes_per_chunk: int = NODES_PER_CHUNK,
+    **options: object,
 ) -> Iterator[Forest]:
-    """The forests of consecutive models, each of about `NODES_PER_CHUNK` nodes; together the same as one `derive`.
+    """The forests of consecutive models, together the same as one `derive`; memory stays bounded for any number.
 
-    Args are those of `derive`. Memory stays bounded whatever ``num_models`` is.
+    Args:
+        grammar: as for `derive`, like the other arguments and options.
+        num_models: how many models in all.
+        seed: 0 <= seed < 2**64.
+        first_model: index of the first model.
+        nodes_per_chunk: about how many nodes one forest has; at least one model.
+        options: see `derive`.
     """
     program = grammar if isinstance(grammar, Program) else compile_grammar(grammar)
     done, size = 0, min(_FIRST_CHUNK, num_models)
@@ -120,7 +132,7 @@ def derive_chunks(
         yield forest
         done += size
         per_model = max(1.0, len(forest.nodes) / size)
-        size = min(num_models - done, max(1, int(NODES_PER_CHUNK / per_model)))
+        size = min(num_models - done, max(1, int(nodes_per_chunk / per_model)))
 
 
 def _start(program: Program, name: str | None) -> int:

@@ -1,0 +1,107 @@
+"""A model is a function of the grammar, the seed and its index, and of nothing else."""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grammarlab.derivation import Forest, compile_grammar, derive, derive_chunks
+from grammarlab.geometry.assets import AssetFolder
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.importing import load
+from tests.oracle.strategies import rule_files
+
+GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))
+ASSETS = AssetFolder(GRAMMARS[0].parent / "assets")
+
+
+def fingerprint(forest: Forest, model: int) -> tuple:
+    """Everything about one model, bit by bit, without the row numbers that depend on the batch."""
+    nodes, leaves, draws = forest.nodes, forest.leaves, forest.draws
+    rows = np.flatnonzero(nodes.model == model)
+    local = np.full(len(nodes) + 1, -1)
+    local[rows] = np.arange(len(rows))
+    mine = np.flatnonzero(nodes.model[leaves.node] == model)
+    drawn = np.flatnonzero(nodes.model[draws.node] == model)
+    meshes = forest.meshes.take(leaves.mesh[mine])
+    return tuple(
+        column.tobytes()
+        for column in (
+            local[nodes.parent[rows]],
+            nodes.symbol[rows],
+            nodes.rule[rows],
+            nodes.child[rows],
+            nodes.repeat[rows],
+            local[leaves.node[mine]],
+            leaves.position[mine],
+            leaves.size[mine],
+            forest.frames[leaves.frame[mine]] + 0.0,
+            meshes.points,
+            meshes.corners,
+            meshes.face_offsets,
+            forest.materials.channels[leaves.material[mine]],
+            local[draws.node[drawn]],
+            draws.site[drawn],
+            draws.value[drawn],
+            draws.log_density[drawn],
+        )
+    )
+
+
+def fingerprints(grammar: Grammar, num_models: int, first_model: int = 0, **options) -> list[tuple]:
+    forest = derive(grammar, num_models, 5, first_model=first_model, **options)
+    return [fingerprint(forest, model) for model in range(num_models)]
+
+
+@pytest.mark.parametrize("path", GRAMMARS, ids=lambda path: path.stem)
+def test_a_model_is_the_same_alone_and_in_any_batch(path):
+    grammar = load(path)
+    together = fingerprints(grammar, 12, assets=ASSETS)
+    assert together[3:8] == fingerprints(grammar, 5, first_model=3, assets=ASSETS)
+    assert [together[7]] == fingerprints(grammar, 1, first_model=7, assets=ASSETS)
+
+
+@given(rule_files(), st.integers(0, 5))
+@settings(max_examples=40, deadline=None)
+def test_models_of_random_grammars_do_not_depend_on_the_batch(text, index):
+    grammar = Grammar.parse(text)
+    together = fingerprints(grammar, 6, footprint=(8.0, 6.0))
+    assert [together[index]] == fingerprints(grammar, 1, first_model=index, footprint=(8.0, 6.0))
+
+
+def test_chunks_are_the_models_of_one_batch():
+    grammar = load(GRAMMARS[0].parent / "furniture.cga")
+    whole = fingerprints(grammar, 90, assets=ASSETS)
+    chunks = list(derive_chunks(grammar, 90, 5, nodes_per_chunk=300, assets=ASSETS))
+    assert len(chunks) > 3
+    assert [fingerprint(chunk, model) for chunk in chunks for model in range(chunk.num_models)] == whole
+    assert [chunk.first_model for chunk in chunks] == np.cumsum([0] + [c.num_models for c in chunks[:-1]]).tolist()
+
+
+def _in_process(first: int) -> list[tuple]:
+    return fingerprints(load(GRAMMARS[0].parent / "furniture.cga"), 4, first_model=first, assets=ASSETS)
+
+
+def test_another_process_makes_the_same_models():
+    whole = fingerprints(load(GRAMMARS[0].parent / "furniture.cga"), 8, assets=ASSETS)
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        halves = list(pool.map(_in_process, [0, 4]))
+    assert halves[0] + halves[1] == whole
+
+
+def test_reformatting_a_grammar_keeps_its_models():
+    first = Grammar.parse("attr h = rand(1, 5)\nLot --> 30%: extrude(h) A\n else: extrude(2 * h) B")
+    second = Grammar.parse("attr   h=rand( 1,5 ) // metres\nLot-->30% : extrude(h)   A else : extrude(2*h) B")
+    assert fingerprints(first, 20) == fingerprints(second, 20)
+
+
+def test_other_seeds_make_other_models():
+    program = compile_grammar(Grammar.parse("attr h = rand(1, 5)\nLot --> extrude(h) A"))
+    heights = {derive(program, 1, seed).leaves.size[0, 1] for seed in (0, 1, 2**63, 2**64 - 1)}
+    assert len(heights) == 4

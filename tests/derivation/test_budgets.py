@@ -1,0 +1,100 @@
+"""Careless and hostile grammars end in an error that names the place, and soon."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from grammarlab.derivation import Budget, derive
+from grammarlab.errors import BudgetError, DerivationError, UsageError
+from grammarlab.language.grammar import Grammar
+
+SMALL = Budget(shapes=5_000, depth=100)
+
+
+def sample(text: str, **options):
+    return derive(Grammar.parse(text), 2, seed=1, budget=SMALL, **options)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("Lot --> t(0, 1, 0) Lot", "Lot lead back to themselves more than 100 times in model 0"),
+        ("Lot --> A\nA --> B\nB --> 50% : A else : A", "A -> B lead back to themselves"),
+        ("Lot --> Lot Lot", "model 0 has more than 5000 shapes after the rule Lot"),
+        ("Lot --> split(x) { { 0.0001 : A }* }", r"<text>:1:9: one operation would make 400000 parts of 2 shapes"),
+        ("Lot --> split(x) { { 0.001 : split(z) { { 0.01 : A }* } }* }", "parts of"),
+        ("attr h = h + 1\nLot --> extrude(h) A", r"<text>:1:6: the value of h depends on itself: h -> h"),
+        ("f(n) = f(n + 1)\nLot --> extrude(f(1)) A", "f calls itself"),
+    ],
+)
+def test_what_never_ends_is_stopped(text, message):
+    with pytest.raises(DerivationError, match=message):
+        sample(text)
+
+
+def test_the_budget_is_for_each_model_not_for_the_batch():
+    text = "Lot --> split(x) { { 0.1 : A }* }"
+    forest = derive(Grammar.parse(text), 100, seed=1, budget=Budget(shapes=300))
+    assert forest.shapes_per_model().tolist() == [201] * 100
+
+
+@pytest.mark.parametrize("value", ["0 / 0", "1 / 0", "-(1 / 0)", 'float("abc")'])
+@pytest.mark.parametrize("operation", ["t(f, 0, 0)", "s(f, 1, 1)", "r(0, f, 0)", "extrude(f)", "split(x) { f : A }"])
+def test_numbers_that_are_not_finite_are_refused_with_their_place(operation, value):
+    with pytest.raises(DerivationError, match=r"<text>:2:9: \w+ expected a finite number, found (nan|-?inf)"):
+        sample(f"f = {value}\nLot --> {operation}")
+
+
+def test_a_split_of_nothing_makes_nothing():
+    forest = sample("Lot --> s(0, 0, 0) split(x) { ~1 : A | 2 : B | { 1 : C }* } D")
+    assert [forest.symbols[s] for s in forest.nodes.symbol] == ["Lot", "Lot", "D", "D"]
+
+
+def test_negative_sizes_in_a_split_are_left_out():
+    forest = sample("Lot --> split(x) { -3 : A | ~1 : B }")
+    assert set(forest.nodes.symbol[2:]) == {forest.symbols.index("B")}
+
+
+@pytest.mark.parametrize("weights", ["-10% : A else : B", "0% : A 0% : B"])
+def test_impossible_percentages_are_refused(weights):
+    with pytest.raises(DerivationError, match="percentages that are not negative and not all zero"):
+        sample(f"Lot --> {weights}")
+
+
+def test_an_unknown_attribute_is_a_usage_error():
+    with pytest.raises(UsageError, match="no attribute hight; those it has: height"):
+        sample("attr height = 3\nLot --> extrude(height)", attributes={"hight": 2.0})
+
+
+def test_an_unknown_start_rule_is_a_usage_error():
+    with pytest.raises(UsageError, match="no rule without parameters is called Roof; those there are: Lot"):
+        sample("Lot --> A\nRoof(x) --> A", start_rule="Roof")
+
+
+def test_attributes_and_start_rules_can_be_given():
+    forest = sample("attr h = rand(1, 2)\nLot --> A\nTower --> extrude(h) A", attributes={"h": 7.0}, start_rule="Tower")
+    assert np.array_equal(forest.leaves.size[:, 1], [7.0, 7.0])
+    assert len(forest.draws.node) == 0
+
+
+def test_errors_of_budgets_are_errors_of_derivations():
+    assert issubclass(BudgetError, DerivationError)
+
+
+def test_missing_assets_are_named_with_their_place(tmp_path):
+    with pytest.raises(DerivationError, match=r'<text>:1:9: there is no asset "house.obj"'):
+        sample('Lot --> i("house.obj")', assets=tmp_path)
+
+
+def test_assets_outside_their_folder_are_refused(tmp_path):
+    (tmp_path / "assets").mkdir()
+    (tmp_path / "secret.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with pytest.raises(DerivationError, match="lies outside the asset folder"):
+        sample('Lot --> i("../secret.obj")', assets=tmp_path / "assets")
+
+
+def test_broken_assets_are_refused(tmp_path):
+    (tmp_path / "broken.glb").write_bytes(b"glTF" + bytes(40))
+    with pytest.raises(DerivationError, match=r'the asset "broken.glb" (cannot be read|holds no faces)'):
+        sample('Lot --> i("broken.glb")', assets=tmp_path)
