@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -56,7 +56,7 @@ def found(text: str, sought: str, nth: float = 0.0) -> float:
     return float(places[int(nth)]) if nth < len(places) else -1.0
 
 
-PLAIN: dict[str, Callable[..., Value]] = {
+PLAIN: dict[str, Callable[..., Any]] = {
     "abs": abs,
     "acos": in_degrees(np.arccos),
     "asin": in_degrees(np.arcsin),
