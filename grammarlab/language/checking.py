@@ -34,6 +34,8 @@ def check(grammar: Grammar, supported: SupportedFeatures = EVERYTHING) -> tuple[
         supported: what can be carried out; anything else is reported with the severity ``unsupported``.
     """
     remarks = Remarks()
+    for finding in grammar.import_findings:
+        remarks.take(finding)
     libraries = {alias: library and _symbols_of(library) for alias, library in grammar.libraries.items()}
     _check_tree(grammar.tree, collect(grammar.tree, libraries), supported, remarks)
     return remarks.in_order()
@@ -51,7 +53,7 @@ def check_text(text: str, file: str = "<text>", supported: SupportedFeatures = E
     parsed = parse(text, file)
     remarks = Remarks()
     for finding in parsed.findings:
-        remarks.add(finding.severity, finding.code, finding.location, finding.message, finding.hint)
+        remarks.take(finding)
     symbols = collect(parsed.tree, {}, parsed.broken)
     _check_tree(parsed.tree, symbols, supported, remarks, whole=not parsed.findings)
     return remarks.in_order()

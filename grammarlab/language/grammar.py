@@ -29,7 +29,9 @@ class Grammar:
     file: str = field(default="<text>", compare=False)
     """Its name as the user gave it, for messages."""
     libraries: Mapping[str, Grammar | None] = field(default_factory=dict, compare=False, repr=False)
-    """The imported rule files by alias; None for one that was not read."""
+    """The imported rule files by alias; None for one that could not be read. See `grammarlab.language.importing`."""
+    import_findings: tuple[Finding, ...] = field(default=(), compare=False, repr=False)
+    """What is wrong with the imports."""
 
     @classmethod
     def parse(cls, text: str, file: str = "<text>") -> Grammar:
@@ -101,16 +103,6 @@ def start_rules(tree: RuleFile) -> tuple[Rule, ...]:
 
 def _default_style(tree: RuleFile) -> Iterable[Definition]:
     return takewhile(lambda definition: not isinstance(definition, Style), tree.definitions)
-
-
-def load(path: str | Path) -> Grammar:
-    """Reads a rule file from disk: UTF-8, or Latin-1 where it is not UTF-8.
-
-    Raises:
-        LanguageError: with every syntax error of the file, or because it cannot be read or is too large.
-    """
-    path = Path(path)
-    return Grammar.parse(read_text(path), str(path))
 
 
 def read_text(path: Path) -> str:

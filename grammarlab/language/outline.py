@@ -174,7 +174,7 @@ class _Scan:
             if before in self.partner and self.tokens[before].type == "RPAR":
                 opening = self.partner[before]
                 before = opening - 1
-                if before >= 0 and self.tokens[before].value == "with" and self.tokens[before].type == "NAME":
+                if before >= 0 and self.tokens[before].value == "with" and self.tokens[opening + 2].type == "_ASSIGN":
                     self.tokens[before] = self.tokens[before]._replace(type="_WITH")
                     before -= 1
                     continue

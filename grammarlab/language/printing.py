@@ -132,7 +132,8 @@ def _branch_value(choice: Case | Stochastic, index: int) -> str:
 def _precedence(node: Expression) -> int:
     if isinstance(node, Case | Stochastic):
         return _CHOICE_PRECEDENCE
-    if isinstance(node, Floating):
+    if isinstance(node, Floating | Components):
+        # A star right behind the braces of a block would read as their repetition.
         return FLOATING_PRECEDENCE
     if isinstance(node, Binary):
         return BINARY_PRECEDENCE[node.operator]

@@ -35,9 +35,13 @@ class Remarks:
     def __init__(self) -> None:
         self._findings: dict[Finding, None] = {}
 
-    def add(self, severity: Severity, code: str, location: Location, message: str, hint: str = "") -> None:
+    def take(self, finding: Finding) -> None:
         """Takes a finding down, once."""
-        self._findings.setdefault(Finding(severity, code, message, location, hint))
+        self._findings.setdefault(finding)
+
+    def add(self, severity: Severity, code: str, location: Location, message: str, hint: str = "") -> None:
+        """Makes a finding."""
+        self.take(Finding(severity, code, message, location, hint))
 
     def error(self, code: str, location: Location, message: str, hint: str = "") -> None:
         self.add("error", code, location, message, hint)

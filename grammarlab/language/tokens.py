@@ -191,7 +191,7 @@ def _unknown(token: Token) -> tuple[Token | None, list[Finding]]:
     if token.value == "\ufeff":
         return None, []
     shown = token.value if token.value.isprintable() else f"U+{ord(token.value):04X}"
-    hint = 'write straight quotes: "..."' if token.value in "“”„«»‘’`" else ""
+    hint = next((hint for characters, hint in _HINTS if token.value in characters), "")
     message = f"the character '{shown}' has no meaning in CGA"
     return None, [Finding("error", "unknown-character", message, token.location, hint)]
 

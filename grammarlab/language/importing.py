@@ -1,0 +1,94 @@
+"""Rule files from disk, with the files they import."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path, PurePosixPath
+
+from grammarlab.errors import Finding, LanguageError
+from grammarlab.language.grammar import Grammar, read_text
+from grammarlab.language.syntax import Import
+
+MAX_FILES = 200
+"""A rule file may import so many others, directly or not."""
+
+
+def load(path: str | Path, root: str | Path | None = None) -> Grammar:
+    """Reads a rule file and what it imports: UTF-8, or Latin-1 where it is not UTF-8.
+
+    What is wrong with an import is among the grammar's `Grammar.import_findings`.
+
+    Args:
+        path: the rule file.
+        root: the folder that no import may leave, and that paths beginning with a slash start from; by default
+            the folder of the rule file.
+
+    Raises:
+        LanguageError: with every syntax error of the file, or because it cannot be read or is too large.
+    """
+    path = Path(path)
+    grammar = Grammar.parse(read_text(path), str(path))
+    folder = path.resolve().parent
+    reader = _Reader(folder if root is None else Path(root).resolve())
+    return reader.with_imports(grammar, folder, (path.resolve(),))
+
+
+class _Reader:
+    """Reads imported files, each once."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.read: dict[Path, Grammar] = {}
+
+    def with_imports(self, grammar: Grammar, folder: Path, users: tuple[Path, ...]) -> Grammar:
+        """The grammar with the files it imports.
+
+        Args:
+            grammar: a grammar read from a file.
+            folder: where that file lies.
+            users: the file, and before it those whose imports led to it.
+        """
+        libraries: dict[str, Grammar | None] = {}
+        findings: list[Finding] = []
+        for statement in grammar.tree.definitions:
+            if isinstance(statement, Import):
+                try:
+                    libraries[statement.alias] = self._library(statement, folder, users)
+                except _ImportError as error:
+                    libraries[statement.alias] = None
+                    message, hint = str(error), error.hint
+                    findings.append(Finding("error", "bad-import", message, statement.location, hint))
+        return replace(grammar, libraries=libraries, import_findings=tuple(findings))
+
+    def _library(self, statement: Import, folder: Path, users: tuple[Path, ...]) -> Grammar:
+        path = self._resolved(statement, folder)
+        if not path.is_relative_to(self.root):
+            raise _ImportError(f"'{statement.path}' lies outside the folder of the rule file", "move it inside")
+        if path in users:
+            raise _ImportError(f"'{statement.path}' imports the file that imports it", "move what both need to a third")
+        if path not in self.read:
+            if len(self.read) >= MAX_FILES:
+                raise _ImportError(f"expected at most {MAX_FILES} imported files", "")
+            try:
+                grammar = Grammar.parse(read_text(path), str(path))
+            except LanguageError as error:
+                first = error.findings[0]
+                raise _ImportError(f"cannot use '{statement.path}': {first.message} ({first.location})", "") from error
+            self.read[path] = self.with_imports(grammar, path.parent, (*users, path))
+        return self.read[path]
+
+    def _resolved(self, statement: Import, folder: Path) -> Path:
+        written = PurePosixPath(statement.path.replace("\\", "/"))
+        start = self.root if written.is_absolute() else folder
+        try:
+            return start.joinpath(*(part for part in written.parts if part != "/")).resolve()
+        except (OSError, ValueError, RuntimeError) as error:  # a name too long, a zero byte, links in a circle
+            raise _ImportError(f"'{statement.path}' is no path: {error}", "") from error
+
+
+class _ImportError(Exception):
+    """An import that cannot be followed."""
+
+    def __init__(self, message: str, hint: str) -> None:
+        self.hint = hint
+        super().__init__(message)

@@ -1,0 +1,213 @@
+"""The formatter against the parser: what one writes, the other reads."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grammarlab.language.formatting import WIDTH, format_grammar
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.syntax import Case, Invoke, Name, Number, Rule, RuleFile, Sequence, Stochastic, alternatives
+from grammarlab.language.tokens import tokenize
+from tests.language.trees import expressions, rule_files
+
+GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))
+
+COMMENTED = """
+# head
+
+version "2023.0"  // the version
+
+/* two
+   lines */
+@Range(1, 2) // first
+// between
+@Order(3)
+attr h = 1 + 2 * 3 // trailing
+
+// own line
+Lot --> // after the arrow
+    extrude(h) # grow
+    // before comp
+    comp(f) { top : Roof // roof
+            | /* sides */ side : split(y) { ~1 : Floor }* // floors
+            // the rest
+            | all : NIL }
+    [ t(0, 1, 0) Lamp /* a lamp */ ]
+Roof --> case h > 3 : // high
+           A
+         // low
+         else : B
+// the end
+"""
+
+
+def reread(tree):
+    return Grammar.parse(format_grammar(tree)).tree
+
+
+@settings(max_examples=150, deadline=None)
+@given(rule_files)
+def test_any_tree_is_read_as_it_was_written(tree):
+    assert reread(tree) == tree
+
+
+@settings(max_examples=80, deadline=None)
+@given(rule_files)
+def test_formatting_twice_changes_nothing(tree):
+    text = format_grammar(tree)
+    assert format_grammar(Grammar.parse(text)) == text
+
+
+@settings(max_examples=150, deadline=None)
+@given(expressions)
+def test_parentheses_stand_only_where_they_are_needed(expression):
+    text = format_grammar(RuleFile("", (Rule("Lot", (), Sequence((Invoke("s", (expression,)),))),)))
+    pairs = _pairs_of_parentheses(text)
+    tree = Grammar.parse(text).tree
+    for opening, closing in pairs:
+        # A percentage that is no plain word or number, and a block in an expression, are always told apart by them.
+        if text[closing + 1] == "%" or text.startswith("comp(", opening + 1):
+            continue
+        bare = text[:opening] + " " + text[opening + 1 : closing] + " " + text[closing + 1 :]
+        assert _tree_or_none(bare) != tree
+
+
+def _pairs_of_parentheses(text):
+    open_, pairs = [], []
+    for token in tokenize(text).tokens:
+        if token.type == "_LPAR":
+            open_.append(token.start)
+        elif token.type == "RPAR":
+            pairs.append((open_.pop(), token.start))
+    return pairs
+
+
+def _tree_or_none(text):
+    try:
+        return Grammar.parse(text).tree
+    except Exception:
+        return None
+
+
+@pytest.mark.parametrize("path", GRAMMARS, ids=lambda path: path.stem)
+def test_shipped_grammars_keep_their_meaning_and_their_comments(path):
+    text = path.read_text(encoding="utf-8")
+    grammar = Grammar.parse(text)
+    formatted = format_grammar(grammar)
+    again = Grammar.parse(formatted)
+    assert again.tree == grammar.tree
+    assert format_grammar(again) == formatted
+    assert _comments(formatted) == _comments(text)
+
+
+def _comments(text):
+    return [comment.text.rstrip() for comment in tokenize(text).comments]
+
+
+def test_comments_stay_by_what_they_are_about():
+    formatted = format_grammar(Grammar.parse(COMMENTED))
+    assert _comments(formatted) == _comments(COMMENTED)
+    lines = formatted.splitlines()
+    assert "    extrude(h)  # grow" in lines
+    assert "        top : Roof  // roof" in lines
+    assert lines[lines.index("    // before comp") + 1] == "    comp(f) {"
+    assert lines[lines.index("        // the rest") + 1] == "      | all : NIL"
+    assert lines[lines.index("// own line") + 1] == "Lot -->  // after the arrow"
+    assert "attr h = 1 + 2 * 3  // trailing" in lines
+    assert lines[:3] == ["# head", "", 'version "2023.0"  // the version']
+    assert lines[-1] == "// the end"
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 400), st.sampled_from(["// c\n", "# c\n", "/* c */", "/* c\n c */", "\n\n"])),
+        max_size=6,
+    )
+)
+def test_comments_anywhere_are_kept_and_formatting_settles_at_once(insertions):
+    text = COMMENTED
+    for position, comment in insertions:
+        text = _insert_between_tokens(text, position, comment)
+    grammar = Grammar.parse(text)
+    formatted = format_grammar(grammar)
+    again = Grammar.parse(formatted)
+    assert again.tree == grammar.tree
+    assert _comments(formatted) == _comments(text)
+    assert format_grammar(again) == formatted
+
+
+def _insert_between_tokens(text, position, comment):
+    starts = [token.start for token in tokenize(text).tokens]
+    start = starts[position % len(starts)]
+    return f"{text[:start]} {comment} {text[start:]}"
+
+
+def test_a_short_definition_stands_on_one_line():
+    assert format_grammar(Grammar.parse("Lot-->extrude( 10 )split(x){1:A|~1:B}*")) == (
+        "Lot --> extrude(10) split(x) { 1 : A | ~1 : B }*\n"
+    )
+
+
+def test_long_sequences_fill_lines_up_to_the_width():
+    items = " ".join(f"t(0, {i}, 0) Part{i}" for i in range(60))
+    lines = format_grammar(Grammar.parse(f"Lot --> {items}")).splitlines()
+    assert all(WIDTH - 20 < len(line) <= WIDTH for line in lines[1:-1])
+
+
+@pytest.mark.parametrize(
+    ("written", "canonical"),
+    [
+        ("a = (1+(2*3))", "a = 1 + 2 * 3"),
+        ("a = (1+2)*3", "a = (1 + 2) * 3"),
+        ("a = 1-(2-3)", "a = 1 - (2 - 3)"),
+        ("a = -(-x)", "a = --x"),
+        ("a = !(b&&c)||(d)", "a = !(b && c) || d"),
+        ("a = 1.50 + .5 + 1e3 + 2.", "a = 1.5 + 0.5 + 1000 + 2"),
+        ("a = 270+(case b:1 else:2)", "a = 270 + (case b : 1 else : 2)"),
+        ("a = [1,2;3,4][0,1]", "a = [1, 2; 3, 4][0, 1]"),
+        ("a = [ 1:2:9 ]", "a = [1 : 2 : 9]"),
+        ("A --> s('1,'(b+1),'.5)", "A --> s('1, '(b + 1), '0.5)"),
+        ("A --> split(x){~(a+b)*2:B}", "A --> split(x) { ~(a + b) * 2 : B }"),
+        ("A --> primitiveCube()", "A --> primitiveCube()"),
+        ("@Range( min = 1,max=2 )@Hidden attr a=1", "@Range(min=1, max=2) @Hidden\nattr a = 1"),
+        ('import l(s):"f.cga"(h=3,w,R(x)-->A B)', 'import l(s) : "f.cga" (h = 3, w, R(x) --> A B)'),
+        ('import l:"f.cga"()', 'import l : "f.cga" ()'),
+        ("A --> inline(append) B inline { C D }", "A --> inline(append) B inline { C D }"),
+        ("A --> l(h=3).B(1)", "A --> l(h = 3).B(1)"),
+        ("start A(x) with (y:=x) --> B", "start A(x) with (y := x) --> B"),
+    ],
+)
+def test_one_text_has_one_form(written, canonical):
+    assert format_grammar(Grammar.parse(written)) == canonical + "\n"
+
+
+def test_a_random_choice_that_would_swallow_the_next_branch_ends_in_else():
+    inner = Stochastic((Number(40.0), Number(60.0)), (Sequence((Invoke("A"),)), Sequence((Invoke("B"),))))
+    outer = Stochastic((Number(50.0), Number(50.0)), (inner, Sequence((Invoke("C"),))))
+    tree = reread(RuleFile("", (Rule("Lot", (), outer),)))
+    (rule,) = tree.definitions
+    assert isinstance(rule, Rule)
+    assert isinstance(rule.body, Stochastic)
+    assert len(rule.body.branches) == 2
+    assert isinstance(rule.body.branches[0], Stochastic)
+    assert rule.body.branches[0].percentages == (Number(40.0), None)
+    assert list(alternatives(rule.body)) == list(alternatives(outer))
+
+
+def test_cases_that_would_swallow_the_next_branch_stand_in_brackets():
+    inner = Case((Name("a"),), (Sequence((Invoke("A"),)),))
+    outer = Case((Name("b"), None), (inner, Sequence((Invoke("C"),))))
+    text = format_grammar(RuleFile("", (Rule("Lot", (), outer),)))
+    (rule,) = Grammar.parse(text).tree.definitions
+    assert isinstance(rule, Rule)
+    assert isinstance(rule.body, Case)
+    assert rule.body.branches[1] == Sequence((Invoke("C"),))
+
+
+def test_a_number_without_a_form_is_refused():
+    tree = RuleFile("", (Rule("Lot", (), Sequence((Invoke("extrude", (Number(float("nan")),)),))),))
+    with pytest.raises(ValueError, match="finite"):
+        format_grammar(tree)

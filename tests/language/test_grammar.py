@@ -1,0 +1,123 @@
+"""Grammars as values, and as files."""
+
+import hashlib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grammarlab.errors import LanguageError
+from grammarlab.language.checking import check
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.importing import load
+
+TEXT = """
+attr h = 1
+const c = 2
+f = 3
+f(x) = x
+Lot --> A
+@StartRule
+Town --> Lot
+A(n) --> NIL
+A --> A(1)
+style Red
+Lot --> B
+"""
+
+
+def test_definitions_are_found_by_name_and_number_of_parameters():
+    grammar = Grammar.parse(TEXT)
+    assert set(grammar.rules) == {("Lot", 0), ("Town", 0), ("A", 1), ("A", 0)}
+    assert set(grammar.functions) == {("f", 0), ("f", 1)}
+    assert set(grammar.attributes) == {"h", "c"}
+
+
+def test_the_start_rule_is_the_marked_one_else_the_first():
+    marked, plain = Grammar.parse(TEXT).start_rule, Grammar.parse("A --> B\nB --> C").start_rule
+    assert marked is not None
+    assert plain is not None
+    assert (marked.name, plain.name) == ("Town", "A")
+    assert Grammar.parse("attr a = 1").start_rule is None
+
+
+@given(st.sampled_from(["A --> B", "A --> B ", "A --> C"]), st.sampled_from(["A --> B", "A --> B "]))
+def test_grammars_are_equal_exactly_when_their_texts_are(first, second):
+    a, b = Grammar.parse(first, "a.cga"), Grammar.parse(second, "b.cga")
+    assert (a == b) == (first == second)
+    assert (a.hash == b.hash) == (first == second)
+    assert a.hash == hashlib.sha256(first.encode()).hexdigest()
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1"])
+def test_files_in_usual_encodings_are_read(tmp_path, encoding):
+    path = tmp_path / "town.cga"
+    path.write_bytes('A --> report("Gebäude", 1)\r\n'.encode(encoding))
+    assert "Gebäude" in load(path).text
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(LanguageError, match="no-such"):
+        load(tmp_path / "no-such.cga")
+
+
+def test_a_file_too_large_is_not_read(tmp_path):
+    path = tmp_path / "large.cga"
+    path.write_bytes(b"A" * (5 * 2**20))
+    with pytest.raises(LanguageError, match="at most"):
+        load(path)
+
+
+def test_imported_names_are_known_and_others_are_not(tmp_path):
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / "wall.cga").write_text('import more : "more.cga"\nattr h = 1\nWall(n) --> more.X\ng(x) = x')
+    (tmp_path / "lib" / "more.cga").write_text("X --> NIL")
+    main = tmp_path / "main.cga"
+    main.write_text('import w : "lib/wall.cga"\nLot --> extrude(w.h + w.g(1)) w.Wall(2)')
+    assert check(load(main)) == ()
+    main.write_text('import w : "lib/wall.cga"\nLot --> extrude(w.k + w.k(1)) w.Wall w.Door')
+    codes = [finding.code for finding in check(load(main))]
+    assert codes == ["unknown-name", "unknown-function", "wrong-arity", "unknown-name"]
+
+
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [
+        ("gone.cga", "cannot read"),
+        ("../outside.cga", "outside"),
+        ("/../outside.cga", "outside"),
+        ("broken.cga", "cannot use"),
+        ("main.cga", "imports the file that imports it"),
+        ("x" * 5000, "no path"),
+        ("a\0b", "no path"),
+    ],
+)
+def test_imports_that_cannot_be_followed_are_findings(tmp_path, path, reason):
+    (tmp_path / "outside.cga").write_text("X --> NIL")
+    folder = tmp_path / "rules"
+    folder.mkdir()
+    (folder / "broken.cga").write_text("X --> ((")
+    main = folder / "main.cga"
+    main.write_text(f'import lib : "{path}"\nLot --> lib.X')
+    (finding,) = check(load(main))
+    assert finding.code == "bad-import"
+    assert reason in finding.message or "cannot use" in finding.message
+
+
+def test_a_link_out_of_the_folder_is_not_followed(tmp_path):
+    (tmp_path / "outside.cga").write_text("X --> NIL")
+    folder = tmp_path / "rules"
+    folder.mkdir()
+    (folder / "link.cga").symlink_to(tmp_path / "outside.cga")
+    (folder / "main.cga").write_text('import lib : "link.cga"\nLot --> lib.X')
+    (finding,) = check(load(folder / "main.cga"))
+    assert "outside" in finding.message
+
+
+def test_a_diamond_of_imports_reads_each_file_once(tmp_path):
+    for level in range(30):
+        lower = f"level{level + 1}.cga"
+        (tmp_path / f"level{level}.cga").write_text(f'import a : "{lower}"\nimport b : "{lower}"\nX --> a.X b.X')
+    (tmp_path / "level30.cga").write_text("X --> NIL")
+    library = load(tmp_path / "level0.cga").libraries
+    assert library["a"] is library["b"]
