@@ -81,34 +81,33 @@ def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, hig
     faces, points, owner = _gathered(meshes, mesh, face, part)
     capped = _closed_ones(meshes, mesh, sides[0].is_cut | sides[1].is_cut)
 
-    pieces, on_planes, normals = faces, [], []
+    cuts = []
     for side in sides:
+        if not side.is_cut.any():
+            continue
         distance = side.sign * (points[:, axis] - side.level.take(owner))
         on_plane = np.abs(distance) <= extent.slack[mesh].take(owner)
         distance[on_plane] = 0.0
         points[on_plane, axis] = side.level.take(owner[on_plane])
-        direction = np.zeros((len(mesh), 3))
-        direction[:, axis] = side.sign
-        num_old = len(points)
-        # `place` still says which of the faces a piece was cut from.
-        is_crossing = side.crosses.take(pieces.place)
-        if is_crossing.any():
-            result = cut(pieces.take(np.flatnonzero(is_crossing)), points, distance, direction)
-            # Interpolation misses the plane by a last bit, but parts must end where their neighbours begin.
-            result.points[:, axis] = side.level.take(result.mesh_of_point)
-            points, owner = np.concatenate((points, result.points)), np.concatenate((owner, result.mesh_of_point))
-            pieces = Soup.together([pieces.take(np.flatnonzero(~is_crossing)), result.faces])
-        on_planes.append(np.append(on_plane, np.ones(len(points) - num_old, bool)))
-        normals.append(direction)
+        normals = np.zeros((len(mesh), 3))
+        normals[:, axis] = side.sign
+        # `place` still says which of the faces within the slabs a piece was cut from.
+        is_crossing = side.crosses.take(faces.place)
+        result = cut(faces.where(is_crossing), points, distance, normals)
+        # Interpolation misses the plane by a last bit, but parts must end where their neighbours begin.
+        result.points[:, axis] = side.level.take(result.mesh_of_point)
+        points, owner = np.concatenate((points, result.points)), np.concatenate((owner, result.mesh_of_point))
+        faces = Soup.together([faces.where(~is_crossing), result.faces])
+        cuts.append((side, np.append(on_plane, np.ones(len(result.points), bool)), normals))
 
     closing = []
-    for side, on_plane, direction in zip(sides, on_planes, normals, strict=True):
-        is_open = capped & side.is_cut
-        if is_open.any():
-            rim = pieces.take(np.flatnonzero(is_open.take(pieces.mesh)))
+    for side, on_plane, normals in cuts:
+        needs_cap = capped & side.is_cut
+        if needs_cap.any():
             flags = np.append(on_plane, np.zeros(len(points) - len(on_plane), bool))
-            closing.append(caps(rim, points, flags, direction, np.where(side.lost_first, -1, len(face))))
-    return Soup.together([pieces, *closing]).meshes(points, owner, len(mesh))
+            place = np.where(side.lost_first, -1, len(face))
+            closing.append(caps(faces.where(needs_cap.take(faces.mesh)), points, flags, normals, place))
+    return Soup.together([faces, *closing]).meshes(points, owner, len(mesh))
 
 
 def halfspace(meshes: Meshes, normals: Floats, offsets: Floats) -> Meshes:
@@ -138,7 +137,7 @@ def halfspace(meshes: Meshes, normals: Floats, offsets: Floats) -> Meshes:
     filled = np.diff(meshes.mesh_faces) > 0
     lost_first[filled] = furthest[meshes.mesh_faces[:-1][filled]] <= 0.0
     on_plane = np.append(distance == 0.0, np.ones(len(result.points), bool))
-    rim = pieces.take(np.flatnonzero(is_closed(meshes).take(pieces.mesh)))
+    rim = pieces.where(is_closed(meshes).take(pieces.mesh))
     closing = caps(rim, points, on_plane, -normals, np.where(lost_first, -1, meshes.num_faces))
     return Soup.together([pieces, closing]).meshes(points, owner, len(meshes))
 

@@ -69,7 +69,7 @@ def _walked(faces: Soup, points: Floats, distance: Floats) -> tuple[Walk, Floats
     edge_row[corners] = new + len(points)
     owner = np.empty(len(made), np.int64)
     owner[new] = faces.mesh.take(row_of_value(np.diff(faces.offsets)).take(corners))
-    return Walk(faces, here, edge_row), made, owner
+    return Walk(faces, following, here, edge_row), made, owner
 
 
 def _crossings(start: Indices, end: Indices, points: Floats, distance: Floats) -> tuple[Indices, Floats]:
@@ -84,13 +84,13 @@ def _crossings(start: Indices, end: Indices, points: Floats, distance: Floats) -
 
 def _only(walk: Walk, chosen: Indices) -> Walk:
     where, _ = take_rows(walk.faces.offsets, chosen)
-    return Walk(walk.faces.take(chosen), walk.distance.take(where), walk.edge_row.take(where))
+    faces = walk.faces.take(chosen)
+    return Walk(faces, next_in_row(faces.offsets), walk.distance.take(where), walk.edge_row.take(where))
 
 
 def _leaves_often_or_touches(walk: Walk) -> Flags:
     """[F] which faces leave the kept side more than once, or have corners on the plane beside no kept corner."""
-    offsets = walk.faces.offsets
-    following = next_in_row(offsets)
+    offsets, following = walk.faces.offsets, walk.following
     ahead = walk.distance > 0.0
     then_ahead = ahead.take(following)
     difficult = sum_rows(ahead & ~then_ahead, offsets) > 1
@@ -106,9 +106,8 @@ def _leaves_often_or_touches(walk: Walk) -> Flags:
 def _remains(walk: Walk) -> Soup:
     """What is left of faces that leave the kept side once."""
     faces = walk.faces
-    following = next_in_row(faces.offsets)
     kept = walk.distance > 0.0
-    then_kept = kept.take(following)
+    then_kept = kept.take(walk.following)
     changes = kept != then_kept
     # Two slots a corner: the corner itself, then the point where the edge after it leaves or enters.
     filled = np.stack((kept, changes), axis=1)

@@ -141,9 +141,9 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
     untagged = np.zeros(meshes.num_faces, np.int8)
     parts = [
         Soup(walls.ravel(), 4 * np.arange(len(walls) + 1), walls_of, corner, np.zeros(len(walls), np.int8)),
-        replace(whole, rows=top, place=whole.place + len(here), tags=untagged).take(np.flatnonzero(solid)),
-        replace(whole, rows=bottom, place=whole.place + 2 * len(here), tags=untagged).take(np.flatnonzero(solid)),
-        whole.take(np.flatnonzero(~moving)),
+        replace(whole, rows=top, place=whole.place + len(here), tags=untagged).where(solid),
+        replace(whole, rows=bottom, place=whole.place + 2 * len(here), tags=untagged).where(solid),
+        whole.where(~moving),
     ]
     faces = Soup.together(parts)
     if not is_lifted[moves[meshes.mesh_of_point()]].all():

@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import index_in_row, offsets_from_counts, row_of_value, take_rows
+from grammarlab.arrays import offsets_from_counts, row_of_value, take_rows
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

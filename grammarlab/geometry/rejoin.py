@@ -25,6 +25,8 @@ class Walk:
     """The corners of faces on their way round, and the plane that cuts them."""
 
     faces: Soup
+    following: Indices
+    """[C] the next corner."""
     distance: Floats
     """[C] of each corner from the plane, positive on the kept side."""
     edge_row: Indices
@@ -60,7 +62,7 @@ def rejoined(walk: Walk, points: Floats, normals: Floats) -> Soup:
     face = row_of_value(np.diff(faces.offsets))
     along = cross(area_vectors(faces.as_one_mesh(points)), normals[faces.mesh])
     kept = walk.distance > 0.0
-    changes = kept != kept.take(next_in_row(faces.offsets))
+    changes = kept != kept.take(walk.following)
     gaps = _gaps(walk, face, points, along)
     touching, gap, place = _corners_in_gaps(walk, face, points, along, gaps)
 
@@ -93,15 +95,14 @@ def rejoined(walk: Walk, points: Floats, normals: Floats) -> Soup:
 
 
 def _gaps(walk: Walk, face: Indices, points: Floats, along: Floats) -> _Gaps:
-    following = next_in_row(walk.faces.offsets)
     kept = walk.distance > 0.0
-    then_kept = kept.take(following)
+    then_kept = kept.take(walk.following)
     ends = []
     for corners in (np.flatnonzero(kept & ~then_kept), np.flatnonzero(~kept & then_kept)):
-        here, there = walk.faces.rows[corners], walk.faces.rows[following[corners]]
+        here, there = walk.faces.rows[corners], walk.faces.rows[walk.following[corners]]
         inner, outer = np.where(kept[corners], here, there), np.where(kept[corners], there, here)
         direction = along[face[corners]]
-        depth = np.abs(walk.distance[following[corners]] - walk.distance[corners])
+        depth = np.abs(walk.distance[walk.following[corners]] - walk.distance[corners])
         # Edges that meet the plane in one place are sorted by where they run a little further in.
         drift = dot(points[inner] - points[outer], direction) / depth
         place = dot(points[walk.edge_row[corners]], direction)
@@ -115,9 +116,8 @@ def _corners_in_gaps(
     walk: Walk, face: Indices, points: Floats, along: Floats, gaps: _Gaps
 ) -> tuple[Indices, Indices, Floats]:
     """Corners [T] on the plane within a gap, the gap of each, and how far into the gap it lies."""
-    following = next_in_row(walk.faces.offsets)
     on_plane = walk.distance == 0.0
-    on_plane[following[gaps.leaving]] = False
+    on_plane[walk.following[gaps.leaving]] = False
     on_plane[gaps.entering] = False
     corner = np.flatnonzero(on_plane)
     place = dot(points[walk.faces.rows[corner]], along[face[corner]])

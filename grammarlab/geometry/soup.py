@@ -71,7 +71,11 @@ class Soup:
         differs = self.rows != self.rows.take(next_in_row(self.offsets))
         counts = sum_rows(differs, self.offsets)
         clean = replace(self, rows=self.rows[differs], offsets=offsets_from_counts(counts))
-        return clean.take(np.flatnonzero(counts >= 3))
+        return clean.where(counts >= 3)
+
+    def where(self, chosen: NDArray[np.bool_]) -> Soup:
+        """The faces that are chosen."""
+        return self if bool(chosen.all()) else self.take(np.flatnonzero(chosen))
 
     def as_one_mesh(self, points: Floats) -> Meshes:
         """All faces as a single mesh over the table of points, for measuring them."""
