@@ -1,17 +1,22 @@
 """Meshes from files: OBJ and glTF, read by trimesh, fitted to the unit cube.
 
-A file may come from a stranger: it is only read from inside the asset folder, and its size is bounded.
+A file may come from a stranger: it and what it refers to are only read from inside the asset folder, and its size is
+bounded before and after it is unfolded.
 """
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import AssetError
+from grammarlab.geometry.gltf_guard import check_gltf
 from grammarlab.geometry.mesh import Meshes
 
 FORMATS = (".obj", ".glb", ".gltf")
@@ -64,11 +69,14 @@ def load_asset(path: str, root: Path) -> Asset:
     file = find_asset(path, root)
     if file.suffix.lower() not in FORMATS:
         raise AssetError(f'the asset "{path}" is no mesh that can be read; expected {", ".join(FORMATS)}')
-    points, triangles = _read(file, path)
+    points, triangles = _read(file, path, root)
     low, high = points.min(axis=0), points.max(axis=0)
     size = high - low
     unit = (points - low) * np.divide(1.0, size, out=np.zeros(3), where=size > 0.0)
-    return Asset(Meshes.single(unit, triangles.tolist()), low, size)
+    ends = np.array([0, len(triangles)]), np.array([0, len(unit)])
+    tags = np.zeros(len(triangles), np.int8)
+    offsets = np.arange(0, triangles.size + 1, 3, dtype=np.int64)
+    return Asset(Meshes(unit, triangles.ravel(), offsets, *ends, tags), low, size)
 
 
 def find_asset(path: str, root: Path) -> Path:
@@ -93,12 +101,48 @@ def find_asset(path: str, root: Path) -> Path:
     return file
 
 
-def _read(file: Path, name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+class _Neighbours:
+    """The files that an asset refers to, as trimesh asks for them.
+
+    Args:
+        folder: of the asset, relative to the root.
+        root: the asset folder.
+    """
+
+    def __init__(self, folder: Path, root: Path) -> None:
+        self._folder, self._root = folder, root
+        self._left = MAX_BYTES
+
+    def __getitem__(self, name: str) -> bytes:
+        return self.get(name)
+
+    def get(self, name: str) -> bytes:
+        """The content of a file given by its path from the folder of the asset."""
+        content = find_asset(str(self._folder / unquote(name.strip())), self._root).read_bytes()
+        self._left -= len(content)
+        if self._left < 0:
+            raise AssetError(f"its files have more than the {MAX_BYTES} bytes that are read")
+        return content
+
+
+def _read(file: Path, name: str, root: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Points [P, 3] and triangles [T, 3] of all groups of a file."""
     import trimesh  # noqa: PLC0415  # takes longer to import than most grammars to derive
 
+    kind = file.suffix.lower()
+    content = file.read_bytes()
+    if kind != ".obj":
+        check_gltf(content, name, 3 * MAX_FACES)
+    neighbours: Any = _Neighbours(file.parent.relative_to(root.resolve()), root)
     try:
-        mesh = trimesh.load(file, force="mesh", process=False, skip_materials=True)
+        mesh: Any = trimesh.load(
+            io.BytesIO(content),
+            file_type=kind[1:],
+            resolver=neighbours,
+            force="mesh",
+            process=False,
+            skip_materials=True,
+        )
         points = np.asarray(mesh.vertices, dtype=np.float64)
         triangles = np.asarray(mesh.faces, dtype=np.int64)
     except Exception as error:  # trimesh's readers raise whatever a broken file leads them to
@@ -109,4 +153,6 @@ def _read(file: Path, name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]
         raise AssetError(f'the asset "{name}" has {len(triangles)} triangles, more than the {MAX_FACES} that are read')
     if not np.isfinite(points).all():
         raise AssetError(f'the asset "{name}" has points that are not finite numbers')
+    if triangles.min() < 0 or triangles.max() >= len(points):
+        raise AssetError(f'the asset "{name}" has faces with corners that do not exist')
     return points, triangles

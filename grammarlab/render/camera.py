@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
 
-Floats = NDArray[np.float64]
+Floats = NDArray[np.floating]
 
 
 @dataclass(frozen=True, slots=True)

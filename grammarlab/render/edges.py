@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float32]
+Floats = NDArray[np.floating]
 Flags = NDArray[np.bool_]
 
 NOTHING, GROUND, MODEL = 0, 1, 2

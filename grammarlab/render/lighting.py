@@ -12,7 +12,7 @@ from grammarlab.render.look import Look, ambient, mirrored_surroundings
 from grammarlab.render.rays import Tracer
 from grammarlab.render.surfaces import Model, Surfaces, dot
 
-Floats = NDArray[np.float32]
+Floats = NDArray[np.floating]
 
 GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
 """Points in steps of this angle along a widening spiral are spread evenly."""

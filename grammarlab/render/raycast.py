@@ -18,7 +18,7 @@ from grammarlab.render.surfaces import Model, Surfaces, prepare, surfaces
 from grammarlab.scene import TriangleBatch
 from grammarlab.scene.color import srgb_from_linear
 
-Floats = NDArray[np.float32]
+Floats = NDArray[np.floating]
 
 BAND_SAMPLES = 250_000
 """About how many samples are worked on at a time: what large pictures need in memory."""

@@ -11,7 +11,7 @@ from grammarlab.render.rays import Hits, Tracer
 from grammarlab.scene import TriangleBatch
 from grammarlab.scene.color import linear_from_srgb
 
-Floats = NDArray[np.float32]
+Floats = NDArray[np.floating]
 
 SEE_THROUGH = 0.99
 """Below this opacity a material casts no shadow and shows what is behind it."""
