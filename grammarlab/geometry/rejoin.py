@@ -72,15 +72,8 @@ def rejoined(walk: Walk, points: Floats, normals: Floats) -> Soup:
     offsets = offsets_from_counts(sum_rows(kept + changes.view(np.int8), faces.offsets))
     successor = np.zeros(len(rows), np.int64)
     successor[chains] = chains.take(next_in_row(offsets))
-    number = np.arange(len(gaps.leaving))
-    bridge = np.concatenate((2 * gaps.leaving + 1, 2 * touching, 2 * gaps.entering + 1))
-    bridge_gap = np.concatenate((number, gap, number))
-    order = np.lexsort(
-        (np.concatenate((np.full(len(number), -np.inf), place, np.full(len(number), np.inf))), bridge_gap)
-    )
-    bridge, bridge_gap = bridge[order], bridge_gap[order]
-    goes_on = np.flatnonzero(bridge_gap[1:] == bridge_gap[:-1])
-    successor[bridge[goes_on]] = bridge[goes_on + 1]
+    here, there = _bridges(gaps, touching, gap, place)
+    successor[here] = there
 
     nodes = np.sort(np.concatenate((chains, 2 * touching)))
     renumbered = np.empty(len(rows), np.int64)
@@ -92,6 +85,17 @@ def rejoined(walk: Walk, points: Floats, normals: Floats) -> Soup:
     # What is left of the first edge of a face is its first node, if that belongs to its first corner.
     has_first = (root == chains[offsets[:-1]][source]) & (root // 2 == faces.offsets[:-1][source])
     return loops.begun_earlier(~has_first).without_repeats()
+
+
+def _bridges(gaps: _Gaps, touching: Indices, gap: Indices, place: Floats) -> tuple[Indices, Indices]:
+    """Nodes across the gaps and the node that follows each: from the exit over the touching corners to the entry."""
+    number = np.arange(len(gaps.leaving))
+    nodes = np.concatenate((2 * gaps.leaving + 1, 2 * touching, 2 * gaps.entering + 1))
+    of_gap = np.concatenate((number, gap, number))
+    far = np.full(len(number), np.inf)
+    order = np.lexsort((np.concatenate((-far, place, far)), of_gap))
+    goes_on = np.flatnonzero(np.diff(of_gap[order]) == 0)
+    return nodes[order[goes_on]], nodes[order[goes_on + 1]]
 
 
 def _gaps(walk: Walk, face: Indices, points: Floats, along: Floats) -> _Gaps:
