@@ -44,7 +44,7 @@ class Look:
     """How much of the light an edge of the model takes away, 0..1."""
 
 
-def sun_direction(look: Look, camera_axes: NDArray[np.float64]) -> Floats:
+def sun_direction(look: Look, camera_axes: NDArray[np.floating]) -> Floats:
     """[3] unit vector towards the sun, which keeps its place beside the camera.
 
     Args:
