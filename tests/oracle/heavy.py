@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from grammarlab.geometry import primitives, roofs
+from grammarlab.geometry.extrude import extrude as extruded
 from grammarlab.geometry.mesh import Meshes
 from tests.oracle.components import unit
 from tests.oracle.expressions import number
@@ -33,8 +34,19 @@ def roof_with(make: Callable[..., Meshes]) -> Callable[[Call], Shape]:
     return apply
 
 
+def extrude(call: Call) -> Shape:
+    """A solid over one face is the oracle's own; over several faces each one moves along its own normal."""
+    shape, height = call.shape, number(call.arguments[-1].value)
+    if call.words or len(shape.mesh.faces) < 2 or height == 0.0:
+        return OPERATIONS["extrude"](call)
+    frame = frame_from_y(unit(newell(shape.mesh.polygon(0))), np.array([1.0, 0.0, 0.0]))
+    solid = Mesh.from_columns(extruded(shape.mesh.to_columns(), np.array([height])))
+    return replace(shape, rotation=shape.rotation @ frame, mesh=solid.moved(lambda p: frame.T @ p)).fitted()
+
+
 HEAVY: dict[str, Callable[[Call], Shape]] = {
     **OPERATIONS,
+    "extrude": extrude,
     "primitiveCylinder": primitive_with(primitives.cylinder),
     "primitiveQuad": primitive_with(primitives.quad),
     "roofGable": roof_with(roofs.roof_gable),
