@@ -1,4 +1,4 @@
-"""The same examples in every run: what passes here passes in CI. Set HYPOTHESIS_PROFILE=explore to look for new ones."""
+"""The same examples in every run. HYPOTHESIS_PROFILE=explore looks for new ones."""
 
 from __future__ import annotations
 
