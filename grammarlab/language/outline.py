@@ -268,6 +268,7 @@ class _Scan:
         if token.value == "*" and index and self.tokens[index - 1].type == "CLOSE":
             closing = self.tokens[index - 1]
             self.tokens[index - 1] = closing._replace(value="}*", end=token.end)
+            self.tokens[index] = token._replace(type="STAR")  # no operator, should a percentage follow
             self.dropped.add(index)
 
     def _caret(self, index: int, token: Token) -> None:
@@ -295,7 +296,8 @@ class _Scan:
         if self.tokens and (not starts or starts[0] > 0):
             starts.insert(0, 0)
         ends = [*starts[1:], len(self.tokens)][: len(starts)]
-        return [self._chunk(start, end) for start, end in zip(starts, ends, strict=True) if start < end]
+        chunks = [self._chunk(start, end) for start, end in zip(starts, ends, strict=True)]
+        return [chunk for chunk in chunks if chunk.tokens]
 
     def _chunk(self, start: int, end: int) -> Chunk:
         damaged = bool(self.damage) and any(start <= index < end for index in self.damage)

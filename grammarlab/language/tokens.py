@@ -53,7 +53,7 @@ _PATTERNS = (
 _SCANNER = re.compile("|".join(f"(?P<{name}>{pattern})" for name, pattern in _PATTERNS), re.DOTALL)
 
 
-MAX_WORDS = 500_000
+MAX_WORDS = 250_000
 """So many words, signs and spaces are read; the largest rule files known have a fifth of it."""
 MAX_FINDINGS = 100
 """After so many errors a file is read no further."""

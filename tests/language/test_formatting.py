@@ -10,7 +10,7 @@ from grammarlab.language.formatting import WIDTH, format_grammar
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import Case, Invoke, Name, Number, Rule, RuleFile, Sequence, Stochastic, alternatives
 from grammarlab.language.tokens import tokenize
-from tests.language.trees import expressions, rule_files
+from tests.language.trees import PHASES, expressions, rule_files
 
 GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))
 
@@ -47,20 +47,20 @@ def reread(tree):
     return Grammar.parse(format_grammar(tree)).tree
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=100, deadline=None, phases=PHASES)
 @given(rule_files)
 def test_any_tree_is_read_as_it_was_written(tree):
     assert reread(tree) == tree
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80, deadline=None, phases=PHASES)
 @given(rule_files)
 def test_formatting_twice_changes_nothing(tree):
     text = format_grammar(tree)
     assert format_grammar(Grammar.parse(text)) == text
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=100, deadline=None, phases=PHASES)
 @given(expressions)
 def test_parentheses_stand_only_where_they_are_needed(expression):
     text = format_grammar(RuleFile("", (Rule("Lot", (), Sequence((Invoke("s", (expression,)),))),)))
@@ -120,7 +120,7 @@ def test_comments_stay_by_what_they_are_about():
     assert lines[-1] == "// the end"
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60, deadline=None, phases=PHASES)
 @given(
     st.lists(
         st.tuples(st.integers(0, 400), st.sampled_from(["// c\n", "# c\n", "/* c */", "/* c\n c */", "\n\n"])),

@@ -1,5 +1,6 @@
 """Random syntax trees, and random texts that look like rule files."""
 
+from hypothesis import Phase
 from hypothesis import strategies as st
 
 from grammarlab.language.syntax import (
@@ -36,6 +37,9 @@ from grammarlab.language.syntax import (
     Unary,
     Variable,
 )
+
+PHASES = (Phase.explicit, Phase.reuse, Phase.generate, Phase.shrink)
+"""Without the explaining phase, which takes minutes to print a tree."""
 
 _OPERATORS = ["+", "-", "*", "/", "%", "==", "!=", "<", "<=", ">", ">=", "&&", "||"]
 _ELEMENT_WISE = [f".{operator}" for operator in _OPERATORS]
