@@ -31,20 +31,38 @@ def merged_glb(
         AssetError: a texture is unusable.
     """
     document = GltfDocument()
-    primitives = _primitives(document, batch, assets)
+    meshes = model_meshes(document, batch, names, GltfMaterials(document, batch.materials, assets))
     roots = []
     for model, name in enumerate(names):
-        first, last = batch.model_groups[model : model + 2]
         node: dict[str, Any] = {"name": name}
-        if last > first:
-            node["mesh"] = document.add("meshes", {"name": name, "primitives": primitives[first:last]})
+        if model in meshes:
+            node["mesh"] = meshes[model]
         if offsets[model].any():
             node["translation"] = offsets[model].tolist()
         roots.append(document.add("nodes", node))
     return document.pack(roots, GENERATOR)
 
 
-def _primitives(document: GltfDocument, batch: TriangleBatch, assets: Path | None) -> list[dict[str, Any]]:
+def model_meshes(
+    document: GltfDocument, batch: TriangleBatch, names: list[str], materials: GltfMaterials
+) -> dict[int, int]:
+    """The mesh in the document of each model that has triangles, with one primitive a material."""
+    written = [materials.index(material) for material in batch.group_material.tolist()]
+    plain = np.array([not textured for _, textured in written], dtype=bool)
+    shared = iter(_shared_primitives(document, batch if plain.all() else batch.of_groups(np.flatnonzero(plain))))
+    primitives = [
+        {**(_textured_primitive(document, batch, group) if textured else next(shared)), "material": index}
+        for group, (index, textured) in enumerate(written)
+    ]
+    ends = batch.model_groups.tolist()
+    return {
+        model: document.add("meshes", {"name": name, "primitives": primitives[ends[model] : ends[model + 1]]})
+        for model, name in enumerate(names)
+        if ends[model] < ends[model + 1]
+    }
+
+
+def _shared_primitives(document: GltfDocument, batch: TriangleBatch) -> list[dict[str, Any]]:
     """[G] one primitive a group; all groups share three stretches of the buffer."""
     if len(batch.group_model) == 0:
         return []
@@ -54,14 +72,9 @@ def _primitives(document: GltfDocument, batch: TriangleBatch, assets: Path | Non
     positions_view = document.add_array(batch.vertices, ARRAY_BUFFER)
     normals_view = document.add_array(batch.normals, ARRAY_BUFFER)
     indices_view = document.add_array(indices, ELEMENT_ARRAY_BUFFER)
-    materials = GltfMaterials(document, batch.materials, assets)
     primitives = []
     vertex_ends, index_ends = batch.group_vertices.tolist(), (3 * batch.group_triangles).tolist()
-    for group, material in enumerate(batch.group_material.tolist()):
-        index, textured = materials.index(material)
-        if textured:
-            primitives.append(_textured_primitive(document, batch, group, index))
-            continue
+    for group in range(len(batch.group_model)):
         start, end = vertex_ends[group : group + 2]
         bounds = low[group], high[group]
         attributes = {
@@ -70,7 +83,7 @@ def _primitives(document: GltfDocument, batch: TriangleBatch, assets: Path | Non
         }
         start, end = index_ends[group : group + 2]
         accessor = document.add_accessor(indices_view, indices[start:end], start)
-        primitives.append({"attributes": attributes, "indices": accessor, "material": index})
+        primitives.append({"attributes": attributes, "indices": accessor})
     return primitives
 
 
@@ -82,7 +95,7 @@ def group_indices(batch: TriangleBatch) -> NDArray[np.unsignedinteger]:
     return (batch.triangles - starts[:, None]).astype(dtype).ravel()
 
 
-def _textured_primitive(document: GltfDocument, batch: TriangleBatch, group: int, material: int) -> dict[str, Any]:
+def _textured_primitive(document: GltfDocument, batch: TriangleBatch, group: int) -> dict[str, Any]:
     """A primitive whose triangles share no vertices, so that each can have its own texture coordinates."""
     rows = batch.triangles[slice(*batch.group_triangles[group : group + 2])]
     corners = batch.vertices[rows]
@@ -95,4 +108,4 @@ def _textured_primitive(document: GltfDocument, batch: TriangleBatch, group: int
     for name, values in columns.items():
         bounds = (values.min(axis=0), values.max(axis=0)) if name == "POSITION" else None
         attributes[name] = document.add_accessor(document.add_array(values, ARRAY_BUFFER), values, 0, bounds)
-    return {"attributes": attributes, "material": material}
+    return {"attributes": attributes}

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.export.glb import GENERATOR
+from grammarlab.arrays import row_of_value
+from grammarlab.export.glb import GENERATOR, model_meshes
 from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument
 from grammarlab.export.gltf_materials import GltfMaterials
-from grammarlab.export.textures import planar_coordinates
-from grammarlab.scene import Scene
+from grammarlab.scene import Scene, triangles
+from grammarlab.scene.instances import chosen
 from grammarlab.scene.shading import ShadedMeshes, shade
 from grammarlab.scene.triangles import CREASE_ANGLE
 
@@ -40,6 +41,9 @@ def reused_glb(
 ) -> bytes:
     """A file with one mesh for each combination of mesh and material in use.
 
+    Textured shapes share nothing: their texture coordinates are metres, which differ with the size and the place of
+    each shape. Those of one model are merged into one mesh.
+
     Args:
         scene: the models.
         names: [num_models] names of the nodes above each model.
@@ -52,10 +56,18 @@ def reused_glb(
         AssetError: a texture is unusable.
     """
     document = GltfDocument()
+    materials = GltfMaterials(document, scene.materials, assets)
+    textured = np.zeros(len(scene.materials), dtype=bool)
+    for material in np.unique(scene.material).tolist():
+        textured[material] = materials.index(material)[1]
+    merged = triangles(chosen(scene, textured[scene.material]))
+    merged_meshes = model_meshes(document, merged, [f"{name}_textured" for name in names], materials)
+    scene = chosen(scene, ~textured[scene.material])
+
     used, mesh = np.unique(scene.mesh, return_inverse=True)
     shaded = shade(scene.meshes.take(used), CREASE_ANGLE)
     solid = np.diff(shaded.mesh_triangles)[mesh] > 0
-    mesh_of_pair = _ReusedMeshes(document, shaded, GltfMaterials(document, scene.materials, assets))
+    mesh_of_pair = _ReusedMeshes(document, shaded, materials)
     placements = _placements(scene, shaded, mesh)
     if instancing and solid.any():
         document.require(INSTANCING)
@@ -64,7 +76,7 @@ def reused_glb(
     for model, name in enumerate(names):
         rows = np.arange(ends[model], ends[model + 1])
         rows = rows[solid[rows]]
-        children = []
+        children = [document.add("nodes", {"mesh": merged_meshes[model]})] if model in merged_meshes else []
         for pair, places in _by_pair(mesh, scene.material, rows):
             index = mesh_of_pair.index(*pair)
             add = _instanced_node if instancing else _nodes
@@ -93,12 +105,10 @@ def _placements(scene: Scene, shaded: ShadedMeshes, mesh: NDArray[np.integer]) -
     # Imported here since the usual files do without it.
     from scipy.spatial.transform import Rotation  # noqa: PLC0415
 
-    low = np.minimum.reduceat(shaded.points, shaded.mesh_vertices[:-1], axis=0) if len(shaded.points) else None
-    high = np.maximum.reduceat(shaded.points, shaded.mesh_vertices[:-1], axis=0) if len(shaded.points) else None
-    scale = np.maximum(scene.size, THINNEST)
-    if low is not None and high is not None:
-        # A mesh that lies in the plane 0 of an axis is the same at any size along it.
-        scale = np.where(((low == 0) & (high == 0))[mesh] & (scene.size < THINNEST), 1.0, scale)
+    extends = np.zeros((len(shaded.mesh_triangles) - 1, 3), dtype=bool)
+    np.logical_or.at(extends, row_of_value(np.diff(shaded.mesh_vertices)), shaded.points != 0)
+    # A mesh that lies in the plane 0 of an axis is the same at any size along it.
+    scale = np.where(~extends[mesh] & (scene.size < THINNEST), 1.0, np.maximum(scene.size, THINNEST))
     quaternion = Rotation.from_matrix(scene.rotation).as_quat() if len(scene) else np.zeros((0, 4))
     return Placements(scene.position.astype(np.float32), quaternion.astype(np.float32), scale.astype(np.float32))
 
@@ -129,35 +139,29 @@ class _ReusedMeshes:
         self._shaded = shaded
         self._materials = materials
         self._written: dict[tuple[int, int], int] = {}
-        self._geometry: dict[tuple[int, bool], dict[str, Any]] = {}
+        self._geometry: dict[int, dict[str, Any]] = {}
 
     def index(self, mesh: int, material: int) -> int:
         """The index in the document of a mesh in a material."""
         if (mesh, material) not in self._written:
-            material_index, textured = self._materials.index(material)
-            if (mesh, textured) not in self._geometry:
-                self._geometry[mesh, textured] = self._write(mesh, textured)
-            primitive = {**self._geometry[mesh, textured], "material": material_index}
+            material_index, _ = self._materials.index(material)
+            if mesh not in self._geometry:
+                self._geometry[mesh] = self._write(mesh)
+            primitive = {**self._geometry[mesh], "material": material_index}
             entry = {"name": f"mesh_{mesh}_{material}", "primitives": [primitive]}
             self._written[mesh, material] = self._document.add("meshes", entry)
         return self._written[mesh, material]
 
-    def _write(self, mesh: int, textured: bool) -> dict[str, Any]:
+    def _write(self, mesh: int) -> dict[str, Any]:
         shaded = self._shaded
         vertices = slice(*shaded.mesh_vertices[mesh : mesh + 2])
-        triangles = shaded.triangles[slice(*shaded.mesh_triangles[mesh : mesh + 2])]
+        corners = shaded.triangles[slice(*shaded.mesh_triangles[mesh : mesh + 2])]
         points, normals = shaded.points[vertices].astype(np.float32), shaded.normals[vertices].astype(np.float32)
-        if textured:
-            points, normals = points[triangles].reshape(-1, 3), normals[triangles].reshape(-1, 3)
-            coordinates = planar_coordinates(points.reshape(-1, 3, 3)).reshape(-1, 2)
-            attributes = {"TEXCOORD_0": self._accessor(coordinates, ARRAY_BUFFER)}
-        else:
-            attributes = {}
-        attributes["POSITION"] = self._accessor(points, ARRAY_BUFFER, (points.min(axis=0), points.max(axis=0)))
-        attributes["NORMAL"] = self._accessor(normals, ARRAY_BUFFER)
-        if textured:
-            return {"attributes": attributes}
-        indices = triangles.astype(np.uint16 if len(points) < 2**16 - 1 else np.uint32).ravel()
+        attributes = {
+            "POSITION": self._accessor(points, ARRAY_BUFFER, (points.min(axis=0), points.max(axis=0))),
+            "NORMAL": self._accessor(normals, ARRAY_BUFFER),
+        }
+        indices = corners.astype(np.uint16 if len(points) < 2**16 - 1 else np.uint32).ravel()
         return {"attributes": attributes, "indices": self._accessor(indices, ELEMENT_ARRAY_BUFFER)}
 
     def _accessor(self, values: np.ndarray, target: int, bounds: tuple[np.ndarray, np.ndarray] | None = None) -> int:

@@ -70,8 +70,8 @@ def save(
     target = Path(path)
     options = options or SaveOptions()
     chosen = _checked_format(file_format or target.suffix.lstrip(".").lower())
-    require_proper(scene)
     batch = triangles(scene)
+    require_proper(scene)
     names = [target.stem] if scene.num_models == 1 else [f"model_{i}" for i in range(scene.num_models)]
     _write(target, chosen, scene, batch, names, grid(batch, options.columns), options)
     return target
@@ -105,8 +105,8 @@ def save_each(
     """
     options = options or SaveOptions()
     chosen = _checked_format(file_format)
-    require_proper(scene)
     batch = triangles(scene)
+    require_proper(scene)
     in_place = np.zeros((1, 3))
     paths = []
     for index in range(scene.num_models):

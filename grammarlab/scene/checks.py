@@ -19,6 +19,10 @@ def require_finite(scene: Scene) -> None:
     """
     for name, values in (("position", scene.position), ("size", scene.size), ("rotation", scene.rotation)):
         _require_within(scene, name, values)
+    if not np.isfinite(scene.materials.channels).all():
+        raise DerivationError(
+            "a material has a colour or another number that is not finite", hint="check for divisions by zero"
+        )
     points = scene.meshes.points
     if len(points) and not (np.abs(points).max() <= FARTHEST):
         raise DerivationError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,12 +58,17 @@ def realize(forest: Forest) -> Scene:
 
 def only(scene: Scene, model: int) -> Scene:
     """One model of a batch, as a scene of its own with the same tables."""
-    rows = slice(*np.searchsorted(scene.model, [model, model + 1]))
+    alone = chosen(scene, slice(*np.searchsorted(scene.model, [model, model + 1])))
+    return replace(alone, num_models=1, model=np.zeros(len(alone), np.int32))
+
+
+def chosen(scene: Scene, rows: slice | NDArray[np.integer] | NDArray[np.bool_]) -> Scene:
+    """Some of the instances, in their order, in as many models with the same tables."""
     return Scene(
-        1,
+        scene.num_models,
         scene.meshes,
         scene.materials,
-        np.zeros(rows.stop - rows.start, np.int32),
+        scene.model[rows],
         scene.mesh[rows],
         scene.material[rows],
         scene.position[rows],

@@ -25,6 +25,8 @@ LARGEST_TEMPLATE = 256
 """Vertices; the matrix of a mesh grows with them, and a long gather is as fast."""
 BLOCK_VALUES = 200_000
 """Numbers computed at a time, so that they stay in the cache until they are stored."""
+SHORTEST = 1e-18
+"""Shorter normals have no direction; the square of this length is still an exact 32-bit number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +180,7 @@ def cofactors(size: NDArray[np.floating]) -> NDArray[np.floating]:
 def unit_or(vectors: NDArray[np.floating], otherwise: NDArray[np.floating], repeats: int) -> NDArray[np.floating]:
     """The vectors [N, 3] at length one; rows of `otherwise` [N / repeats, 3] where there is no direction."""
     length = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
-    lost = length < 1e-12
+    lost = length < SHORTEST
     result = vectors / np.where(lost, 1, length)[:, None]
     if lost.any():
         result[lost] = otherwise[np.flatnonzero(lost) // repeats]

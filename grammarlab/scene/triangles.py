@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints, offsets_from_counts, row_of_value
+from grammarlab.arrays import Ints, offsets_from_counts, row_of_value, take_rows
 from grammarlab.derivation.materials import Materials
 from grammarlab.scene.checks import require_finite
 from grammarlab.scene.instances import Scene
@@ -65,6 +65,24 @@ class TriangleBatch:
             self.group_vertices[first : last + 1] - vertices.start,
             self.group_triangles[first : last + 1] - triangles.start,
             np.array([0, last - first], dtype=np.int64),
+        )
+
+    def of_groups(self, groups: Ints) -> TriangleBatch:
+        """The triangles of some groups [K], ascending, as a batch of as many models."""
+        vertex, group_vertices = take_rows(self.group_vertices, groups)
+        triangle, group_triangles = take_rows(self.group_triangles, groups)
+        moved = np.repeat(group_vertices[:-1] - self.group_vertices[groups], np.diff(group_triangles))
+        return TriangleBatch(
+            self.num_models,
+            self.materials,
+            self.vertices[vertex],
+            self.normals[vertex],
+            (self.triangles[triangle] + moved[:, None]).astype(np.uint32),
+            self.group_model[groups],
+            self.group_material[groups],
+            group_vertices,
+            group_triangles,
+            np.searchsorted(self.group_model[groups], np.arange(self.num_models + 1)),
         )
 
     def material_of_triangle(self) -> NDArray[np.int32]:
