@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import isfinite
 from typing import Any, cast
 
 from lark import Transformer
 
-from grammarlab.errors import Finding, Location
+from grammarlab.errors import Location
 from grammarlab.language.operators import group_operands, span
+from grammarlab.language.pieces import (
+    Arguments,
+    Branch,
+    Keyword,
+    MistakeError,
+    Signature,
+    Variables,
+    Vector,
+    Version,
+    without_braces,
+)
 from grammarlab.language.syntax import (
     Annotation,
     Array,
@@ -19,7 +30,6 @@ from grammarlab.language.syntax import (
     Boolean,
     Call,
     Case,
-    Choice,
     Combine,
     Components,
     Definition,
@@ -34,7 +44,6 @@ from grammarlab.language.syntax import (
     Item,
     Name,
     Number,
-    Override,
     Part,
     Relative,
     Rule,
@@ -48,95 +57,6 @@ from grammarlab.language.syntax import (
     Unary,
     Variable,
 )
-from grammarlab.language.tokens import Token
-
-
-class MistakeError(Exception):
-    """What the grammar lets through and CGA does not mean."""
-
-    def __init__(self, code: str, message: str, location: Location, hint: str = "") -> None:
-        super().__init__(message)
-        self.finding = Finding("error", code, message, location, hint)
-
-
-@dataclass(frozen=True, slots=True)
-class Version:
-    """The version line."""
-
-    text: str
-    location: Location
-
-
-@dataclass(frozen=True, slots=True)
-class _Keyword:
-    """``name = value`` between parentheses."""
-
-    name: Token
-    value: Expression
-
-
-@dataclass(frozen=True, slots=True)
-class _Arguments:
-    """What stands between parentheses, whatever they turn out to belong to."""
-
-    items: tuple[Expression | _Keyword | Rule, ...]
-    end: Location
-
-    def expressions(self) -> tuple[Expression, ...]:
-        for item in self.items:
-            if isinstance(item, _Keyword):
-                hint = "to compare, write '=='; a value is given by name only in annotations and imports"
-                raise MistakeError("single-equals", "expected an expression, found '='", item.name.location, hint)
-            if isinstance(item, Rule):
-                hint = "a rule is redefined only in an import"
-                raise MistakeError("misplaced-rule", "expected an expression, found a rule", item.location, hint)
-        return cast(tuple[Expression, ...], self.items)
-
-    def names(self, what: str) -> tuple[str, ...]:
-        names: list[str] = []
-        for item in self.expressions():
-            if not isinstance(item, Name) or "." in item.identifier:
-                hint = "write Name(a, b): a definition's parentheses hold names, a call's hold values"
-                raise MistakeError("bad-parameter", f"expected the plain name of a {what}", item.location, hint)
-            names.append(item.identifier)
-        return tuple(names)
-
-    def overrides(self) -> tuple[Override, ...]:
-        result: list[Override] = []
-        for item in self.items:
-            if isinstance(item, _Keyword):
-                result.append(Attribute(item.name.value, item.value, location=item.name.location))
-            elif isinstance(item, Rule):
-                result.append(item)
-            else:
-                hint = "write imported(height = 20).Rule"
-                raise MistakeError("bad-override", "expected 'attribute = value'", item.location, hint)
-        return tuple(result)
-
-
-@dataclass(frozen=True, slots=True)
-class _Variables:
-    items: tuple[Variable, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _Signature:
-    """What a definition begins with."""
-
-    name: Token
-    parameters: tuple[str, ...] | None
-    """None without parentheses."""
-    variables: tuple[Variable, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _Branch:
-    """A branch of a choice; `mark` is its ``case`` or the token where its percentage begins, None for ``else``."""
-
-    mark: Token | None
-    condition: Expression | None
-    body: Choice
-
 
 _ESCAPES = {"n": "\n", "t": "\t", '"': '"', "\\": "\\"}
 
@@ -214,10 +134,9 @@ class TreeBuilder(Transformer[Any, Any]):
         start = inner[0].location if inner else closing.location
         return Array(tuple(map(tuple, rows)), location=span(start, closing.location))
 
-    def vector(self, children: list[Any]) -> Array:
-        """``{1, 0, 0}``, in annotations only: an array in an annotation is one of these."""
+    def vector(self, children: list[Any]) -> Vector:
         *cells, closing = children
-        return Array((tuple(cells),), location=span(cells[0].location, closing.location))
+        return Vector(Array((tuple(cells),), location=span(cells[0].location, closing.location)))
 
     def index(self, children: list[Any]) -> Index:
         array, brackets = children
@@ -239,11 +158,11 @@ class TreeBuilder(Transformer[Any, Any]):
 
     # Arguments
 
-    def arguments(self, children: list[Any]) -> _Arguments:
-        return _Arguments(tuple(children[:-1]), children[-1].location)
+    def arguments(self, children: list[Any]) -> Arguments:
+        return Arguments(tuple(children[:-1]), children[-1].location)
 
-    def keyword(self, children: list[Any]) -> _Keyword:
-        return _Keyword(*children)
+    def keyword(self, children: list[Any]) -> Keyword:
+        return Keyword(*children)
 
     def override(self, children: list[Any]) -> Rule:
         *head, body = children
@@ -251,11 +170,11 @@ class TreeBuilder(Transformer[Any, Any]):
 
     # Choices
 
-    def branch(self, children: list[Any]) -> _Branch:
-        return _Branch(*children)
+    def branch(self, children: list[Any]) -> Branch:
+        return Branch(*children)
 
-    def otherwise(self, children: list[Any]) -> _Branch:
-        return _Branch(None, None, children[0])
+    def otherwise(self, children: list[Any]) -> Branch:
+        return Branch(None, None, children[0])
 
     def choice(self, children: list[Any]) -> Case | Stochastic:
         kind = Stochastic if children[0].mark.type == "CHANCE" else Case
@@ -290,7 +209,7 @@ class TreeBuilder(Transformer[Any, Any]):
 
     def block(self, children: list[Any]) -> Block:
         name, *rest = children
-        arguments = next((item.expressions() for item in rest if isinstance(item, _Arguments)), ())
+        arguments = next((item.expressions() for item in rest if isinstance(item, Arguments)), ())
         group, *more = [item for item in rest if isinstance(item, Group)]
         remainder = more[0] if more else None
         if remainder is not None and name.value != "splitAndSetbackPerimeter":
@@ -353,26 +272,24 @@ class TreeBuilder(Transformer[Any, Any]):
         name, *rest = children
         arguments: list[tuple[str, Expression]] = []
         for item in rest[0].items if rest else ():
-            if isinstance(item, _Keyword):
-                arguments.append((item.name.value, item.value))
-            elif isinstance(item, Rule):
+            if isinstance(item, Rule):
                 raise MistakeError("misplaced-rule", "expected an annotation's argument", item.location)
-            else:
-                arguments.append(("", item))
+            keyword, value = (item.name.value, item.value) if isinstance(item, Keyword) else ("", item)
+            arguments.append((keyword, value.array if isinstance(value, Vector) else value))
         return Annotation(name.value, tuple(arguments), location=name.location)
 
-    def variables(self, children: list[Any]) -> _Variables:
-        return _Variables(tuple(children[:-1]))
+    def variables(self, children: list[Any]) -> Variables:
+        return Variables(tuple(children[:-1]))
 
     def variable(self, children: list[Any]) -> Variable:
         name, value = children
         return Variable(name.value, value, location=name.location)
 
-    def signature(self, children: list[Any]) -> _Signature:
+    def signature(self, children: list[Any]) -> Signature:
         name, *rest = children
-        parameters = next((item.names("parameter") for item in rest if isinstance(item, _Arguments)), None)
-        variables = next((item.items for item in rest if isinstance(item, _Variables)), ())
-        return _Signature(name, parameters, variables)
+        parameters = next((item.names("parameter") for item in rest if isinstance(item, Arguments)), None)
+        variables = next((item.items for item in rest if isinstance(item, Variables)), ())
+        return Signature(name, parameters, variables)
 
     def rule(self, children: list[Any]) -> Rule:
         *modifier, head, body = children
@@ -404,18 +321,18 @@ class TreeBuilder(Transformer[Any, Any]):
 
     def import_(self, children: list[Any]) -> Import:
         _, alias, *rest = children
-        styles = rest.pop(0).names("style") if isinstance(rest[0], _Arguments) else ()
+        styles = rest.pop(0).names("style") if isinstance(rest[0], Arguments) else ()
         path = self.string([rest[0]]).value
         given = rest[1].items if len(rest) > 1 else ()
         protected = tuple(item.identifier for item in given if isinstance(item, Name))
         for item in given:
-            if not isinstance(item, Name | _Keyword | Rule):
+            if not isinstance(item, Name | Keyword | Rule):
                 hint = 'write import alias : "file.cga" (attribute = value)'
                 raise MistakeError("bad-override", "expected 'attribute = value'", item.location, hint)
         return Import(
             alias.value,
             path,
-            tuple((item.name.value, item.value) for item in given if isinstance(item, _Keyword)),
+            tuple((item.name.value, without_braces(item.value)) for item in given if isinstance(item, Keyword)),
             styles=styles,
             protected=None if len(rest) > 1 and not given else protected,
             rules=tuple(item for item in given if isinstance(item, Rule)),

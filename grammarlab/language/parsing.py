@@ -12,9 +12,10 @@ from lark import Token as LarkToken
 from lark.lexer import Lexer
 
 from grammarlab.errors import Finding, Location
-from grammarlab.language.building import MistakeError, TreeBuilder, Version
+from grammarlab.language.building import TreeBuilder
 from grammarlab.language.mistakes import explain
 from grammarlab.language.outline import Chunk, outline
+from grammarlab.language.pieces import MistakeError, Version
 from grammarlab.language.syntax import Definition, RuleFile
 from grammarlab.language.tokens import MAX_FINDINGS, Comment, Token, tokenize
 

@@ -41,6 +41,7 @@ MISTAKES = [
     ("Lot --> split(x) { 2*~1 : A }", "misplaced-tilde", "~", "~2*x"),
     ("f(1, x) = 2", "bad-parameter", "1", "Name(a, b)"),
     ("attr a(x) = 2", "attribute-parameters", "a", "no 'attr'"),
+    ("attr a = f({1, 2})", "misplaced-braces", "1", "[1, 2, 3]"),
     ("attr a = 1e999", "number-too-large", "1e999", ""),
     ("attr a = b[1][2][3]", "bad-index", "3", "row, column"),
 ]
@@ -64,6 +65,7 @@ def test_usual_mistakes_are_recognised(text, code, place, advice):
         ("Lot --> a | b", "the end of the definition"),
         ("x = 3 4", "an operator or the end of the definition"),
         ("Lot --> (a)", "an operation or a symbol"),
+        ("@Range(min=max=2) attr a = 1", "',' or ')'"),
     ],
 )
 def test_other_mistakes_name_what_was_expected_in_words(text, expected):
