@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import row_of_value
+from grammarlab.arrays import offsets_from_counts, row_of_value
 from grammarlab.export.glb import GENERATOR, model_meshes
 from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument
 from grammarlab.export.gltf_materials import GltfMaterials
@@ -95,10 +95,10 @@ def _by_pair(
 ) -> Iterator[tuple[tuple[int, int], NDArray[np.int64]]]:
     """The rows of each combination of mesh and material."""
     pairs, pair_of_row = np.unique(np.stack([mesh[rows], material[rows]], axis=1), axis=0, return_inverse=True)
-    order = np.argsort(pair_of_row.ravel(), kind="stable")
-    ends = np.cumsum(np.bincount(pair_of_row.ravel(), minlength=len(pairs)))
-    for pair, places in zip(pairs.tolist(), np.split(rows[order], ends[:-1]), strict=True):
-        yield (pair[0], pair[1]), places
+    rows = rows[np.argsort(pair_of_row.ravel(), kind="stable")]
+    ends = offsets_from_counts(np.bincount(pair_of_row.ravel(), minlength=len(pairs))).tolist()
+    for index, (mesh_index, material_index) in enumerate(pairs.tolist()):
+        yield (mesh_index, material_index), rows[ends[index] : ends[index + 1]]
 
 
 def _placements(scene: Scene, shaded: ShadedMeshes, mesh: NDArray[np.integer]) -> Placements:

@@ -8,9 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from grammarlab.errors import UsageError
+
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
 COMPONENTS = {"float32": 5126, "uint32": 5125, "uint16": 5123}
 MAGIC, VERSION, JSON_CHUNK, BINARY_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
+MOST_BYTES = 2**32 - 1
+"""A GLB states its length in 32 bits."""
 
 
 class GltfDocument:
@@ -73,7 +77,11 @@ class GltfDocument:
         return self.add("accessors", accessor)
 
     def pack(self, root_nodes: list[int], generator: str) -> bytes:
-        """The bytes of the GLB whose scene shows these nodes."""
+        """The bytes of the GLB whose scene shows these nodes.
+
+        Raises:
+            UsageError: they would be more than `MOST_BYTES`.
+        """
         document: dict[str, Any] = {"asset": {"version": "2.0", "generator": generator}, "scene": 0}
         document["scenes"] = [{"nodes": root_nodes} if root_nodes else {}]
         if self._extensions:
@@ -83,8 +91,13 @@ class GltfDocument:
             document["buffers"] = [{"byteLength": self._num_bytes}]
         text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
         text += b" " * (-len(text) % 4)
-        parts = [struct.pack("<II", len(text), JSON_CHUNK), text]
+        length = 12 + 8 + len(text) + (8 + self._num_bytes if self._num_bytes else 0)
+        if length > MOST_BYTES:
+            raise UsageError(
+                f"the file would have {length} bytes and a GLB holds at most {MOST_BYTES}; "
+                "write fewer models into one file, or share their meshes"
+            )
+        parts = [struct.pack("<IIIII", MAGIC, VERSION, length, len(text), JSON_CHUNK), text]
         if self._num_bytes:
             parts += [struct.pack("<II", self._num_bytes, BINARY_CHUNK), *self._chunks]
-        length = 12 + sum(len(part) for part in parts)
-        return b"".join([struct.pack("<III", MAGIC, VERSION, length), *parts])
+        return b"".join(parts)

@@ -77,10 +77,10 @@ def _library(batch: TriangleBatch, stem: str, assets: Path | None) -> tuple[dict
     for material in np.unique(batch.group_material).tolist():
         lines += [f"newmtl {material_name(table, material)}", "illum 2"]
         for keyword, color in (("Kd", table.color[material]), ("Ke", table.emissive[material])):
-            lines.append(keyword + "".join(f" {value:.6g}" for value in color))
-        lines.append(f"d {table.opacity[material]:.6g}")
-        lines.append(f"Pr {table.roughness[material]:.6g}")
-        lines.append(f"Pm {table.metallic[material]:.6g}")
+            lines.append(keyword + "".join(f" {value:.6g}" for value in np.clip(color, 0.0, 1.0)))
+        lines.append(f"d {np.clip(table.opacity[material], 0.0, 1.0):.6g}")
+        lines.append(f"Pr {np.clip(table.roughness[material], 0.0, 1.0):.6g}")
+        lines.append(f"Pm {np.clip(table.metallic[material], 0.0, 1.0):.6g}")
         texture = find_texture(table.textures[material], assets)
         if texture is not None:
             name = f"{stem}_texture_{material}{texture.suffix}"

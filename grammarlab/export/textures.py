@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,8 @@ from grammarlab.errors import AssetError
 
 MOST_BYTES = 64 * 2**20
 """Largest image that is embedded."""
+MOST_PIXELS = 8192 * 8192
+"""What common graphics cards hold in one texture."""
 SIGNATURES = {b"\x89PNG\r\n\x1a\n": ("image/png", ".png"), b"\xff\xd8\xff": ("image/jpeg", ".jpg")}
 
 
@@ -39,9 +43,9 @@ def find_texture(name: str, assets: Path | None) -> Texture | None:
     if not name or assets is None:
         return None
     path = path_below(assets, name)
-    if not path.is_file():
-        return None
     try:
+        if not path.is_file():
+            return None
         size = path.stat().st_size
         if size > MOST_BYTES:
             raise AssetError(f"texture {name!r} has {size / 2**20:.0f} MiB; at most {MOST_BYTES // 2**20} are embedded")
@@ -50,8 +54,33 @@ def find_texture(name: str, assets: Path | None) -> Texture | None:
         raise AssetError(f"texture {name!r} cannot be read: {error.strerror or error}") from error
     for signature, (mime, suffix) in SIGNATURES.items():
         if content.startswith(signature):
+            _require_image(name, content)
             return Texture(name, content, mime, suffix)
     raise AssetError(f"texture {name!r} is neither a PNG nor a JPEG image; convert it to one of them")
+
+
+def _require_image(name: str, content: bytes) -> None:
+    """Refuse a file that only begins like an image.
+
+    Raises:
+        AssetError: it is broken, or has more than `MOST_PIXELS`.
+    """
+    # Imported here since most files have no textures.
+    from PIL import Image, UnidentifiedImageError  # noqa: PLC0415
+
+    try:
+        with warnings.catch_warnings():
+            # What Pillow warns of is refused below.
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            with Image.open(BytesIO(content), formats=["PNG", "JPEG"]) as image:
+                width, height = image.size
+                image.verify()
+    except (UnidentifiedImageError, Image.DecompressionBombError, OSError, SyntaxError, ValueError) as error:
+        raise AssetError(f"texture {name!r} is a broken image: {error}; save it again") from error
+    if width * height > MOST_PIXELS:
+        raise AssetError(
+            f"texture {name!r} has {width} x {height} pixels; at most {MOST_PIXELS} in all can be shown everywhere"
+        )
 
 
 def path_below(folder: Path, name: str) -> Path:
