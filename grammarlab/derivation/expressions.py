@@ -137,6 +137,8 @@ class ExpressionCompiler:
                 return _short_circuit(operator, self.expression(node.left), self.expression(node.right), node.location)
             case Binary(operator=operator) if operator in BINARY:
                 return _apply_binary(operator, self.expression(node.left), self.expression(node.right), node.location)
+            case Case() | Stochastic():
+                return self.choice(node)
             case Relative() | Floating():
                 return _refusal("' and ~ only have a meaning in sizes, not inside an expression", node.location)
         return _refusal("arrays are not supported", node.location)

@@ -22,6 +22,7 @@ def reported(expression: str, attributes: str = "", num_models: int = 1) -> list
     ("expression", "expected"),
     [
         ("1 + 2 * 3", 7),
+        ("1 + (case 1 > 2 : 5 else : 7)", 8),
         ("(1 + 2) * 3", 9),
         ("-5 % 3", -2),
         ("7 / 2", 3.5),
