@@ -10,7 +10,7 @@ import numpy as np
 from grammarlab.geometry.clip import slabs
 from grammarlab.language.syntax import Block, Group, Name, Part
 from tests.oracle import splits
-from tests.oracle.components import WORDS, components, joined_faces, picks
+from tests.oracle.components import SELECTORS, components, joined_faces, picks
 from tests.oracle.expressions import Scope, evaluate
 from tests.oracle.operations import argument, extruded
 from tests.oracle.shape import AXES, Mesh, Shape, rectangle
@@ -121,7 +121,7 @@ def comp(block: Block, scope: Scope) -> list[Piece]:
     free = list(range(len(found)))
     pieces: list[Piece] = []
     for place, part in enumerate(flat_parts(block)):
-        if isinstance(part.head, Name) and part.head.identifier.rpartition(".")[2] in WORDS | {"up", "down"}:
+        if isinstance(part.head, Name) and part.head.identifier in SELECTORS:
             name = part.head.identifier
             taken = [i for i in free if picks(name, found[i], shape, root)]
         else:

@@ -77,10 +77,11 @@ def edge_components(shape: Shape) -> list[Component]:
 
 
 def vertex_components(shape: Shape) -> list[Component]:
+    """Every point that a face uses, in the order in which a walk around the faces meets them."""
     mesh = shape.mesh
     border = {i for edge, faces in _faces_by_edge(mesh).items() if len(faces) == 1 for i in edge}
     result = []
-    for i in sorted({i for face in mesh.faces for i in face}):
+    for i in dict.fromkeys(i for face in mesh.faces for i in face):
         mean = unit(sum((normal(mesh.polygon(f)) for f, face in enumerate(mesh.faces) if i in face), NOWHERE))
         point = Mesh((NOWHERE,), ((0,),))
         vertex = replace(
@@ -170,7 +171,16 @@ SLOPES = {
     "horizontal": lambda d: bool(d.any()) and abs(d[1]) > math.sin(math.radians(78.75)),
     "side": lambda d: bool(d.any()) and abs(d[1]) <= math.sin(math.radians(78.75)),
 }
-WORDS = {*QUADRANTS, *SLOPES, "all", "border", "inside"}
+SELECTORS = {
+    *QUADRANTS,
+    *SLOPES,
+    "all",
+    "border",
+    "inside",
+    *(f"{family}.{word}" for family in ("object", "street") for word in QUADRANTS),
+    *(f"world.{word}" for word in (*WORLD, "side")),
+}
+"""Words that ``picks`` knows."""
 
 
 def picks(selector: str, component: Component, shape: Shape, root: Shape) -> bool:

@@ -123,6 +123,8 @@ def _name(node: Name, scope: Scope) -> Value:
         return scope.model.attribute(name)
     if (name, 0) in scope.model.functions:
         return _apply_function(node, name, [], scope)
+    if name in MEASURES:
+        return MEASURES[name](scope.shape)
     value = shape_attribute(name, scope)
     if value is None:
         raise DerivationError(f"nothing is called {name}", node.location)

@@ -35,12 +35,15 @@ def roof_with(make: Callable[..., Meshes]) -> Callable[[Call], Shape]:
 
 
 def extrude(call: Call) -> Shape:
-    """A solid over one face is the oracle's own; over several faces each one moves along its own normal."""
+    """A solid over one face is the oracle's own. Of several faces each one moves along its own normal, or all upwards."""
     shape, height = call.shape, number(call.arguments[-1].value)
-    if call.words or len(shape.mesh.faces) < 2 or height == 0.0:
+    if len(shape.mesh.faces) < 2 or height == 0.0:
         return OPERATIONS["extrude"](call)
-    frame = frame_from_y(unit(newell(shape.mesh.polygon(0))), np.array([1.0, 0.0, 0.0]))
-    solid = Mesh.from_columns(extruded(shape.mesh.to_columns(), np.array([height])))
+    up = shape.rotation.T @ np.array([0.0, 1.0, 0.0]) if "world.up" in call.words else None
+    y = unit(newell(shape.mesh.polygon(0))) if up is None else up
+    frame = frame_from_y(y, np.array([1.0, 0.0, 0.0]))
+    directions = None if up is None else up[None, :]
+    solid = Mesh.from_columns(extruded(shape.mesh.to_columns(), np.array([height]), directions))
     return replace(shape, rotation=shape.rotation @ frame, mesh=solid.moved(lambda p: frame.T @ p)).fitted()
 
 

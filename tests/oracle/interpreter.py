@@ -6,6 +6,7 @@ numbers and the numbering of the places that draw; everything else is its own.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -69,6 +70,8 @@ class Model:
     draws: list[DrawRecord] = field(default_factory=list)
     reports: list[tuple[int, str, Value]] = field(default_factory=list)
     pending: list[tuple[Shape, Rule, dict[str, Value]]] = field(default_factory=list)
+    repeats: Counter[tuple[int, int]] = field(default_factory=Counter)
+    """How many shapes each successor, by number, has made so far under each node."""
     _attribute_values: dict[str, Value] = field(default_factory=dict)
 
     @property
@@ -96,8 +99,9 @@ class Model:
 
     def grow(self, shape: Shape, invoke: Invoke, child: int, scope: Scope) -> None:
         """Make the child that a successor names; it waits for its rule, or is a leaf."""
-        same = [n for n in self.nodes if n.parent == shape.node and n.child == child]
-        self.nodes.append(NodeRecord(shape.node, invoke.name, child, len(same)))
+        repeat = self.repeats[shape.node, child]
+        self.repeats[shape.node, child] += 1
+        self.nodes.append(NodeRecord(shape.node, invoke.name, child, repeat))
         if len(self.nodes) > MOST_NODES:
             raise DerivationError("more nodes than the oracle has patience for")
         grown = replace(shape, node=len(self.nodes) - 1, key=fold(shape.key, 3 * child + CHILD_LANE))
@@ -213,11 +217,17 @@ class _Branch:
 
 
 def is_consumed(sequence: Sequence) -> bool:
-    """Whether a successor, a block or a NIL stands in a sequence, in brackets or out of them."""
+    """Whether a shape disappears: it has successors or a block, in brackets or out of them, or a NIL out of them."""
+    return makes_shapes(sequence) or any(isinstance(item, Invoke) and item.name == "NIL" for item in sequence.items)
+
+
+def makes_shapes(sequence: Sequence) -> bool:
     for item in sequence.items:
-        if isinstance(item, Block) or (isinstance(item, Invoke) and item.name not in OPERATIONS):
+        if isinstance(item, Block):
             return True
-        if isinstance(item, Scoped) and any(is_consumed(inner) for inner in _inner_sequences(item)):
+        if isinstance(item, Invoke) and item.name != "NIL" and item.name not in OPERATIONS:
+            return True
+        if isinstance(item, Scoped) and any(makes_shapes(inner) for inner in _inner_sequences(item)):
             return True
     return False
 

@@ -167,9 +167,10 @@ def extrude(call: Call) -> Shape:
 
 
 def frame_from_y(y: Vector, x: Vector) -> np.ndarray:
+    """The frame with this y axis, whose x axis is as near as possible to the given one; else it lies across z."""
     across = unit(x - y * np.dot(x, y))
-    if not across.any():
-        across = unit(np.cross(y, np.eye(3)[int(np.argmin(np.abs(y)))]))
+    if np.linalg.norm(x - y * np.dot(x, y)) < 1e-6:
+        across = unit(np.cross(y, np.array([0.0, 0.0, 1.0])))
     return np.column_stack([across, y, np.cross(across, y)])
 
 

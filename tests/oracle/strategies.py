@@ -1,100 +1,177 @@
-"""Random rule files that say something: every one can be parsed and derived, and ends."""
+"""Random rule files that say something: every one can be parsed and derived, and ends.
+
+Rules lead to later rules only, but for recursions that count down. Sizes are odd numbers, so that no two repeat counts of a
+split are equally good and no condition stands on the edge.
+"""
 
 from __future__ import annotations
 
+import numpy as np
 from hypothesis import strategies as st
 
-AXES = st.sampled_from("xyz")
-COLORS = st.sampled_from(["#ff0000", "#20c040", "#8090ff"])
-SELECTORS = st.sampled_from(["front", "side", "top", "0", "vertical", "world.up", "all"])
-CONDITIONS = st.sampled_from(
-    ["h > 2", "scope.sx > 3", 'tag == "a"', "p(0.4)", "split.index % 2 == 0", 'comp.sel == "side"']
-)
-PLAIN = st.sampled_from(["0.5", "1", "2.5", "h", "w", "f(2)", "g", "rand(0.5, 2)", "0.2 + h * 0.1", "max(1, w)"])
-
 HEADER = """
-attr h = rand(1, 3)
-attr w = 50% : 1.5 30% : case h > 2 : 0.7 else : 2.2 else : 0.9
-attr tag = 40% : "a" else : "b"
-const g = h + w
-f(x) = 60% : x + rand(1) else : case x > 1 : x / 2 else : x
+attr h = rand(1.03, 3.1)
+attr w = 50% : 1.57 30% : case h > 2.02 : 0.71 else : 2.23 else : 0.93
+attr tag = 40% : "a" else : "b" + str(1)
+attr flag = p(0.7) && (h < 2.51 || tag == "a")
+const g = h + w * f(1.01)
+const names = "red;green;blue;"
+f(x) = 60% : x + rand(1.13) else : case x > 1.07 : x / 2 else : x
+f(x, y) = case flag : min(x, y) + f(x) / 3 else : f(y) % 1.7 + 0.13
+deep(n) = case n < 1 : rand(0.31, 0.47) else : deep(n - 1) * 0.9 + 0.11
 """
+
+AXES = st.sampled_from("xyz")
+COLORS = st.sampled_from(["#ff0000", "#20c040", "#8090ff40"])
+NUMBERS = st.sampled_from(
+    [
+        *("0.53", "1.19", "2.57", "h", "w", "f(2.03)", "f(w, h)", "g", "rand(0.51, 2.03)", "rand(1.7) + 0.21"),
+        *("0.2 + h * 0.1", "max(1.01, w)", "deep(2)", "scope.sx / 3.7 + 0.4", "sqrt(h) + sin(30) * w"),
+        *("rint(h) + 0.27", "listSize(names) / 2.9", "geometry.area / 40 + 0.3", "abs(scope.sz - 1.3) + 0.2"),
+    ]
+)
+CONDITIONS = st.sampled_from(
+    [
+        *("h > 2.01", "scope.sx > 3.13", 'tag == "a"', 'tag != "b1"', "p(0.4)", "split.index % 2 == 0", "!flag"),
+        *('comp.sel == "side"', "split.total > 3", "comp.index == 1", "geometry.nFaces > 1", "f(1) > 1.21 && p(0.5)"),
+        *("geometry.isRectangular || w > 1", 'listItem(names, split.index) == "green"', "scope.elevation > 1.37"),
+    ]
+)
+SELECTORS = st.sampled_from(
+    ["front", "back", "side", "top", "bottom", "0", "split.index + 1", "vertical", "horizontal", "world.up", "all"]
+    + ["object.front", "world.south", "left", "border", "world.side"]
+)
 
 
 @st.composite
 def operations(draw: st.DrawFn) -> str:
-    kind = draw(st.integers(0, 9))
-    a, b = draw(PLAIN), draw(PLAIN)
+    """One operation without a block."""
+    a, b = draw(NUMBERS), draw(NUMBERS)
     axes = draw(st.sampled_from(["x", "xz", "xyz", "y"]))
-    return [
+    system = draw(st.sampled_from(["world", "scope", "object"]))
+    choices = [
         f"t({a}, 0, '0.25)",
-        f"s('1, {a}, '0.5)",
+        f"t('-0.13, {a}, {b})",
+        f"s('1, {a}, '0.51)",
         f"s({a}, {b}, '1)",
         "r(0, 90, 0)",
+        f"r(scopeCenter, {a} * 7, {b} * 11, 0)",
         f"r(0, {a} * 10, 0)",
-        f"s('0.5, '0.75, '0.5) center({axes})",
+        f"translate(rel, {system}, {a}, 0.3, {b})",
+        f"rotate(rel, {system}, 0, {a} * 9, 17)",
+        f"s('0.53, '0.77, '0.51) center({axes})",
         f'color("{draw(COLORS)}")',
-        f"set(w, {a})",
-        f'report("{draw(st.sampled_from(["k", "l"]))}", {a})',
         "color(h / 3, 0.5, w / 3)",
-    ][kind]
+        f"set(material.opacity, {a} / 9)",
+        f"set(w, {a})",
+        'set(tag, "a" + tag)',
+        f'texture("wall" + rint({a}) + ".png")',
+        f'report("{draw(st.sampled_from(["k", "l"]))}", {a})',
+        "reverseNormals()",
+    ]
+    return draw(st.sampled_from(choices))
 
 
 @st.composite
-def splits(draw: st.DrawFn, depth: int) -> str:
+def solids(draw: st.DrawFn) -> str:
+    """Something that gives a shape a volume."""
+    height = draw(NUMBERS)
+    primitive = draw(st.sampled_from(["cube", "cylinder"]))
+    choices = [
+        f"extrude({height})",
+        f's({height}, 3.1, 2.07) i("builtin:{primitive}")',
+        f's(2.3, {draw(st.sampled_from(["0", "1.9"]))}, 1.7) i("builtin:{primitive}")',
+        "primitiveCube()",
+        "primitiveCylinder(5)",
+    ]
+    return draw(st.sampled_from(choices))
+
+
+@st.composite
+def splits(draw: st.DrawFn, depth: int, rules: str) -> str:
     """A split with fixed, relative, floating and repeated sizes."""
-    size = st.builds(lambda mark, value: f"{mark}{value}", st.sampled_from(["~", "", "'0.2 * "]), PLAIN)
-    inner = bodies(depth - 1)
-    groups = [f"{draw(size)} : {draw(inner)}" for _ in range(draw(st.integers(1, 3)))]
+
+    def part(prefixes: list[str], value: str) -> str:
+        return f"{draw(st.sampled_from(prefixes))}{value} : {draw(bodies(depth - 1, rules))}"
+
+    members = [part(["~", "", "'0.2 * "], draw(NUMBERS)) for _ in range(draw(st.integers(1, 3)))]
+    for _ in range(draw(st.sampled_from([0, 1, 1, 2]))):
+        lengths = st.floats(0.9, 3).map(lambda value: f"{value:.4f}1")
+        repeated = [part(["~", ""], draw(lengths)) for _ in range(draw(st.integers(1, 2)))]
+        members.insert(draw(st.integers(0, len(members))), f"{{ {' | '.join(repeated)} }}*")
     if draw(st.booleans()):
-        lengths = st.builds(lambda mark, value: f"{mark}{value:.2f}", st.sampled_from(["~", ""]), st.floats(0.8, 3))
-        repeated = " | ".join(f"{draw(lengths)} : {draw(inner)}" for _ in range(draw(st.integers(1, 2))))
-        groups.insert(draw(st.integers(0, len(groups))), f"{{ {repeated} }}*")
-    return f"split({draw(AXES)}) {{ {' | '.join(groups)} }}"
+        members = [f"{{ {' | '.join(members)} }}"]
+    mode = draw(st.sampled_from(["", "", ", noAdjust", ", adjust"]))
+    return f"split({draw(AXES)}{mode}) {{ {' | '.join(members)} }}"
 
 
 @st.composite
-def comps(draw: st.DrawFn, depth: int) -> str:
+def comps(draw: st.DrawFn, depth: int, rules: str) -> str:
+    """Components of a kind, each part for what the parts before it left."""
+    kind = draw(st.sampled_from("ffffe"))
     selectors = draw(st.lists(SELECTORS, min_size=1, max_size=3, unique=True))
-    marks = [draw(st.sampled_from([":", ":", "="])) for _ in selectors]
-    parts = [f"{selector} {mark} {draw(bodies(depth - 1))}" for selector, mark in zip(selectors, marks, strict=True)]
-    return f"extrude({draw(st.sampled_from(['2', 'h + 1']))}) comp(f) {{ {' | '.join(parts)} }}"
-
-
-def successors() -> st.SearchStrategy[str]:
-    return st.sampled_from(["A", "B(2)", "B(h)", "Leaf", "Other.", "NIL", "C"])
+    # All faces of a box together are a mesh of any kind to the engine, but look like a box to the oracle.
+    marks = [draw(st.sampled_from("::=" if kind == "f" and selector != "all" else ":")) for selector in selectors]
+    inside = bodies(depth - 1, rules) if kind == "f" else st.builds('color("{}") {}'.format, COLORS, successors(""))
+    inner = [draw(inside) for _ in selectors]
+    parts = [f"{selector} {mark} {body}" for selector, mark, body in zip(selectors, marks, inner, strict=True)]
+    return f"comp({kind}) {{ {' | '.join(parts)} }}"
 
 
 @st.composite
-def bodies(draw: st.DrawFn, depth: int) -> str:
+def successors(draw: st.DrawFn, rules: str) -> str:
+    """One of some rules, a leaf, or nothing."""
+    number = draw(NUMBERS)
+    calls = {"A": ["A", "A"], "B": ["B(2)", f"B({number})", f"B({number}, h)"], "C": ["C"]}
+    return draw(st.sampled_from(["Leaf", "Leaf", "A.", "", *(call for rule in rules for call in calls[rule])]))
+
+
+@st.composite
+def bodies(draw: st.DrawFn, depth: int, rules: str) -> str:
     """Some operations and what they lead to; choices among them."""
-    kind = draw(st.integers(0, 7)) if depth > 0 else 0
+    kind = draw(st.sampled_from([1, 1, 1, 2, 2, 2, 3, 4, 5, 6, 7, 8, 0])) if depth > 0 else 0
     before = " ".join(draw(st.lists(operations(), max_size=2)))
-    if kind == 1:
-        return f"{before} {draw(splits(depth))}"
-    if kind == 2:
-        return f"{before} {draw(comps(depth))}"
+    inner, then = bodies(depth - 1, rules), successors(rules)
+    if kind in {1, 2}:
+        after = f"{draw(operations())} {draw(then)}" if draw(st.booleans()) else ""
+        solid = draw(solids()) if draw(st.booleans()) else ""
+        return f"{before} {solid} {draw((splits if kind == 1 else comps)(depth, rules))} {after}"
     if kind == 3:
-        return f"[ {before} {draw(successors())} ] {draw(operations())} {draw(successors())}"
+        return f"{before} [ {draw(inner)} ] {draw(operations())} {draw(then)}"
     if kind == 4:
-        return f"{draw(st.integers(1, 60))}% : {draw(bodies(depth - 1))} else : {draw(bodies(depth - 1))}"
+        return f"{draw(st.integers(1, 60))}% : {draw(inner)} else : {draw(inner)}"
     if kind == 5:
-        return f"case {draw(CONDITIONS)} : {draw(bodies(depth - 1))} else : {draw(bodies(depth - 1))}"
+        first, second = f"case {draw(CONDITIONS)} : {draw(inner)}", f"case {draw(CONDITIONS)} : {draw(inner)}"
+        return f"{first} {second} else : {draw(bodies(0, rules))}"
+    if kind == 7:
+        return f"{before} {draw(then)} {draw(then)}"
+    if kind == 8:
+        return f"{before} {draw(st.sampled_from(['NIL', '[ NIL ]', 'Leaf NIL']))}"
     if kind == 6:
-        return f'{before} s(2, 3, 2) i("builtin:{draw(st.sampled_from(["cube", "cylinder"]))}") {draw(successors())}'
-    return f"{before} {draw(successors())}"
+        return f"{draw(solids())} {before} {draw(then)}"
+    return f"{before} {draw(then)}"
 
 
 @st.composite
 def rule_files(draw: st.DrawFn) -> str:
-    """A rule file whose rules only lead to later ones, but for a recursion that counts down."""
-    first, second, third = draw(bodies(3)), draw(bodies(2)), draw(bodies(1))
+    """A whole rule file, for an initial shape a few metres wide."""
     return "\n".join(
         [
             HEADER,
-            f"Lot --> {first}",
-            f"A --> {second.replace('A', 'C') if 'A' in second else second}",
+            f"Lot --> {draw(solids())} {draw(st.one_of(splits(3, 'AABC'), comps(3, 'AABC')))}",
+            f"A --> {draw(bodies(2, 'BBC'))}",
             f"B(n) --> case n < 1 : C else : t(0, 0.1, 0) s('0.9, '0.9, '0.9) B(n - 1) {draw(operations())}",
-            f"C --> {third.replace('A', 'Leaf').replace('C', 'Leaf').replace('B(2)', 'Leaf').replace('B(h)', 'Leaf')}",
+            f"B(n, m) --> {draw(st.integers(1, 60))}% : t(0, n, m) C B(m / 2) else : set(h, m) C",
+            f"C --> {draw(bodies(1, ''))}",
         ]
     )
+
+
+FOOTPRINTS: list[tuple[float, float] | np.ndarray] = [
+    (8.0, 6.0),
+    (8.0, 6.0),
+    np.array([[1.0, 0, 7], [6, 0, 8], [7, 0, 1]]),
+    np.array([[0.0, 0, 5], [4, 0, 5], [4, 0, 2], [9, 0, 2], [9, 0, 0], [0, 0, 0]]),
+    np.array([[2.0, 0, 6], [7, 0, 4], [5, 0, -1], [0, 0, 1]]),
+]
+"""Rectangles along the axes, a triangle, an L and a rectangle askew."""
