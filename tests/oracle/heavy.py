@@ -35,7 +35,7 @@ def roof_with(make: Callable[..., Meshes]) -> Callable[[Call], Shape]:
 
 
 def extrude(call: Call) -> Shape:
-    """A solid over one face is the oracle's own. Of several faces each one moves along its own normal, or all upwards."""
+    """A solid over one face is the oracle's own. Several faces move along their normals, or all upwards."""
     shape, height = call.shape, number(call.arguments[-1].value)
     if len(shape.mesh.faces) < 2 or height == 0.0:
         return OPERATIONS["extrude"](call)

@@ -1,7 +1,7 @@
 """Random rule files that say something: every one can be parsed and derived, and ends.
 
-Rules lead to later rules only, but for recursions that count down. Sizes are odd numbers, so that no two repeat counts of a
-split are equally good and no condition stands on the edge.
+Rules lead to later rules only, but for recursions that count down. Sizes are odd numbers, so that no two repeat counts
+of a split are equally good and no condition stands on the edge.
 """
 
 from __future__ import annotations
@@ -38,8 +38,10 @@ CONDITIONS = st.sampled_from(
     ]
 )
 SELECTORS = st.sampled_from(
-    ["front", "back", "side", "top", "bottom", "0", "split.index + 1", "vertical", "horizontal", "world.up", "all"]
-    + ["object.front", "world.south", "left", "border", "world.side"]
+    [
+        *("front", "back", "left", "side", "top", "bottom", "vertical", "horizontal", "border", "all"),
+        *("0", "split.index + 1", "world.up", "world.south", "world.side", "object.front"),
+    ]
 )
 
 

@@ -201,7 +201,7 @@ def test_a_negative_size_is_refused():
 
 @pytest.mark.parametrize("axes", [np.diag([1.0, 1.0, -1.0]), np.diag([2.0, 0.5, 1.0]), np.zeros((3, 3))])
 def test_axes_that_are_no_rotation_are_refused(axes):
-    with pytest.raises(DerivationError, match="model 0 .*rotation"):
+    with pytest.raises(DerivationError, match=r"model 0 .*rotation"):
         require_proper(scene_of([[(BOX, 0, (0, 0, 0), (1, 1, 1), axes)]]))
 
 

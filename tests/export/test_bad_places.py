@@ -1,0 +1,206 @@
+"""Places that cannot be written to, interrupted writing, and textures from elsewhere."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from grammarlab.errors import AssetError, DerivationError, UsageError
+from grammarlab.export import SaveOptions, files, gltf_document, save, save_each, textures
+from grammarlab.export.textures import find_texture
+from grammarlab.scene import Scene
+from tests.scene.buildings import BOX, STONE, house, materials, scene_of, street
+
+FORMATS = ("glb", "obj", "ply")
+
+
+def with_texture(name: str) -> Scene:
+    table = materials()
+    return scene_of([house()], replace(table, textures=(name, *table.textures[1:])))
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_a_file_in_the_way_of_a_folder_is_named(tmp_path, suffix):
+    (tmp_path / "taken").write_text("in the way")
+    with pytest.raises(UsageError, match=r"cannot write .*taken/model\..*choose a folder"):
+        save(street(), tmp_path / "taken" / f"model.{suffix}")
+    assert [path.name for path in tmp_path.iterdir()] == ["taken"]
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_a_folder_in_the_place_of_the_file_is_kept(tmp_path, suffix):
+    place = tmp_path / f"model.{suffix}"
+    place.mkdir()
+    with pytest.raises(UsageError, match="cannot write"):
+        save(street(), place)
+    assert place.is_dir()
+    assert not list(tmp_path.glob(".*"))
+
+
+@pytest.mark.parametrize("name", ["a\0b.glb", "x" * 300 + ".glb"])
+def test_names_that_no_file_can_have_are_refused(tmp_path, name):
+    with pytest.raises(UsageError, match="cannot write"):
+        save(street(), tmp_path / name)
+
+
+def test_an_empty_path_is_refused():
+    with pytest.raises(UsageError, match="cannot write"):
+        save(street(), "", "glb")
+
+
+def test_an_unknown_format_lists_the_choices(tmp_path):
+    with pytest.raises(UsageError, match="'fbx'; choose one of glb, obj, ply"):
+        save(street(), tmp_path / "model.fbx")
+
+
+@pytest.mark.parametrize(("options", "message"), [({"reuse": "all"}, "merged, nodes"), ({"columns": 0}, "at least 1")])
+def test_options_that_do_not_fit_are_refused(options, message):
+    with pytest.raises(UsageError, match=message):
+        SaveOptions(**options)
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("fault", [KeyboardInterrupt, OSError(28, "No space left on device")])
+def test_what_is_interrupted_leaves_the_earlier_file_and_nothing_else(tmp_path, monkeypatch, suffix, fault):
+    path = save(scene_of([house()]), tmp_path / f"model.{suffix}")
+    before = {entry.name: entry.read_bytes() for entry in tmp_path.iterdir()}
+
+    def interrupted(self: Path, target: Path) -> Path:
+        assert self.stat().st_size > 0
+        raise fault
+
+    monkeypatch.setattr(Path, "replace", interrupted)
+    with pytest.raises(KeyboardInterrupt if fault is KeyboardInterrupt else UsageError):
+        save(scene_of([house(20.0)]), path)
+    assert {entry.name: entry.read_bytes() for entry in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_an_interrupted_series_keeps_the_models_that_are_finished(tmp_path, suffix):
+    def stop(model: int) -> None:
+        if model == 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        save_each(street(), tmp_path / "cut", suffix, on_saved=stop)
+    save_each(street(), tmp_path / "whole", suffix)
+    finished = sorted(path.name for path in (tmp_path / "cut").iterdir())
+    assert [name for name in finished if name.endswith(suffix)] == [f"model_{index:05d}.{suffix}" for index in (0, 1)]
+    for name in finished:
+        assert (tmp_path / "cut" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+
+
+def test_an_obj_is_written_after_everything_that_it_refers_to(tmp_path, monkeypatch):
+    Image.new("RGB", (4, 4)).save(tmp_path / "wall.png")
+    order: list[str] = []
+    whole = Path.replace
+    monkeypatch.setattr(Path, "replace", lambda self, target: (order.append(target.suffix), whole(self, target))[1])
+    save(with_texture("wall.png"), tmp_path / "model.obj", options=SaveOptions(assets=tmp_path))
+    assert order == [".png", ".mtl", ".obj"]
+
+
+def test_the_folder_on_the_way_is_made(tmp_path):
+    files.write_whole(tmp_path / "a" / "b" / "c.bin", b"content")
+    assert (tmp_path / "a" / "b" / "c.bin").read_bytes() == b"content"
+
+
+@pytest.mark.parametrize("reuse", ["merged", "nodes", "instancing"])
+def test_a_file_longer_than_a_glb_can_be_is_refused(tmp_path, monkeypatch, reuse):
+    monkeypatch.setattr(gltf_document, "MOST_BYTES", 10_000)
+    with pytest.raises(UsageError, match="holds at most 10000; write fewer models"):
+        save(street(), tmp_path / "model.glb", options=SaveOptions(reuse=reuse))
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("reuse", ["merged", "nodes", "instancing"])
+@pytest.mark.parametrize("column", ["position", "size", "rotation"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_numbers_that_are_not_metres_never_reach_a_file(tmp_path, suffix, reuse, column, value):
+    scene = street()
+    values = getattr(scene, column).copy()
+    values[5].flat[0] = value
+    with pytest.raises(DerivationError, match=column):
+        save(replace(scene, **{column: values}), tmp_path / f"model.{suffix}", options=SaveOptions(reuse=reuse))
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("save_scene", [save, save_each])
+def test_mirrored_shapes_never_reach_a_file(tmp_path, save_scene):
+    mirrored = scene_of([[(BOX, STONE, (0, 0, 0), (1, 1, 1), np.diag([-1.0, 1.0, 1.0]))]])
+    with pytest.raises(DerivationError, match="right-handed"):
+        save_scene(mirrored, tmp_path / "model.glb")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture
+def assets(tmp_path) -> Path:
+    """An asset folder beside an image that is not part of it."""
+    folder = tmp_path / "assets"
+    (folder / "walls").mkdir(parents=True)
+    Image.new("RGB", (4, 4)).save(tmp_path / "secret.png")
+    Image.new("RGB", (4, 4)).save(folder / "walls" / "brick.png")
+    (folder / "link.png").symlink_to(tmp_path / "secret.png")
+    (folder / "folder_link").symlink_to(tmp_path)
+    return folder
+
+
+OUTSIDE = ["../secret.png", "walls/../../secret.png", "link.png", "folder_link/secret.png", "/etc/hostname"]
+
+
+@pytest.mark.parametrize("name", OUTSIDE)
+@pytest.mark.parametrize("suffix", ["glb", "obj"])
+@pytest.mark.parametrize("reuse", ["merged", "nodes", "instancing"])
+def test_textures_outside_the_asset_folder_are_refused(assets, tmp_path, name, suffix, reuse):
+    target = tmp_path / "out" / f"model.{suffix}"
+    with pytest.raises(AssetError, match="outside the asset folder"):
+        save(with_texture(name), target, options=SaveOptions(reuse=reuse, assets=assets))
+    assert not target.parent.exists()
+
+
+@pytest.mark.parametrize("name", ["a\0b.png", "x" * 300, "x/" * 5000])
+def test_names_of_textures_that_no_file_can_have_are_refused(assets, name):
+    with pytest.raises(AssetError):
+        find_texture(name, assets)
+
+
+@pytest.mark.parametrize("name", ["walls/brick.png", "./walls/../walls/brick.png"])
+def test_textures_inside_the_folder_are_found(assets, name):
+    texture = find_texture(name, assets)
+    assert texture is not None
+    assert texture.content == (assets / "walls" / "brick.png").read_bytes()
+    assert (texture.mime, texture.suffix) == ("image/png", ".png")
+
+
+@pytest.mark.parametrize(
+    ("name", "folder"), [("", True), ("missing.png", True), ("walls", True), ("walls/brick.png", False)]
+)
+def test_textures_that_are_not_there_are_left_out(assets, name, folder):
+    assert find_texture(name, assets if folder else None) is None
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg"])
+def test_broken_images_are_refused(assets, suffix):
+    whole = assets / f"whole{suffix}"
+    Image.effect_noise((64, 64), 50).save(whole)
+    (assets / f"cut{suffix}").write_bytes(whole.read_bytes()[: 12 if suffix == ".jpg" else 400])
+    assert find_texture(whole.name, assets) is not None
+    with pytest.raises(AssetError, match="broken image"):
+        find_texture(f"cut{suffix}", assets)
+
+
+def test_files_that_are_no_images_are_refused(assets):
+    (assets / "text.png").write_text("no image")
+    with pytest.raises(AssetError, match="neither a PNG nor a JPEG"):
+        find_texture("text.png", assets)
+
+
+@pytest.mark.parametrize(("limit", "message"), [("MOST_BYTES", "MiB"), ("MOST_PIXELS", "4 x 4 pixels")])
+def test_images_that_are_too_large_are_refused(assets, monkeypatch, limit, message):
+    monkeypatch.setattr(textures, limit, 10)
+    with pytest.raises(AssetError, match=message):
+        find_texture("walls/brick.png", assets)
