@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -26,6 +26,17 @@ class Instancing(StrEnum):
     none = "none"
     nodes = "nodes"
     gpu = "gpu"
+
+
+class Renderer(StrEnum):
+    auto = "auto"
+    cast = "cast"
+    gl = "gl"
+
+
+class Scale(StrEnum):
+    same = "same"
+    each = "each"
 
 
 def complete_grammar(incomplete: str) -> list[str]:
@@ -63,6 +74,17 @@ def sample(
     columns: Annotated[
         int, typer.Option("--columns", help="Models side by side on the sheet; 0 for about a square.", min=0)
     ] = 0,
+    scale: Annotated[
+        Scale,
+        typer.Option("--scale", help="Models on the sheet: all to the same scale, or each fills its picture."),
+    ] = Scale.each,
+    renderer: Annotated[
+        Renderer,
+        typer.Option(
+            "--renderer",
+            help="cast: rays, the same picture everywhere; gl: OpenGL; auto: OpenGL where it works.",
+        ),
+    ] = Renderer.cast,
     manifest: Annotated[
         Path | None, typer.Option("--manifest", help="Repeat the run of this manifest instead, and compare.")
     ] = None,
@@ -83,6 +105,8 @@ def sample(
         if manifest is not None:
             _refuse_with_manifest(context)
             earlier = read_manifest(manifest, assets)
+            if _is_given(context, "renderer"):
+                earlier = replace(earlier, request=replace(earlier.request, renderer=renderer.value))
             with progress() as on_progress:
                 result, different = repeat_run(earlier, folder, jobs=jobs, resume=resume, on_progress=on_progress)
             _tell(result, as_json, different)
@@ -103,6 +127,8 @@ def sample(
             instancing=instancing.value,
             image=not no_image,
             columns=columns,
+            scale=scale.value,
+            renderer=renderer.value,
         )
         with progress() as on_progress:
             result = sample_run(request, folder, jobs=jobs, resume=resume, on_progress=on_progress)
@@ -110,12 +136,17 @@ def sample(
 
 
 def _refuse_with_manifest(context: typer.Context) -> None:
-    """A manifest says everything about a run but where to put it."""
-    free = {"folder", "assets", "manifest", "jobs", "resume", "as_json"}
+    """A manifest says everything about a run but where to put it; a machine may lack what drew its picture."""
+    free = {"folder", "assets", "renderer", "manifest", "jobs", "resume", "as_json"}
     for name in context.params:
-        source = context.get_parameter_source(name)
-        if name not in free and source is not None and source.name == "COMMANDLINE":
+        if name not in free and _is_given(context, name):
             raise UsageError(f"--manifest repeats a run as it was: leave out {name.replace('_', ' ')}.")
+
+
+def _is_given(context: typer.Context, name: str) -> bool:
+    """Whether an option stands on the command line."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"
 
 
 def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = None) -> None:

@@ -13,6 +13,10 @@ from grammarlab.errors import UsageError
 Floats = NDArray[np.floating]
 
 
+NEAREST = 0.02
+"""How far in front of a model the eye stays, in radii of it: one that is thin as seen could come too close."""
+
+
 @dataclass(frozen=True, slots=True)
 class View:
     """From which side to look at a model; the default is a three-quarter view from the front right."""
@@ -51,22 +55,29 @@ class Camera:
     parallel: bool
 
     def rays(self, x: Floats, y: Floats, aspect: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Origins and unit directions [N, 3] of the rays through points of the picture.
+        """Origins and unit directions [H * W, 3] of the rays through a grid of points of the picture, row by row.
 
         Args:
-            x: [N] from -1 at the left to 1 at the right border.
-            y: [N] from -1 at the bottom to 1 at the top.
+            x: [W] from -1 at the left to 1 at the right border.
+            y: [H] from -1 at the bottom to 1 at the top.
             aspect: width over height of the picture.
         """
-        right, up, back = self.axes
-        plane = np.outer(x * (self.half_height * aspect), right) + np.outer(y * self.half_height, up)
+        right, up, back = self.axes.astype(np.float32)
+        across = (x * (self.half_height * aspect)).astype(np.float32)[None, :, None] * right
+        plane = across + (y * self.half_height).astype(np.float32)[:, None, None] * up
+        position = self.position.astype(np.float32)
         if self.parallel:
-            origins, directions = self.position + plane, np.broadcast_to(-back, plane.shape)
+            origins, directions = plane + position, np.broadcast_to(-back, plane.shape)
         else:
             directions = plane - back
-            directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-            origins = np.broadcast_to(self.position, plane.shape)
-        return origins.astype(np.float32), directions.astype(np.float32)
+            directions /= np.sqrt(np.einsum("hwi,hwi->hw", directions, directions))[..., None]
+            origins = np.broadcast_to(position, plane.shape)
+        return origins.reshape(-1, 3), directions.reshape(-1, 3)
+
+    def seen_from(self, origin: Floats, unit: float) -> Camera:
+        """The same camera in coordinates about another origin [3], in another unit of so many metres."""
+        half_height = self.half_height / unit if self.parallel else self.half_height
+        return replace(self, position=(self.position - origin) / unit, half_height=half_height)
 
 
 def frame(points: NDArray[np.floating], aspect: float, view: View) -> Camera:
@@ -92,8 +103,15 @@ def frame(points: NDArray[np.floating], aspect: float, view: View) -> Camera:
     tangent = math.tan(math.radians(view.field_of_view) / 2)
     shift_x, distance_x = _between_planes(seen[:, 0], seen[:, 2], tangent * aspect * inside)
     shift_y, distance_y = _between_planes(seen[:, 1], seen[:, 2], tangent * inside)
-    eye = np.array([shift_x, shift_y, max(distance_x, distance_y, 1e-3 * radius)])
+    nearest = float(seen[:, 2].max()) + NEAREST * radius
+    eye = np.array([shift_x, shift_y, max(distance_x, distance_y, nearest)])
     return Camera(centre + eye @ axes, axes, tangent, parallel=False)
+
+
+def seen_aspect(points: NDArray[np.floating], view: View) -> float:
+    """Width over height of points [P, 3] as a parallel camera sees them, 0.01 to 100."""
+    width, height = np.ptp(points.astype(np.float64) @ _axes(view)[:2].T, axis=0)
+    return float(np.clip(width / height, 0.01, 100.0)) if height > 0 and width > 0 else 1.0
 
 
 def frame_alike(models: list[NDArray[np.floating]], aspect: float, view: View) -> list[Camera]:

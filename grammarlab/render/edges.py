@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 Floats = NDArray[np.floating]
 Flags = NDArray[np.bool_]
 
-NOTHING, GROUND, MODEL = 0, 1, 2
-"""What a sample shows."""
 CREASE_COSINE = 0.82
 """Normals that turn by more (35 degrees) meet in a crease."""
 JUMP = 4.0
@@ -39,11 +37,11 @@ class Breaks:
         return ~(self.silhouette | self.jump | self.crease)
 
 
-def find_breaks(shows: NDArray[np.int8], points: Floats, normals: Floats, spacing: float) -> tuple[Breaks, Breaks]:
+def find_breaks(shows: Flags, points: Floats, normals: Floats, spacing: float) -> tuple[Breaks, Breaks]:
     """Breaks along the rows and along the columns.
 
     Args:
-        shows: [H, W] `NOTHING`, `GROUND` or `MODEL`.
+        shows: [H, W] whether a sample shows the model.
         points: [H, W, 3] points of the surfaces.
         normals: [H, W, 3] unit vectors.
         spacing: distance between the points of neighbouring samples on a surface that faces the eye.
@@ -51,17 +49,17 @@ def find_breaks(shows: NDArray[np.int8], points: Floats, normals: Floats, spacin
     return _breaks(0, shows, points, normals, spacing), _breaks(1, shows, points, normals, spacing)
 
 
-def _breaks(axis: int, shows: NDArray[np.int8], points: Floats, normals: Floats, spacing: float) -> Breaks:
+def _breaks(axis: int, shows: Flags, points: Floats, normals: Floats, spacing: float) -> Breaks:
     here, there = _neighbours(axis)
     step = points[there] - points[here]
     off_plane = np.minimum(np.abs(_dot(step, normals[here])), np.abs(_dot(step, normals[there])))
-    both = (shows[here] == MODEL) & (shows[there] == MODEL)
+    both = shows[here] & shows[there]
     jump = both & (off_plane > JUMP * spacing)
     crease = both & ~jump & (_dot(normals[here], normals[there]) < CREASE_COSINE)
     return Breaks(axis, shows[here] != shows[there], jump, crease)
 
 
-def edge_strength(shows: NDArray[np.int8], breaks: tuple[Breaks, Breaks]) -> Floats:
+def edge_strength(shows: Flags, breaks: tuple[Breaks, Breaks]) -> Floats:
     """[H, W] how strongly each sample of the model is an edge, 0..1."""
     strength = np.zeros(shows.shape, np.float32)
     for found in breaks:
@@ -69,7 +67,7 @@ def edge_strength(shows: NDArray[np.int8], breaks: tuple[Breaks, Breaks]) -> Flo
         drawn = np.where(found.silhouette, SILHOUETTE_STRENGTH, drawn)
         for side in _neighbours(found.axis):
             np.maximum(strength[side], drawn, out=strength[side])
-    strength[shows != MODEL] = 0
+    strength[~shows] = 0
     return strength
 
 

@@ -22,6 +22,8 @@ OPENNESS_REACH = 0.45
 """How far away something dims the sky, in model units."""
 DIELECTRIC = np.float32(0.04)
 """What a non-metal mirrors when looked at straight."""
+MOST_GLARE = np.float32(1.2)
+"""How bright the mirrored sun gets, in suns: a flat piece of steel keeps some of its colour."""
 POLISHED = np.float32(0.26)
 """The same for a very smooth one: more than one surface of glass does, as panes are double and skies bright."""
 
@@ -42,11 +44,20 @@ def sun_visibility(blockers: Tracer, points: Floats, normals: Floats, sun: Float
     spot = spot[lit]
     angle = spot * np.float32(36.0 * GOLDEN_ANGLE)
     distance = np.float32(look.sun_softness) * np.sqrt(spot)
-    one, other = _across(sun)
-    directions = sun + (distance * np.cos(angle))[:, None] * one + (distance * np.sin(angle))[:, None] * other
-    directions = directions.astype(np.float32)
+    directions = _beside(sun, distance * np.cos(angle), distance * np.sin(angle))
     visible[lit] = ~blockers.is_blocked(points[lit] + LIFT * normals[lit], directions)
     return visible
+
+
+def sun_spread(sun: Floats, look: Look) -> Floats:
+    """[4, 3] directions whose convex hull holds every spot of the sun's disc.
+
+    Args:
+        sun: [3] direction of the middle of the sun.
+        look: how large the sun is.
+    """
+    side = np.float32(look.sun_softness)
+    return _beside(sun, side * np.array([-1, -1, 1, 1], np.float32), side * np.array([-1, 1, -1, 1], np.float32))
 
 
 def openness(blockers: Tracer, points: Floats, normals: Floats, sample: NDArray[np.integer], num_rays: int) -> Floats:
@@ -145,14 +156,14 @@ def _mirrored(
     closeness = np.clip(along @ sun, 0.0, 1.0)
     half_cosine = (1.0 + closeness) * 0.5
     spread = half_cosine * (alpha * alpha - 1.0) + 1.0
-    highlight = np.minimum(alpha * alpha / (4.0 * spread * spread * alpha), 6.0) * shadow
+    highlight = np.minimum(alpha * alpha / (4.0 * spread * spread * alpha), MOST_GLARE) * shadow
     return image + highlight[:, None] * np.array(look.sun, np.float32)
 
 
-def _across(direction: Floats) -> tuple[Floats, Floats]:
-    """Two unit vectors [3] that make a right-handed frame with a direction [3]."""
-    tangent, other = _frames(direction[None])
-    return tangent[0], other[0]
+def _beside(direction: Floats, along: Floats, across: Floats) -> Floats:
+    """[N, 3] directions beside one [3], by distances [N] along two axes at right angles to it."""
+    (tangent,), (other,) = _frames(direction[None])
+    return (direction + along[:, None] * tangent + across[:, None] * other).astype(np.float32)
 
 
 def _frames(normals: Floats) -> tuple[Floats, Floats]:

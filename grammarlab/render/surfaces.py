@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.errors import UsageError
 from grammarlab.render.rays import Hits, Tracer
 from grammarlab.scene import TriangleBatch
 from grammarlab.scene.color import linear_from_srgb
@@ -21,8 +22,10 @@ SEE_THROUGH = 0.99
 class Model:
     """T triangles, moved and scaled to fit a unit sphere about the origin."""
 
-    corners: Floats
-    """[T, 3, 3]."""
+    vertices: Floats
+    """[V, 3]."""
+    flat_normals: Floats
+    """[T, 3] unit normals of the triangles."""
     corner_normals: Floats
     """[T, 3, 3]."""
     material: NDArray[np.int32]
@@ -41,12 +44,14 @@ class Model:
     """[3] world position of the model's centre."""
     radius: float
     """World metres of the unit."""
-    ground: float
-    """Height of the ground in model units."""
+    low: Floats
+    """[3] smallest coordinates in model units."""
+    high: Floats
+    """[3] largest ones."""
     tracer: Tracer
-    """All triangles."""
+    """All triangles, or none when rays are not used."""
     blockers: Tracer
-    """The opaque ones."""
+    """The opaque ones of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,18 +68,27 @@ class Surfaces:
     """[N]."""
 
 
-def prepare(batch: TriangleBatch) -> Model:
-    """A batch of one model, ready for rays."""
+def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> Model:
+    """A batch of one model with at least one triangle, ready for shading, and for rays if wanted.
+
+    Raises:
+        UsageError: a vertex is not finite.
+    """
+    if not np.isfinite(batch.vertices).all():
+        raise UsageError("a model cannot be drawn: expected finite vertices, found some that are not.")
     low, high = batch.vertices.min(axis=0).astype(np.float64), batch.vertices.max(axis=0).astype(np.float64)
     origin, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2 or 1.0
     vertices = ((batch.vertices - origin) / radius).astype(np.float32)
     material = batch.material_of_triangle()
     table = batch.materials
     opacity = np.clip(table.opacity, 0.0, 1.0).astype(np.float32)
-    tracer = Tracer(vertices, batch.triangles)
+    triangles = batch.triangles if for_rays else batch.triangles[:0]
+    tracer = Tracer(vertices, triangles)
     opaque = opacity[material] >= SEE_THROUGH
+    corners = vertices[batch.triangles]
     return Model(
-        vertices[batch.triangles],
+        vertices,
+        unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])),
         batch.normals[batch.triangles],
         material,
         linear_from_srgb(table.color).astype(np.float32),
@@ -84,20 +98,20 @@ def prepare(batch: TriangleBatch) -> Model:
         linear_from_srgb(table.emissive).astype(np.float32),
         origin,
         radius,
-        float((low[1] - origin[1]) / radius),
+        (low - origin) / radius,
+        (high - origin) / radius,
         tracer,
-        tracer if opaque.all() else Tracer(vertices, batch.triangles[opaque]),
+        tracer if opaque.all() or not for_rays else Tracer(vertices, triangles[opaque]),
     )
 
 
 def surfaces(model: Model, origins: Floats, directions: Floats, hits: Hits) -> Surfaces:
     """The surfaces at hits that all met a triangle, for rays [N, 3]."""
-    corners = model.corners[hits.triangle]
-    flat = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-    flat *= _side(flat, directions)
+    flat = model.flat_normals[hits.triangle]
+    flat *= side_of_viewer(flat, directions)
     normals = model.corner_normals[hits.triangle]
     u, v = hits.u[:, None], hits.v[:, None]
-    normal = _unit((1 - u - v) * normals[:, 0] + u * normals[:, 1] + v * normals[:, 2])
+    normal = unit((1 - u - v) * normals[:, 0] + u * normals[:, 1] + v * normals[:, 2])
     # A shading normal belongs to the same side as its triangle, seen from the back or the front.
     normal *= np.where(dot(normal, flat) < 0, np.float32(-1), np.float32(1))[:, None]
     return Surfaces(origins + hits.distance[:, None] * directions, normal, flat, model.material[hits.triangle])
@@ -108,10 +122,11 @@ def dot(a: Floats, b: Floats) -> Floats:
     return np.einsum("ij,ij->i", a, b)
 
 
-def _side(normals: Floats, directions: Floats) -> Floats:
+def side_of_viewer(normals: Floats, directions: Floats) -> Floats:
     """[N, 1] -1 where a normal points away from the viewer."""
     return np.where(dot(normals, directions) > 0, np.float32(-1), np.float32(1))[:, None]
 
 
-def _unit(vectors: Floats) -> Floats:
+def unit(vectors: Floats) -> Floats:
+    """[N, 3] the directions of vectors [N, 3]."""
     return vectors / np.maximum(np.sqrt(dot(vectors, vectors)), np.float32(1e-20))[:, None]

@@ -13,6 +13,7 @@ from typing import Any
 
 from grammarlab import __version__
 from grammarlab.errors import AssetError
+from grammarlab.render.choice import Choice
 from grammarlab.runs.atomic import write_text
 from grammarlab.runs.examples import examples_folder
 from grammarlab.runs.records import ModelRecord
@@ -22,6 +23,7 @@ MANIFEST = "manifest.json"
 FORMAT = 1
 MAX_FILE_BYTES = 1 << 30
 _LIBRARIES = ("numpy", "scipy", "shapely", "trimesh", "embreex", "mapbox_earcut", "pillow", "pyarrow", "lark")
+_GL_LIBRARIES = ("pyrender-maintained", "PyOpenGL")
 _SHIPPED = "shipped"
 
 
@@ -39,13 +41,18 @@ class Manifest:
 
 
 def write_manifest(
-    folder: Path, request: SampleRequest, models: Sequence[ModelRecord] = (), files: Mapping[str, str] | None = None
+    folder: Path,
+    request: SampleRequest,
+    choice: Choice,
+    models: Sequence[ModelRecord] = (),
+    files: Mapping[str, str] | None = None,
 ) -> Path:
     """Write the manifest of a run, complete when it says which files it made.
 
     Args:
         folder: the run's folder.
         request: what was asked.
+        choice: what draws the sheet.
         models: the finished models, by index.
         files: hashes of all files; None while the run is going on.
     """
@@ -55,7 +62,7 @@ def write_manifest(
         "grammar": {"name": request.name, "sha256": request.text_hash, "text": request.text},
         "request": request.as_json(),
         "assets": _describe_assets(request.assets, folder),
-        "versions": current_versions(),
+        "versions": current_versions() | _drawing_versions(choice),
         "models": [asdict(model) for model in models],
         "files": dict(sorted((files or {}).items())),
     }
@@ -110,6 +117,11 @@ def current_versions() -> dict[str, str]:
         "system": f"{platform.system()} {platform.machine()}",
         **libraries,
     }
+
+
+def _drawing_versions(choice: Choice) -> dict[str, str]:
+    """What else a picture depends on when OpenGL draws it."""
+    return {name: version(name) for name in _GL_LIBRARIES} | {"opengl": choice.driver} if choice.name == "gl" else {}
 
 
 def _describe_assets(assets: Path, folder: Path) -> str:

@@ -12,12 +12,13 @@ from typing import Any, Literal, Self, TypeAlias, get_args
 import numpy as np
 
 from grammarlab.errors import AssetError, UsageError
+from grammarlab.render.choice import RendererName
 from grammarlab.runs.examples import find_rules
 from grammarlab.runs.footprints import Footprint, read_footprints
 
 FileFormat = Literal["glb", "obj", "ply"]
 Instancing = Literal["none", "nodes", "gpu"]
-RendererName = Literal["cast"]
+Scale = Literal["same", "each"]
 AttributeValue: TypeAlias = float | bool | str
 
 MAX_MODELS = 10_000_000
@@ -55,7 +56,10 @@ class SampleRequest:
     columns: int = 0
     """Models side by side on the sheet; 0 for about a square."""
     renderer: RendererName = "cast"
-    """What draws the sheet: ``cast`` sends rays, and draws the same picture on every machine."""
+    """What draws the sheet: ``cast`` sends rays, and draws the same picture on every machine; ``gl`` uses OpenGL;
+    ``auto`` uses OpenGL where it works. The manifest records which of both drew."""
+    scale: Scale = "each"
+    """Whether the models on the sheet are all to one scale, or ``each`` fills its picture."""
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"[\w .,+@-]{1,100}", self.name) or self.name.startswith("."):
@@ -65,6 +69,7 @@ class SampleRequest:
         _check_range("number of columns", self.columns, 0, 1000)
         _check_choice("format", self.file_format, get_args(FileFormat))
         _check_choice("instancing", self.instancing, get_args(Instancing))
+        _check_choice("scale", self.scale, get_args(Scale))
         _check_choice("renderer", self.renderer, get_args(RendererName))
         if self.instancing != "none" and self.file_format != "glb":
             raise UsageError(f"instancing {self.instancing!r} needs format 'glb', found {self.file_format!r}.")
@@ -111,6 +116,7 @@ class SampleRequest:
             "image": self.image,
             "columns": self.columns,
             "renderer": self.renderer,
+            "scale": self.scale,
         }
 
     @classmethod

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from grammarlab.errors import UsageError
+from grammarlab.render.choice import Choice, choose
 from grammarlab.runs.atomic import file_hash
 from grammarlab.runs.batches import cut_batches
 from grammarlab.runs.clearing import clear_run
@@ -65,8 +66,11 @@ def sample_run(
     """
     folder = Path(folder)
     compiled(request.text, request.name)  # errors in the rules come before anything is written
+    choice = choose(request.renderer) if request.image else Choice("cast")
+    if request.image:
+        request = replace(request, renderer=choice.name)
     _prepare(folder, request, resume)
-    write_manifest(folder, request)
+    write_manifest(folder, request, choice)
     records, unchanged = _run_batches(request, folder, jobs, on_progress)
     models = tuple(model for record in records for model in record.models)
     hashes = {file: digest for record in records for file, digest in record.hashes.items()}
@@ -80,10 +84,10 @@ def sample_run(
     if sheet is not None:
         on_progress("picture", 0, 1)
         if not (unchanged and sheet.is_file()):
-            draw_sheet(request, folder, batches, jobs)
+            draw_sheet(request, folder, batches, jobs, choice)
         hashes[sheet.name] = file_hash(sheet)
         on_progress("picture", 1, 1)
-    manifest = write_manifest(folder, request, models, hashes)
+    manifest = write_manifest(folder, request, choice, models, hashes)
     return RunResult(request, folder, models, sheet, manifest)
 
 

@@ -128,3 +128,27 @@ def test_an_unwritable_folder_is_an_error(run, tmp_path):
 
 def test_completion_offers_shipped_grammars():
     assert sample_module.complete_grammar("sky") == ["skyscraper"]
+
+
+def test_the_picture_of_a_manifest_can_be_drawn_by_another_renderer(run, rules, tmp_path):
+    run("sample", rules(TOWER), "-n", "1", "--scale", "same", "-o", tmp_path / "a")
+    path = tmp_path / "a" / "manifest.json"
+    values = json.loads(path.read_text())
+    values["request"]["renderer"] = "gl"
+    path.write_text(json.dumps(values))
+    result = run("sample", "--manifest", path, "--renderer", "cast", "-o", tmp_path / "b")
+    assert "equal to those of the manifest" in result.stderr
+    assert json.loads((tmp_path / "b" / "manifest.json").read_text())["request"]["renderer"] == "cast"
+
+
+def test_opengl_that_does_not_work_is_an_error_that_says_what_to_do(run, rules, tmp_path, monkeypatch):
+    monkeypatch.setattr("grammarlab.render.choice.PLATFORMS", ("nonsense",))
+    result = run("sample", rules(TOWER), "-n", "1", "--renderer", "gl", "-o", tmp_path / "out", code=2)
+    assert "OpenGL does not work here" in result.stderr
+    assert "'cast'" in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("option", ["--renderer", "--scale"])
+def test_unknown_ways_to_draw_are_refused_with_the_choices(run, option):
+    assert "'vulkan' is not one of" in run("sample", "toy", option, "vulkan", code=2).stderr

@@ -235,7 +235,8 @@ def test_errors_in_the_rules_come_before_anything_is_written(tmp_path):
         ({"file_format": "obj", "instancing": "gpu"}, "needs format 'glb'"),
         ({"name": "../escape"}, "cannot name files"),
         ({"name": ".."}, "cannot name files"),
-        ({"renderer": "vulkan"}, "expected one of cast"),
+        ({"renderer": "vulkan"}, "expected one of auto, cast, gl"),
+        ({"scale": "none"}, "expected one of same, each"),
     ],
 )
 def test_requests_that_make_no_sense_are_refused(tmp_path, options, message):

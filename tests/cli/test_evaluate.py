@@ -1,0 +1,174 @@
+"""``grammarlab evaluate``."""
+
+import json
+
+import pyarrow.parquet as pq
+import pytest
+
+from grammarlab.runs import evaluate_grids
+from grammarlab.runs.evaluate_store import STORE
+
+SCENARIO = """
+name = "tiny"
+title = "Boxes rather than cylinders"
+grammar = "small.cga"
+num_models = 200
+
+[[preference]]
+score = 100
+when = "{Block:0} == 2"
+
+[[preference]]
+score = 40
+when = "{Block:0} == 1"
+
+[paper]
+original = 0.2
+"""
+RULES = """
+Lot --> extrude(6) split(y) { ~1 : Block | ~1 : Block }
+Block --> 40% : i("builtin:cube") Paint  else : i("builtin:cylinder") Paint
+Paint --> 50% : color("#bb8866") Brick.  else : color("#8899aa") Glass.
+"""
+FIGURES = """
+[[figures]]
+name = "mine"
+title = "Grids"
+scenario = "tiny"
+max_labels = 24
+curves = [{ label = "2x2", method = "kde", batch = 8 }, { label = "4x4", method = "kde", batch = 16 }]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with one scenario, its grammar and an experiment."""
+    scenarios = tmp_path / "scenarios"
+    (scenarios / "figures").mkdir(parents=True)
+    (scenarios / "tiny.toml").write_text(SCENARIO)
+    (scenarios / "small.cga").write_text(RULES)
+    (scenarios / "figures" / "mine.toml").write_text(FIGURES)
+    return scenarios
+
+
+@pytest.fixture
+def evaluate(run, folder, tmp_path):
+    """Runs the command on the folder's scenario with few labels; further arguments are its options."""
+
+    def call(*options, scenario="tiny.toml", code=0):
+        few = ["--seeds", "2", "--max-labels", "32", "--methods", "kde", "--workers", "1"]
+        path = folder / scenario if scenario else folder
+        return run("evaluate", path, *few, "-o", tmp_path / "out", *options, code=code)
+
+    return call
+
+
+def test_json_is_one_object_about_the_scenario(evaluate):
+    values = json.loads(evaluate("--json").stdout)
+    assert values["scenario"] == "tiny"
+    assert 0.05 < values["js_original"] < 0.4
+    assert [(curve["method"], curve["seed"]) for curve in values["curves"]] == [("kde", 0), ("kde", 1)]
+    for curve in values["curves"]:
+        assert [labels for labels, _ in curve["curve"]] == [32]
+        assert all(0 <= js <= 0.7 for _, js in curve["curve"])
+        close = [labels for labels, js in curve["curve"] if js <= 0.01]
+        assert curve["labels_to_0.01"] == (close[0] if close else None)
+
+
+def test_the_same_command_says_the_same_with_any_number_of_workers(evaluate, tmp_path):
+    one = evaluate("--json", "--batch", "8", "-o", tmp_path / "one").stdout
+    two = evaluate("--json", "--batch", "8", "-o", tmp_path / "two", "--workers", "2").stdout
+    assert one == two
+    assert [labels for labels, _ in json.loads(one)["curves"][0]["curve"]] == [8, 16, 24, 32]
+
+
+def test_a_run_leaves_tables_and_pictures_and_a_report_elsewhere(evaluate, tmp_path, monkeypatch):
+    monkeypatch.setattr(evaluate_grids, "SIZES", (1, 2))
+    result = evaluate("--figures", "all", "--grids", "--report", tmp_path / "docs" / "results.md", scenario="")
+    assert result.stdout == ""
+    assert "tiny kde: JS" in result.stderr
+    out = tmp_path / "out"
+    plots = {path.name for path in (out / "plots").iterdir()}
+    assert plots == {"tiny.png", "tiny.svg", "figure-mine.png", "figure-mine.svg"}
+    grids = {path.name for path in (out / "grids").iterdir()}
+    assert grids == {f"tiny-{stage}-{size}.png" for stage in ("before", "after") for size in ("1x1", "2x2")}
+    rows = pq.read_table(out / "results.parquet").to_pylist()
+    assert {row["method"] for row in rows} == {"kde", "2x2", "4x4"}
+    page = (tmp_path / "docs" / "results.md").read_text(encoding="utf-8")
+    assert "| tiny | Boxes rather than cylinders |" in page
+    for picture in ("tiny.png", "figure-mine.png", "tiny-after-2x2.png"):
+        assert f"](results/{picture})" in page
+        assert (tmp_path / "docs" / "results" / picture).read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_second_run_goes_on_from_the_first_unless_it_is_to_begin_anew(evaluate, tmp_path):
+    first = evaluate("--json").stdout
+    store = tmp_path / "out" / STORE
+    lines = store.read_bytes().splitlines()
+    assert evaluate("--json").stdout == first
+    assert store.read_bytes().splitlines() == lines
+    store.write_bytes(lines[0] + b"\n" + lines[1][:40])
+    assert evaluate("--json").stdout == first
+    assert store.read_bytes().splitlines() == lines
+    store.write_bytes(b"not ours\n")
+    assert "--fresh" in evaluate("--json", code=1).stderr
+    assert evaluate("--json", "--fresh").stdout == first
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "message"),
+    [
+        (["--methods", "defualt"], 2, "Did you mean 'default'?"),
+        (["--methods", "kde,kde"], 2, "given twice"),
+        (["--methods", ","], 2, "which methods"),
+        (["--seeds", "0"], 2, "--seeds"),
+        (["--seeds", "three"], 2, "--seeds"),
+        (["--max-labels", "0"], 2, "--max-labels"),
+        (["--batch", "5000"], 2, "batch is a number from 1 to 1024"),
+        (["--figures", "4.7a"], 2, "no figure is called"),
+    ],
+)
+def test_bad_options_end_in_one_message(evaluate, options, code, message):
+    assert message in evaluate(*options, code=code).stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("nothing.toml", "no scenario file"), ("small.cga", "small.cga"), ("figures/mine.toml", "mine.toml")],
+)
+def test_what_is_no_scenario_is_refused(evaluate, name, message):
+    assert message in evaluate(scenario=name, code=2).stderr
+
+
+def test_without_methods_each_scenario_has_its_own(evaluate, folder):
+    (folder / "tiny.toml").write_text('methods = ["kde", "nothing"]' + SCENARIO)
+    assert "no method is called 'nothing'" in evaluate("--methods", "", code=2).stderr
+    (folder / "tiny.toml").write_text('methods = ["kde"]' + SCENARIO)
+    values = json.loads(evaluate("--methods", "", "--json").stdout)
+    assert {curve["method"] for curve in values["curves"]} == {"kde"}
+
+
+def test_two_scenarios_of_one_name_are_refused(evaluate, folder):
+    (folder / "other.toml").write_text(SCENARIO)
+    assert "both called 'tiny'" in evaluate(scenario="", code=2).stderr
+
+
+def test_a_folder_of_scenarios_is_one_object_too(evaluate, folder):
+    (folder / "other.toml").write_text(SCENARIO.replace('"tiny"', '"other"'))
+    values = json.loads(evaluate("--json", scenario="").stdout)
+    assert [item["scenario"] for item in values["scenarios"]] == ["other", "tiny"]
+
+
+def test_a_preference_that_nothing_meets_is_refused_with_advice(evaluate, folder):
+    (folder / "tiny.toml").write_text(SCENARIO.replace("== 2", "== 7").replace("== 1", "== 8"))
+    assert "Raise num_models" in evaluate(code=2).stderr
+
+
+def test_a_missing_grammar_is_an_error_about_the_grammar(evaluate, folder):
+    (folder / "small.cga").unlink()
+    assert "small.cga" in evaluate(code=2).stderr
+
+
+def test_an_unwritable_folder_is_an_error(evaluate, tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    assert str(tmp_path / "file") in evaluate("-o", tmp_path / "file" / "out", code=1).stderr
