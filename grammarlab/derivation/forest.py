@@ -8,6 +8,7 @@ log-density.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,28 @@ class RuleName:
     """Which branch at each level of the tree, from the top; empty when the rule has no choice."""
     line: int
     """Where the branch stands in the rule file, from 1."""
+
+
+SiteKind: TypeAlias = Literal["choice", "uniform", "bernoulli", "file", "item"]
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """One random expression of a grammar."""
+
+    name: str
+    """What people call it: ``height`` where the draw is the value of that attribute, so that ``$height`` in an
+    expression means what it says; else the rule, function or attribute it stands in, numbered in the order of the text
+    where that has several: ``Wall``, ``Wall#2``. An attribute drawn from one of several ranges
+    (``25%: rand(1, 2) else: rand(2, 5)``) has one name for all of them; every other name stands for one site."""
+    kind: SiteKind
+    """``N%`` lists, ``rand``, ``p``, ``fileRandom`` and ``listRandom``."""
+    definition: str
+    """The rule, function or attribute it stands in."""
+    line: int
+    """Where it stands in the rule file, from 1."""
+    choices: int
+    """How many branches a choice has; 0 for the other kinds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,8 +132,8 @@ class Forest:
     num_models: int
     symbols: tuple[str, ...]
     rules: tuple[RuleName, ...]
-    sites: tuple[str, ...]
-    """What each random expression is, readable: ``Mass: 3 choices (line 12)``."""
+    sites: tuple[Site, ...]
+    """The random expressions of the grammar, in the order of the text."""
     nodes: Nodes
     leaves: Leaves
     draws: Draws

@@ -16,8 +16,9 @@ count within the folder, and model i has the address (seed, first_model + i).
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import fields
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple, fields
 from pathlib import Path
 from typing import Any
 
@@ -27,14 +28,14 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from grammarlab.arrays import offsets_from_counts
-from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName
+from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site, SiteKind
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.errors import AssetError
 from grammarlab.geometry.mesh import Meshes
 from grammarlab.runs.atomic import atomic_folder
 
-FORMAT = 1
-"""Version of the layout above."""
+FORMAT = 2
+"""Version of the layout above. In version 1 a site was a line of text."""
 
 HEADER = "forest.json"
 FILES = (
@@ -48,6 +49,7 @@ FILES = (
     HEADER,
 )
 Array = NDArray[Any]
+_FIRST_KINDS: dict[str, SiteKind] = {"choice": "choice", "rand": "uniform", "p": "bernoulli", "fileRandom": "file"}
 
 
 def save_forest(forest: Forest, folder: Path | str) -> None:
@@ -59,7 +61,7 @@ def save_forest(forest: Forest, folder: Path | str) -> None:
         "num_models": forest.num_models,
         "symbols": forest.symbols,
         "rules": [[rule.symbol, rule.parameters, list(rule.branch), rule.line] for rule in forest.rules],
-        "sites": forest.sites,
+        "sites": [list(astuple(site)) for site in forest.sites],
         "report_keys": forest.reports.keys,
     }
     tables = {
@@ -91,7 +93,7 @@ def load_forest(folder: Path | str) -> Forest:
         raise AssetError(f"{folder}: expected derivations here, but {', '.join(missing)} is missing.")
     try:
         header = json.loads((folder / HEADER).read_text(encoding="utf-8"))
-        if header["format"] != FORMAT:
+        if header["format"] not in {1, FORMAT}:
             raise AssetError(f"{folder}: expected derivations of format {FORMAT}, found format {header['format']}.")
         return Forest(
             seed=header["seed"],
@@ -99,7 +101,7 @@ def load_forest(folder: Path | str) -> Forest:
             num_models=header["num_models"],
             symbols=tuple(header["symbols"]),
             rules=tuple(RuleName(symbol, n, tuple(branch), line) for symbol, n, branch, line in header["rules"]),
-            sites=tuple(header["sites"]),
+            sites=tuple(map(_site, header["sites"])),
             nodes=Nodes(**_read(folder, "nodes")),
             leaves=Leaves(**_read(folder, "leaves")),
             draws=Draws(**_read(folder, "draws")),
@@ -110,6 +112,17 @@ def load_forest(folder: Path | str) -> Forest:
         )
     except (ValueError, KeyError, TypeError, pa.ArrowException) as error:
         raise AssetError(f"{folder}: the derivations are damaged ({error}). Sample them again.") from error
+
+
+def _site(entry: str | Sequence[Any]) -> Site:
+    """A site of the header; of the first version only what its text says: ``choice of 3 (line 12)``."""
+    if not isinstance(entry, str):
+        return Site(*entry)
+    match = re.fullmatch(r"(\w+)(?: of (\d+))? \(line (\d+)\)", entry)
+    if match is None:
+        raise ValueError(f"expected a random expression, found {entry!r}")
+    word, choices, line = match.groups()
+    return Site(entry, _FIRST_KINDS[word], "", int(line), int(choices or 0))
 
 
 def _columns(table: Nodes | Leaves | Draws | Reports) -> Mapping[str, Array]:

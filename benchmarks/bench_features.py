@@ -1,0 +1,85 @@
+"""Tables of path counts against a Counter filled tree by tree, over the same forests."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from grammarlab.derivation import derive
+from grammarlab.features.counting import count
+from grammarlab.features.labels import KeyIndex, Labels
+from grammarlab.features.paths import count_paths
+from grammarlab.features.pattern_text import parse
+from grammarlab.features.trees import Trees
+from grammarlab.features.vocabulary import Options, Vocabulary
+from grammarlab.geometry.assets import AssetFolder
+from grammarlab.language.importing import load
+
+GRAMMARS = Path(__file__).parent.parent / "grammars"
+NUM_MODELS = 1_000
+LENGTHS = [2, 4]
+NAMES = sorted(path.stem for path in GRAMMARS.glob("*.cga"))
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def forest(request):
+    return derive(load(GRAMMARS / f"{request.param}.cga"), NUM_MODELS, 1, assets=AssetFolder(GRAMMARS / "assets"))
+
+
+def tree_by_tree(forest, length):
+    """A Counter of paths for every model; paths are tuples of (rule, child), a rule alone at the end has child -1."""
+    nodes = forest.nodes
+    models, parents, rules, children = (c.tolist() for c in (nodes.model, nodes.parent, nodes.rule, nodes.child))
+    counters = [Counter() for _ in range(NUM_MODELS)]
+    for row in range(len(models)):
+        counter, rule, above, edges = counters[models[row]], rules[row], row, ()
+        for edge in range(length + 1):
+            if edges:
+                counter[edges] += 1
+            if rule >= 0 and edge < length:
+                counter[(*edges, (rule, -1))] += 1
+            parent = parents[above]
+            if parent < 0:
+                break
+            edges = ((rules[parent], children[above]), *edges)
+            above = parent
+    return counters
+
+
+@pytest.mark.parametrize("length", LENGTHS)
+def test_paths_tree_by_tree(benchmark, forest, length):
+    benchmark.pedantic(tree_by_tree, (forest, length), rounds=1)
+    _tell(benchmark, forest)
+
+
+@pytest.mark.parametrize("length", LENGTHS)
+def test_paths_by_columns(benchmark, forest, length):
+    labels = Labels.of([forest])
+    counts = benchmark(lambda: count_paths(Trees(forest), labels, length, KeyIndex(), grow=True).counts)
+    _tell(benchmark, forest)
+    benchmark.extra_info["columns"] = counts.shape[1]
+
+
+@pytest.mark.parametrize("length", LENGTHS)
+def test_find_a_vocabulary(benchmark, forest, length):
+    vocabulary = benchmark.pedantic(Vocabulary.find, (forest, Options(length)), rounds=3)
+    _tell(benchmark, forest)
+    benchmark.extra_info["columns kept"] = len(vocabulary.features)
+
+
+@pytest.mark.parametrize("length", LENGTHS)
+def test_apply_a_vocabulary(benchmark, forest, length):
+    benchmark.pedantic(Vocabulary.find(forest, Options(length)).apply, (forest,), rounds=3)
+    _tell(benchmark, forest)
+
+
+@pytest.mark.parametrize("text", ["Block:1", "Tower[Block:0 >> Glass:2 + Block:1 >> Glass:0]", "* >> *"])
+def test_count_a_pattern(benchmark, forest, text):
+    benchmark(count, forest, [parse(text)])
+    _tell(benchmark, forest)
+
+
+def _tell(benchmark, forest):
+    benchmark.extra_info["nodes per model"] = len(forest.nodes) / NUM_MODELS

@@ -1,0 +1,176 @@
+"""More features where those at hand cannot tell apart what was scored differently.
+
+Paths grow longer while models with equal rows have different scores (paper 4.5.1). What no path can tell, such as a
+black cylinder above a green box, is searched for: patterns are grown condition by condition, and only those that
+explain the scores better than chance would among so many are kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import Ints
+from grammarlab.derivation.forest import Forest
+from grammarlab.errors import UsageError
+from grammarlab.features.counting import count
+from grammarlab.features.joining import join_small
+from grammarlab.features.keys import Meaning
+from grammarlab.features.labels import KeyIndex, Labels
+from grammarlab.features.pairs import choices_below, count_adjacent_pairs
+from grammarlab.features.pattern import Below, Feature, Pattern
+from grammarlab.features.trees import Trees
+from grammarlab.features.vocabulary import Options, extract
+
+Floats = NDArray[np.float64]
+
+_BEAM = 24
+"""How many patterns are grown further."""
+
+
+def conflicts(rows: Floats, scores: Floats, tolerance: float = 0.0) -> Ints:
+    """[P, 2] models that a preference cannot tell apart although their scores differ.
+
+    Of each set of models with equal rows, the one with the lowest and the one with the highest score.
+
+    Args:
+        rows: [n, F] features.
+        scores: [n].
+        tolerance: differences up to this do not count.
+
+    >>> conflicts(np.array([[1.0], [2.0], [1.0]]), np.array([10.0, 0.0, 90.0])).tolist()
+    [[0, 2]]
+    """
+    if len(rows) != len(scores):
+        raise UsageError(f"expected a score for each of {len(rows)} models, found {len(scores)}")
+    if not len(rows):
+        return np.zeros((0, 2), dtype=np.int64)
+    _, kind = np.unique(rows, axis=0, return_inverse=True)
+    order = np.lexsort((scores, kind.ravel()))
+    starts = np.flatnonzero(np.diff(kind.ravel()[order], prepend=-1))
+    low, high = order[starts], order[np.append(starts[1:], len(order)) - 1]
+    apart = scores[high] - scores[low] > tolerance
+    return np.stack((low[apart], high[apart]), axis=1)
+
+
+def longer_paths(forests: Sequence[Forest], scores: Floats, options: Options, most: int = 6) -> Options:
+    """The options with paths just long enough to tell apart what was scored differently.
+
+    Draws are left out of the comparison: they tell any two models apart. Where no length up to ``most`` helps, paths
+    stay as they are.
+
+    Args:
+        forests: the scored models.
+        scores: [n] of them all, in their order.
+        options: with the length to start from.
+        most: longest paths to try.
+    """
+    fewest, best = len(scores) + 1, options
+    for length in range(options.length, max(most, options.length) + 1):
+        trial = replace(options, length=length)
+        number = len(conflicts(extract(forests, replace(trial, draws=False)).rows(), scores))
+        if number < fewest:
+            fewest, best = number, trial
+        if not number:
+            break
+    return best
+
+
+def search_patterns(
+    forests: Sequence[Forest], residuals: Floats, most: int = 8, conditions: int = 2
+) -> tuple[Pattern, ...]:
+    """Patterns that explain what a preference cannot explain yet, the best one first.
+
+    The search begins with single choices and pairs of adjacent siblings, and adds choices below their nodes, one by
+    one, to those that explain most. Of the models that it sees nothing else is tried: patterns grow only where needed.
+
+    Args:
+        forests: the scored models.
+        residuals: [n] scores minus what was predicted for them (or minus their mean), in the order of the models.
+        most: how many patterns to return at most.
+        conditions: how many choices to add to a pattern at most.
+    """
+    search = _Search(forests, residuals)
+    beam = search.try_all(search.seeds)
+    for _ in range(conditions):
+        beam = search.try_all([longer for pattern in beam for longer in search.extensions(pattern)])
+    return search.best(most)
+
+
+class _Search:
+    def __init__(self, forests: Sequence[Forest], residuals: Floats) -> None:
+        joined = join_small(forests)
+        self._trees = [Trees(forest) for forest in joined]
+        self._residuals = residuals - (residuals.mean() if len(residuals) else 0.0)
+        labels = Labels.of(joined)
+        index = KeyIndex()
+        for trees in self._trees:
+            count_adjacent_pairs(trees, labels, index, grow=True)
+        meaning = Meaning(labels, index.keys, ())
+        choices = np.flatnonzero(labels.chosen).tolist()
+        nodes = {label: meaning.node(label) for label in choices}
+        self.seeds = [*nodes.values(), *(meaning.feature(key) for key in index.keys)]
+        below: dict[str, list[int]] = {}
+        for trees in self._trees:
+            for upper, label in choices_below(trees, labels):
+                below.setdefault(labels.symbol_of(upper), []).append(label)
+        self._below = {symbol: [nodes[label] for label in sorted(set(found))] for symbol, found in below.items()}
+        self._known: dict[bytes, tuple[Pattern, Floats]] = {}
+        self._tried = 0
+
+    def try_all(self, patterns: Sequence[Feature]) -> list[Pattern]:
+        """The patterns that explain most, one of each set that counts the same in all models."""
+        wanted = [pattern for pattern in dict.fromkeys(patterns) if isinstance(pattern, Pattern)]
+        if not wanted:
+            return []
+        values = np.concatenate([count(trees, wanted) for trees in self._trees])
+        self._tried += len(wanted)
+        fresh: dict[bytes, tuple[Pattern, Floats]] = {}
+        for pattern, column in zip(wanted, values.T, strict=True):
+            key = column.tobytes()
+            if np.ptp(column) > 0.0 and key not in self._known:
+                fresh.setdefault(key, (pattern, column))
+        self._known |= fresh
+        ranked = sorted(fresh.values(), key=lambda item: -_explained(item[1], self._residuals))
+        return [pattern for pattern, _ in ranked[:_BEAM]]
+
+    def extensions(self, pattern: Pattern) -> list[Pattern]:
+        """The pattern with one more choice below one of its nodes."""
+        if pattern.symbol is not None:
+            return self._with_condition(pattern)
+        (below,) = pattern.below
+        longer: list[Pattern] = []
+        for place, node in enumerate(below.run):
+            runs = [(*below.run[:place], grown, *below.run[place + 1 :]) for grown in self._with_condition(node)]
+            longer += [replace(pattern, below=(replace(below, run=run),)) for run in runs]
+        return longer
+
+    def best(self, most: int) -> tuple[Pattern, ...]:
+        """The patterns that explain most beside those before them, as long as chance would not explain as much."""
+        left, found = self._residuals, list[Pattern]()
+        # The largest squared correlation of m columns of noise with n numbers is about 2 log(m) / n.
+        least = 2.0 * np.log(max(2, self._tried)) / max(1, len(left))
+        while len(found) < most and left @ left > 1e-9 * (self._residuals @ self._residuals):
+            pattern, column = max(
+                self._known.values(), key=lambda item: _explained(item[1], left), default=(None, left)
+            )
+            if pattern is None or _explained(column, left) < least:
+                break
+            found.append(pattern)
+            centred = column - column.mean()
+            left = left - centred * (centred @ left) / (centred @ centred)
+        return tuple(found)
+
+    def _with_condition(self, node: Pattern) -> list[Pattern]:
+        choices = self._below.get(node.symbol or "", [])
+        return [replace(node, below=(*node.below, Below((choice,), deep=True))) for choice in choices]
+
+
+def _explained(column: Floats, residuals: Floats) -> float:
+    """The share of the variance of the residuals that a linear function of a column explains."""
+    centred = column - column.mean()
+    total = (centred @ centred) * (residuals @ residuals)
+    return float((centred @ residuals) ** 2 / total) if total > 0.0 else 0.0

@@ -1,0 +1,174 @@
+"""Numbers for what a node of a derivation tree can be, the same for all forests that a table is made of."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import Ints, distinct
+from grammarlab.derivation.forest import Forest, RuleName
+
+
+@dataclass(frozen=True)
+class Labels:
+    """The label of a node is the rule that rewrote it, or its symbol where none did.
+
+    Labels are numbered: rules first, then symbols, last what is not known.
+    """
+
+    rules: tuple[RuleName, ...]
+    """Different in more than their line."""
+    symbols: tuple[str, ...]
+    drawn: frozenset[str]
+    """Symbols whose rule is drawn, at least in part."""
+    successors: tuple[Mapping[int, str], ...]
+    """For each rule, the symbols that it was seen to make, by ``child``, ascending."""
+    chances: tuple[float, ...]
+    """For each rule, how likely its draws were on average; NaN where none were seen."""
+
+    @classmethod
+    def of(cls, forests: Sequence[Forest]) -> Labels:
+        """All that nodes of some forests can be."""
+        rules: dict[tuple, RuleName] = {}
+        for forest in forests:
+            for rule in forest.rules:
+                rules.setdefault(_key(rule), rule)
+        symbols = tuple(dict.fromkeys(s for forest in forests for s in forest.symbols))
+        drawn = frozenset(s.definition for forest in forests for s in forest.sites if s.kind == "choice")
+        bare = cls(tuple(rules.values()), symbols, drawn, (), ())
+        successors: list[dict[int, str]] = [{} for _ in rules]
+        logarithms, numbers = np.zeros(len(rules) + 1), np.zeros(len(rules) + 1)
+        for forest in forests:
+            number = bare.numbers(forest)
+            for label, child, symbol in _seen_successors(forest, number):
+                successors[label][child] = symbol
+            drawn_label, density = _rule_draws(forest, number)
+            logarithms += np.bincount(drawn_label, weights=density, minlength=len(rules) + 1)[: len(rules) + 1]
+            numbers += np.bincount(number[number < len(rules)], minlength=len(rules) + 1)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            chances = np.exp(logarithms / numbers)[:-1]
+        ordered = tuple(dict(sorted(found.items())) for found in successors)
+        return cls(bare.rules, symbols, drawn, ordered, tuple(chances.tolist()))
+
+    @property
+    def unknown(self) -> int:
+        """The last label, of nodes whose rule or symbol is not among these."""
+        return len(self.rules) + len(self.symbols)
+
+    def numbers(self, forest: Forest) -> NDArray[np.int32]:
+        """[N] the label of each node of a forest."""
+        rules = [self._rule_numbers.get(_key(rule), self.unknown) for rule in forest.rules]
+        first = len(self.rules)
+        symbols = [first + self._symbol_numbers.get(s, self.unknown - first) for s in forest.symbols]
+        nodes = forest.nodes
+        label = np.array([*rules, self.unknown], dtype=np.int32)[nodes.rule]
+        leaves = np.flatnonzero(nodes.rule < 0)
+        label[leaves] = np.array([*symbols, self.unknown], dtype=np.int32)[nodes.symbol[leaves]]
+        return label
+
+    def symbol_of(self, label: int) -> str:
+        """The symbol of the nodes of a known label."""
+        return self.rules[label].symbol if label < len(self.rules) else self.symbols[label - len(self.rules)]
+
+    def alternatives(self, label: int) -> tuple[int, ...]:
+        """The labels of all ways to rewrite what this rule rewrites, itself included."""
+        return self._alternatives[_key(self.rules[label])[:2]]
+
+    def is_overloaded(self, symbol: str) -> bool:
+        """Whether rules with different numbers of parameters rewrite a symbol."""
+        return self._overloads[symbol] > 1
+
+    @cached_property
+    def chosen(self) -> NDArray[np.bool_]:
+        """[unknown + 1] whether a label is a rule that is drawn among several."""
+        flags = [r.symbol in self.drawn and len(self.alternatives(i)) > 1 for i, r in enumerate(self.rules)]
+        return np.array(flags + [False] * (len(self.symbols) + 1))
+
+    @cached_property
+    def telling(self) -> NDArray[np.bool_]:
+        """[unknown + 1] whether an edge below a label says more than the edges around it."""
+        forks = [len(found) > 1 for found in self.successors] + [False] * (len(self.symbols) + 1)
+        return self.chosen | np.array(forks)
+
+    @cached_property
+    def symbol_numbers(self) -> Ints:
+        """[unknown + 1] index into `symbols` for each label; -1 for the unknown one."""
+        known = [self._symbol_numbers.get(self.symbol_of(label), -1) for label in range(self.unknown)]
+        return np.array([*known, -1], dtype=np.int64)
+
+    @cached_property
+    def _rule_numbers(self) -> dict[tuple, int]:
+        return {_key(rule): number for number, rule in enumerate(self.rules)}
+
+    @cached_property
+    def _symbol_numbers(self) -> dict[str, int]:
+        return {symbol: number for number, symbol in enumerate(self.symbols)}
+
+    @cached_property
+    def _alternatives(self) -> dict[tuple, tuple[int, ...]]:
+        groups: dict[tuple, list[int]] = {}
+        for number, rule in enumerate(self.rules):
+            groups.setdefault(_key(rule)[:2], []).append(number)
+        return {key: tuple(numbers) for key, numbers in groups.items()}
+
+    @cached_property
+    def _overloads(self) -> Counter[str]:
+        return Counter(symbol for symbol, _ in self._alternatives)
+
+
+Key: TypeAlias = tuple[Any, ...]
+"""What a column of a table is about; the modules that make columns say what their keys look like."""
+
+
+class KeyIndex:
+    """Columns of a table by key, in the order in which the keys were first met."""
+
+    def __init__(self) -> None:
+        self.keys: list[Key] = []
+        self._columns: dict[Key, int] = {}
+
+    def __len__(self) -> int:
+        return len(self.keys)
+
+    def columns(self, keys: Iterable[Key], grow: bool) -> Ints:
+        """The column of each key; a new one is added with ``grow``, else -1."""
+        return np.array([self._column(key, grow) for key in keys], dtype=np.int64)
+
+    def _column(self, key: Key, grow: bool) -> int:
+        column = self._columns.get(key, -1)
+        if column < 0 and grow:
+            column = self._columns[key] = len(self.keys)
+            self.keys.append(key)
+        return column
+
+
+def _key(rule: RuleName) -> tuple[str, int, tuple[int, ...]]:
+    return rule.symbol, rule.parameters, rule.branch
+
+
+def _seen_successors(forest: Forest, label: NDArray[np.int32]) -> list[tuple[int, int, str]]:
+    """Different (label of a node, ``child`` and symbol of one below it)."""
+    nodes = forest.nodes
+    inner = np.flatnonzero(nodes.parent >= 0)
+    width = int(nodes.child.max(initial=0)) + 1
+    keys = (label[nodes.parent[inner]].astype(np.int64) * width + nodes.child[inner]) * len(forest.symbols)
+    found = distinct(keys + nodes.symbol[inner], (int(label.max(initial=0)) + 1) * width * len(forest.symbols))
+    edge, symbol = np.divmod(found, len(forest.symbols))
+    upper, child = np.divmod(edge, width)
+    return [(u, c, forest.symbols[s]) for u, c, s in zip(upper.tolist(), child.tolist(), symbol.tolist(), strict=True)]
+
+
+def _rule_draws(forest: Forest, label: NDArray[np.int32]) -> tuple[Ints, NDArray[np.float64]]:
+    """Labels and log-densities of the draws that decided how their node was rewritten."""
+    definitions = {symbol: number for number, symbol in enumerate(forest.symbols)}
+    own = [definitions.get(site.definition, -1) if site.kind == "choice" else -1 for site in forest.sites]
+    draws = forest.draws
+    deciding = np.array([*own, -1])[draws.site] == forest.nodes.symbol[draws.node]
+    deciding &= forest.nodes.rule[draws.node] >= 0
+    return label[draws.node[deciding]].astype(np.int64), draws.log_density[deciding]

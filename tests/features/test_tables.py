@@ -1,0 +1,219 @@
+"""Tables of features against enumeration by hand and against patterns."""
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import sparse
+
+from grammarlab.derivation import derive, derive_chunks
+from grammarlab.errors import UsageError
+from grammarlab.features import vocabulary as vocabularies
+from grammarlab.features.counting import count
+from grammarlab.features.labels import KeyIndex, Labels
+from grammarlab.features.paths import count_paths
+from grammarlab.features.pattern import Draw, Pattern, Present, Threshold
+from grammarlab.features.pattern_text import parse
+from grammarlab.features.table import distinguishable
+from grammarlab.features.trees import Trees
+from grammarlab.features.vocabulary import Options, Vocabulary, extract
+from grammarlab.geometry.assets import AssetFolder
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.importing import load
+from tests.features.forests import forest_of, random_forest
+
+SEEDS = st.integers(0, 2**32)
+EVERYTHING = Options(3, far_pairs=True, adjacent_pairs=True)
+GRAMMARS = Path(__file__).parents[2] / "grammars"
+TOWERS = """
+attr height = rand(3, 9)
+Lot --> extrude(height) Tower Ground
+Tower --> 50% : Block Block Crown  30% : Block Crown  else : Block Block Block Crown
+Block --> 40% : Box  else : i("builtin:cylinder") Glass
+Glass --> 30% : color("#ff0000") Pane
+  30% : color("#00ff00") Pane  else : Pane
+Crown --> 50% : Mast else : NIL
+Ground --> split(x) { ~1.1 : Shop }*
+Shop --> 1% : Red else : Blue
+"""
+
+
+def paths_by_hand(forest, length):
+    """For every path, how often each model has it: node by node, one ancestor after the other."""
+    nodes = forest.nodes
+    found = Counter()
+    for row in range(len(nodes)):
+        model, rule = int(nodes.model[row]), int(nodes.rule[row])
+        end = () if rule < 0 else ((rule, -1),)
+        above, edges = row, ()
+        for edge in range(length + 1):
+            if edges:
+                found[model, edges] += 1
+            if end and edge < length:
+                found[model, edges + end] += 1
+            parent = int(nodes.parent[above])
+            if parent < 0:
+                break
+            edges = ((int(nodes.rule[parent]), int(nodes.child[above])), *edges)
+            above = parent
+    return found
+
+
+@given(SEEDS, st.integers(1, 4), st.floats(0, 1))
+def test_all_paths_are_counted(seed, length, depth):
+    forest = random_forest(np.random.default_rng(seed), 3, 15, depth)
+    labels, index = Labels.of([forest]), KeyIndex()
+    counts = count_paths(Trees(forest), labels, length, index, grow=True).counts.toarray()
+    meaning = vocabularies.Meaning(labels, index.keys, ())
+    found = {
+        (model, meaning.steps(index.keys[column])): counts[model, column] for model, column in np.argwhere(counts > 0)
+    }
+    assert found == paths_by_hand(forest, length)
+
+
+def features_of_all_keys(vocabulary):
+    meaning = vocabularies.Meaning(vocabulary.labels, vocabulary.index.keys, vocabulary.options.extra)
+    return [meaning.feature(key) for key in vocabulary.index.keys]
+
+
+@given(SEEDS, st.floats(0, 1))
+def test_every_column_met_holds_what_its_feature_counts(seed, depth):
+    forest = random_forest(np.random.default_rng(seed), 3, 15, depth)
+    vocabulary, counts = vocabularies._find((forest,), EVERYTHING)
+    np.testing.assert_allclose(counts.toarray(), count(forest, features_of_all_keys(vocabulary)), rtol=1e-15)
+
+
+@given(SEEDS, st.floats(0, 1), st.sampled_from(["present", "count"]))
+def test_a_table_holds_what_its_features_count_on_new_models_too(seed, depth, repeats):
+    rng = np.random.default_rng(seed)
+    forest, other = random_forest(rng, 6, 12, depth), random_forest(rng, 4, 14, depth)
+    options = Options(
+        2, far_pairs=True, adjacent_pairs=True, repeats=repeats, extra=(parse("A[A + B]"), Threshold("h", 1.5))
+    )
+    vocabulary = Vocabulary.find(forest, options)
+    for models in (forest, other):
+        table = vocabulary.apply(models)
+        np.testing.assert_allclose(table.counts.toarray(), count(models, table.features), rtol=1e-15)
+    assert extract(forest, options).counts.toarray().tolist() == vocabulary.apply(forest).counts.toarray().tolist()
+
+
+def towers(num_models, seed=1):
+    return derive(Grammar.parse(TOWERS), num_models, seed, footprint=(9.0, 9.0))
+
+
+def test_batches_make_the_table_of_the_whole():
+    whole = extract(towers(200), EVERYTHING)
+    parts = list(derive_chunks(Grammar.parse(TOWERS), 200, 1, footprint=(9.0, 9.0), nodes_per_chunk=500))
+    assert len(parts) > 3
+    table = extract(parts, EVERYTHING)
+    assert (table.features, table.names, table.group_names) == (whole.features, whole.names, whole.group_names)
+    np.testing.assert_array_equal(table.rows(), whole.rows())
+    np.testing.assert_array_equal(table.groups, whole.groups)
+
+
+def test_a_grammar_with_more_rules_meets_the_same_columns():
+    vocabulary = Vocabulary.find(towers(200))
+    forest = derive(Grammar.parse("New --> 50% : Old else : NIL\nOld --> Pane " + TOWERS.replace("Mast", "New")), 50, 3)
+    table = vocabulary.apply(forest)
+    np.testing.assert_allclose(table.counts.toarray(), count(forest, table.features), rtol=1e-15)
+
+
+def test_columns_that_say_the_same_are_one_and_rules_come_first():
+    table = extract(towers(300), Options(1))
+    features = [str(feature) for feature in table.features]
+    assert [f for f in features if f.startswith("Tower")] == ["Tower:0", "Tower:1", "Tower:2"]
+    # Two alternatives say one thing; so do Box and Block:0, Mast and the crown that carries it.
+    assert [f for f in features if f.startswith("Crown")] == ["Crown:0"]
+    assert not {"Box", "Mast", "Block:0 > *@0"} & set(features)
+    # Windows, shops and the like: their number follows from sizes.
+    assert [f for f in features if "Shop" in f or "Red" in f] == ["Shop:0 present"]
+    assert "Shop:0" in [str(f) for f in extract(towers(300), Options(1, repeats="count")).features]
+
+
+@given(SEEDS, st.integers(1, 30), st.integers(1, 5))
+def test_columns_kept_differ_and_those_left_out_follow_from_them(seed, width, models):
+    values = np.random.default_rng(seed).integers(0, 3, (models, width)).astype(float)
+    kept = distinguishable(sparse.csr_array(values), np.arange(width))
+
+    def canonical(column):
+        centred = values[:, column] - values[0, column]
+        return tuple(max(centred.tolist(), (-centred).tolist()))
+
+    zero = (0.0,) * models
+    expected = {}
+    for column in range(width):
+        if canonical(column) != zero:
+            expected.setdefault(canonical(column), column)
+    assert kept.tolist() == list(expected.values())
+
+
+def test_names_say_what_a_column_is():
+    table = extract(towers(300), Options(2, far_pairs=True, adjacent_pairs=True))
+    names = {str(feature): name for feature, name in zip(table.features, table.names, strict=True)}
+    groups = {str(f): table.group_names[g] for f, g in zip(table.features, table.groups, strict=True)}
+    assert names["Tower:2"] == "Tower → 3 Block"
+    assert names["Tower:2 > Block@2:0"] == "Tower (3 Block) › Block 3 → Box"
+    assert groups["Tower:2 > Block@2:0"] == "Tower (3 Block) › Block 3"
+    assert names["Glass:0"] == "Glass → 30%, line 6"
+    assert names["Glass:2"] == "Glass → 40%"
+    assert names["Shop:0 present"] == "any Shop → Red"
+    assert names["Tower:2 > *@2 >> Glass:0"] == "Tower (3 Block) › Block 3 ⋯ Glass → 30%, line 6"
+    assert names["*[Block:0 + Block:1]"] == "Block → Box then Block → Glass"
+    assert names["height"] == groups["height"] == "height"
+    assert len(set(names.values())) == len(names)
+
+
+def test_alternatives_of_one_choice_in_one_context_share_a_group():
+    table = extract(towers(300), Options(2, draws=False))
+    members = {}
+    for feature, group in zip(table.features, table.groups, strict=True):
+        members.setdefault(table.group_names[group], []).append(str(feature))
+    assert members["Tower"] == ["Tower:0", "Tower:1", "Tower:2"]
+    assert members["Glass"] == ["Glass:0", "Glass:1", "Glass:2"]
+    assert len(members) == len(table.group_names) == int(table.groups.max()) + 1
+
+
+def test_scales_bring_draws_to_one():
+    table = extract(towers(300), Options(1))
+    rows = table.rows()
+    assert np.ptp(rows[:, table.names.index("height")]) == pytest.approx(1.0)
+    assert set(rows[:, table.names.index("Tower → 3 Block")]) == {0.0, 1.0}
+
+
+def test_draws_of_functions_and_means_are_columns():
+    text = "tint = 30% : 1 else : 2\nLot --> extrude(9) split(y) { ~1 : t(rand(1), tint, 0) A | ~1 : t(0, tint, 0) A }"
+    table = extract(derive(Grammar.parse(text), 100, 1))
+    assert set(table.features) == {Draw("tint", 0), Draw("Lot")}
+
+
+def test_few_models_and_none():
+    empty = extract(towers(1))
+    assert (empty.counts.shape, empty.features, empty.groups.tolist()) == ((1, 0), (), [])
+    assert extract(forest_of([])).counts.shape == (0, 0)
+    assert extract([]).counts.shape == (0, 0)
+    vocabulary = Vocabulary.find(towers(100))
+    assert vocabulary.apply(forest_of([])).rows().shape == (0, len(vocabulary.features))
+    assert not vocabulary.apply(forest_of([], num_models=3)).rows().any()
+
+
+@pytest.mark.parametrize("length", [0, -1, 21])
+def test_lengths_out_of_range_are_refused(length):
+    with pytest.raises(UsageError, match="1 to 20"):
+        Options(length)
+
+
+@pytest.mark.parametrize("path", sorted(GRAMMARS.glob("*.cga")), ids=lambda path: path.stem)
+def test_tables_of_the_shipped_grammars_hold_what_their_features_count(path):
+    grammar, assets = load(path), AssetFolder(GRAMMARS / "assets")
+    vocabulary = Vocabulary.find(derive(grammar, 60, 1, assets=assets), Options(3, far_pairs=True, adjacent_pairs=True))
+    forest = derive(grammar, 20, 2, assets=assets)
+    table = vocabulary.apply(forest)
+    counted = count(forest, table.features)
+    np.testing.assert_allclose(table.counts.toarray(), counted, rtol=1e-12)
+    for feature in table.features:
+        inner = feature.feature if isinstance(feature, Present) else feature
+        assert not isinstance(inner, Pattern) or parse(str(inner)) == inner
+    assert len(set(table.names)) == len(table.names)
