@@ -1,0 +1,70 @@
+"""What a simulated person and a learner look at: models as rows of numbers, with the true scores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.evaluation.agreement import agreement
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """The features of every model, with paths up to one length."""
+
+    labelled: Floats
+    """[n, F] of the labelled set, on which densities are compared."""
+    pool: Floats
+    """[m, F] of the pool, from which models are shown."""
+    groups: NDArray[np.int64]
+    """[F] features that are alternatives of one choice share a group."""
+    group_names: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """n labelled models and m models to ask about, with the true scores of K factors."""
+
+    factors: tuple[str, ...]
+    """Names of the K factors, K >= 1; the preference is their product."""
+    scores: Floats
+    """[n, K] true scores of the labelled set, 0 to 100."""
+    weights: Floats
+    """[n] > 0, how much each labelled model stands for (`agreement`)."""
+    pool_scores: Floats
+    """[m, K] what the person answers, 0 to 100."""
+    pool_from_grammar: NDArray[np.bool_]
+    """[m] whether the model is a sample of the grammar itself; the others come from a flattened one."""
+    table: Callable[[int], Table]
+    """The features with paths of up to so many edges."""
+
+    def as_one_factor(self) -> Material:
+        """The same models for a person who scores the product of all factors."""
+        if len(self.factors) == 1:
+            return self
+        return replace(
+            self,
+            factors=(" x ".join(self.factors),),
+            scores=_product(self.scores),
+            pool_scores=_product(self.pool_scores),
+        )
+
+    @property
+    def target(self) -> Floats:
+        """[n] true preference: the product of the factors' scores, each as a share of 100."""
+        return np.prod(self.scores / 100.0, axis=1)
+
+    @property
+    def js_original(self) -> float:
+        """Divergence in nats of the grammar as it is, nothing learned."""
+        return agreement(self.target, np.ones(len(self.weights)), self.weights).js
+
+
+def _product(scores: Floats) -> Floats:
+    """[n, 1] the scores of the product of K factors [n, K], 0 to 100."""
+    return 100.0 * np.prod(scores / 100.0, axis=1, keepdims=True)

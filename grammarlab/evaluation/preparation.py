@@ -1,0 +1,215 @@
+"""From a scenario and its grammar to the material of the protocol.
+
+The labelled set is derived at the scenario's own seed. The pool is derived at seeds that follow from it: samples
+of the grammar and samples of the flattened grammar, since what is rare in the grammar would otherwise never be asked
+about. Models are derived in chunks and dropped as soon as their features are counted.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab import __version__
+from grammarlab.derivation.compiler import compile_grammar
+from grammarlab.derivation.derive import derive_chunks
+from grammarlab.derivation.forest import Forest, Leaves
+from grammarlab.derivation.program import Program
+from grammarlab.errors import UsageError
+from grammarlab.evaluation.flattening import Flattened, flattened
+from grammarlab.evaluation.material import Material, Table
+from grammarlab.evaluation.scenario import FAMILIES, FeatureOptions, Scenario
+from grammarlab.evaluation.seeds import derived_seed
+from grammarlab.features.counting import count
+from grammarlab.features.vocabulary import Options, Vocabulary
+from grammarlab.language.grammar import Grammar
+
+Floats = NDArray[np.float64]
+Arrays: TypeAlias = Mapping[str, NDArray]
+
+POOL_LANE, FLATTENED_LANE = 1, 2
+"""Places below a scenario's seed that the pool's models have their seeds from."""
+FLATTENED_PART = 5
+"""The pool is as large as the labelled set; one model of so many is a sample of the flattened grammar."""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A scenario with what it takes to derive its models."""
+
+    scenario: Scenario
+    grammar: Grammar
+    assets: Path
+    """The folder that asset names in the rules are relative to."""
+    families: tuple[str, ...] = FAMILIES
+    """Kinds of features to count, of those that the scenario names."""
+
+    @property
+    def feature_options(self) -> FeatureOptions:
+        """What a learner looks at."""
+        offered = self.scenario.features
+        return replace(offered, families=tuple(name for name in offered.families if name in self.families))
+
+    @property
+    def pool_sizes(self) -> tuple[int, int]:
+        """How many models of the pool are samples of the grammar, and how many of the flattened grammar."""
+        size = self.scenario.num_models
+        from_flattened = size // FLATTENED_PART
+        return size - from_flattened, from_flattened
+
+    @property
+    def key(self) -> str:
+        """SHA-256 of everything that decides the models and their scores."""
+        preference = [(factor.name, factor.score) for factor in self.scenario.factors]
+        return _digest(self.models, self.scenario.base, preference)
+
+    @property
+    def models(self) -> tuple[object, ...]:
+        """Everything that decides which models there are."""
+        scenario = self.scenario
+        return (self.grammar.hash, scenario.num_models, scenario.seed, scenario.draws, self.pool_sizes)
+
+
+def _digest(*values: object) -> str:
+    return hashlib.sha256(repr((__version__, *values)).encode()).hexdigest()
+
+
+Keep: TypeAlias = Callable[[str, Callable[[], Arrays]], Arrays]
+"""Gives what was made for a key before, or else makes it and remembers it."""
+
+
+def make_always(_key: str, make: Callable[[], Arrays]) -> Arrays:
+    """Remembers nothing."""
+    return make()
+
+
+def prepare(source: Source, keep: Keep = make_always) -> Material:
+    """The material of a scenario.
+
+    Args:
+        source: the scenario and its grammar.
+        keep: may remember arrays between calls; keys change whenever what they stand for may change.
+
+    Raises:
+        UsageError: the preference does not fit the grammar, or no model of the labelled set is liked.
+        DerivationError: a rule cannot be carried out.
+    """
+    arrays = keep(f"scores-{source.key}", lambda: _scores(source))
+    factors = tuple(factor.name for factor in source.scenario.factors)
+    material = Material(
+        factors,
+        arrays["scores"],
+        arrays["weights"],
+        arrays["pool_scores"],
+        np.arange(sum(source.pool_sizes)) < source.pool_sizes[0],
+        lru_cache(maxsize=4)(lambda length: _table(source, length, keep)),
+    )
+    if not (material.weights * material.target).any():
+        raise UsageError(
+            f"scenario {source.scenario.name}: none of its {source.scenario.num_models:,} labelled models has a score "
+            'above 0, so there is no density to learn. Raise num_models, or set draws = "flattened".'
+        )
+    return material
+
+
+def labelled_program(source: Source) -> Program:
+    """What model i of the labelled set is derived from, under the address (scenario's seed, i)."""
+    flat = source.scenario.draws == "flattened"
+    return flattened(source.grammar).program if flat else compile_grammar(source.grammar)
+
+
+def _scores(source: Source) -> Arrays:
+    scenario = source.scenario
+    flat = flattened(source.grammar)
+    features = [factor.score.features for factor in scenario.factors]
+
+    def score(forest: Forest) -> Floats:
+        return np.column_stack(
+            [
+                factor.score.evaluate(count(forest, columns))
+                for factor, columns in zip(scenario.factors, features, strict=True)
+            ]
+        )
+
+    program = flat.program
+    scenario.check(program.symbols, program.rule_names, program.sites)
+    labelled = [(score(forest), _log_weight(scenario, flat, forest)) for forest in _labelled(source)]
+    log_weights = np.concatenate([weights for _, weights in labelled])
+    return {
+        "scores": np.concatenate([values for values, _ in labelled]),
+        "weights": np.exp(log_weights - log_weights.max()),
+        "pool_scores": np.concatenate([score(forest) for forest in _pool(source, flat)]),
+    }
+
+
+def _log_weight(scenario: Scenario, flat: Flattened, forest: Forest) -> Floats:
+    """[models] log of the density that the preference multiplies over the density the models are drawn from."""
+    if scenario.base == "uniform":
+        return -forest.log_probability()
+    return flat.log_ratio(forest) if scenario.draws == "flattened" else np.zeros(forest.num_models)
+
+
+def _labelled(source: Source) -> Iterator[Forest]:
+    scenario = source.scenario
+    yield from derive_chunks(labelled_program(source), scenario.num_models, scenario.seed, assets=source.assets)
+
+
+def _pool(source: Source, flat: Flattened) -> Iterator[Forest]:
+    programs = (compile_grammar(source.grammar), flat.program)
+    for program, size, lane in zip(programs, source.pool_sizes, (POOL_LANE, FLATTENED_LANE), strict=True):
+        seed = derived_seed(source.scenario.seed, lane)
+        yield from derive_chunks(program, size, seed, assets=source.assets)
+
+
+def _table(source: Source, length: int, keep: Keep) -> Table:
+    options = _options(source.feature_options, length)
+    arrays = keep(f"table-{_digest(source.models, options)}", lambda: _count(source, options))
+    return Table(arrays["labelled"], arrays["pool"], arrays["groups"], tuple(arrays["group_names"].tolist()))
+
+
+def _options(features: FeatureOptions, length: int) -> Options:
+    families = features.families
+    return Options(
+        length,
+        symbols="symbols" in families,
+        draws="draws" in families,
+        far_pairs="skips" in families,
+        adjacent_pairs="siblings" in families,
+    )
+
+
+def _count(source: Source, options: Options) -> Arrays:
+    """The rows of all models; the columns are those that tell models of the pool apart, since labels say nothing."""
+    flat = flattened(source.grammar)
+    pool = [_without_geometry(forest) for forest in _pool(source, flat)]
+    vocabulary = Vocabulary.find(pool, options)
+    table = vocabulary.apply(pool)
+    labelled = [vocabulary.apply(forest).rows() for forest in _labelled(source)]
+    return {
+        "labelled": np.concatenate(labelled),
+        "pool": table.rows(),
+        "groups": table.groups,
+        "group_names": np.array(table.group_names),
+    }
+
+
+def _without_geometry(forest: Forest) -> Forest:
+    """The forest without its leaves, which hold most of its memory and no features."""
+    leaves = forest.leaves
+    none = slice(0, 0)
+    empty = Leaves(
+        leaves.node[none],
+        leaves.position[none],
+        leaves.size[none],
+        leaves.frame[none],
+        leaves.mesh[none],
+        leaves.material[none],
+    )
+    return replace(forest, leaves=empty)

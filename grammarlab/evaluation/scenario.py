@@ -1,0 +1,301 @@
+"""Scenarios: a grammar, an exact preference over its models, and how learning it is measured.
+
+A scenario is a TOML file; docs/scenarios.md describes it. Those in ``scenarios/`` are the paper's (Table 4.2) and its
+limits (section 4.8.1).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeAlias, cast
+
+from grammarlab.derivation.forest import RuleName, Site
+from grammarlab.errors import UsageError
+from grammarlab.evaluation.toml_file import SUFFIX, TomlFile, nearest, read
+from grammarlab.features.checking import check
+from grammarlab.features.expression import RESERVED, Expression
+from grammarlab.features.score import Case, Score
+
+DEFAULT_MODELS = 5000
+"""Size of the labelled set, as in the paper."""
+MAX_DEFINITIONS = 200
+MAX_MODELS = 1_000_000
+MAX_FACTORS = 8
+MAX_PATH_LENGTH = 4
+MAX_DIVERGENCE = 0.7
+"""Nats; ln 2 is the most there is."""
+
+Base: TypeAlias = Literal["grammar", "uniform"]
+Draws: TypeAlias = Literal["grammar", "flattened"]
+
+
+@dataclass(frozen=True, slots=True)
+class Factor:
+    """A named preference that a person is asked about on its own."""
+
+    name: str
+    title: str
+    """What is liked, in words."""
+    score: Score
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureOptions:
+    """What a learner looks at."""
+
+    path_length: int = 2
+    """Edges of the longest paths to begin with, 1 to `MAX_PATH_LENGTH`."""
+    families: tuple[str, ...] = ("paths",)
+    """Kinds of features, of `FAMILIES`."""
+
+
+FAMILIES = ("paths", "symbols", "draws", "thresholds", "skips", "siblings", "subtrees")
+
+
+@dataclass(frozen=True, slots=True)
+class PaperFigures:
+    """What the paper reports; None where it does not. Divergences in nats (Table 4.3)."""
+
+    original: float | None = None
+    """Of the grammar as it is."""
+    p_learning: float | None = None
+    """After parameter learning."""
+    s_learning: float | None = None
+    """After structure learning."""
+    labels: int | None = None
+    """Scores until 0.01."""
+    kde_labels: int | None = None
+    """The same for the density estimation it compares with."""
+    figure: str = ""
+    """Where it shows the scenario: ``4.11b``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """What we want to reach."""
+
+    js: float = 0.01
+    """Jensen-Shannon divergence in nats."""
+    labels: int | None = None
+    """Scores until there, at most; None where there is no target."""
+    aim: int | None = None
+    """Scores until there that would be better still."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What a simulated person likes about the models of a grammar, and how learning it is measured."""
+
+    name: str
+    title: str
+    """What is liked, in words."""
+    grammar: str
+    """Name of a shipped grammar, or the path of a rule file."""
+    factors: tuple[Factor, ...]
+    """At least one; the preference is their product."""
+    num_models: int = DEFAULT_MODELS
+    """Size of the labelled set on which densities are compared."""
+    seed: int = 0
+    """Of the labelled set, 0 <= seed < 2**64."""
+    base: Base = "grammar"
+    """What the preference multiplies: the grammar's own density, or the same for every model."""
+    draws: Draws = "grammar"
+    """What the labelled set is drawn from: the grammar, or, for models too rare to turn up, the grammar with all
+    alternatives of a choice equally likely and importance weights."""
+    features: FeatureOptions = FeatureOptions()
+    methods: tuple[str, ...] = ("default",)
+    """Names of learning methods to compare."""
+    paper: PaperFigures = PaperFigures()
+    target: Target = Target()
+
+    @property
+    def score(self) -> Score:
+        """The whole preference: of several factors their product, as a score from 0 to 100."""
+        return Score.product([factor.score for factor in self.factors])
+
+    @property
+    def hash(self) -> str:
+        """SHA-256, in hexadecimal, of what is liked and on which models; of the grammar, its name only."""
+        steps = [(factor.name, factor.score.expression.steps) for factor in self.factors]
+        values = (self.name, self.grammar, steps, self.num_models, self.seed, self.base, self.draws, self.features)
+        return hashlib.sha256(repr(values).encode()).hexdigest()
+
+    def check(self, symbols: Sequence[str], rules: Sequence[RuleName], sites: Sequence[Site]) -> None:
+        """Makes sure that the preference speaks about things that the grammar has.
+
+        Args:
+            symbols: all symbols of the grammar.
+            rules: all ways to rewrite them.
+            sites: its random expressions.
+
+        Raises:
+            UsageError: names what the grammar lacks, and the nearest that it has.
+        """
+        try:
+            check((feature for factor in self.factors for feature in factor.score.features), symbols, rules, sites)
+        except UsageError as error:
+            raise UsageError(f"scenario {self.name} does not fit the grammar {self.grammar}:\n{error}") from None
+
+
+def load(path: Path) -> Scenario:
+    """Reads a scenario file, and the scenario files beside it that it names as factors.
+
+    Raises:
+        UsageError: for a file that cannot be read or is no scenario; says what was expected, and in which line.
+    """
+    return parse(read(path, "scenario"), path)
+
+
+def parse(text: str, path: Path = Path("<text>")) -> Scenario:
+    """Reads the text of a scenario file.
+
+    Args:
+        text: the whole file.
+        path: where it lies: paths of grammars and factors are seen from there.
+
+    Raises:
+        UsageError: for a text that is no scenario.
+    """
+    file = TomlFile(text, path)
+    table = file.table()
+    file.check_keys(table, _KEYS)
+    name, title = file.string(table, "name"), file.string(table, "title")
+    if not re.fullmatch(_NAME, name):
+        raise file.wrong(f"expected a name of letters, digits, _ and -, found {name!r:.80}", "name")
+    return Scenario(
+        name,
+        title,
+        _grammar(file, table),
+        _factors(file, table, name, title),
+        file.integer(table, "num_models", 1, MAX_MODELS) or DEFAULT_MODELS,
+        file.integer(table, "seed", 0, 2**64 - 1) or 0,
+        cast(Base, file.one_of(table, "base", ("grammar", "uniform"))),
+        cast(Draws, file.one_of(table, "draws", ("grammar", "flattened"))),
+        _features(file, table),
+        file.strings(table, "methods", ("default",)),
+        _paper(file, table),
+        _target(file, table),
+    )
+
+
+_KEYS = (
+    *("name", "title", "grammar", "num_models", "seed", "base", "draws", "methods"),
+    *("definitions", "preference", "factors", "features", "paper", "target"),
+)
+_NAME = r"[\w-]{1,64}"
+
+
+def _grammar(file: TomlFile, table: dict[str, Any]) -> str:
+    grammar = file.string(table, "grammar")
+    return str(file.path.parent / grammar) if grammar.endswith(".cga") else grammar
+
+
+# What is liked -------------------------------------------------------------------------------------------------------
+
+
+def _factors(file: TomlFile, table: dict[str, Any], name: str, title: str) -> tuple[Factor, ...]:
+    if "factors" not in table:
+        return (Factor(name, title, _score(file, table)),)
+    for key in ("preference", "definitions"):
+        if key in table:
+            raise file.wrong(f"expected either factors or {key}: the preference is the product of factors", key)
+    names = file.strings(table, "factors", ())
+    if not 1 <= len(names) <= MAX_FACTORS or len(set(names)) < len(names):
+        raise file.wrong(f"expected 1 to {MAX_FACTORS} different names of scenarios", "factors")
+    return tuple(_factor(file, table, other) for other in names)
+
+
+def _factor(file: TomlFile, table: dict[str, Any], name: str) -> Factor:
+    """The preference of another scenario file."""
+    if not re.fullmatch(_NAME, name):
+        raise file.wrong(f"expected the name of a scenario file beside this one, found {name!r:.80}", "factors")
+    path = file.path.parent / f"{name}{SUFFIX}"
+    text = read(path, "scenario")
+    # Looked at before it is read, so that files that name each other come to an end.
+    if "factors" in TomlFile(text, path).table():
+        raise file.wrong(f"{name} has factors itself; expected scenarios with a preference", "factors")
+    other = parse(text, path)
+    if other.grammar != _grammar(file, table):
+        raise file.wrong(f"{name} is about the grammar {other.grammar!r}, this about another", "factors")
+    return other.factors[0]
+
+
+def _score(file: TomlFile, table: dict[str, Any]) -> Score:
+    definitions = _definitions(file, table)
+    preference = table.get("preference")
+    cases: list[Case] = []
+    if isinstance(preference, list) and all(isinstance(case, dict) for case in preference):
+        cases = [_case(file, case, number, definitions) for number, case in enumerate(preference)]
+    elif not isinstance(preference, str):
+        raise file.wrong(
+            "expected a preference: one or more tables [[preference]], each with score and when, "
+            'or preference = "an expression"',
+            "preference",
+        )
+    try:
+        return Score.of_text(preference, definitions) if isinstance(preference, str) else Score.of_cases(cases)
+    except UsageError as error:
+        raise file.wrong(str(error), "preference") from None
+
+
+def _case(file: TomlFile, case: dict[str, Any], number: int, definitions: Mapping[str, Expression]) -> Case:
+    line = file.line(r"^[ \t]*\[\[[ \t]*preference[ \t]*\]\]", number)
+    file.check_keys(case, ("score", "when", "means"), "preference", line)
+    value, when, means = file.number(case, "score", 100, line), case.get("when"), case.get("means", "")
+    if value is None or not isinstance(when, str) or not isinstance(means, str):
+        raise file.wrong("expected score = a number, when = an expression in quotes, means = a text", line=line)
+    try:
+        return Case(value, Expression.parse(when, definitions), means)
+    except UsageError as error:
+        raise file.wrong(f"case {number + 1}: {error}", line=line) from None
+
+
+def _definitions(file: TomlFile, table: dict[str, Any]) -> dict[str, Expression]:
+    texts = table.get("definitions", {})
+    if not isinstance(texts, dict) or len(texts) > MAX_DEFINITIONS:
+        raise file.wrong(f"expected a table [definitions] of at most {MAX_DEFINITIONS} lines", "definitions")
+    found: dict[str, Expression] = {}
+    for name, text in texts.items():
+        if not isinstance(text, str):
+            raise file.wrong(f"definition {name!r:.60}: expected an expression in quotes", name)
+        if not re.fullmatch(r"[^\W\d]\w{0,63}", name) or name in RESERVED:
+            raise file.wrong(f"{name!r:.80} cannot be the name of a definition: a plain word is expected", name)
+        try:
+            found[name] = Expression.parse(text, found)
+        except UsageError as error:
+            later = [other for other in texts if other not in found and re.search(rf"\b{re.escape(other)}\b", text)]
+            hint = f"\n  hint: a definition may use those above it; {later[0]} is not" if later else ""
+            raise file.wrong(f"definition {name}: {error}{hint}", name) from None
+    return found
+
+
+# How it is measured --------------------------------------------------------------------------------------------------
+
+
+def _features(file: TomlFile, table: dict[str, Any]) -> FeatureOptions:
+    part = file.part(table, "features", ("path_length", "families"))
+    families = file.strings(part, "families", FeatureOptions().families)
+    for family in families:
+        if family not in FAMILIES:
+            raise file.wrong(f"no family of features is called {family!r:.60}{nearest(family, FAMILIES)}", "families")
+    length = file.integer(part, "path_length", 1, MAX_PATH_LENGTH)
+    return FeatureOptions(length or FeatureOptions().path_length, families)
+
+
+def _paper(file: TomlFile, table: dict[str, Any]) -> PaperFigures:
+    divergences = ("original", "p_learning", "s_learning")
+    part = file.part(table, "paper", (*divergences, "labels", "kde_labels", "figure"))
+    original, p_learning, s_learning = (file.number(part, key, MAX_DIVERGENCE) for key in divergences)
+    labels, kde_labels = (file.integer(part, key, 1, MAX_MODELS) for key in ("labels", "kde_labels"))
+    return PaperFigures(original, p_learning, s_learning, labels, kde_labels, file.string(part, "figure", ""))
+
+
+def _target(file: TomlFile, table: dict[str, Any]) -> Target:
+    part = file.part(table, "target", ("js", "labels", "aim"))
+    js = file.number(part, "js", MAX_DIVERGENCE)
+    labels, aim = (file.integer(part, key, 1, MAX_MODELS) for key in ("labels", "aim"))
+    return Target(Target().js if js is None else js, labels, aim)

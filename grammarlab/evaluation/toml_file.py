@@ -1,0 +1,141 @@
+"""TOML files taken apart: values of the right kind, or an error that names the file, the line and what was expected."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from grammarlab.errors import UsageError
+
+SUFFIX = ".toml"
+
+MAX_BYTES = 1 << 18
+"""Largest file that is read."""
+MAX_CHARACTERS = 1000
+"""Longest text that `TomlFile.string` gives."""
+MAX_ITEMS = 100
+"""Longest list that `TomlFile.strings` gives."""
+
+
+def read(path: Path, what: str) -> str:
+    """The text of a file.
+
+    Args:
+        path: the file.
+        what: what it should be, for messages: ``scenario``.
+
+    Raises:
+        UsageError: for a file that is missing, cannot be read, is too large or not in UTF-8.
+    """
+    if not path.is_file():
+        near = get_close_matches(path.name, [p.name for p in path.parent.glob(f"*{SUFFIX}")], n=3, cutoff=0.5)
+        hint = f"; did you mean {' or '.join(near)}?" if near else ""
+        raise UsageError(f"no {what} file {str(path)!r}{hint}")
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise UsageError(f"cannot read {path}: {error.strerror or error}") from None
+    if len(content) > MAX_BYTES:
+        raise UsageError(f"{path}: expected a {what} of at most {MAX_BYTES:,} bytes")
+    try:
+        return content.decode("utf-8").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        raise UsageError(f"{path}: expected text in UTF-8; byte {error.start} is not") from None
+
+
+class TomlFile:
+    """A TOML file; knows where things stand in the text.
+
+    Args:
+        text: the whole file.
+        path: where it lies, for messages.
+    """
+
+    def __init__(self, text: str, path: Path) -> None:
+        self.path = path
+        self._text = text
+
+    def table(self) -> dict[str, Any]:
+        """All of it."""
+        try:
+            return tomllib.loads(self._text)
+        except RecursionError:
+            raise self.wrong("arrays or tables are nested too deeply") from None
+        except ValueError as error:
+            message, _, place = str(error).partition(" (at ")
+            line = re.match(r"line (\d+)", place)
+            raise self.wrong(f"this is no TOML: {message}", line=int(line[1]) if line else None) from None
+
+    def part(self, table: dict[str, Any], key: str, known: Sequence[str]) -> dict[str, Any]:
+        """A table in the table, empty when it is missing; ``known`` are the keys it may have."""
+        part = table.get(key, {})
+        if not isinstance(part, dict):
+            raise self.wrong(f"expected a table [{key}], found {part!r:.40}", key)
+        self.check_keys(part, known, key)
+        return part
+
+    def string(self, table: dict[str, Any], key: str, default: str | None = None) -> str:
+        """A text; must be there and say something when there is no default."""
+        value = table.get(key, default)
+        if not isinstance(value, str) or (default is None and not value.strip()) or len(value) > MAX_CHARACTERS:
+            raise self.wrong(f"expected {key} = a text of 1 to {MAX_CHARACTERS} characters, found {value!r:.40}", key)
+        return value
+
+    def strings(self, table: dict[str, Any], key: str, default: tuple[str, ...]) -> tuple[str, ...]:
+        """A list of texts."""
+        value = table.get(key, list(default))
+        if not isinstance(value, list) or len(value) > MAX_ITEMS or not all(isinstance(item, str) for item in value):
+            raise self.wrong(f"expected {key} = a list of texts, found {value!r:.40}", key)
+        return tuple(value)
+
+    def one_of(self, table: dict[str, Any], key: str, known: tuple[str, ...]) -> str:
+        """One of some texts; the first of them when the key is missing."""
+        value = table.get(key, known[0])
+        if value not in known:
+            raise self.wrong(f"expected {key} = {' or '.join(repr(item) for item in known)}, found {value!r:.40}", key)
+        return value
+
+    def integer(self, table: dict[str, Any], key: str, low: int, high: int) -> int | None:
+        """A whole number from ``low`` to ``high``; None when the key is missing."""
+        value = table.get(key)
+        if key in table and (isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high):
+            raise self.wrong(f"expected {key} = a whole number from {low} to {high}, found {value!r:.40}", key)
+        return value
+
+    def number(self, table: dict[str, Any], key: str, high: float, line: int | None = None) -> float | None:
+        """A number from 0 to ``high``; None when the key is missing."""
+        value = table.get(key)
+        if key not in table:
+            return None
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= high:
+            raise self.wrong(f"expected {key} = a number from 0 to {high:g}, found {value!r:.40}", key, line)
+        return float(value)
+
+    def check_keys(self, table: dict[str, Any], known: Sequence[str], part: str = "", line: int | None = None) -> None:
+        """Makes sure that a table, called ``part``, has only keys that mean something."""
+        for key in table:
+            if key not in known:
+                where = f" in [{part}]" if part else ""
+                raise self.wrong(f"nothing{where} is called {key!r:.60}{nearest(key, known)}", key, line)
+
+    def line(self, pattern: str, number: int = 0) -> int | None:
+        """The line, from 1, of the match ``number``, from 0, of a regular expression; None where there is none."""
+        starts = [match.start() for match in re.finditer(pattern, self._text, re.MULTILINE)]
+        return self._text.count("\n", 0, starts[number]) + 1 if number < len(starts) else None
+
+    def wrong(self, message: str, key: str | None = None, line: int | None = None) -> UsageError:
+        """An error about a line, or about the first line that sets a key."""
+        if key is not None and line is None:
+            line = self.line(rf"^[ \t]*(?:\[+[ \t]*)?[\"']?{re.escape(key)}[\"']?[ \t]*[=.\]]")
+        return UsageError(f"{self.path}{f':{line}' if line else ''}: {message}")
+
+
+def nearest(name: str, known: Sequence[str]) -> str:
+    """What may have been meant, as the end of a message."""
+    near = get_close_matches(name, known, n=1, cutoff=0.6)
+    return f"; did you mean {near[0]}?" if near else f"; expected {', '.join(known)}"
