@@ -5,7 +5,8 @@ GrammarlabError
 ├── LanguageError          a rule file that cannot be used: carries its findings
 ├── DerivationError        a rule that cannot be carried out on a shape: carries a location
 │   └── BudgetError        too many shapes, or too deep
-└── AssetError             a mesh, image or footprint that is missing, broken or out of bounds
+├── AssetError             a mesh, image or footprint that is missing, broken or out of bounds
+└── InexactError           a density that no grammar gives exactly: says why
 
 A finding is one remark of the checker about a place in a rule file. Locations count lines and
 columns from 1; a column counts characters, not bytes.
@@ -93,6 +94,10 @@ class LanguageError(GrammarlabError):
         self.text = text
         super().__init__("\n".join(finding.render(text) for finding in findings))
 
+    def __reduce__(self) -> tuple[type[LanguageError], tuple[tuple[Finding, ...], str]]:
+        """What makes an equal error in another process: an exception alone would be made of its message."""
+        return type(self), (self.findings, self.text)
+
 
 class DerivationError(GrammarlabError):
     """An operation that cannot be carried out.
@@ -104,14 +109,23 @@ class DerivationError(GrammarlabError):
     """
 
     def __init__(self, message: str, location: Location | None = None, hint: str = "") -> None:
+        self.message = message
         self.location = location
         self.hint = hint
         where = f"{location}: " if location is not None else ""
         super().__init__(f"{where}{message}" + (f"\n  hint: {hint}" if hint else ""))
 
+    def __reduce__(self) -> tuple[type[DerivationError], tuple[str, Location | None, str]]:
+        """What makes an equal error in another process."""
+        return type(self), (self.message, self.location, self.hint)
+
 
 class BudgetError(DerivationError):
     """A model that grew past its shape or depth budget."""
+
+
+class InexactError(GrammarlabError):
+    """No grammar of the same form gives the density exactly, or it would be too large."""
 
 
 class AssetError(GrammarlabError):

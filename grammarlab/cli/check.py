@@ -14,20 +14,24 @@ def check(
     grammar: Annotated[str, typer.Argument(metavar="FILE", help="A .cga file, or the name of a shipped grammar.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")] = False,
 ) -> None:
-    """List every error, unsupported feature and doubtful place of a rule file; exit with 1 when there is an error."""
+    """List every error, unsupported feature and doubtful place of a rule file and of the files it imports.
+
+    Exits with 1 when there is an error.
+    """
     with friendly_errors():
-        from grammarlab.runs.checks import findings_of
+        from grammarlab.runs.checks import check_source
         from grammarlab.runs.examples import find_rules
 
-        source = find_rules(grammar)
-        file, text = source.path, source.text()
-        findings = findings_of(text, str(file))
+        file = find_rules(grammar).path
+        checked = check_source(file)
+        findings = [finding for one in checked for finding in one.findings]
         counts = {kind: sum(f.severity == kind for f in findings) for kind in ("error", "unsupported", "warning")}
         if as_json:
             print_json({"file": str(file), **counts, "findings": [finding.as_dict() for finding in findings]})
         else:
-            for finding in findings:
-                typer.echo(finding.render(text) + "\n")
+            for one in checked:
+                for finding in one.findings:
+                    typer.echo(finding.render(one.text) + "\n")
             typer.echo(_summary(file, counts))
         if counts["error"]:
             raise typer.Exit(FAILURE)

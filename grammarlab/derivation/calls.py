@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.shapes import Floats, Shapes, Value, kind_of, number_column
+from grammarlab.derivation.shapes import Floats, Shapes, Value, kind_of, number_column, part_keys
 from grammarlab.errors import DerivationError, Location
 
 if TYPE_CHECKING:
@@ -43,12 +44,12 @@ class Call(NamedTuple):
     @property
     def words(self) -> tuple[str, ...]:
         """The keywords among the arguments, in order."""
-        return tuple(str(argument.value) for argument in self.arguments if argument.keyword)
+        return tuple([str(argument.value) for argument in self.arguments if argument.keyword])
 
     @property
     def values(self) -> tuple[Argument, ...]:
         """The arguments that are not keywords, in order."""
-        return tuple(argument for argument in self.arguments if not argument.keyword)
+        return tuple([argument for argument in self.arguments if not argument.keyword])
 
     def number(self, argument: Argument) -> float | Floats:
         """A number, the same for all or [N].
@@ -57,6 +58,8 @@ class Call(NamedTuple):
             DerivationError: when it is no number, or NaN or infinite for some shape.
         """
         value = argument.value
+        if type(value) is float and math.isfinite(value):
+            return value
         if isinstance(value, str) or (isinstance(value, np.ndarray) and value.dtype.kind == "i"):
             raise self.error(f"{self.name} expected a number, found a {kind_of(value)}")
         if isinstance(value, np.ndarray):
@@ -93,6 +96,16 @@ class Call(NamedTuple):
         return DerivationError(message, self.location, hint)
 
 
+class Condition(NamedTuple):
+    """An expression before the colon of a part, evaluated on each component: ``top || geometry.area > 3``."""
+
+    code: Callable[[Shapes, Workspace], Value]
+    selectors: frozenset[str]
+    """The selectors that it uses; it finds them among `Shapes.state` by their names."""
+    block: int
+    """Number of the block in the rule branch, for the components' random keys."""
+
+
 class Head(NamedTuple):
     """What stands before the colon of one part of a block."""
 
@@ -101,6 +114,12 @@ class Head(NamedTuple):
     """Whether it was written with ``=``: one shape of all selected components, not one for each."""
     group: int = -1
     """Which of the repeated groups of the block the part stands in; -1 for none."""
+    connected: bool = False
+    """Whether it was written with ``=:``: one shape of each connected set of selected components."""
+    condition: Condition | None = None
+    """What must hold for a component to be selected, in place of `argument`."""
+    text: str = ""
+    """What was written, for blocks with selectors."""
 
 
 class Part(NamedTuple):
@@ -110,6 +129,30 @@ class Part(NamedTuple):
     """[K] expanded shapes; their nodes ascend."""
     number: NDArray[np.integer]
     """[K] place among all parts of the same shape, from 0: the address of the part."""
+
+
+def selected(
+    call: Call, condition: Condition, parts: Shapes, number: NDArray[np.integer], picked: Callable[[str], NDArray]
+) -> NDArray[np.bool_]:
+    """[K] which components a condition selects; where it gives a number, the component with that number.
+
+    Args:
+        call: the operation with the block.
+        condition: what must hold.
+        parts: [K] the components as shapes, still with the keys of the shapes that they are parts of.
+        number: [K] the place of each among all components of its shape.
+        picked: [K] the components that a selector picks.
+
+    Raises:
+        DerivationError: when the condition gives a string.
+    """
+    words = {name: picked(name) for name in condition.selectors}
+    key = part_keys(parts.key, condition.block, number)
+    value = condition.code(parts._replace(key=key, state={**parts.state, **words}), call.workspace)
+    kind = kind_of(value)
+    if kind == "string":
+        raise call.error(f"{call.name} expects selectors, numbers or conditions before the colons, found a string")
+    return np.broadcast_to(value if kind == "bool" else number == np.rint(value), parts.num)
 
 
 OperationFunction: TypeAlias = Callable[[Call], Shapes]

@@ -13,6 +13,7 @@ from grammarlab.derivation.functions.attributes import STATE_DEFAULTS
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.derivation.program import CompiledAttribute, CompiledRule, Program
 from grammarlab.derivation.sequences import Operations, SequenceCompiler, Successors
+from grammarlab.derivation.sites import describe_sites, function_name
 from grammarlab.errors import DerivationError
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import (
@@ -48,7 +49,7 @@ class _Compilation:
         self._numbers = {(rule.name, len(rule.parameters)): i for i, rule in enumerate(self._rules)}
         addresses = number_sites(tree)
         own = {a.name for a in self._attributes} | {f.name for f in self._functions}
-        self._site_nodes = [n for n in _walk(tree) if _is_random(n) and _function_name(n) not in own]
+        self._site_nodes = [n for n in _walk(tree) if _is_random(n) and function_name(n) not in own]
         drawing = self._drawing_functions()
         compiled = {
             (f.name, len(f.parameters)): CompiledFunction(
@@ -81,7 +82,7 @@ class _Compilation:
         return Program(
             tuple(self._symbols),
             tuple(self._rule_names),
-            tuple(_describe(node) for node in self._site_nodes),
+            describe_sites(self._grammar, self._site_nodes),
             attributes,
             rules,
             _call_order([self._callees(rule) for rule in self._rules]),
@@ -160,13 +161,8 @@ def _walk(root: object) -> Iterator[Node]:
 def _is_random(node: Node) -> bool:
     if isinstance(node, Stochastic):
         return True
-    builtin = BUILTINS.get(_function_name(node))
+    builtin = BUILTINS.get(function_name(node))
     return builtin is not None and builtin.random
-
-
-def _function_name(node: Node) -> str:
-    """The function that a node calls, with parentheses or without; empty for other nodes."""
-    return node.function if isinstance(node, Call) else node.identifier if isinstance(node, Name) else ""
 
 
 def _called(node: Node) -> tuple[str, int] | None:
@@ -205,13 +201,6 @@ def _number_symbols(tree: RuleFile) -> dict[str, int]:
         if isinstance(node, Invoke) and node.name not in OPERATIONS and node.name not in BLOCKS and node.name != "NIL"
     ]
     return {name: number for number, name in enumerate(dict.fromkeys([*ruled, *invoked]))}
-
-
-def _describe(node: Node) -> str:
-    line = node.location.line
-    if isinstance(node, Stochastic):
-        return f"choice of {len(node.branches)} (line {line})"
-    return f"{_function_name(node)} (line {line})"
 
 
 def _call_order(callees: Sequence[Sequence[int]]) -> tuple[tuple[int, ...], ...]:

@@ -62,8 +62,8 @@ def derive(
         attributes: values for attributes of the grammar, instead of their own.
         start_rule: symbol to start with, instead of the one that the grammar marks.
         footprint: width and depth in metres of a rectangle from the origin along +x and +z, or the corners [n, 3] of a
-            simple polygon, counter-clockwise seen from above. The scope's x axis runs along the first edge, y up, z
-            out over the first edge.
+            simple polygon, counter-clockwise seen from above; holes are joined to it by doubled edges. The scope's x
+            axis runs along the first edge, y up, z out over the first edge.
         assets: folder of the meshes and images that the grammar uses; an `AssetFolder` keeps what it has read.
         budget: bounds on the size of one model.
 
@@ -87,7 +87,7 @@ def derive(
     with np.errstate(all="ignore"):
         engine.run(workspace, start)
     recorder = workspace.recorder
-    leaves = recorder.leaves()
+    leaves = recorder.leaves(workspace.meshes, workspace.frames)
     rotations, frame = workspace.frames.used(leaves.frame)
     return Forest(
         seed,
@@ -202,10 +202,19 @@ def _initial(
     x = footprint[1] - footprint[0]
     x = x / np.linalg.norm(x)
     rotation = np.stack([x, [0.0, 1.0, 0.0], np.cross(x, [0.0, 1.0, 0.0])], axis=1)
-    local = Meshes.from_polygons(footprint @ rotation, np.array([len(footprint)]))
+    # The bridges to its holes are passed twice: there and back over the same points.
+    first, corners = _first_visits(footprint)
+    local = Meshes.single((footprint @ rotation)[first], [corners.tolist()])
     unit, low, size = normalized(local)
     rectangle = np.array([[0.0, 0, 1], [1, 0, 1], [1, 0, 0], [0, 0, 0]])
     is_rectangle = unit.points.shape == (4, 3) and np.allclose(unit.points, rectangle, atol=1e-9)
     frame = 0 if np.allclose(rotation, np.eye(3), atol=1e-12) else int(frames.add(rotation[None])[0])
     mesh = FOOTPRINT if is_rectangle else int(meshes.add(unit)[0])
     return rotation @ low[0], size[0], frame, mesh
+
+
+def _first_visits(points: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Which of points [P] come for the first time, ascending, and for each point [P] the number of its first visit."""
+    _, first, which = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    visited = np.sort(first)
+    return visited, np.searchsorted(visited, first)[which.ravel()]

@@ -24,14 +24,15 @@ def run(workspace: Workspace, start: int) -> None:
     """
     program = workspace.program
     workspace.pending[start].append(workspace.roots)
+    pending = workspace.pending
     for group in program.order:
         waves = 0
-        while any(workspace.pending[rule] for rule in group):
+        while any(pending[rule] for rule in group):
             if waves > workspace.budget.depth:
                 raise _too_deep(workspace, group)
             waves += 1
             for rule in group:
-                chunks, workspace.pending[rule] = workspace.pending[rule], []
+                chunks, pending[rule] = pending[rule], []
                 if chunks:
                     rewrite(program.rules[rule], concatenate(chunks, workspace.strings), workspace)
                     _check_size(workspace, program.rules[rule])

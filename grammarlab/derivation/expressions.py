@@ -83,6 +83,8 @@ class ExpressionCompiler:
 
     names: Names
     parameters: tuple[str, ...] = ()
+    selectors: frozenset[str] = frozenset()
+    """Words that stand for what a block's selectors pick, found among `Shapes.state`."""
 
     def choice(self, choice: Choice) -> Code:
         """Code for a choice whose leaves are expressions."""
@@ -153,6 +155,8 @@ class ExpressionCompiler:
         if name in self.parameters:
             place = self.parameters.index(name)
             return lambda shapes, workspace: shapes.locals[place]
+        if name in self.selectors:
+            return lambda shapes, workspace: shapes.state[name]
         if name in self.names.attributes:
             return lambda shapes, workspace: workspace.attribute_of(name, shapes)
         function = self.names.functions.get((name, 0))

@@ -15,6 +15,8 @@ _FACE_POINTS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0
 _FACE = Meshes.single(_FACE_POINTS, [[0, 1, 2, 3]])
 
 
+_UP = np.array([0.0, 1.0, 0.0])
+
 _ROUNDING = 1e-9
 """Share of the scope's size by which a corner of a rectangle may be off."""
 
@@ -27,6 +29,7 @@ class MeshPool:
         self._starts = [0]
         self._used = 4
         self._named: dict[str, int] = {}
+        self._upside_down: dict[int, int] = {}
 
     def __len__(self) -> int:
         return self._used
@@ -45,6 +48,21 @@ class MeshPool:
         if known is None:
             known = self._named[name] = int(self.add(mesh)[0])
         return known
+
+    def upside_down(self, ids: NDArray[np.integer]) -> Ids:
+        """The ids [N] of meshes whose points stand on their heads, with the same faces.
+
+        Scaled by a negative height they are where the given ones are: this is how scopes of negative height keep
+        their geometry. Turned over twice, a mesh is itself again.
+        """
+        different, which = np.unique(ids, return_inverse=True)
+        for mesh in different.tolist():
+            if mesh not in self._upside_down:
+                unit = self.take(np.array([mesh]))
+                x, y, z = unit.points.T
+                turned = int(self.add(unit.with_points(np.stack((x, 1.0 - y, z), axis=1)))[0])
+                self._upside_down[mesh], self._upside_down[turned] = turned, mesh
+        return np.array([self._upside_down[mesh] for mesh in different.tolist()], dtype=np.int32)[which]
 
     def take(self, ids: NDArray[np.integer]) -> Meshes:
         """The meshes [N] with these ids, in the unit cube."""
@@ -67,6 +85,22 @@ class MeshPool:
 def scaled(meshes: Meshes, size: Floats) -> Meshes:
     """Meshes with the points of each multiplied by its size [N, 3]."""
     return meshes.with_points(meshes.points * np.repeat(size, np.diff(meshes.mesh_points), axis=0))
+
+
+def upright(shapes: Shapes, pool: MeshPool, frames: FramePool) -> Shapes:
+    """The same geometry in scopes of which none has a negative height."""
+    if not (shapes.size[:, 1] < 0.0).any():
+        return shapes
+    return turned_over(shapes, shapes.size[:, 1] < 0.0, pool, frames)
+
+
+def turned_over(shapes: Shapes, chosen: NDArray[np.bool_], pool: MeshPool, frames: FramePool) -> Shapes:
+    """The same geometry in scopes that begin at their other end, with the height negated, where chosen [N]."""
+    height = np.where(chosen, shapes.size[:, 1], 0.0)
+    mesh = shapes.mesh.copy()
+    mesh[chosen] = pool.upside_down(mesh[chosen])
+    position = shapes.position + frames.axis(shapes.frame, 1) * height[:, None]
+    return shapes._replace(position=position, size=shapes.size - 2.0 * height[:, None] * _UP, mesh=mesh)
 
 
 def replaced(shapes: Shapes, meshes: Meshes, pool: MeshPool, frames: FramePool) -> Shapes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,14 +95,25 @@ def _equality(symbol: str) -> BinaryOperator:
 
 def _ordering(symbol: str, apply: Callable) -> BinaryOperator:
     def evaluate(left: Value, right: Value, strings: StringPool, location: Location) -> Value:
-        if kind_of(left) == "string" or kind_of(right) == "string":
+        kinds = {kind_of(left), kind_of(right)}
+        if kinds == {"string"}:
+            left, right = _letters(left, strings), _letters(right, strings)
+        elif "string" in kinds:
             raise DerivationError(
-                f"{symbol} compares numbers, found a {kind_of(left)} and a {kind_of(right)}", location
+                f"{symbol} compares values of one type, found a {kind_of(left)} and a {kind_of(right)}", location
             )
         truth = apply(left, right)
         return truth if isinstance(truth, np.ndarray) else bool(truth)
 
     return evaluate
+
+
+def _letters(value: Value, strings: StringPool) -> Any:
+    """Strings in a form that NumPy can put in order."""
+    if not isinstance(value, np.ndarray):
+        return np.str_(value)
+    codes, which = np.unique(value, return_inverse=True)
+    return np.array([strings[code] for code in codes.tolist()])[which]
 
 
 def _negative(value: Value, location: Location) -> Value:

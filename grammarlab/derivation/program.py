@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from grammarlab.derivation.choices import Branching, Code
-from grammarlab.derivation.forest import RuleName
+from grammarlab.derivation.forest import RuleName, Site
 from grammarlab.derivation.sequences import Operations
 from grammarlab.errors import Location
 
@@ -41,7 +41,7 @@ class Program:
 
     symbols: tuple[str, ...]
     rule_names: tuple[RuleName, ...]
-    sites: tuple[str, ...]
+    sites: tuple[Site, ...]
     attributes: Mapping[str, CompiledAttribute]
     rules: tuple[CompiledRule, ...]
     order: tuple[tuple[int, ...], ...]

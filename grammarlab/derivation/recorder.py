@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Draws, Leaves, Nodes, Reports
+from grammarlab.derivation.frames import FramePool
+from grammarlab.derivation.meshes import MeshPool, upright
 from grammarlab.derivation.shapes import EMPTY, Floats, Ids, Shapes
 
 _MOST_PRINTS = 10_000
@@ -83,17 +85,21 @@ class Recorder:
             _filled([repeat for *_, repeat in self._nodes], counts, 0),
         )
 
-    def leaves(self) -> Leaves:
-        """All leaves that have geometry."""
-        visible = [(shapes, shapes.mesh != EMPTY) for shapes in self._leaves]
-        kept = [shapes if seen.all() else shapes.take(np.flatnonzero(seen)) for shapes, seen in visible]
+    def leaves(self, meshes: MeshPool, frames: FramePool) -> Leaves:
+        """All leaves that have geometry, in scopes of positive height."""
+        whole = _leaves(self._leaves)
+        if whole.size[:, 1].min(initial=0.0) < 0.0:
+            whole = _leaves([upright(shapes, meshes, frames) for shapes in self._leaves])
+        visible = whole.mesh != EMPTY
+        if visible.all():
+            return whole
         return Leaves(
-            _joined([shapes.node for shapes in kept], np.int32),
-            np.concatenate([np.zeros((0, 3)), *(shapes.position for shapes in kept)]),
-            np.concatenate([np.zeros((0, 3)), *(shapes.size for shapes in kept)]),
-            _joined([shapes.frame for shapes in kept], np.int32),
-            _joined([shapes.mesh for shapes in kept], np.int32),
-            _joined([shapes.material for shapes in kept], np.int32),
+            whole.node[visible],
+            whole.position[visible],
+            whole.size[visible],
+            whole.frame[visible],
+            whole.mesh[visible],
+            whole.material[visible],
         )
 
     def draws(self) -> Draws:
@@ -125,6 +131,17 @@ class Recorder:
         return np.arange(first, first + count, dtype=np.int32)
 
 
+def _leaves(chunks: Sequence[Shapes]) -> Leaves:
+    return Leaves(
+        _joined([shapes.node for shapes in chunks], np.int32),
+        np.concatenate([np.zeros((0, 3)), *(shapes.position for shapes in chunks)]),
+        np.concatenate([np.zeros((0, 3)), *(shapes.size for shapes in chunks)]),
+        _joined([shapes.frame for shapes in chunks], np.int32),
+        _joined([shapes.mesh for shapes in chunks], np.int32),
+        _joined([shapes.material for shapes in chunks], np.int32),
+    )
+
+
 def _joined(columns: Sequence[NDArray[np.generic]], dtype: type[np.generic]) -> NDArray:
     return np.concatenate([np.zeros(0, dtype), *columns]).astype(dtype, copy=False)
 
@@ -136,7 +153,7 @@ def _filled(columns: Sequence[Ids | None], counts: Sequence[int], missing: int) 
 
 def _count_in_run(values: Ids) -> Ids:
     """For each value of an ascending column, how many equal ones stand before it."""
-    if values[0] == values[-1]:
+    if len(values) == 1 or values[0] == values[-1]:
         return np.arange(len(values), dtype=np.int32)
     differs = values[1:] != values[:-1]
     if differs.all():

@@ -7,27 +7,34 @@ from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING, TypeAlias
 
-from grammarlab.derivation.calls import Argument, BlockOperation, Call, Head, Operation
-from grammarlab.derivation.choices import Branching, Code, route
+from grammarlab.derivation.calls import Argument, BlockOperation, Call, Condition, Head, Operation
+from grammarlab.derivation.choices import Branching, Code, Leaf, route
 from grammarlab.derivation.expressions import ExpressionCompiler
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
-from grammarlab.derivation.shapes import Shapes, child_keys, part_keys
+from grammarlab.derivation.shapes import Shapes, Value, child_keys, kind_of, part_keys
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language import syntax
-from grammarlab.language.builtins import operations
+from grammarlab.language.builtins import blocks, operations
+from grammarlab.language.printing import expression
 from grammarlab.language.syntax import (
     Binary,
     Block,
+    Boolean,
     Expression,
     Floating,
     Group,
     Invoke,
     Item,
     Name,
+    Number,
     Part,
     Relative,
     Scoped,
+    String,
+    Unary,
 )
+from grammarlab.language.syntax import Call as SyntaxCall
+from grammarlab.language.walking import walk
 
 if TYPE_CHECKING:
     from grammarlab.derivation.workspace import Workspace
@@ -65,6 +72,15 @@ class Successors:
     """Number of the rule for a symbol and a number of arguments."""
     draws: Callable[[object], bool]
     """Whether anything random may happen in, or be derived from, a piece of the syntax tree."""
+
+
+def run_branches(body: Branching[Operations], shapes: Shapes, workspace: Workspace) -> None:
+    """Carry out, on each shape, the sequence that a choice comes to."""
+    if isinstance(body, Leaf):
+        body.payload.run(shapes, workspace)
+        return
+    for sequence, _, taken in route(body, shapes, workspace):
+        sequence.run(taken, workspace)
 
 
 class SequenceCompiler:
@@ -129,7 +145,7 @@ class SequenceCompiler:
         self._num_blocks += 1
         codes = self._arguments(item.name, item.arguments, operation, item.location)
         parts = list(_flattened(item.group, item.group.repeated))
-        heads = tuple(self._head(part, group, operation) for part, group in parts)
+        heads = tuple(self._head(part, group, operation, number) for part, group in parts)
         draws = tuple(self._successors.draws(part.body) for part, _ in parts)
         bodies = tuple(self.body(part.body, in_block=True) for part, _ in parts)
         name, location, divide = item.name, item.location, operation.divide
@@ -142,8 +158,7 @@ class SequenceCompiler:
                 if part.shapes.num:
                     key = part_keys(part.shapes.key, number, part.number) if random else None
                     inner = part.shapes if part.shapes.key is key else part.shapes._replace(key=key)
-                    for sequence, _, taken in route(body, inner, workspace):
-                        sequence.run(taken, workspace)
+                    run_branches(body, inner, workspace)
             return shapes
 
         return step
@@ -174,27 +189,63 @@ class SequenceCompiler:
         if not least <= len(arguments) <= most:
             wanted = str(least) if least == most else f"{least} to {most}"
             raise DerivationError(f"{name} expects {wanted} arguments, found {len(arguments)}", location)
-        named = isinstance(operation, Operation) and operation.names_target
-        return tuple(
-            self._argument(argument, operation.keywords, named and place == 0)
-            for place, argument in enumerate(arguments)
-        )
+        if isinstance(operation, Operation) and operation.names_target:
+            return self._target(arguments[0]), self._argument(arguments[1], frozenset())
+        # CGA tells keywords from values by their place: extrude(x) is a height, extrude(x, 3) a direction.
+        forms = [form for form in (*operations().get(name, ()), *blocks().get(name, ())) if form.takes(len(arguments))]
+        words = [frozenset[str]().union(*(f.parameters[i].keywords for f in forms)) for i in range(len(arguments))]
+        for argument, possible in zip(arguments, words, strict=True):
+            if _word(argument) in possible - operation.keywords:
+                message = f"{name} with {_word(argument)} is not supported"
+                return (_failure(message, argument.location),)
+        return tuple(self._argument(argument, possible) for argument, possible in zip(arguments, words, strict=True))
 
-    def _argument(
-        self, node: Expression, keywords: frozenset[str], named: bool = False
-    ) -> Callable[[Shapes, Workspace], Argument]:
-        if isinstance(node, Name) and (named or node.identifier in keywords):
+    def _target(self, node: Expression) -> Callable[[Shapes, Workspace], Argument]:
+        """What ``set`` changes: a name, or a text in ``sel``."""
+        if isinstance(node, Name):
             word = Argument(node.identifier, keyword=True)
             return lambda shapes, workspace: word
+        return self._argument(node, frozenset())
+
+    def _argument(self, node: Expression, keywords: frozenset[str]) -> Callable[[Shapes, Workspace], Argument]:
+        if _word(node) in keywords:
+            word = Argument(_word(node), keyword=True)
+            return lambda shapes, workspace: word
+        if isinstance(node, SyntaxCall) and node.function == "sel" and len(node.arguments) == 1:
+            text = self._expressions.expression(node.arguments[0])
+            return lambda shapes, workspace: Argument(_same_text(text(shapes, workspace), node.location), keyword=True)
         inner, prefixes = _without_prefixes(node)
         floating, relative = Floating in prefixes, Relative in prefixes
+        if isinstance(inner, Number | Boolean | String):
+            constant = Argument(inner.value, False, relative, floating)
+            return lambda shapes, workspace: constant
         code: Code = self._expressions.expression(inner)
         return lambda shapes, workspace: Argument(code(shapes, workspace), False, relative, floating)
 
-    def _head(self, part: Part, group: int, operation: BlockOperation) -> Callable[[Shapes, Workspace], Head]:
-        argument = self._argument(part.head, operation.selectors)
-        joined = part.inclusive
-        return lambda shapes, workspace: Head(argument(shapes, workspace), joined, group)
+    def _head(
+        self, part: Part, group: int, operation: BlockOperation, block: int
+    ) -> Callable[[Shapes, Workspace], Head]:
+        words, node = operation.selectors, part.head
+        if words and not _is_selector_or_index(node, words):
+            code = replace(self._expressions, selectors=words).expression(node)
+            used = frozenset(inner.identifier for inner in walk(node) if isinstance(inner, Name)) & words
+            condition = Condition(code, used, block)
+            head = Head(_NO_ARGUMENT, part.inclusive, group, part.connected, condition, expression(node))
+            return lambda shapes, workspace: head
+        argument = self._argument(node, words)
+        fixed = Head(_NO_ARGUMENT, part.inclusive, group, part.connected, None, expression(node) if words else "")
+        return lambda shapes, workspace: fixed._replace(argument=argument(shapes, workspace))
+
+
+_NO_ARGUMENT = Argument("")
+_COUNTING = frozenset({"+", "-", "*", "/", "%"})
+
+
+def _is_selector_or_index(node: Expression, words: frozenset[str]) -> bool:
+    """Whether the head of a part is one selector, or a number that does not depend on the component."""
+    if isinstance(node, Name):
+        return node.identifier in words
+    return isinstance(node, Number) or (isinstance(node, Binary | Unary) and node.operator in _COUNTING)
 
 
 def _without_prefixes(node: Expression) -> tuple[Expression, frozenset[type]]:
@@ -228,6 +279,26 @@ def _leaf(symbol: int, child: int, in_block: bool) -> Step:
     return step
 
 
+def _word(node: Expression) -> str:
+    """The word that an argument is, with quotes around it as older files have them, or without; else empty."""
+    return node.identifier if isinstance(node, Name) else node.value if isinstance(node, String) else ""
+
+
+def _same_text(value: Value, location: Location) -> str:
+    if isinstance(value, str):
+        return value
+    raise DerivationError(f"sel expects one string for all shapes, found a {kind_of(value)}", location)
+
+
+def _failure(message: str, location: Location) -> Callable[[Shapes, Workspace], Argument]:
+    """An argument that cannot be evaluated: a rule file may hold what its models never use."""
+
+    def evaluate(shapes: Shapes, workspace: Workspace) -> Argument:
+        raise DerivationError(message, location, "`grammarlab check` lists everything that is not")
+
+    return evaluate
+
+
 def _refusal(name: str, location: Location) -> Step:
     """A step that fails when a shape comes to it: a rule file may hold what its models never use."""
 
@@ -256,16 +327,17 @@ def _makes_shapes(sequence: syntax.Sequence) -> bool:
 
 
 def _flattened(group: Group, repeated: bool) -> Iterator[tuple[Part, int]]:
-    """The parts of a block in the order of the text, each with the number of the repeated group it stands in."""
+    """The parts of a block in the order of the text, each with the number of the repeated group it stands in.
+
+    A repeated group inside a repeated group stands once in each turn: the outer one takes all the room there is.
+    """
     counter = count()
 
     def walk(group: Group, number: int) -> Iterator[tuple[Part, int]]:
         for part in group.parts:
             if isinstance(part, Part):
                 yield part, number
-            elif part.repeated and number >= 0:
-                raise DerivationError("a repeated group inside a repeated group is not supported", part.location)
             else:
-                yield from walk(part, next(counter) if part.repeated else number)
+                yield from walk(part, next(counter) if part.repeated and number < 0 else number)
 
     yield from walk(group, next(counter) if repeated else -1)

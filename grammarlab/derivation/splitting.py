@@ -2,16 +2,15 @@
 
 Fixed sizes (absolute, or relative to the whole length) are served first; all floating sizes are then stretched by one
 common factor so that they fill what is left. A repeated group with floating sizes, or beside some, is used so often
-that this factor comes nearest to 1; several groups share the count evenly, the first ones get what is over. Where
-nothing floats, a group is used as often as it fits and its last part is cut. Parts of no extent are left out; nothing
-reaches beyond the length.
+that this factor is above 0 and comes nearest to 1; several groups share the count evenly, the first ones get what is
+over. Where nothing floats, a group is used as often as it fits and its last part is cut. Parts of no extent are left
+out; nothing reaches beyond the length.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +27,7 @@ _MOST_REPEATS = 2**31
 _NOTHING = 1e-300
 
 
-@dataclass(frozen=True, slots=True)
-class Size:
+class Size(NamedTuple):
     """One size of a split, for N lengths."""
 
     value: Amount
@@ -37,8 +35,7 @@ class Size:
     floating: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Repeat:
+class Repeat(NamedTuple):
     """Sizes that stand in braces with a star."""
 
     sizes: tuple[Size, ...]
@@ -47,8 +44,7 @@ class Repeat:
 Element: TypeAlias = Size | Repeat
 
 
-@dataclass(frozen=True, slots=True)
-class Pieces:
+class Pieces(NamedTuple):
     """The pieces that one size of the split makes: K pieces, by length and then along it."""
 
     row: Ints
@@ -57,6 +53,8 @@ class Pieces:
     """[K] metres from the start of the length."""
     extent: Floats
     """[K] metres, > 0."""
+    is_one_each: bool
+    """Whether these are one piece of every length, so that `row` is 0, 1, 2, …"""
 
 
 def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
@@ -69,6 +67,8 @@ def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
     times = _repeats(length, elements)
     scale = _stretch(length, elements, times)
     reach = length - TOLERANCE * (1.0 + length)
+    if not times:
+        return _in_a_row([_extent(size, scale) for size in elements if isinstance(size, Size)], length, reach)
     turns = iter(times)
     start: Amount = 0.0
     everyone = np.arange(len(length))
@@ -76,7 +76,7 @@ def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
     for element in elements:
         if isinstance(element, Size):
             extent = _extent(element, scale)
-            pieces.append(_within(everyone, start, extent, length, reach))
+            pieces.append(_within(everyone, start, extent, length, reach, is_one_each=True))
             start = start + extent
         else:
             count = next(turns)
@@ -84,6 +84,25 @@ def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
             pieces += _repeated(extents, count, start, length, reach)
             start = start + count * _sum(extents)
     return pieces
+
+
+def _in_a_row(extents: Sequence[Amount], length: Floats, reach: Floats) -> list[Pieces]:
+    """The pieces of a split without repeats, all at once: with few lengths the number of array calls is what costs."""
+    everyone = np.arange(len(length))
+    wanted = np.empty((len(extents), len(length)))
+    for place, extent in enumerate(extents):
+        wanted[place] = extent
+    end = np.add.accumulate(wanted, axis=0)
+    start = np.zeros(end.shape)
+    start[1:] = end[:-1]
+    cut: Floats = np.where(end >= reach, length, end) - start
+    keep = cut > TOLERANCE
+    if keep.all():
+        return [Pieces(everyone, first, extent, is_one_each=True) for first, extent in zip(start, cut, strict=True)]
+    return [
+        Pieces(everyone[kept], first[kept], extent[kept], is_one_each=bool(kept.all()))
+        for kept, first, extent in zip(keep, start, cut, strict=True)
+    ]
 
 
 def count_pieces(length: Floats, elements: Sequence[Element]) -> int:
@@ -103,16 +122,23 @@ def _repeats(length: Floats, elements: Sequence[Element]) -> list[Ints]:
     inner = [_totals(group.sizes) for group in groups]
     period = _sum([f + w for f, w in inner])
     ideal = len(groups) * (length - fixed - floats) / np.maximum(period, TOLERANCE)
-    ideal = np.clip(np.nan_to_num(ideal), 0.0, _MOST_REPEATS)
+    ideal = np.where(period > TOLERANCE, np.clip(np.nan_to_num(ideal), 0.0, _MOST_REPEATS), 0.0)
     if not any(size.floating for e in elements for size in (e.sizes if isinstance(e, Repeat) else (e,))):
         return _share(ideal, len(groups))
     least = 0 if any(isinstance(e, Size) and e.floating for e in elements) else 1
-    below = np.maximum(np.floor(ideal), least)
-    options = [_share(below, len(groups)), _share(below + 1.0, len(groups))]
-    errors = [np.abs(_factor(length, fixed, floats, inner, counts) - 1.0) for counts in options]
-    nearer = errors[1] < errors[0]
+    best = _share(np.full(len(length), float(least)), len(groups))
+    smallest = np.full(len(length), np.inf)
+    # The factor falls as the total grows; groups that differ move the place where it passes 1 by less than one round.
+    first = np.floor(ideal) - (len(groups) - 1)
+    for step in range(2 * len(groups)):
+        counts = _share(np.maximum(first + step, least), len(groups))
+        factor = _factor(length, fixed, floats, inner, counts)
+        error = np.where(factor > 0.0, np.abs(factor - 1.0), np.inf)
+        nearer = error < smallest
+        smallest = np.where(nearer, error, smallest)
+        best = [np.where(nearer, new, old) for new, old in zip(counts, best, strict=True)]
     some = length - fixed > TOLERANCE
-    return [np.where(some, np.where(nearer, high, low), 0) for low, high in zip(*options, strict=True)]
+    return [np.where(some, count, 0) for count in best]
 
 
 def _share(total: Floats, groups: int) -> list[Ints]:
@@ -146,23 +172,24 @@ def _repeated(extents: Sequence[Amount], times: Ints, start: Amount, length: Flo
     whole = length[row]
     period = _sum(extents)
     first = _at(start, row) + turn * _at(period, row)
+    is_one_each = bool((times == 1).all())
     pieces = []
     for extent in extents:
-        pieces.append(_within(row, first, _at(extent, row), whole, reach[row]))
+        pieces.append(_within(row, first, _at(extent, row), whole, reach[row], is_one_each))
         first = first + _at(extent, row)
     return pieces
 
 
-def _within(row: Ints, start: Amount, wanted: Amount, length: Floats, reach: Floats) -> Pieces:
+def _within(row: Ints, start: Amount, wanted: Amount, length: Floats, reach: Floats, is_one_each: bool) -> Pieces:
     """Pieces cut at the end of their length, without the empty ones; what ends next to the end ends there."""
+    first: Floats = np.asarray(start, np.float64) if isinstance(start, np.ndarray) else np.zeros(len(row)) + start
     end = start + wanted
     end = np.where(end >= reach, length, end)
-    first: Floats = np.asarray(start, np.float64) if isinstance(start, np.ndarray) else np.full(len(row), start)
-    extent = np.asarray(end - start, np.float64)
-    if len(extent) and extent.min() > TOLERANCE:
-        return Pieces(row, first, extent)
-    keep = np.flatnonzero((extent > TOLERANCE) & (end > start))
-    return Pieces(row[keep], first[keep], extent[keep])
+    extent: Floats = end - first
+    keep = extent > TOLERANCE
+    if keep.all():
+        return Pieces(row, first, extent, is_one_each)
+    return Pieces(row[keep], first[keep], extent[keep], is_one_each=False)
 
 
 def _extent(size: Size, scale: Floats) -> Amount:

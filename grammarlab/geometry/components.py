@@ -1,7 +1,8 @@
 """The faces, edges and vertices of meshes as shapes of their own, each in its own frame: CGA's ``comp``.
 
 Frames follow CGA. Face: x along its first edge, z the outward normal, origin at its first corner. Edge: x along it,
-z the mean normal of its faces, origin at its start. Vertex: z the mean normal of its faces. y is z cross x.
+z the mean normal of its faces, origin at its start. Vertex: z the mean normal of its faces. y is z cross x. What
+belongs to one face alone is in `grammarlab.geometry.face_components`.
 """
 
 from __future__ import annotations
@@ -99,11 +100,11 @@ def face_sets(meshes: Meshes, chosen: Indices, sizes: Indices) -> Components:
     first = chosen[np.cumsum(sizes) - sizes]
     normals = face_normals(meshes)
     pivot = meshes.points[meshes.corner_points()[meshes.face_offsets[:-1][first]]]
-    rotation = _frames(normals[first], _first_edges(meshes)[first])
+    rotation = frames(normals[first], _first_edges(meshes)[first])
     shapes = _extract(meshes, chosen, sizes)
     point_set = shapes.mesh_of_point()
     local = apply_transposed(rotation.take(point_set, axis=0), shapes.points - pivot.take(point_set, axis=0))
-    shapes, low, size = _fitted(shapes.with_points(local))
+    shapes, low, size = fitted(shapes.with_points(local))
     mesh = meshes.mesh_of_face()[first]
     return Components(
         mesh,
@@ -170,7 +171,7 @@ def vertices(meshes: Meshes) -> Components:
         mesh,
         index_in_row(np.bincount(mesh, minlength=len(meshes))),
         Meshes.from_polygons(np.zeros((count, 3)), np.ones(count, np.int64)),
-        _frames(mean, np.zeros((count, 3))),
+        frames(mean, np.zeros((count, 3))),
         meshes.points[used],
         meshes.points[used],
         np.zeros((count, 3)),
@@ -178,15 +179,6 @@ def vertices(meshes: Meshes) -> Components:
         at_border[used],
         np.full(count, NO_ROOF_EDGE, np.int8),
     )
-
-
-def upwards(components: Components) -> Components:
-    """Edges with those that descend turned around, as CGA orients ridges, hips and valleys."""
-    descends = components.rotation[:, 1, 0] < 0.0
-    turned = components.rotation * np.where(descends[:, None, None], [-1.0, -1.0, 1.0], 1.0)
-    far = components.pivot + components.rotation[:, :, 0] * components.size[:, :1]
-    start = np.where(descends[:, None], far, components.pivot)
-    return replace(components, rotation=turned, origin=start, pivot=start)
 
 
 def _first_edges(meshes: Meshes) -> Floats:
@@ -200,7 +192,7 @@ def _first_edges(meshes: Meshes) -> Floats:
     return result
 
 
-def _frames(z: Floats, x: Floats) -> Floats:
+def frames(z: Floats, x: Floats) -> Floats:
     """[K, 3, 3] frames with the given z axis (unit or zero) and x as near to the given direction as that allows."""
     z = np.where(has_length(z), z, any_normal(x))
     across = unit(x - z * dot(x, z)[:, None])
@@ -210,7 +202,7 @@ def _frames(z: Floats, x: Floats) -> Floats:
 
 def _frames_along(x: Floats, z: Floats) -> Floats:
     """[K, 3, 3] frames with the given x axis (unit or zero) and z as near to the given direction as that allows."""
-    turned = _frames(x, z)
+    turned = frames(x, z)
     # There the roles are swapped: its z is our x, its x our z.
     return np.stack((turned[:, :, 2], -turned[:, :, 1], turned[:, :, 0]), axis=2)
 
@@ -233,7 +225,7 @@ def _extract(meshes: Meshes, chosen: Indices, sizes: Indices) -> Meshes:
     )
 
 
-def _fitted(meshes: Meshes) -> tuple[Meshes, Floats, Floats]:
+def fitted(meshes: Meshes) -> tuple[Meshes, Floats, Floats]:
     """Meshes moved so that their bounding boxes begin at zero, and the low corner and size [K, 3] they had.
 
     What rounding left of an extent becomes exactly zero.

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.geometry.mesh import Indices, Meshes
+from grammarlab.geometry.mesh import Floats, Indices, Meshes
 from grammarlab.geometry.ragged import any_rows, next_in_row
+from grammarlab.geometry.vectors import norm
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +86,28 @@ def _lowest_two(values: Indices, starts: Indices, counts: Indices) -> tuple[Indi
 def num_edges(meshes: Meshes) -> Indices:
     """[M] undirected edges of each mesh."""
     return np.bincount(edges(meshes).mesh, minlength=len(meshes))
+
+
+def num_holes(meshes: Meshes) -> Indices:
+    """[M] holes in the faces of each mesh: each hangs on one bridge, which its face runs along there and back."""
+    bridges = edges(meshes).edge_of_corner < 0
+    owner = meshes.mesh_of_face()[meshes.face_of_corner()[bridges]]
+    return np.bincount(owner, minlength=len(meshes)) // 2
+
+
+def is_closed_surface(meshes: Meshes) -> NDArray[np.bool_]:
+    """[M] whether a mesh has faces and each of its edges belongs to exactly two."""
+    table = edges(meshes)
+    closed = np.diff(meshes.mesh_faces) > 0
+    closed[table.mesh[table.num_faces != 2]] = False
+    return closed
+
+
+def boundary_lengths(meshes: Meshes) -> Floats:
+    """[M] summed lengths, in metres, of the edges that only one face has."""
+    table = edges(meshes)
+    lengths = np.where(table.is_boundary, norm(meshes.points[table.end] - meshes.points[table.start]), 0.0)
+    return np.bincount(table.mesh, lengths, len(meshes)).astype(np.float64)
 
 
 def faces_at_boundary(meshes: Meshes, table: Edges) -> NDArray[np.bool_]:

@@ -15,6 +15,7 @@ from typing import Literal
 
 import numpy as np
 
+from grammarlab.arrays import take_rows
 from grammarlab.errors import DerivationError
 from grammarlab.geometry import ridge, single_slopes
 from grammarlab.geometry.mesh import Floats, Indices, Meshes
@@ -124,6 +125,21 @@ def roof_pyramid(meshes: Meshes, value: Floats | float, by: By = "angle") -> Mes
     """
     (amount,) = _per_face(meshes, value)
     return single_slopes.pyramids(meshes, _limited(amount, by, 0.0), by == "height")
+
+
+def taper(meshes: Meshes, heights: Floats) -> Meshes:
+    """A pyramid over the first face of each mesh, with its tip over the centre of gravity; the other faces are dropped.
+
+    Args:
+        meshes: M meshes.
+        heights: [M] metres, at least 0.
+    """
+    first = np.unique(meshes.mesh_of_face(), return_index=True)[1]
+    filled = np.diff(meshes.mesh_faces) > 0
+    corners, offsets = take_rows(meshes.face_offsets, first)
+    points = meshes.points[meshes.corner_points()[corners]]
+    alone = Meshes.from_polygons(points, np.diff(offsets), filled.astype(np.int64))
+    return single_slopes.pyramids(alone, heights[filled], is_height=True, balanced=True)
 
 
 def roof_shed(meshes: Meshes, value: Floats | float, by: By = "angle", index: Indices | int = 0) -> Meshes:

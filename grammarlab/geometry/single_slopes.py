@@ -42,18 +42,21 @@ class _Rims:
     """[F] faces without area, which stay as they are."""
 
 
-def pyramids(meshes: Meshes, amount: Floats, is_height: bool) -> Meshes:
+def pyramids(meshes: Meshes, amount: Floats, is_height: bool, balanced: bool = False) -> Meshes:
     """See `grammarlab.geometry.roofs.roof_pyramid`.
 
     Args:
         meshes: M meshes.
         amount: [F] heights in metres, or slopes (rise over run) of the triangles over the first edges.
         is_height: which of them.
+        balanced: whether the tip stands over the centre of gravity, not over the mean of the corners.
     """
     rims = _rims(lay_flat(meshes))
     polygons, face = rims.polygons, rims.polygons.face_of_corner()
     count = np.maximum(polygons.counts, 1)
     tip = sums_by_row(face, len(polygons), polygons.xy) / count[:, None]
+    if balanced:
+        tip = _centres_of_gravity(polygons, tip)
     # The first edge lies on the x axis of the polygon's frame.
     height = amount if is_height else amount * np.abs(tip[:, 1])
     tips = polygons.lift(np.arange(len(polygons)), tip[:, None], height[:, None])[:, 0]
@@ -64,6 +67,17 @@ def pyramids(meshes: Meshes, amount: Floats, is_height: bool) -> Meshes:
     points = np.concatenate([polygons.points, tips])
     owner = np.concatenate([face, np.arange(len(polygons))])
     return regroup(_solids(points, owner, len(polygons), [sides, _undersides(rims)]), meshes.mesh_faces)
+
+
+def _centres_of_gravity(polygons: Polygons, inside: Floats) -> Floats:
+    """[F, 2] centres of gravity of polygons, from a point [F, 2] near each; that point for those without area."""
+    face = polygons.face_of_corner()
+    here = polygons.xy - inside[face]
+    there = here[polygons.next_corner()]
+    twice = here[:, 0] * there[:, 1] - here[:, 1] * there[:, 0]
+    area = 0.5 * sums_by_row(face, len(polygons), twice[:, None])
+    moment = sums_by_row(face, len(polygons), (here + there) * twice[:, None]) / 6.0
+    return inside + np.divide(moment, area, out=np.zeros_like(moment), where=area > 0.0)
 
 
 def sheds(meshes: Meshes, amount: Floats, is_height: bool, index: Indices) -> Meshes:

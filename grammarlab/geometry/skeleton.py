@@ -77,7 +77,7 @@ def sweep(
     size = float((high - low).max())
     if size <= 0.0 or not math.isfinite(size):
         return None
-    if not shapely.is_valid(shapely.polygons(loops[0], list(loops[1:]) or None)):
+    if not shapely.Polygon(loops[0], list(loops[1:])).is_valid:
         return None
     # A power of two loses no digits.
     scale = 2.0 ** math.frexp(size)[1]

@@ -11,7 +11,7 @@ from grammarlab.language import builtins
 from grammarlab.language.builtins import Parameter, Signature
 from grammarlab.language.kinds import ANY, Scope, Types, advice, in_words, types_of
 from grammarlab.language.symbols import suggestion
-from grammarlab.language.syntax import Expression, Name, String
+from grammarlab.language.syntax import Call, Expression, Name, String
 
 if TYPE_CHECKING:
     from grammarlab.language.inference import ExpressionChecker
@@ -82,7 +82,9 @@ def _argument(
 
 def _place(checker: ExpressionChecker, node: Expression, scope: Scope) -> Types:
     """Checks the name that ``set`` sets."""
-    if not isinstance(node, Name):
+    if isinstance(node, Call) and node.function == "sel":
+        checker.value(node, scope.plain())
+    elif not isinstance(node, Name):
         checker.remarks.error("wrong-type", node.location, "set expects the name of an attribute first")
     elif node.identifier in builtins.READ_ONLY_ATTRIBUTES:
         checker.remarks.error("read-only", node.location, f"{node.identifier} cannot be set")

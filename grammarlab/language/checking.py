@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from grammarlab.errors import Finding
 from grammarlab.language.declarations import check_declarations
@@ -10,7 +10,7 @@ from grammarlab.language.flow import check_endless, check_reachable, check_shado
 from grammarlab.language.grammar import Grammar, start_rules
 from grammarlab.language.inference import ExpressionChecker
 from grammarlab.language.kinds import Scope
-from grammarlab.language.parsing import parse
+from grammarlab.language.parsing import Parsed, parse
 from grammarlab.language.symbols import EVERYTHING, Remarks, SupportedFeatures, Symbols, collect
 from grammarlab.language.syntax import (
     Attribute,
@@ -49,14 +49,31 @@ def check_text(text: str, file: str = "<text>", supported: SupportedFeatures = E
         file: its name, for messages.
         supported: what can be carried out.
     """
-    text = text.removeprefix("\ufeff")
-    parsed = parse(text, file)
+    return check_parsed(parse(text.removeprefix("\ufeff"), file), supported, {}, ())[0]
+
+
+def check_parsed(
+    parsed: Parsed,
+    supported: SupportedFeatures,
+    libraries: Mapping[str, Symbols | None],
+    problems: Iterable[Finding],
+    imported: bool = False,
+) -> tuple[tuple[Finding, ...], Symbols]:
+    """What is wrong with a rule file that was read, in the order of its text, and what it defines.
+
+    Args:
+        parsed: the file.
+        supported: what can be carried out.
+        libraries: what imported files define, by alias; None for those of which it is not known.
+        problems: what is wrong with the imports.
+        imported: whether other files begin with its rules, so that none need lead to all others.
+    """
     remarks = Remarks()
-    for finding in parsed.findings:
+    for finding in (*parsed.findings, *problems):
         remarks.take(finding)
-    symbols = collect(parsed.tree, {}, parsed.broken)
-    _check_tree(parsed.tree, symbols, supported, remarks, whole=not parsed.findings)
-    return remarks.in_order()
+    symbols = collect(parsed.tree, libraries, parsed.broken)
+    _check_tree(parsed.tree, symbols, supported, remarks, whole=not parsed.findings and not imported)
+    return remarks.in_order(), symbols
 
 
 def _symbols_of(grammar: Grammar) -> Symbols:

@@ -54,39 +54,54 @@ class _Reader:
             if isinstance(statement, Import):
                 try:
                     libraries[statement.alias] = self._library(statement, folder, users)
-                except _ImportError as error:
+                except ImportProblemError as error:
                     libraries[statement.alias] = None
                     message, hint = str(error), error.hint
                     findings.append(Finding("error", "bad-import", message, statement.location, hint))
         return replace(grammar, libraries=libraries, import_findings=tuple(findings))
 
     def _library(self, statement: Import, folder: Path, users: tuple[Path, ...]) -> Grammar:
-        path = self._resolved(statement, folder)
-        if not path.is_relative_to(self.root):
-            raise _ImportError(f"'{statement.path}' lies outside the folder of the rule file", "move it inside")
-        if path in users:
-            raise _ImportError(f"'{statement.path}' imports the file that imports it", "move what both need to a third")
+        path = locate(statement, folder, self.root, users)
         if path not in self.read:
             if len(self.read) >= MAX_FILES:
-                raise _ImportError(f"expected at most {MAX_FILES} imported files", "")
+                raise ImportProblemError(f"expected at most {MAX_FILES} imported files", "")
             try:
                 grammar = Grammar.parse(read_text(path), str(path))
             except LanguageError as error:
                 first = error.findings[0]
-                raise _ImportError(f"cannot use '{statement.path}': {first.message} ({first.location})", "") from error
+                message = f"cannot use '{statement.path}': {first.message} ({first.location})"
+                raise ImportProblemError(message, "") from error
             self.read[path] = self.with_imports(grammar, path.parent, (*users, path))
         return self.read[path]
 
-    def _resolved(self, statement: Import, folder: Path) -> Path:
-        written = PurePosixPath(statement.path.replace("\\", "/"))
-        start = self.root if written.is_absolute() else folder
-        try:
-            return start.joinpath(*(part for part in written.parts if part != "/")).resolve()
-        except (OSError, ValueError, RuntimeError) as error:  # a name too long, a zero byte, links in a circle
-            raise _ImportError(f"'{statement.path}' is no path: {error}", "") from error
+
+def locate(statement: Import, folder: Path, root: Path, users: tuple[Path, ...]) -> Path:
+    """Where an imported file lies.
+
+    Args:
+        statement: what imports it.
+        folder: of the importing file.
+        root: the folder that no import may leave, and that paths beginning with a slash start from.
+        users: the importing file, and before it those whose imports led to it.
+
+    Raises:
+        ImportProblemError: it lies outside, is no path, or imports the file that imports it.
+    """
+    written = PurePosixPath(statement.path.replace("\\", "/"))
+    start = root if written.is_absolute() else folder
+    try:
+        path = start.joinpath(*(part for part in written.parts if part != "/")).resolve()
+    except (OSError, ValueError, RuntimeError) as error:  # a name too long, a zero byte, links in a circle
+        raise ImportProblemError(f"'{statement.path}' is no path: {error}", "") from error
+    if not path.is_relative_to(root):
+        raise ImportProblemError(f"'{statement.path}' lies outside the folder of the rule file", "move it inside")
+    if path in users:
+        message = f"'{statement.path}' imports the file that imports it"
+        raise ImportProblemError(message, "move what both need to a third")
+    return path
 
 
-class _ImportError(Exception):
+class ImportProblemError(Exception):
     """An import that cannot be followed."""
 
     def __init__(self, message: str, hint: str) -> None:

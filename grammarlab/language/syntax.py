@@ -188,7 +188,7 @@ class Invoke(Node):
 
 @dataclass(frozen=True, slots=True)
 class Part(Node):
-    """``head : body`` inside a block; ``inclusive`` for ``head = body``, which leaves the component for others."""
+    """``head : body`` inside a block; ``inclusive`` for ``head = body``, one shape for all components together."""
 
     head: Expression
     """A size in a split, a selector (a Name or an index expression) in the other blocks."""

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS, WITHOUT_EFFECT
 from grammarlab.errors import Finding, LanguageError
 from grammarlab.language.checking import SupportedFeatures, check, check_text
+from grammarlab.language.checking_files import CheckedFile, check_files
 from grammarlab.language.grammar import Grammar
+
+_KEYWORDS = {
+    **{name: operation.keywords for name, operation in OPERATIONS.items()},
+    **{name: block.keywords | block.selectors for name, block in BLOCKS.items()},
+    **{name: function.keywords for name, function in BUILTINS.items()},
+}
 
 SUPPORTED = SupportedFeatures(
     operations=(frozenset(OPERATIONS) - WITHOUT_EFFECT) | frozenset(BLOCKS) | {"NIL"},
-    functions=frozenset(BUILTINS),
+    functions=frozenset(BUILTINS) | {"sel"},
     attributes=frozenset(SHAPE_ATTRIBUTES),
-    constructs=frozenset(),
+    keywords=frozenset(f"{name}:{word}" for name, words in _KEYWORDS.items() for word in words),
+    constructs=frozenset({"connected"}),
 )
 """What derivations carry out."""
 
@@ -20,6 +30,15 @@ SUPPORTED = SupportedFeatures(
 def findings_of(text: str, file: str) -> tuple[Finding, ...]:
     """Everything wrong with a rule file, whatever its text, and every feature in it that is not carried out."""
     return check_text(text, file, SUPPORTED)
+
+
+def check_source(path: Path) -> tuple[CheckedFile, ...]:
+    """Everything wrong with a rule file and the files it imports, and every feature that is not carried out.
+
+    Raises:
+        LanguageError: the file cannot be read, or is too large.
+    """
+    return check_files(path, str(path), SUPPORTED)
 
 
 def grammar_to_run(text: str, file: str) -> Grammar:

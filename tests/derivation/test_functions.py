@@ -56,6 +56,61 @@ def test_the_value_of_an_expression(expression, expected):
     assert reported(expression) == [pytest.approx(expected)]
 
 
+@pytest.mark.parametrize(
+    ("expression", "expected"),
+    [
+        ('getRange("myTexture.hasName.001.jpg", ".", ".")', "hasName.001"),
+        ('getRange("CityEngine", "CityEn", "tyEngine")', ""),
+        ('listRemove("rule;your;city;", "*u*")', "your;city;"),
+        ('listRemoveAll("rule;your;designs;and;your;cities;", "*u*")', "designs;and;cities;"),
+        ('listRetainAll("floor;floor_1;floor_2;", "*_*")', "floor_1;floor_2;"),
+        ('"" + listCount("rule;your;city;", "*y*") + listIndex("rule;your;city;", "*y")', "22"),
+        ('listClean(";;my;city;rules;;your;;city;;")', "my;city;rules;your;city;"),
+        ('listAdd("rule;your;", "city;") + listTerminate("a;b")', "rule;your;city;a;b;"),
+        ('listRange("a;b;c;d;", 1, 3) + listLast("a;b;") + listFirst("c;d;")', "b;c;bc"),
+        ('fileName("a/b/c.01.obj") + fileBasename("a/b/c.01.obj")', "c.01.objc.01"),
+        ('fileDirectory("a/b/c.01.obj") + fileExtension("a/b/c.01.obj")', "a/b/obj"),
+        ("colorHSVToHex(90, 0.5, 0.5) + colorRGBOToHex(1, 0, 2, 0.5)", "#608040#ff00ff80"),
+        ('"" + colorHexToH("#60804080") + colorHexToO("#4080BF") + colorHexToS("#4080BF")', "9000.664921"),
+        ('max("abc", "def") + min("abc", "def") + clamp("b", "c", "d")', "defabcc"),
+        ('"" + ("a" < "b") + ("b" <= "a") + isNull("x") + isNull(0 / 0)', "truefalsefalsetrue"),
+        ('replace("a#b#", "#", 3) + substring("abc", -20, 2) + substring("abc", 2, 1)', "a3b3ab"),
+        ('str(1.69 - 69 / 100) + bool("0.0") + bool("beneath the remains")', "1falsetrue"),
+        ('"" + geometry.nEdges + geometry.nHoles + geometry.isPlanar(0.25) + geometry.isOriented(top)', "40truetrue"),
+        ('"" + geometry.area(top) + geometry.area(side) + geometry.boundaryLength()', "12014"),
+        ('"" + geometry.isClosedSurface() + geometry.isConcave() + geometry.isRectangular(1)', "falsefalsetrue"),
+    ],
+)
+def test_the_text_that_the_reference_promises(expression, expected):
+    assert reported(f'float({expression} == "{expected}")') == [1.0]
+
+
+@pytest.mark.parametrize("expression", ['find("a", 5, 0)', "len(5)", "findFirst(4, 3)", 'min("a", 3)', '1 < "a"'])
+def test_functions_of_text_refuse_other_types(expression):
+    with pytest.raises(DerivationError, match=r"<text>:2:\d+: .*(expected a string|one type)"):
+        reported(f"float({expression})")
+
+
+def test_functions_of_text_work_row_by_row():
+    lists = 'attr a = 50%: "red;green;" else: "blue;"\nattr n = 50%: 1 else: 7'
+    assert set(reported("listSize(listAdd(a, str(n)))", lists, 64)) == {2.0, 3.0}
+    assert set(reported('float(a < "c")', lists, 64)) == {0.0, 1.0}
+    assert set(reported("rint(7 * colorHexToR(colorRGBToHex(n / 7, 0, 0)))", lists, 64)) == {1.0, 7.0}
+
+
+def test_materials_can_be_read_back_as_text():
+    text = 'Lot --> color("#ff8800") texture("wall.png") A\nA --> report("c", float(material.color.rgb == "#ff8800")) '
+    text += 'report("t", float(material.colormap == "wall.png")) report("a", material.color.a)'
+    assert derive(Grammar.parse(text), 1, seed=1).reports.value.tolist() == [1.0, 1.0, 1.0]
+
+
+def test_a_random_item_of_a_list_is_drawn_evenly_and_recorded():
+    grammar = Grammar.parse('attr item = listRandom("a;b;c;d;")\nLot --> report("is b", float(item == "b"))')
+    forest = derive(grammar, 4000, seed=1)
+    assert np.mean(forest.reports.value) == pytest.approx(0.25, abs=0.03)
+    assert np.allclose(forest.log_probability(), np.log(0.25))
+
+
 FUNCTIONS = ["sin", "cos", "tan", "exp", "sqrt", "floor", "ceil", "rint", "abs", "ln", "atan"]
 
 

@@ -32,6 +32,8 @@ TOKENS = [
         "T.",
         "==",
     ),
+    *("extrude(-2)", "taper(-1)", "comp(fe)", "comp(e, noAlign)", "top || front", "geometry.area() > 3", "=:"),
+    *("listRandom", 'replace("a", 1, 2)', 'getRange("a", 3)', "colorRGBToHex(0 / 0, 1, 2)", 'sel("x")', "find"),
     *("roofHip(30)", "offset(-1)", "setback(1)", "alignScopeToAxes(y)", "mirror(true, false, false)", "taper(1)"),
 ]
 

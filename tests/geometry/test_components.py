@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grammarlab.geometry.components import Components, edges, face_sets, faces, upwards, vertices
+from grammarlab.geometry.component_sets import upwards
+from grammarlab.geometry.components import Components, edges, face_sets, faces, vertices
 from grammarlab.geometry.edges import num_edges
 from grammarlab.geometry.measure import (
     areas,

@@ -58,7 +58,8 @@ def split(block: Block, scope: Scope) -> list[Piece]:
             else:
                 result += elements(part)
         if group.repeated:
-            return [splits.Repeat(tuple(e for e in result if isinstance(e, splits.Size)))]
+            sizes = [e.sizes if isinstance(e, splits.Repeat) else (e,) for e in result]
+            return [splits.Repeat(tuple(size for some in sizes for size in some))]
         return result
 
     pieces = splits.divide(float(shape.size[axis]), elements(block.group))

@@ -1,8 +1,16 @@
 """Built-in functions and shape attributes, one family a file."""
 
-from grammarlab.derivation.functions import attributes, files, geometry, maths, random, text
+from grammarlab.derivation.functions import attributes, colors, files, geometry, lists, maths, random, text
 
-BUILTINS = {**maths.BUILTINS, **random.BUILTINS, **text.BUILTINS, **files.BUILTINS, **geometry.BUILTINS}
+BUILTINS = {
+    **maths.BUILTINS,
+    **random.BUILTINS,
+    **text.BUILTINS,
+    **lists.BUILTINS,
+    **colors.BUILTINS,
+    **files.BUILTINS,
+    **geometry.BUILTINS,
+}
 """Every built-in function by name."""
 
 SHAPE_ATTRIBUTES = attributes.SHAPE_ATTRIBUTES

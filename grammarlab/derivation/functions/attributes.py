@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.choices import Code
-from grammarlab.derivation.materials import CHANNELS
+from grammarlab.derivation.functions.colors import to_hex
+from grammarlab.derivation.materials import CHANNELS, MaterialPool
 from grammarlab.derivation.shapes import Shapes, Value
 
 if TYPE_CHECKING:
@@ -68,6 +70,20 @@ def _channel(name: str) -> Code:
     return lambda shapes, workspace: workspace.materials.channel(shapes.material, name)
 
 
+def _of_material(describe: Callable[[MaterialPool, int], str]) -> Code:
+    """A text about each material."""
+
+    def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
+        used, which = np.unique(shapes.material, return_inverse=True)
+        return workspace.strings.ids(describe(workspace.materials, material) for material in used.tolist())[which]
+
+    return evaluate
+
+
+def _color(pool: MaterialPool, material: int) -> str:
+    return to_hex(*(float(pool.channel(np.array([material]), f"color.{channel}")[0]) for channel in "rgb"))
+
+
 def _origin(axis: int) -> Code:
     return lambda shapes, workspace: workspace.roots.position[shapes.model, axis]
 
@@ -79,6 +95,9 @@ SHAPE_ATTRIBUTES: dict[str, Code] = {
     "scope.elevation": lambda shapes, workspace: shapes.position[:, 1],
     **{name: _state(name) for name in STATE_DEFAULTS},
     **{f"material.{name}": _channel(name) for name in CHANNELS},
+    "material.color.a": _channel("opacity"),
+    "material.color.rgb": _of_material(_color),
+    "material.colormap": _of_material(lambda pool, material: pool.texture(material)),
     "initialShape.name": lambda shapes, workspace: "InitialShape",
     "initialShape.startRule": lambda shapes, workspace: workspace.start_symbol,
     **{f"initialShape.origin.p{_AXES[axis]}": _origin(axis) for axis in range(3)},

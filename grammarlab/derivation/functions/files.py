@@ -56,7 +56,7 @@ BUILTINS: dict[str, Builtin] = {
         lambda path: f"{parent}/" if (parent := str(PurePosixPath(path).parent)) != "." else ""
     ),
     "fileExists": Builtin(_exists, (1, 1)),
-    "fileExtension": text_function(lambda path: PurePosixPath(path).suffix),
+    "fileExtension": text_function(lambda path: PurePosixPath(path).suffix.removeprefix(".")),
     "fileName": text_function(lambda path: PurePosixPath(path).name),
     "fileSearch": Builtin(_search, (1, 1)),
 }

@@ -16,7 +16,10 @@ from grammarlab.derivation.shapes import BOX, EMPTY, FACE, FOOTPRINT, Shapes, Va
 from grammarlab.derivation.workspace import Workspace
 from grammarlab.errors import DerivationError
 from grammarlab.geometry import measure
+from grammarlab.geometry.edges import boundary_lengths, is_closed_surface, num_edges, num_holes
 from grammarlab.geometry.mesh import Meshes
+from grammarlab.geometry.ragged import any_rows, sum_rows
+from grammarlab.geometry.selectors import ORIENTATIONS, classify
 
 Floats = NDArray[np.float64]
 Measure = Callable[[Meshes], NDArray]
@@ -46,7 +49,7 @@ def _by_scope(simple: Callable[[Shapes], Floats], general: Measure) -> Builtin:
             result[other] = _measured(general, shapes.take(other), call.workspace)
         return result
 
-    return Builtin(evaluate, (0, 1))
+    return Builtin(evaluate, (0, 0))
 
 
 def _by_kind(box: float, rectangle: float, general: Measure) -> Builtin:
@@ -63,6 +66,11 @@ def _area(shapes: Shapes) -> Floats:
     )
 
 
+def _boundary(shapes: Shapes) -> Floats:
+    x, y, z = shapes.size.T
+    return np.select([shapes.mesh == FOOTPRINT, shapes.mesh == FACE], [2.0 * (x + z), 2.0 * (x + y)], default=0.0)
+
+
 def _volume(shapes: Shapes) -> Floats:
     return np.where(shapes.mesh == BOX, shapes.size.prod(axis=1), 0.0)
 
@@ -76,22 +84,68 @@ def _height(call: FunctionCall) -> Value:
     return high[:, 0] - low[:, 0]
 
 
-def _is_rectangular(call: FunctionCall) -> Value:
+def _tolerance(call: FunctionCall) -> float:
     tolerance = call.arguments[0] if call.arguments else 0.0
     if isinstance(tolerance, np.ndarray | str):
-        raise DerivationError("geometry.isRectangular expects one number of degrees for all shapes", call.location)
+        raise DerivationError(f"{call.name} expects one number of degrees for all shapes", call.location)
+    return float(tolerance)
+
+
+def _is_planar(call: FunctionCall) -> Value:
+    tolerance = _tolerance(call)
+    shapes = call.shapes
+    result = shapes.mesh != EMPTY
+    other = np.flatnonzero(shapes.mesh > FACE)
+    if len(other):
+        result[other] = measure.is_planar(local_meshes(shapes.take(other), call.workspace), tolerance)
+    return result
+
+
+def _is_rectangular(call: FunctionCall) -> Value:
+    tolerance = _tolerance(call)
     shapes = call.shapes
     result = shapes.mesh != EMPTY
     other = np.flatnonzero(shapes.mesh > FACE)
     if len(other):
         meshes = local_meshes(shapes.take(other), call.workspace)
-        result[other] = measure.is_rectangular(meshes, float(tolerance))
+        result[other] = measure.is_rectangular(meshes, tolerance)
     return result
 
 
 def _flag(box: bool, rectangle: bool, general: Measure) -> Builtin:
     inner = _by_kind(float(box), float(rectangle), general)
-    return Builtin(lambda call: np.asarray(inner.evaluate(call)) > 0.5, (0, 1))
+    return Builtin(lambda call: np.asarray(inner.evaluate(call)) > 0.5, (0, 0))
+
+
+def _oriented_faces(call: FunctionCall, meshes: Meshes) -> NDArray[np.bool_]:
+    """[F] the faces that look where the selector in the first argument says."""
+    selector, shapes, frames = str(call.arguments[0]), call.shapes, call.workspace.frames
+    normals, owner = measure.face_normals(meshes), meshes.mesh_of_face()
+    system = selector.partition(".")[0]
+    if system in ("world", "object", "street"):
+        normals = frames.to_world(shapes.frame[owner], normals)
+    if system in ("object", "street"):
+        normals = frames.to_local(call.workspace.roots.frame[shapes.model[owner]], normals)
+    return classify(normals, selector)
+
+
+def _area_of(call: FunctionCall) -> Value:
+    if not call.arguments or call.arguments[0] in ("all", "surface"):
+        return _WHOLE_AREA.evaluate(call)
+    _require_selector(call)
+    meshes = local_meshes(call.shapes, call.workspace)
+    return sum_rows(measure.face_areas(meshes) * _oriented_faces(call, meshes), meshes.mesh_faces)
+
+
+def _is_oriented(call: FunctionCall) -> Value:
+    _require_selector(call)
+    meshes = local_meshes(call.shapes, call.workspace)
+    return any_rows(_oriented_faces(call, meshes), meshes.mesh_faces)
+
+
+def _require_selector(call: FunctionCall) -> None:
+    if call.arguments[0] not in ORIENTATIONS:
+        raise DerivationError(f"{call.name} expects a selector such as top or world.south", call.location)
 
 
 def _angle(call: FunctionCall) -> Value:
@@ -105,13 +159,21 @@ def _angle(call: FunctionCall) -> Value:
     return {"maxSlope": slope, "zenith": 90.0 - slope, "azimuth": azimuth}[str(wanted)]
 
 
+_WHOLE_AREA = _by_scope(_area, measure.areas)
+
 BUILTINS: dict[str, Builtin] = {
     "geometry.angle": Builtin(_angle, (1, 1), keywords=frozenset(_ANGLES)),
-    "geometry.area": _by_scope(_area, measure.areas),
+    "geometry.area": Builtin(_area_of, (0, 1), keywords=frozenset({"all", "surface", *ORIENTATIONS})),
+    "geometry.boundaryLength": _by_scope(_boundary, boundary_lengths),
     "geometry.height": Builtin(_height, (0, 0)),
+    "geometry.isClosedSurface": _flag(True, False, is_closed_surface),
     "geometry.isConcave": _flag(False, False, measure.has_concave_face),
+    "geometry.isOriented": Builtin(_is_oriented, (1, 1), keywords=frozenset(ORIENTATIONS)),
+    "geometry.isPlanar": Builtin(_is_planar, (1, 1)),
     "geometry.isRectangular": Builtin(_is_rectangular, (0, 1)),
+    "geometry.nEdges": _by_kind(12.0, 4.0, num_edges),
     "geometry.nFaces": _by_kind(6.0, 1.0, measure.num_faces),
+    "geometry.nHoles": _by_kind(0.0, 0.0, num_holes),
     "geometry.nVertices": _by_kind(8.0, 4.0, measure.num_vertices),
     "geometry.volume": _by_scope(_volume, measure.volumes),
 }

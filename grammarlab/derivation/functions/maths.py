@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls import Builtin, FunctionCall
+from grammarlab.derivation.functions.text import text_function
 from grammarlab.derivation.shapes import Value, kind_of
 from grammarlab.errors import DerivationError
 
@@ -38,6 +39,21 @@ def _numbers(call: FunctionCall, argument: Value) -> Floats:
     return np.array([float(argument)])
 
 
+def _chosen(numbers: Callable[..., NDArray], texts: Callable[..., str], count: int) -> Builtin:
+    """A function that gives one of its arguments: of numbers, or of strings by their order."""
+    of_numbers, of_texts = elementwise(numbers, count), text_function(texts, (count, count))
+
+    def evaluate(call: FunctionCall) -> Value:
+        are_texts = kind_of(call.arguments[0]) == "string"
+        return (of_texts if are_texts else of_numbers).evaluate(call)
+
+    return Builtin(evaluate, (count, count))
+
+
+def _clamp(x: Floats, low: Floats, high: Floats) -> Floats:
+    return np.minimum(np.maximum(x, low), high)
+
+
 BUILTINS: dict[str, Builtin] = {
     "abs": elementwise(np.abs, 1),
     "acos": elementwise(lambda x: np.degrees(np.arccos(x)), 1),
@@ -45,7 +61,7 @@ BUILTINS: dict[str, Builtin] = {
     "atan": elementwise(lambda x: np.degrees(np.arctan(x)), 1),
     "atan2": elementwise(lambda y, x: np.degrees(np.arctan2(y, x)), 2),
     "ceil": elementwise(np.ceil, 1),
-    "clamp": elementwise(lambda x, low, high: np.minimum(np.maximum(x, low), high), 3),
+    "clamp": _chosen(_clamp, lambda x, low, high: min(max(x, low), high), 3),
     "cos": elementwise(lambda x: np.cos(np.radians(x)), 1),
     "exp": elementwise(np.exp, 1),
     "floor": elementwise(np.floor, 1),
@@ -53,8 +69,8 @@ BUILTINS: dict[str, Builtin] = {
     "isnan": elementwise(np.isnan, 1),
     "ln": elementwise(np.log, 1),
     "log10": elementwise(np.log10, 1),
-    "max": elementwise(np.maximum, 2),
-    "min": elementwise(np.minimum, 2),
+    "max": _chosen(np.maximum, max, 2),
+    "min": _chosen(np.minimum, min, 2),
     "pow": elementwise(np.power, 2),
     "rint": elementwise(np.rint, 1),
     "sin": elementwise(lambda x: np.sin(np.radians(x)), 1),

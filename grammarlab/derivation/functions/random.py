@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.files import matching_files, root_of
+from grammarlab.derivation.functions.lists import items
 from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Value, kind_of
 from grammarlab.errors import DerivationError
 from grammarlab.randomness import uniforms
@@ -60,6 +61,22 @@ def file_random(call: FunctionCall) -> Value:
     return call.workspace.strings.ids(files)[chosen.astype(np.int64)]
 
 
+def list_random(call: FunctionCall) -> Value:
+    """``listRandom("a;b;c;")``: one of the items, all equally likely; empty when there is none."""
+    lists, strings = call.arguments[0], call.workspace.strings
+    if kind_of(lists) != "string":
+        raise DerivationError(f"listRandom expected a string, found a {kind_of(lists)}", call.location)
+    column = lists if isinstance(lists, np.ndarray) else np.full(call.shapes.num, strings.id(str(lists)))
+    codes, which = np.unique(column, return_inverse=True)
+    choices = [items(strings[code]) or [""] for code in codes.tolist()]
+    counts = np.array([len(choice) for choice in choices])
+    first = np.cumsum(counts) - counts
+    chosen = np.floor(draw(call) * counts[which])
+    call.workspace.recorder.add_draw(call.shapes, call.site, chosen, -np.log(counts[which]))
+    table = strings.ids(item for choice in choices for item in choice)
+    return table[first[which] + chosen.astype(np.int64)]
+
+
 def _finite(call: FunctionCall, value: Value) -> Floats | float:
     if kind_of(value) == "string":
         raise DerivationError(f"{call.name} expected a number, found a string", call.location)
@@ -75,6 +92,7 @@ def _finite(call: FunctionCall, value: Value) -> Floats | float:
 
 BUILTINS: dict[str, Builtin] = {
     "fileRandom": Builtin(file_random, (1, 1), random=True),
+    "listRandom": Builtin(list_random, (1, 1), random=True),
     "p": Builtin(p, (1, 1), random=True),
     "rand": Builtin(rand, (0, 2), random=True),
 }

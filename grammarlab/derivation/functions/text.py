@@ -1,25 +1,24 @@
-"""String functions and conversions between types. Lists are strings with a semicolon after each item, as in CGA."""
+"""String functions and conversions between types."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import isfinite
 
 import numpy as np
 
 from grammarlab.derivation.calls import Builtin, FunctionCall
-from grammarlab.derivation.operators import value_texts
+from grammarlab.derivation.operators import number_text, value_texts
 from grammarlab.derivation.shapes import Value, kind_of
 from grammarlab.errors import DerivationError
+from grammarlab.language.builtins import functions
 
 
 def text_function(apply: Callable[..., str | float | bool], num_arguments: tuple[int, int] = (1, 1)) -> Builtin:
     """A function whose first argument is a string; it is called once for each different combination of arguments."""
 
     def evaluate(call: FunctionCall) -> Value:
-        if kind_of(call.arguments[0]) != "string":
-            raise DerivationError(
-                f"{call.name} expected a string first, found a {kind_of(call.arguments[0])}", call.location
-            )
+        _require_kinds(call)
         columns = [value for value in call.arguments if isinstance(value, np.ndarray)]
         if not columns:
             return _value(apply(*call.arguments))
@@ -28,6 +27,19 @@ def text_function(apply: Callable[..., str | float | bool], num_arguments: tuple
         return _column([apply(*_row(call, row)) for row in unique.tolist()], inverse, call)
 
     return Builtin(evaluate, num_arguments)
+
+
+def _require_kinds(call: FunctionCall) -> None:
+    """Refuse arguments of other types than CGA's table of functions says; its ``any`` stands for strings here."""
+    form = max(functions()[call.name], key=lambda form: len(form.parameters))
+    for place, (value, parameter) in enumerate(zip(call.arguments, form.parameters, strict=False)):
+        kind = kind_of(value)
+        types = ("string",) if place == 0 or "any" in parameter.types else parameter.types
+        if kind not in types:
+            wanted = " or a ".join(types)
+            raise DerivationError(
+                f"{call.name} expected a {wanted} as argument {place + 1}, found a {kind}", call.location
+            )
 
 
 def _row(call: FunctionCall, row: list[float]) -> list[str | float | bool]:
@@ -73,28 +85,37 @@ def _convert_to_float(call: FunctionCall) -> Value:
 def _convert_to_bool(call: FunctionCall) -> Value:
     value = call.arguments[0]
     if kind_of(value) == "string":
-        return text_function(lambda text: text.strip().lower() not in {"", "0", "f", "false"}).evaluate(call)
+        return text_function(_is_true).evaluate(call)
     return value != 0.0 if isinstance(value, np.ndarray) else bool(value)
+
+
+def _is_null(call: FunctionCall) -> Value:
+    value = call.arguments[0]
+    if kind_of(value) == "string":
+        return _NULL_TEXT.evaluate(call._replace(name="len"))
+    return np.isnan(value) if isinstance(value, np.ndarray) else bool(np.isnan(value))
+
+
+_NULL_TEXT = text_function(lambda text: text == "\ue000")
+"""CGA's missing value among strings; among numbers it is NaN."""
+
+
+def _is_true(text: str) -> bool:
+    return text.strip().lower() not in {"", "f", "false"} and to_number(text) != 0.0
 
 
 def _convert_to_text(call: FunctionCall) -> Value:
     return value_texts(call.arguments[0], call.workspace.strings)
 
 
-def items(text: str) -> list[str]:
-    """The items of a list."""
-    parts = text.split(";")
-    return parts[:-1] if parts[-1] == "" else parts
-
-
-def joined(parts: list[str]) -> str:
-    """A list of these items."""
-    return "".join(f"{part};" for part in parts)
+def whole(number: float) -> int:
+    """A number without its fraction; 0 for one that is not finite."""
+    return int(number) if isfinite(number) else 0
 
 
 def _find(text: str, sought: str, nth: float = 0.0) -> float:
     place = -1
-    for _ in range(max(0, int(nth)) + 1):
+    for _ in range(max(0, whole(nth)) + 1):
         place = text.find(sought, place + 1)
         if place < 0:
             return -1.0
@@ -102,34 +123,32 @@ def _find(text: str, sought: str, nth: float = 0.0) -> float:
 
 
 def _substring(text: str, start: float, end: float) -> str:
-    return text[max(0, int(start)) : max(0, int(end))]
+    return text[max(0, whole(start)) : max(0, whole(end))]
 
 
-def _item(text: str, index: float) -> str:
-    parts = items(text)
-    return parts[int(index)] if 0 <= index < len(parts) else ""
+def _replace(text: str, old: str, new: str | float | bool) -> str:
+    return text.replace(old, text_of(new)) if old else text
 
 
-def _index(text: str, item: str) -> float:
-    parts = items(text)
-    return float(parts.index(item)) if item in parts else -1.0
-
-
-def _remove(text: str, item: str) -> str:
-    return joined([part for part in items(text) if part != item])
+def text_of(value: str | float | bool) -> str:
+    """A constant as CGA writes it into strings."""
+    return value if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else number_text(value)
 
 
 def _prefix(text: str, separator: str) -> str:
-    return text.partition(separator)[0]
+    return text.partition(separator)[0] if separator else ""
 
 
 def _suffix(text: str, separator: str) -> str:
-    return text.rpartition(separator)[2] if separator in text else ""
+    return text.rpartition(separator)[2] if separator and separator in text else ""
 
 
 def _range(text: str, first: str, last: str) -> str:
-    _, found, rest = text.partition(first)
-    return rest.partition(last)[0] if found and last in rest else ""
+    """What stands between the first place of one string and the last place of another behind it."""
+    place = text.find(first)
+    rest = text[place + len(first) :] if place >= 0 else ""
+    end = rest.rfind(last)
+    return rest[: max(0, end)]
 
 
 BUILTINS: dict[str, Builtin] = {
@@ -142,16 +161,10 @@ BUILTINS: dict[str, Builtin] = {
     "getPrefix": text_function(_prefix, (2, 2)),
     "getRange": text_function(_range, (3, 3)),
     "getSuffix": text_function(_suffix, (2, 2)),
+    "isNull": Builtin(_is_null, (1, 1)),
+    "isnull": Builtin(_is_null, (1, 1)),
     "len": text_function(lambda text: float(len(text))),
-    "listAdd": text_function(lambda text, item: joined([*items(text), item]), (2, 2)),
-    "listFirst": text_function(lambda text: _item(text, 0.0)),
-    "listIndex": text_function(_index, (2, 2)),
-    "listItem": text_function(_item, (2, 2)),
-    "listLast": text_function(lambda text: items(text)[-1] if items(text) else ""),
-    "listRange": text_function(lambda text, a, b: joined(items(text)[max(0, int(a)) : max(0, int(b))]), (3, 3)),
-    "listRemove": text_function(_remove, (2, 2)),
-    "listSize": text_function(lambda text: float(len(items(text)))),
-    "replace": text_function(lambda text, old, new: text.replace(old, new) if old else text, (3, 3)),
+    "replace": text_function(_replace, (3, 3)),
     "str": Builtin(_convert_to_text, (1, 1)),
     "substring": text_function(_substring, (3, 3)),
 }

@@ -17,7 +17,9 @@ from grammarlab.geometry.mesh import Meshes
 Rows = NDArray[np.int64]
 
 _STRAIGHT = 1e-9
-_AXES_WORDS = frozenset({"x", "y", "z", "world.x", "world.y", "world.z", "world.xyz"})
+_AXES_WORDS = frozenset(
+    {"x", "y", "z", *(f"{system}.{axes}" for system in ("world", "object") for axes in ("x", "y", "z", "xyz"))}
+)
 _GEOMETRY_WORDS = frozenset({"yUp", "zUp", "any", "auto", "largest", "longest", "world.lowest"})
 _PIVOT_WORDS = frozenset({"xyz", "yzx", "zxy"})
 _PIVOT_CORNERS = np.array(
@@ -64,17 +66,21 @@ def rotate_scope(call: Call) -> Shapes:
 def align_to_axes(call: Call) -> Shapes:
     """``alignScopeToAxes(y)``: one axis along the world's, the next one as near to where it was as that allows.
 
-    Without an argument all axes are the world's.
+    Without an argument all axes are the world's. With ``object.y`` the axes are those of the initial shape.
     """
-    word = call.words[0].removeprefix("world.") if call.words else "xyz"
-    rotations = call.workspace.frames.rotations(call.shapes.frame)
+    system, _, word = call.words[0].rpartition(".") if call.words else ("", "", "xyz")
+    frames, shapes = call.workspace.frames, call.shapes
+    rotations = frames.rotations(shapes.frame)
+    if system == "object":
+        initial = frames.rotations(call.workspace.roots.frame[shapes.model])
+        rotations = np.swapaxes(initial, 1, 2) @ rotations
     if word == "xyz":
         return reframed(call, np.swapaxes(rotations, 1, 2))
     axis = "xyz".index(word)
-    fixed = np.broadcast_to(np.eye(3)[axis], (call.shapes.num, 3))
+    fixed = np.broadcast_to(np.eye(3)[axis], (shapes.num, 3))
     if np.abs(rotations[:, :, axis] - fixed).max() < _STRAIGHT:
         return call.shapes
-    neighbour = 0 if axis != 0 else 1
+    neighbour = 0 if axis != 0 else 2
     wanted = _axes(fixed, axis, rotations[:, :, neighbour], neighbour, rotations[:, :, 2 - neighbour])
     return reframed(call, np.swapaxes(rotations, 1, 2) @ wanted)
 
@@ -192,7 +198,7 @@ def mirror(call: Call) -> Shapes:
         return shapes
     meshes = call.workspace.meshes.take(shapes.mesh[rows])
     points = meshes.points.copy()
-    filled = shapes.size[rows][meshes.mesh_of_point()] > 0.0
+    filled = shapes.size[rows][meshes.mesh_of_point()] != 0.0
     for axis, flip in enumerate(flips):
         if flip:
             points[:, axis] = np.where(filled[:, axis], 1.0 - points[:, axis], points[:, axis])

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls import Argument, Call, Operation
+from grammarlab.derivation.functions.colors import parse_color
 from grammarlab.derivation.materials import CHANNELS
 from grammarlab.derivation.operators import value_texts
 from grammarlab.derivation.shapes import Shapes, kind_of, number_column
 
-_HEX = re.compile(r"#?([0-9a-fA-F]{6})([0-9a-fA-F]{2})?\Z")
 _COLOR = ("color.r", "color.g", "color.b")
 _ALIASES = {"color.a": "opacity"}
 _WITHOUT_EFFECT = ("trim.", "seedian")
@@ -34,7 +33,7 @@ def color(call: Call) -> Shapes:
 def _colored(call: Call, argument: Argument, channels: tuple[str, str, str]) -> Shapes:
     """Channels from a hexadecimal colour."""
     return _changed_by_text(
-        call, argument, lambda text: dict(zip((*channels, "opacity"), parse_color(text, call), strict=False))
+        call, argument, lambda text: dict(zip((*channels, "opacity"), _color_of(text, call), strict=False))
     )
 
 
@@ -47,13 +46,12 @@ def _changed_by_text(call: Call, argument: Argument, changes: Callable[[str], di
     return call.shapes._replace(material=material)
 
 
-def parse_color(text: str, call: Call) -> tuple[float, ...]:
+def _color_of(text: str, call: Call) -> tuple[float, ...]:
     """Red, green, blue and, where given, opacity in 0..1."""
-    found = _HEX.match(text.strip())
+    found = parse_color(text)
     if found is None:
         raise call.error(f'expected a colour like "#ff8800", found "{text}"')
-    digits = found.group(1) + (found.group(2) or "")
-    return tuple(int(digits[i : i + 2], 16) / 255.0 for i in range(0, len(digits), 2))
+    return found
 
 
 def texture(call: Call) -> Shapes:

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls import BlockOperation, Call, Head, Part
+from grammarlab.derivation.calls import BlockOperation, Call, Head, Part, selected
 from grammarlab.derivation.frames import cube_index
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.meshes import add_faces, normalized
 from grammarlab.derivation.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
 from grammarlab.geometry import components as parts_of
+from grammarlab.geometry.component_sets import connected_faces, joined, unaligned, upwards
+from grammarlab.geometry.face_components import face_edges, face_vertices
 from grammarlab.geometry.mesh import Meshes
 from grammarlab.geometry.primitives import BOX_ORIGINS, BOX_ROTATIONS, TOP
 from grammarlab.geometry.selectors import SELECTORS, classify, select
@@ -30,7 +32,15 @@ _BOX_CUBES = np.array([cube_index(rotation) for rotation in BOX_ROTATIONS], dtyp
 _BOX_NORMALS = BOX_ROTATIONS[:, :, 2].copy()
 _BOX_AXES = np.abs(BOX_ROTATIONS).argmax(axis=1)
 """[6, 3] along which axis of the box each axis of a face runs."""
-_MAKERS = {"f": parts_of.faces, "e": parts_of.edges, "v": parts_of.vertices}
+_MAKERS = {
+    "f": parts_of.faces,
+    "e": parts_of.edges,
+    "v": parts_of.vertices,
+    "fe": face_edges,
+    "fv": face_vertices,
+}
+_CLIMBING = frozenset({"hip", "valley", "ridge"})
+"""Selectors of roof edges that lead upwards whatever the face they were met at."""
 
 
 class Placed(NamedTuple):
@@ -42,6 +52,12 @@ class Placed(NamedTuple):
     size: Floats
     frame: Ids
     mesh: Ids
+    first: Rows
+    """[K] which of the chosen components each one is, or begins with."""
+
+
+Join = Literal["each", "all", "connected"]
+"""What the operators ``:``, ``=`` and ``=:`` make: a shape of each component, of all, of each connected set."""
 
 
 class AbstractComponents(ABC):
@@ -57,12 +73,15 @@ class AbstractComponents(ABC):
         """[K] the components that a selector names."""
 
     @abstractmethod
-    def place(self, chosen: Rows) -> Placed:
-        """The shapes of the chosen components, one each."""
+    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> Placed:
+        """The shapes that chosen components make.
 
-    @abstractmethod
-    def place_joined(self, chosen: Rows) -> Placed:
-        """The shapes of the chosen components, all those of one shape together."""
+        Args:
+            chosen: [C] components, ascending.
+            join: which of them make one shape together.
+            aligned: whether the shapes get axes of their own, or keep those of the shape they are taken from.
+            selector: what chose them: edges that climb a roof lead upwards.
+        """
 
 
 class _BoxFaces(AbstractComponents):
@@ -85,13 +104,17 @@ class _BoxFaces(AbstractComponents):
             return np.tile(classify(normals, selector), self._shapes.num)
         return classify(_turned(self._call, self._shapes, selector, self.row, normals[self.index]), selector)
 
-    def place(self, chosen: Rows) -> Placed:
+    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> Placed:
+        if join != "each" or not aligned:
+            return _MeshComponents(self._call, self._shapes, "f").place(chosen, join, aligned)
         shapes, frames = self._shapes, self._call.workspace.frames
         row, face = self.row[chosen], self._faces[self.index[chosen]]
         whole = shapes.size[row]
         parent = shapes.frame[row]
+        mesh = np.full(len(row), np.int32(FACE))
+        each = np.arange(len(chosen))
         if self._kind == FACE:
-            return Placed(row, shapes.position[row], whole * [1.0, 1.0, 0.0], parent, np.full(len(row), np.int32(FACE)))
+            return Placed(row, shapes.position[row], whole * [1.0, 1.0, 0.0], parent, mesh, each)
         first = face[0] if len(face) else 0
         if (face == first).all():
             frame = frames.turned(parent, int(_BOX_CUBES[first]))
@@ -104,14 +127,11 @@ class _BoxFaces(AbstractComponents):
         if self._kind == FOOTPRINT:
             origin[:, 1] = 0.0
         position = shapes.position[row] + frames.to_world(parent, origin)
-        return Placed(row, position, size, frame, np.full(len(row), np.int32(FACE)))
-
-    def place_joined(self, chosen: Rows) -> Placed:
-        return _MeshComponents(self._call, self._shapes, "f").place_joined(chosen)
+        return Placed(row, position, size, frame, mesh, each)
 
 
 class _MeshComponents(AbstractComponents):
-    """Faces, edges or vertices of any geometry."""
+    """Components of any kind, of any geometry."""
 
     def __init__(self, call: Call, shapes: Shapes, kind: str) -> None:
         self._call, self._shapes, self._kind = call, shapes, kind
@@ -126,22 +146,29 @@ class _MeshComponents(AbstractComponents):
         to_object = _to_object(self._call, shapes) if prefix in ("object", "street") else None
         return select(self._components, selector, to_object, to_world)
 
-    def place(self, chosen: Rows) -> Placed:
-        return self._placed(self._components.take(chosen))
+    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> Placed:
+        if join == "each":
+            taken = self._components.take(chosen)
+            return self._placed(upwards(taken) if selector in _CLIMBING else taken, np.arange(len(chosen)), aligned)
+        if join == "connected":
+            if self._kind != "f":
+                raise self._call.error("comp with =: joins faces only", "use : or = for edges and vertices")
+            faces, sizes = connected_faces(self._meshes, chosen)
+        else:
+            faces, sizes = chosen, np.unique(self.row[chosen], return_counts=True)[1]
+        first = np.searchsorted(chosen, faces[np.cumsum(sizes) - sizes])
+        if self._kind == "f":
+            return self._placed(parts_of.face_sets(self._meshes, faces, sizes), first, aligned)
+        return self._placed(joined(self._components.take(chosen), sizes), first, aligned)
 
-    def place_joined(self, chosen: Rows) -> Placed:
-        if self._kind != "f":
-            raise self._call.error("comp with = joins faces only; use : for edges and vertices")
-        sizes = np.unique(self.row[chosen], return_counts=True)[1]
-        return self._placed(parts_of.face_sets(self._meshes, chosen, sizes))
-
-    def _placed(self, components: parts_of.Components) -> Placed:
+    def _placed(self, components: parts_of.Components, first: Rows, aligned: bool) -> Placed:
         shapes, workspace = self._shapes, self._call.workspace
+        components = components if aligned else unaligned(components)
         row = components.mesh
         position = shapes.position[row] + workspace.frames.to_world(shapes.frame[row], components.origin)
         frame = workspace.frames.rotated(shapes.frame[row], components.rotation)
         unit, _, _ = normalized(components.shapes)
-        return Placed(row, position, components.size, frame, add_faces(workspace.meshes, unit))
+        return Placed(row, position, components.size, frame, add_faces(workspace.meshes, unit), first)
 
 
 class _MixedComponents(AbstractComponents):
@@ -157,40 +184,37 @@ class _MixedComponents(AbstractComponents):
     def picked(self, selector: str) -> Flags:
         return np.concatenate([group.picked(selector) for _, group in self._groups])[self._order]
 
-    def place(self, chosen: Rows) -> Placed:
-        return self._merged(chosen, joined=False)
-
-    def place_joined(self, chosen: Rows) -> Placed:
-        return self._merged(chosen, joined=True)
-
-    def _merged(self, chosen: Rows, joined: bool) -> Placed:
-        wanted = np.zeros(len(self.row), dtype=bool)
-        wanted[self._order[chosen]] = True
+    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> Placed:
+        turn = np.full(len(self.row), -1, np.int64)
+        turn[self._order[chosen]] = np.arange(len(chosen))
         placed, start = [], 0
         for rows, group in self._groups:
-            own = np.flatnonzero(wanted[start : start + len(group.row)])
+            turns = turn[start : start + len(group.row)]
+            own = np.flatnonzero(turns >= 0)
             start += len(group.row)
             if len(own):
-                part = group.place_joined(own) if joined else group.place(own)
-                placed.append(part._replace(row=rows[part.row]))
+                part = group.place(own, join, aligned, selector)
+                placed.append(part._replace(row=rows[part.row], first=turns[own][part.first]))
         columns = [np.concatenate(column) for column in zip(*placed, strict=True)]
         order = np.argsort(columns[0], kind="stable")
         return Placed(*(column[order] for column in columns))
 
 
 def comp(call: Call, heads: tuple[Head, ...]) -> list[Part]:
-    """``comp(f|e|v) { selector : ... | selector = ... }``: the faces, edges or vertices of a shape.
+    """``comp(f|e|v|fe|fv, zUp|noAlign) { selector : ... | selector = ... | selector =: ... }``: a shape's components.
 
-    With ``:`` every component is a shape, with ``=`` all of one shape are one together.
+    With ``:`` every component is a shape, with ``=`` all of one shape are one together, with ``=:`` each connected set
+    of faces is. With ``noAlign`` the components keep the axes of the shape. A condition in place of a selector, such
+    as ``top || geometry.area > 3``, is evaluated on each component that is not taken yet, in the axes of the shape.
     """
     kind = call.words[0] if call.words else ""
     if kind not in _MAKERS:
-        raise call.error(f"comp expects f, e or v, found {kind or 'something else'}")
+        raise call.error(f"comp expects f, e, v, fe or fv, found {kind or 'something else'}")
     components = _components(call, kind)
     available = np.ones(len(components.row), dtype=bool)
     parts = []
     for head in heads:
-        chosen = np.flatnonzero(available & _selected(call, components, head))
+        chosen = _chosen(call, components, head, available)
         available[chosen] = False
         parts.append(_part(call, components, chosen, head))
     return parts
@@ -216,28 +240,31 @@ def _components(call: Call, kind: str) -> AbstractComponents:
     return _MixedComponents(shapes, groups) if groups else _MeshComponents(call, shapes, kind)
 
 
-def _selected(call: Call, components: AbstractComponents, head: Head) -> Flags:
-    """[K] the components that the head of a part asks for: by a selector, a condition or a number."""
+def _chosen(call: Call, components: AbstractComponents, head: Head, available: Flags) -> Rows:
+    """The available components that the head of a part asks for: by a selector, a condition or a number."""
+    if head.condition is not None:
+        left = np.flatnonzero(available)
+        if len(left) == 0:
+            return left
+        placed = components.place(left, "each", aligned=False)
+        shapes, number = call.shapes.place(*placed[:-1]), components.index[left]
+        flags = selected(call, head.condition, shapes, number, lambda word: components.picked(word)[left])
+        return left[flags]
     value = head.argument.value
     if head.argument.keyword:
-        return components.picked(str(value))
-    if isinstance(value, str) or (isinstance(value, np.ndarray) and value.dtype.kind == "i"):
-        raise call.error("comp expects selectors, numbers or conditions before the colons, found a string")
-    if isinstance(value, bool) or (isinstance(value, np.ndarray) and value.dtype.kind == "b"):
-        return np.broadcast_to(value, call.shapes.num)[components.row]
-    return components.index == np.rint(np.broadcast_to(value, call.shapes.num))[components.row]
+        return np.flatnonzero(available & components.picked(str(value)))
+    wanted = np.rint(call.column(head.argument))
+    return np.flatnonzero(available & (components.index == wanted[components.row]))
 
 
 def _part(call: Call, components: AbstractComponents, chosen: Rows, head: Head) -> Part:
     shapes = call.shapes
     if len(chosen) == 0:
         return Part(shapes.take(chosen), chosen)
-    placed = components.place_joined(chosen) if head.joined else components.place(chosen)
-    number = components.index[chosen]
-    if head.joined:
-        number = number[np.unique(components.row[chosen], return_index=True)[1]]
-    made = shapes.place(*placed)
-    return Part(_indexed(call, made, placed.row, head), number)
+    join: Join = "connected" if head.connected else "all" if head.joined else "each"
+    placed = components.place(chosen, join, "noAlign" not in call.words, head.text)
+    made = shapes.place(*placed[:-1])
+    return Part(_indexed(call, made, placed.row, head), components.index[chosen[placed.first]])
 
 
 def _indexed(call: Call, made: Shapes, row: Rows, head: Head) -> Shapes:
@@ -250,7 +277,7 @@ def _indexed(call: Call, made: Shapes, row: Rows, head: Head) -> Shapes:
     known = {
         "comp.index": (np.arange(len(row)) - first[row]).astype(np.float64),
         "comp.total": counts[row].astype(np.float64),
-        "comp.sel": str(head.argument.value) if head.argument.keyword else "",
+        "comp.sel": head.text,
     }
     return made._replace(state={**made.state, **{name: known[name] for name in asked}})
 
@@ -271,6 +298,13 @@ def _to_object(call: Call, shapes: Shapes) -> Floats:
     return np.einsum("nji,njk->nik", initial, frames.rotations(shapes.frame))
 
 
+def edges_of_faces(call: Call) -> tuple[Shapes, Rows]:
+    """Every edge of every face of shapes as a shape in their axes, and the number of each within its shape."""
+    components = _MeshComponents(call, call.shapes, "fe")
+    placed = components.place(np.arange(len(components.row)), "each", aligned=False)
+    return call.shapes.place(*placed[:-1]), components.index
+
+
 BLOCKS: dict[str, BlockOperation] = {
-    "comp": BlockOperation(comp, frozenset({"f", "e", "v", "fe", "fv"}), (1, 2), frozenset(SELECTORS))
+    "comp": BlockOperation(comp, frozenset({*_MAKERS, "zUp", "noAlign"}), (1, 2), frozenset(SELECTORS))
 }

@@ -7,8 +7,8 @@ import numpy as np
 from grammarlab.derivation.calls import Call, Operation
 from grammarlab.derivation.frames import cube_index
 from grammarlab.derivation.functions.geometry import local_meshes
-from grammarlab.derivation.meshes import replaced
-from grammarlab.derivation.shapes import BOX, FACE, FOOTPRINT, Floats, Shapes
+from grammarlab.derivation.meshes import replaced, turned_over
+from grammarlab.derivation.shapes import BOX, EMPTY, FACE, FOOTPRINT, Floats, Shapes
 from grammarlab.derivation.workspace import Workspace
 from grammarlab.geometry import extrude as solids
 from grammarlab.geometry.measure import face_normals
@@ -27,12 +27,19 @@ def extrude(call: Call) -> Shapes:
     """``extrude(height)`` or ``extrude(direction, height)``: every face moved, with walls between.
 
     The scope's y axis then runs along the direction, x is kept as far as that allows. A negative height goes the
-    other way; all faces look outwards either way.
+    other way and makes ``scope.sy`` negative; all faces look outwards either way.
     """
     if len(call.values) != 1:
         raise call.error("extrude expects one height, and before it perhaps a direction such as world.up")
-    direction = call.words[0] if call.words else "face.normal"
     heights = np.broadcast_to(call.length(call.values[0], 1), call.shapes.num)
+    solid = _extruded(call, heights)
+    below = (heights < 0.0) & (solid.mesh != EMPTY)
+    return turned_over(solid, below, call.workspace.meshes, call.workspace.frames) if below.any() else solid
+
+
+def _extruded(call: Call, heights: Floats) -> Shapes:
+    """The solids, in scopes of positive height."""
+    direction = call.words[0] if call.words else "face.normal"
     shapes = call.shapes
     if direction == "face.normal":
         footprint, face = shapes.mesh == FOOTPRINT, shapes.mesh == FACE
@@ -41,15 +48,15 @@ def extrude(call: Call) -> Shapes:
         if face.all():
             return _deepened(call, shapes, heights)
         if (footprint | face).any():
-            return _one_by_one(call, (footprint, face))
+            return _one_by_one(call, heights, (footprint, face))
     return _general(call, shapes, heights, direction)
 
 
-def _one_by_one(call: Call, kinds: tuple[np.ndarray, ...]) -> Shapes:
+def _one_by_one(call: Call, heights: Floats, kinds: tuple[np.ndarray, ...]) -> Shapes:
     """The operation on each kind of geometry by itself, put together again."""
     rest = ~np.logical_or.reduce(kinds)
     rows = [np.flatnonzero(kind) for kind in (*kinds, rest)]
-    parts = [extrude(_narrowed(call, chosen)) for chosen in rows if len(chosen)]
+    parts = [_extruded(_narrowed(call, chosen), heights[chosen]) for chosen in rows if len(chosen)]
     back = np.argsort(np.concatenate(rows))
     fields = ("position", "size", "frame", "mesh")
     joined = {name: np.concatenate([getattr(part, name) for part in parts])[back] for name in fields}

@@ -5,22 +5,28 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.derivation.calls import Call, Operation
+from grammarlab.derivation.meshes import upright
 from grammarlab.derivation.shapes import BOX, FOOTPRINT, Floats, Ids, Shapes
 from grammarlab.errors import AssetError
 from grammarlab.geometry import primitives
 
 _INSERT_WORDS = frozenset(
-    {"yUp", "zUp", "alignSizeAndPosition", "keepSizeAndPosition", "keepSizeAlignPosition", "cleanup"}
+    {"yUp", "zUp", "alignSizeAndPosition", "keepSizeAndPosition", "keepSizeAlignPosition"}
+    | {"numericalCleanup", "noCleanup"}
 )
 _MOST_SIDES = 512
 
 
 def i(call: Call) -> Shapes:
-    """``i(path)``: a mesh from the asset folder or a built-in one, its bounding box mapped onto the scope.
+    """``i(path, yUp|zUp, mode, cleanup)``: a mesh from the asset folder or a built-in one, mapped onto the scope.
+
+    With ``keepSizeAndPosition`` the mesh keeps its size and place, with ``keepSizeAlignPosition`` its size, standing in
+    the middle of the scope's floor. Meshes are never cleaned up, so that mode has no effect.
 
     Dimensions of the scope that are 0 follow the mesh: one such dimension takes the mean scale of the two others, two
     take the scale of the third, and if all three are 0 the mesh keeps its own size.
     """
+    call = _upright(call)
     text = call.text(call.values[0])
     if isinstance(text, str):
         return _inserted(call, call.shapes, text)
@@ -33,23 +39,52 @@ def i(call: Call) -> Shapes:
     return shapes._replace(mesh=mesh, size=size, position=position)
 
 
+def _upright(call: Call) -> Call:
+    """The call on scopes of positive height."""
+    return call._replace(shapes=upright(call.shapes, call.workspace.meshes, call.workspace.frames))
+
+
 def _inserted(call: Call, shapes: Shapes, path: str) -> Shapes:
+    mesh, own, low = _asset(call, path)
+    if "zUp" in call.words:
+        mesh, own, low = _stood_up(call, mesh, own, low)
+    if "keepSizeAlignPosition" in call.words:
+        return _standing(call, shapes, np.full(shapes.num, mesh, dtype=np.int32), np.broadcast_to(own, (shapes.num, 3)))
+    if "keepSizeAndPosition" in call.words:
+        shapes = shapes._replace(size=np.zeros_like(shapes.size))
+    return fitted(shapes, mesh, own, low, call)
+
+
+def _asset(call: Call, path: str) -> tuple[int, Floats, Floats]:
+    """A mesh in the unit cube, and the size [3] and low corner [3] that it has in its file."""
+    pool, folder = call.workspace.meshes, call.workspace.assets
     name = path.removesuffix(":notex")
+    if name in ("builtin:cube", "builtin:box"):
+        return BOX, np.ones(3), np.zeros(3)
     if name in primitives.BUILTIN_ASSETS:
-        mesh = BOX if name in ("builtin:cube", "builtin:box") else None
-        if mesh is None:
-            mesh = call.workspace.meshes.named(name, primitives.builtin_asset(name))
-        return fitted(shapes, mesh, np.ones(3), np.zeros(3), call)
+        return pool.named(name, primitives.builtin_asset(name)), np.ones(3), np.zeros(3)
     if path.startswith("builtin:"):
         known = ", ".join(primitives.BUILTIN_ASSETS)
         raise call.error(f'no built-in mesh is called "{path}"', f"there are {known}")
-    if call.workspace.assets is None:
+    if folder is None:
         raise call.error(f'the asset "{path}" needs an asset folder', "say where it is with --assets DIR")
     try:
-        asset = call.workspace.assets.load(path)
+        asset = folder.load(path)
     except AssetError as error:
         raise call.error(str(error)) from error
-    return fitted(shapes, call.workspace.meshes.named(path, asset.meshes), asset.size, asset.low, call)
+    return pool.named(path, asset.meshes), asset.size, asset.low
+
+
+def _stood_up(call: Call, mesh: int, own: Floats, low: Floats) -> tuple[int, Floats, Floats]:
+    """A mesh whose up axis is z, turned by -90 degrees about x so that y is."""
+    size, corner = own[[0, 2, 1]], np.array([low[0], low[2], -low[1] - own[1]])
+    if mesh == BOX:
+        return mesh, size, corner
+    pool = call.workspace.meshes
+    unit = pool.take(np.array([mesh]))
+    x, y, z = unit.points.T
+    flipped = np.where(own[1] > 0.0, 1.0 - y, 0.0)
+    return pool.named(f"zUp:{mesh}", unit.with_points(np.stack((x, z, flipped), axis=1))), size, corner
 
 
 def fitted(shapes: Shapes, mesh: int, own: Floats, low: Floats, call: Call) -> Shapes:
@@ -71,6 +106,7 @@ def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
     """``primitiveX(counts, dimensions)``: without dimensions fitted to the scope, with them standing in its middle."""
 
     def apply(call: Call) -> Shapes:
+        call = _upright(call)
         numbers = [call.number(argument) for argument in call.arguments]
         dimensions = numbers[num_counts:] if len(numbers) > num_counts else []
         if dimensions and len(dimensions) != num_dimensions:
@@ -78,7 +114,7 @@ def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
         mesh = _mesh(call, name, numbers[:num_counts])
         if not dimensions:
             return fitted(call.shapes._replace(mesh=mesh), 0, np.ones(3), np.zeros(3), call)._replace(mesh=mesh)
-        return _standing(call, mesh, _extent(name, dimensions, call.shapes.num))
+        return _standing(call, call.shapes, mesh, _extent(name, dimensions, call.shapes.num))
 
     return Operation(apply, num_arguments=(0, num_counts + num_dimensions))
 
@@ -115,11 +151,10 @@ def _extent(name: str, dimensions: list[float | Floats], count: int) -> Floats:
     return np.stack([np.broadcast_to(side, count).astype(np.float64) for side in sides], axis=1)
 
 
-def _standing(call: Call, mesh: Ids, size: Floats) -> Shapes:
+def _standing(call: Call, shapes: Shapes, mesh: Ids, size: Floats) -> Shapes:
     """Shapes whose new geometry stands in the middle of the scope's floor."""
     if (size < 0.0).any():
         raise call.error(f"{call.name} expects dimensions of at least 0 metres, found {size.min():g}")
-    shapes = call.shapes
     offset = 0.5 * (shapes.size - size) * [1.0, 0.0, 1.0]
     position = shapes.position + call.workspace.frames.to_world(shapes.frame, offset)
     return shapes._replace(mesh=mesh, size=size, position=position)

@@ -8,14 +8,9 @@ from __future__ import annotations
 
 from grammarlab.derivation.calls import Call, Operation
 from grammarlab.derivation.shapes import Shapes
+from grammarlab.language.keywords import KEYWORDS
 
-_WORDS = frozenset(
-    {
-        *(f"{space}.{first}{second}" for space in ("scope", "world") for first in "xyz" for second in "xyz"),
-        *("scope.sx", "scope.sy", "scope.sz", "world.sx", "world.sy", "world.sz", "uvSpace", "unitSpace"),
-        *("collectiveAllFaces", "separatePerFace", "uv", "u", "v", "all", "edges", "faces", "vertices"),
-    }
-)
+_WORDS = frozenset[str]().union(*KEYWORDS.values())
 _NAMES = (
     "cleanupGeometry",
     "convexify",

@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import take_rows
-from grammarlab.derivation.calls import BlockOperation, Call, Head, Operation, Part
+from grammarlab.derivation.calls import BlockOperation, Call, Head, Operation, Part, selected
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.meshes import add_faces, normalized, replaced
+from grammarlab.derivation.operations.components import edges_of_faces
 from grammarlab.derivation.shapes import Shapes
 from grammarlab.geometry import inner as rectangles
 from grammarlab.geometry import offset as outlines
 from grammarlab.geometry import setback as strips
+from grammarlab.geometry.edges import edges as edge_table
 from grammarlab.geometry.mesh import Meshes
 from grammarlab.geometry.selectors import ORIENTATIONS, classify
 from grammarlab.geometry.setback import REMAINDER, Setback
@@ -38,7 +40,8 @@ def offset(call: Call) -> Shapes:
 def setback(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     """``setback(distance) { selector : ... | remainder : ... }``: strips along edges cut off.
 
-    Selectors look at the outward normals of the edges; a number counts the edges of a face, around and around.
+    Selectors look at the outward normals of the edges; a number counts the edges of a face, around and around; a
+    condition is evaluated on each edge.
     """
     meshes = local_meshes(call.shapes, call.workspace)
     outward = strips.edge_normals(meshes)
@@ -70,11 +73,21 @@ def inner_rect(call: Call) -> Shapes:
 
 def _edges(call: Call, head: Head, meshes: Meshes, outward: NDArray[np.float64], mesh: Rows) -> NDArray[np.bool_]:
     """[C] the edges that the head of a part asks for."""
-    value = head.argument.value
-    if head.argument.keyword and value == "all":
-        return np.ones(len(outward), dtype=bool)
+
+    def picked(selector: str) -> NDArray[np.bool_]:
+        if selector == "all":
+            return np.ones(len(outward), dtype=bool)
+        return classify(_in_axes(call, selector, outward, mesh), selector)
+
+    if head.condition is not None:
+        # Between an outline and its hole there is no edge to choose.
+        corners = np.flatnonzero(edge_table(meshes).edge_of_corner >= 0)
+        parts, number = edges_of_faces(call)
+        flags = np.zeros(len(outward), dtype=bool)
+        flags[corners] = selected(call, head.condition, parts, number, lambda word: picked(word)[corners])
+        return flags
     if head.argument.keyword:
-        return classify(_in_axes(call, str(value), outward, mesh), str(value))
+        return picked(str(head.argument.value))
     counts = np.diff(meshes.face_offsets)[meshes.face_of_corner()]
     place = np.arange(len(outward)) - meshes.face_offsets[:-1][meshes.face_of_corner()]
     index = np.rint(call.column(head.argument)).astype(np.int64)[mesh]

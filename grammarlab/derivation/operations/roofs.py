@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.calls import Argument, Call, Operation
 from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.meshes import turned_over
 from grammarlab.derivation.operations.extrusion import first_normals, stood_up
 from grammarlab.derivation.shapes import Shapes
 from grammarlab.geometry import roofs
@@ -58,11 +59,18 @@ def roof_ridge(call: Call) -> Shapes:
 
 
 def taper(call: Call) -> Shapes:
-    """``taper(height)``: a pyramid over each face."""
-    heights = call.column(call.values[0])
-    if heights.min() < 0.0:
-        raise call.error(f"taper expects a height of at least 0 metres, found {heights.min():g}")
-    return _roofed(call, roofs.roof_pyramid(_faces(call), heights, "height"))
+    """``taper(height)``: a pyramid over the first face, its tip over the face's centre of gravity.
+
+    A negative height makes ``scope.sy`` negative and the pyramid point the other way, all faces looking outwards.
+    """
+    heights, shapes, workspace = call.column(call.values[0]), call.shapes, call.workspace
+    below = heights < 0.0
+    faces = _faces(call)
+    owner = faces.mesh_of_face()
+    # Over a face seen from behind a pyramid stands the other way.
+    solid = roofs.taper(faces.reversed(below[owner]), np.abs(heights))
+    standing = stood_up(call, solid, first_normals(shapes, workspace))
+    return turned_over(standing, below, workspace.meshes, workspace.frames) if below.any() else standing
 
 
 def _faces(call: Call) -> Meshes:

@@ -44,7 +44,7 @@ def s(call: Call) -> Shapes:
             continue
         length = call.length(argument, axis)
         lowest = length.min() if isinstance(length, np.ndarray) else length
-        if lowest < 0.0:
+        if lowest < 0.0 and not (size[:, axis] < 0.0).all():
             if lowest < _SMALLEST:
                 raise call.error(
                     f"{call.name} expected sizes of at least 0 metres, found {lowest:.6g} along {'xyz'[axis]}",

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.calls import BlockOperation, Call, Head, Part
 from grammarlab.derivation.functions.geometry import local_meshes
-from grammarlab.derivation.meshes import normalized
-from grammarlab.derivation.shapes import EMPTY, FACE, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.derivation.meshes import normalized, upright
+from grammarlab.derivation.shapes import FACE, FOOTPRINT, Floats, Ids, Shapes
 from grammarlab.derivation.splitting import Element, Pieces, Repeat, Size, count_pieces, divide
 from grammarlab.geometry.clip import slabs
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 _INDICES = frozenset({"split.index", "split.total"})
-_WORDS = frozenset({*_AXES, "u", "v", "adjust", "noAdjust", "uvSpace", "unitSpace"})
+_WORDS = frozenset({*_AXES, "adjust", "noAdjust"})
 
 
 def split(call: Call, heads: tuple[Head, ...]) -> list[Part]:
@@ -27,15 +27,19 @@ def split(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     """
     axis = _AXES.get(call.words[0] if call.words else "")
     if axis is None:
-        raise call.error("split along u and v is not supported; it expects x, y or z first")
-    shapes = call.shapes
+        raise call.error("split expects x, y or z first", "for example split(x) { 2 : A | ~1 : B }")
+    shapes = upright(call.shapes, call.workspace.meshes, call.workspace.frames) if axis == 1 else call.shapes
+    call = call._replace(shapes=shapes)
     length = shapes.size[:, axis]
     elements = _elements(call, heads, axis)
     if any(isinstance(element, Repeat) for element in elements):
         call.workspace.expanded(count_pieces(length, elements), shapes.num, call.location)
     pieces = divide(length, elements)
     numbers = _numbers(pieces, shapes, call)
-    made = [_part(call, axis, piece) for piece in pieces]
+    along = call.workspace.frames.axis(shapes.frame, axis)
+    clipped = _needs_clipping(shapes.mesh, axis)
+    general = clipped if clipped.any() else None
+    made = [_part(call, axis, piece, along, general) for piece in pieces]
     if not call.workspace.program.state_names.isdisjoint(_INDICES):
         made = _indexed(call, made, pieces, numbers)
     return [Part(part, number) for part, number in zip(made, numbers, strict=True)]
@@ -64,7 +68,7 @@ def _numbers(pieces: Sequence[Pieces], shapes: Shapes, call: Call) -> list[NDArr
     wanted = shapes.key is not None or not call.workspace.program.state_names.isdisjoint(_INDICES)
     if not wanted:
         return [np.zeros(count, np.int64) for count in counts]
-    if all(count == shapes.num for count in counts):
+    if all(piece.is_one_each for piece in pieces):
         return [np.full(count, place) for place, count in enumerate(counts)]
     row = np.concatenate([piece.row for piece in pieces])
     order = np.lexsort((np.concatenate([piece.start for piece in pieces]), row))
@@ -74,18 +78,29 @@ def _numbers(pieces: Sequence[Pieces], shapes: Shapes, call: Call) -> list[NDArr
     return np.split(number, np.cumsum(counts)[:-1])
 
 
-def _part(call: Call, axis: int, piece: Pieces) -> Shapes:
-    shapes, rows, frames = call.shapes, piece.row, call.workspace.frames
-    everyone = len(rows) == shapes.num
+def _part(call: Call, axis: int, piece: Pieces, along: Floats, general: NDArray[np.bool_] | None) -> Shapes:
+    """The shapes of one size of the split.
+
+    Args:
+        call: the split, of shapes [N].
+        axis: along which it cuts.
+        piece: what becomes of the size.
+        along: [N, 3] direction of that axis in the world.
+        general: [N] which shapes need clipping; None where none does.
+    """
+    shapes, rows = call.shapes, piece.row
+    everyone = piece.is_one_each
     frame = shapes.frame if everyone else shapes.frame.take(rows)
     mesh = shapes.mesh if everyone else shapes.mesh.take(rows)
     size = shapes.size.copy() if everyone else shapes.size.take(rows, axis=0)
-    position = shapes.position if everyone else shapes.position.take(rows, axis=0)
     size[:, axis] = piece.extent
-    position = position + frames.axis(frame, axis) * piece.start[:, None]
-    general = np.flatnonzero(_needs_clipping(mesh, axis))
-    if len(general):
-        position, size, mesh = _clipped(call, axis, piece, general, position, size, mesh, frame)
+    if everyone:
+        position = shapes.position + along * piece.start[:, None]
+    else:
+        position = shapes.position.take(rows, axis=0) + along.take(rows, axis=0) * piece.start[:, None]
+    if general is not None:
+        chosen = np.flatnonzero(general[rows])
+        position, size, mesh = _clipped(call, axis, piece, chosen, position, size, mesh, frame)
     if everyone:
         return shapes.rescoped(position, size, frame, mesh)
     return shapes.place(rows, position, size, frame, mesh)
@@ -93,8 +108,9 @@ def _part(call: Call, axis: int, piece: Pieces) -> Shapes:
 
 def _needs_clipping(mesh: Ids, axis: int) -> NDArray[np.bool_]:
     """Everything but boxes, and rectangles cut across."""
-    flat = FOOTPRINT if axis == 1 else FACE if axis == 2 else EMPTY
-    return (mesh > FACE) | ((mesh == flat) & (mesh != EMPTY))
+    if axis == 0:
+        return mesh > FACE
+    return (mesh > FACE) | (mesh == (FOOTPRINT if axis == 1 else FACE))
 
 
 def _clipped(
@@ -108,6 +124,8 @@ def _clipped(
     frame: Ids,
 ) -> tuple[Floats, Floats, Ids]:
     """Positions, sizes and meshes with those of the pieces ``general`` replaced by what the clipping leaves."""
+    if len(general) == 0:
+        return position, size, mesh
     sources, source = np.unique(piece.row[general], return_inverse=True)
     start = piece.start[general]
     whole = local_meshes(call.shapes.take(sources), call.workspace)

@@ -7,6 +7,7 @@ import pytest
 
 from grammarlab.errors import DerivationError
 from grammarlab.geometry import measure
+from grammarlab.runs.footprints import read_footprints
 from tests.derivation.operations.leaves import (
     L_SHAPE,
     TRIANGLE,
@@ -208,3 +209,23 @@ def test_set_attributes_hold_below_and_not_beside():
     text = "attr h = 1\nLot --> [ set(h, 5) A ] B\nA --> s('1, h, '1) C\nB --> s('1, h, '1) D"
     forest = sampled(text)
     assert dict(zip(symbols(forest), forest.leaves.size[:, 1], strict=True)) == {"C": 5.0, "D": 1.0}
+
+
+HOLED = "POLYGON ((0 0, 10 0, 10 10, 0 10, 0 0), (2 2, 2 5, 4 5, 4 2, 2 2), (6 6, 8 6, 7 8, 6 6))"
+"""A lot of 100 square metres with a court of 6 and a triangular one of 2."""
+
+
+@pytest.mark.parametrize(
+    ("rule", "faces"), [("extrude(3) A", 13), ("extrude(-3) A", 13), ("roofHip(30) A", 12), ("roofPyramid(30) A", 12)]
+)
+def test_a_solid_over_a_lot_with_courts_is_closed_and_has_no_wall_on_the_bridge(rule, faces):
+    (lot,) = read_footprints(HOLED)
+    forest = sampled(f"Lot --> {rule}", lot.polygon)
+    meshes = world_meshes(forest)
+    assert measure.is_closed(meshes).all()
+    assert meshes.num_faces == faces
+    assert areas_by_symbol(sampled("Lot --> case geometry.nHoles == 2 : A else : B", lot.polygon)) == {
+        "A": pytest.approx(92.0)
+    }
+    if rule.startswith("extrude"):
+        assert volumes_by_symbol(forest)["A"] == pytest.approx(3 * 92.0)

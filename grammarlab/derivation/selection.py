@@ -1,0 +1,124 @@
+"""Some of the models of a forest, and several forests as one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports
+from grammarlab.derivation.materials import Materials
+from grammarlab.errors import UsageError
+from grammarlab.geometry.mesh import Meshes
+
+Flags = NDArray[np.bool_]
+_R = TypeVar("_R", Nodes, Leaves, Draws, Reports)
+
+
+def select_models(forest: Forest, models: NDArray[np.integer]) -> Forest:
+    """The forest of some models, numbered anew from 0 in the same order.
+
+    Its ``first_model`` is that of the first one kept; the others have lost their addresses.
+
+    Args:
+        forest: the models.
+        models: [K] which to keep, ascending, each once.
+    """
+    new_model = np.full(forest.num_models, -1, dtype=np.int32)
+    new_model[models] = np.arange(len(models), dtype=np.int32)
+    kept = new_model[forest.nodes.model] >= 0
+    new_node = (np.cumsum(kept) - 1).astype(np.int32)
+    nodes = _rows(forest.nodes, kept)
+    parent = np.where(nodes.parent >= 0, new_node[nodes.parent], -1).astype(np.int32)
+    leaves, draws = _rows(forest.leaves, kept[forest.leaves.node]), _rows(forest.draws, kept[forest.draws.node])
+    reports = _rows(forest.reports, kept[forest.reports.node])
+    return replace(
+        forest,
+        first_model=forest.first_model + (int(models[0]) if len(models) else 0),
+        num_models=len(models),
+        nodes=replace(nodes, model=new_model[nodes.model], parent=parent),
+        leaves=replace(leaves, node=new_node[leaves.node]),
+        draws=replace(draws, node=new_node[draws.node]),
+        reports=replace(reports, node=new_node[reports.node]),
+    )
+
+
+def join_forests(forests: Sequence[Forest]) -> Forest:
+    """The models of several forests of one grammar as one forest, in this order.
+
+    Raises:
+        UsageError: for no forests, or forests of different grammars.
+    """
+    if not forests:
+        raise UsageError("expected at least one forest to join")
+    first = forests[0]
+    if len(forests) == 1:
+        return first
+    for other in forests[1:]:
+        if (other.symbols, other.rules, other.sites) != (first.symbols, first.rules, first.sites):
+            raise UsageError("expected forests of one grammar: their symbols, rules or random expressions differ")
+    models = _starts([forest.num_models for forest in forests])
+    nodes = _starts([len(forest.nodes) for forest in forests])
+    frames = _starts([len(forest.frames) for forest in forests])
+    meshes = _starts([len(forest.meshes) for forest in forests])
+    materials = _starts([len(forest.materials) for forest in forests])
+    keys = list(dict.fromkeys(key for forest in forests for key in forest.reports.keys))
+    return replace(
+        first,
+        num_models=sum(forest.num_models for forest in forests),
+        nodes=_joined([_moved_nodes(f.nodes, *starts) for f, *starts in zip(forests, models, nodes, strict=True)]),
+        leaves=_joined(
+            [
+                replace(
+                    f.leaves,
+                    node=f.leaves.node + node,
+                    frame=f.leaves.frame + frame,
+                    mesh=f.leaves.mesh + mesh,
+                    material=f.leaves.material + material,
+                )
+                for f, node, frame, mesh, material in zip(forests, nodes, frames, meshes, materials, strict=True)
+            ]
+        ),
+        draws=_joined([replace(f.draws, node=f.draws.node + node) for f, node in zip(forests, nodes, strict=True)]),
+        reports=_joined([_moved_reports(f.reports, node, keys) for f, node in zip(forests, nodes, strict=True)]),
+        frames=np.concatenate([forest.frames for forest in forests]),
+        meshes=Meshes.concatenate([forest.meshes for forest in forests]),
+        materials=Materials(
+            np.concatenate([forest.materials.channels for forest in forests]),
+            tuple(texture for forest in forests for texture in forest.materials.textures),
+        ),
+    )
+
+
+def _rows(columns: _R, kept: Flags) -> _R:
+    """The rows of a table that are kept."""
+    found = {name: value[kept] for name in columns.__slots__ if isinstance(value := getattr(columns, name), np.ndarray)}
+    return replace(columns, **found)
+
+
+def _joined(tables: Sequence[_R]) -> _R:
+    """The rows of several tables."""
+    first = tables[0]
+    columns = {
+        name: np.concatenate([getattr(table, name) for table in tables])
+        for name in first.__slots__
+        if isinstance(getattr(first, name), np.ndarray)
+    }
+    return replace(first, **columns)
+
+
+def _moved_nodes(nodes: Nodes, model: np.int32, node: np.int32) -> Nodes:
+    parent = np.where(nodes.parent >= 0, nodes.parent + node, -1).astype(np.int32)
+    return replace(nodes, model=nodes.model + model, parent=parent)
+
+
+def _moved_reports(reports: Reports, node: np.int32, keys: Sequence[str]) -> Reports:
+    number = np.array([*(keys.index(key) for key in reports.keys), -1], dtype=np.int32)
+    return replace(reports, node=reports.node + node, key=number[reports.key], keys=tuple(keys))
+
+
+def _starts(counts: Sequence[int]) -> NDArray[np.int32]:
+    return np.cumsum([0, *counts[:-1]], dtype=np.int32)

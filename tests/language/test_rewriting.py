@@ -1,0 +1,135 @@
+"""Text surgery on rule files."""
+
+import pytest
+
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.rewriting import (
+    Chances,
+    Conditions,
+    RuleCopy,
+    Same,
+    Text,
+    choice_text,
+    likely_last,
+    rewrite,
+)
+from grammarlab.language.syntax import Case, Invoke, Sequence, Stochastic
+from grammarlab.language.walking import walk
+from grammarlab.runs.examples import shipped_examples
+
+HOUSE = """version "2023.0"
+// The file.
+
+attr height = 3 // metres
+
+// Begin here.
+@StartRule
+Lot -->
+\t30% : extrude(height) House
+\telse : case height > 2 : [ Tree ] Tree
+\t       case height > 1 : Bush
+
+// A house.
+House(a, b) -->
+\tsplit(x) { ~1 : Wall /* left */ | { 2 : Window(a) }* | ~1 : Wall } // done
+
+Tree --> 50% : Oak else : Elm
+"""
+
+
+def choice_of(text, name):
+    """The percentages of a rule, None for ``else``, and its branches."""
+    choice = Grammar.parse(text).rules[name, 0].body
+    assert isinstance(choice, Stochastic)
+    return [getattr(percentage, "value", None) for percentage in choice.percentages], choice.branches
+
+
+def places(text, name):
+    """Where a successor is named, in the order of the text."""
+    return [node.location for node in walk(Grammar.parse(text).tree) if isinstance(node, Invoke) and node.name == name]
+
+
+def test_nothing_to_do_changes_nothing():
+    assert rewrite(Grammar.parse(HOUSE), {}) == HOUSE
+
+
+@pytest.mark.parametrize("source", shipped_examples(), ids=lambda source: source.name)
+def test_rules_written_as_they_are_say_the_same(source):
+    grammar = Grammar.parse(source.text())
+    copies = {key: [RuleCopy(key[0])] for key in grammar.rules}
+    assert rewrite(grammar, copies) == source.text()
+
+
+def test_successors_are_renamed_in_place():
+    wall, _ = places(HOUSE, "Wall")
+    (window,) = places(HOUSE, "Window")
+    body = Text((), {wall: "Brick", window: "Door"})
+    text = rewrite(Grammar.parse(HOUSE), {("House", 2): [RuleCopy("House", body)]})
+    assert text == HOUSE.replace("~1 : Wall /*", "~1 : Brick /*").replace("Window(a)", "Door(a)")
+
+
+def test_copies_have_their_comments_and_no_annotations():
+    copies = [RuleCopy("Lot"), RuleCopy("Lot_green", Text((1, 0), {}), "Lot with trees")]
+    text = rewrite(Grammar.parse(HOUSE), {("Lot", 0): copies})
+    assert HOUSE.split("// A house.", maxsplit=1)[0] in text
+    assert "\n// Lot with trees\nLot_green --> [ Tree ] Tree\n\n// A house." in text
+
+
+def test_a_removed_rule_takes_its_comment_with_it():
+    text = rewrite(Grammar.parse(HOUSE), {("House", 2): []})
+    before, after = HOUSE.split("// A house.")
+    assert text == before.rstrip("\n") + "\n\nTree" + after.split("Tree")[1]
+
+
+def test_chances_are_written_to_the_last_digit_and_conditions_stay():
+    kept = Same((1,), (Text((1, 0), {}), Text((1, 1), {})), closed=True)
+    body = Chances(((1 / 3, kept), (2 / 3, Text((0,), {}))))
+    text = rewrite(Grammar.parse(HOUSE), {("Lot", 0): [RuleCopy("Lot", body)]})
+    percentages, (first, second) = choice_of(text, "Lot")
+    assert percentages == [pytest.approx(100 / 3, rel=4e-16), None]
+    assert isinstance(first, Case)
+    assert len(first.branches) == 3  # the last one is for when neither condition holds
+    assert isinstance(second, Sequence)
+    assert [item.name for item in second.items if isinstance(item, Invoke)] == ["extrude", "House"]
+
+
+def test_new_conditions_and_attributes():
+    body = Conditions((("kind == 1", Text((0,), {})), ("", Text((1, 1), {}))))
+    text = rewrite(
+        Grammar.parse(HOUSE),
+        {("Lot", 0): [RuleCopy("Lot", body)]},
+        {"height": " rand(2, 3)"},
+        [f"attr kind ={choice_text([(0.25, '1'), (0.75, '2')], '    ')}"],
+        ["Line one", ""],
+    )
+    assert text.startswith(
+        '// Line one\n//\n\nversion "2023.0"\n// The file.\n\nattr kind =\n    25% : 1\n    else : 2\n'
+    )
+    assert "attr height = rand(2, 3) // metres" in text
+    assert "Lot -->\n\tcase kind == 1 : extrude(height) House\n\telse : Bush" in text
+    assert Grammar.parse(text).attributes.keys() == {"kind", "height"}
+
+
+def test_an_empty_branch_is_not_mistaken_for_the_next():
+    grammar = Grammar.parse("Lot --> 50% : else : House")
+    body = Chances(((0.2, Text((0,), {})), (0.3, Text((1,), {})), (0.5, Text((1,), {}))))
+    assert choice_of(rewrite(grammar, {("Lot", 0): [RuleCopy("Lot", body)]}), "Lot")[0] == [20, 30, None]
+
+
+def test_an_unlikely_branch_is_not_written_as_else():
+    choice = [(0.6, "a"), (0.4 - 1e-9, "b"), (1e-9, "c")]
+    assert [text for _, text in likely_last(choice)] == ["b", "c", "a"]
+    assert likely_last(choice[:2]) == tuple(choice[:2])
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_line_ends_stay(end):
+    text = "A --> B\n\n// about B\nB --> C\n\nC --> D\n".replace("\n", end)
+    assert rewrite(Grammar.parse(text), {("B", 0): []}) == "A --> B\n\nC --> D\n".replace("\n", end)
+
+
+def test_start_rules_can_be_moved():
+    grammar = Grammar.parse("@StartRule\nLot --> 50% : Lot else : NIL")
+    copies = [RuleCopy("Lot"), RuleCopy("Lot_big", Text((0,), {}), start=True)]
+    text = rewrite(grammar, {("Lot", 0): copies})
+    assert [rule.name for rule in Grammar.parse(text).start_rules] == ["Lot_big"]
