@@ -46,6 +46,16 @@ def test_json_is_one_object_about_the_result(run, files, tmp_path):
     assert Grammar.parse(text).rules.keys() == {("Lot", 0), ("High", 0)}
 
 
+def test_an_even_base_is_reached_as_well(run, files, tmp_path):
+    grammar, scenario = files
+    scenario.write_text(SCENARIO.replace("num_models", 'base = "uniform"\nnum_models').replace("{High:0}", "{High}"))
+    out = tmp_path / "even.cga"
+    values = json.loads(run("learn", grammar, "--scenario", scenario, "-o", out, "--json").stdout)
+    assert values["js"] <= 1e-12
+    assert "High --> \n" not in out.read_text()
+    assert "50% : color" in out.read_text()
+
+
 def test_a_learned_shipped_grammar_samples_from_where_it_lies(run, tmp_path):
     out = tmp_path / "b3.cga"
     scenario = tmp_path / "one.toml"

@@ -1,0 +1,131 @@
+"""``grammarlab evaluate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from grammarlab.cli.report import friendly_errors, print_json, say
+
+if TYPE_CHECKING:
+    from grammarlab.runs.evaluate import EvaluationResult
+    from grammarlab.runs.evaluate_report import ScenarioResults
+
+
+def complete_scenario(incomplete: str) -> list[str]:
+    """The shipped scenarios that begin so, for the shell."""
+    from grammarlab.runs.evaluate_find import shipped_scenarios
+
+    return [name for name in shipped_scenarios() if name.startswith(incomplete)]
+
+
+def evaluate(
+    scenarios: Annotated[
+        str,
+        typer.Argument(help="A scenario file, a folder of them, or a shipped name.", autocompletion=complete_scenario),
+    ],
+    methods: Annotated[
+        str, typer.Option("--methods", help="default,paper,kde,sklearn; those that each scenario names if left out.")
+    ] = "",
+    seeds: Annotated[int, typer.Option("--seeds", help="Simulated persons for each method.", min=1, max=1000)] = 10,
+    max_labels: Annotated[int, typer.Option("--max-labels", help="Scores each of them gives.", min=1)] = 256,
+    batch: Annotated[int, typer.Option("--batch", help="Models a round; 0 for what each method prefers.", min=0)] = 0,
+    figures: Annotated[
+        str, typer.Option("--figures", help="Also draw these experiments (4.7a,4.9b), or all of them.")
+    ] = "",
+    grids: Annotated[
+        bool, typer.Option("--grids", help="Also draw samples before and after, 4x4 and 10x10 a scenario.")
+    ] = False,
+    folder: Annotated[Path, typer.Option("-o", "--output", help="Folder for curves, tables and pictures.")] = Path(
+        "results"
+    ),
+    report: Annotated[
+        Path | None, typer.Option("--report", help="Write the page here too, its pictures beside it.")
+    ] = None,
+    cache: Annotated[
+        Path | None,
+        typer.Option("--cache", help="Folder for counted features; cache in the output folder if left out."),
+    ] = None,
+    workers: Annotated[int, typer.Option("--workers", help="Processes; 0 for one a core.", min=0)] = 0,
+    resume: Annotated[
+        bool, typer.Option("--resume/--fresh", help="Keep the curves that the folder holds, or begin anew.")
+    ] = True,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object with all curves.")] = False,
+) -> None:
+    """Let simulated persons score models, and measure how fast the density they want is learned."""
+    from grammarlab.cli.progress import progress
+    from grammarlab.runs.evaluate import evaluate_run
+    from grammarlab.runs.evaluate_find import find_scenarios
+    from grammarlab.runs.evaluate_request import EvaluationRequest
+    from grammarlab.runs.workers import available_cores
+
+    with friendly_errors():
+        request = EvaluationRequest.of(
+            find_scenarios(scenarios),
+            methods=methods,
+            batch=batch or None,
+            seeds=seeds,
+            max_labels=max_labels,
+            figures=figures,
+            grids=grids,
+        )
+        with progress() as on_progress:
+            result = evaluate_run(
+                request,
+                folder,
+                report=report,
+                cache=cache,
+                jobs=workers or available_cores(),
+                fresh=not resume,
+                command=_command(scenarios, methods, seeds, max_labels, batch, figures, grids),
+                on_progress=on_progress,
+            )
+        _tell(result, as_json)
+
+
+def _command(scenarios: str, methods: str, seeds: int, max_labels: int, batch: int, figures: str, grids: bool) -> str:
+    """The command that makes the same numbers again."""
+    words = ["grammarlab evaluate", scenarios, *([f"--methods {methods}"] * bool(methods))]
+    words += [f"--seeds {seeds} --max-labels {max_labels}"]
+    words += [f"--batch {batch}"] * bool(batch) + [f"--figures {figures}"] * bool(figures) + ["--grids"] * grids
+    return " ".join(words)
+
+
+def _tell(result: EvaluationResult, as_json: bool) -> None:
+    if as_json:
+        objects = [_as_json(results) for results in result.scenarios]
+        print_json(objects[0] if len(objects) == 1 else {"scenarios": objects})
+        return
+    for results in result.scenarios:
+        for method, records in results.by_method().items():
+            js = results.scenario.target.js
+            reached = [record.curve.labels_to(js) for record in records]
+            found = sorted(labels for labels in reached if labels is not None)
+            text = f"{found[0]} to {found[-1]} labels" if found else "never"
+            say(
+                f"{results.scenario.name} {method}: JS {results.js_original:.3f} at first; "
+                f"at most {js:g} after {text} ({len(found)} of {len(reached)} seeds)"
+            )
+    say(f"tables and pictures: {result.page}")
+
+
+def _as_json(results: ScenarioResults) -> dict[str, Any]:
+    return {
+        "scenario": results.scenario.name,
+        "grammar": results.scenario.grammar,
+        "base": results.scenario.base,
+        "js_original": results.js_original,
+        "curves": [
+            {
+                "method": record.method,
+                "seed": record.seed,
+                "curve": [[point.labels, point.js] for point in record.curve.points],
+                "correlations": [point.correlation for point in record.curve.points],
+                "labels_to_0.01": record.curve.labels_to(),
+                "labels_until_below_0.01": record.curve.labels_until_below(),
+            }
+            for record in results.records
+        ],
+    }

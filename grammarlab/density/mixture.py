@@ -1,0 +1,149 @@
+"""Mixtures of stochastic grammars, fitted to derivations by expectation and maximisation.
+
+A component gives a probability to every branch of every choice, and a derivation is described by how often it took
+each: so the log-probabilities of N derivations under K components are one matrix product. Probabilities are kept by
+their ratio to those of the original grammar, so that choices that are not learned take no part.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.special import logsumexp, xlogy
+
+from grammarlab.arrays import Ints
+from grammarlab.errors import GrammarlabError
+
+Floats = NDArray[np.float64]
+
+MOST_STEPS = 500
+TOLERANCE = 1e-9
+"""EM ends where a step raises the mean log-likelihood by less, in nats."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """The branches whose probabilities are learned."""
+
+    original: Floats
+    """[A] probability of each in the original grammar; those of one choice sum to 1."""
+    choice: Ints
+    """[A] which choice each belongs to, ascending from 0."""
+
+    def normalised(self, counts: Floats) -> Floats:
+        """The likeliest probabilities [K, A] for counts [K, A]; the original ones of choices never made."""
+        starts = np.flatnonzero(np.diff(self.choice, prepend=-1))
+        total = np.add.reduceat(counts, starts, axis=1)[:, self.choice] if len(starts) else counts
+        return np.where(total > 0.0, counts / np.where(total > 0.0, total, 1.0), self.original)
+
+
+@dataclass(frozen=True, slots=True)
+class Mixture:
+    """K components."""
+
+    weights: Floats
+    """[K] probability of each component, summing to 1 (alpha in Eq. 4.9)."""
+    probabilities: Floats
+    """[K, A] of each cell."""
+
+    def log_ratios(self, cells: Cells, counts: sparse.csr_array) -> Floats:
+        """[N, K] log of weight times density of derivations under each component, by their original density."""
+        with np.errstate(divide="ignore"):
+            ratio = np.log(self.probabilities) - np.log(np.where(cells.original > 0.0, cells.original, 1.0))
+            return dense(counts @ ratio.T) + np.log(self.weights)
+
+    def log_ratio(self, cells: Cells, counts: sparse.csr_array) -> Floats:
+        """[N] log of the density of derivations by their original density (Eq. 4.9); -inf where it is 0."""
+        return np.asarray(logsumexp(self.log_ratios(cells, counts), axis=1))
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A fitted mixture."""
+
+    mixture: Mixture
+    log_likelihoods: tuple[float, ...]
+    """Mean log of the density by the original density, in nats, before each step and after the last."""
+
+
+def maximised(cells: Cells, counts: sparse.csr_array, responsibilities: Floats) -> Mixture:
+    """The mixture that is likeliest when it is known how far each component made each derivation (Eq. 4.11).
+
+    Args:
+        cells: what is learned.
+        counts: [N, A] how often each derivation took each cell.
+        responsibilities: [N, K] times the weight of each derivation; components that made nothing are left out.
+    """
+    used = responsibilities.sum(axis=0)
+    share = responsibilities[:, used > 0.0]
+    return Mixture(used[used > 0.0] / used.sum(), cells.normalised(dense(counts.T @ share).T))
+
+
+def fit_mixture(cells: Cells, counts: sparse.csr_array, weights: Floats, component: Ints) -> Fit:
+    """The mixture of grammars that EM finds for a sample.
+
+    Args:
+        cells: what is learned.
+        counts: [N, A] how often each derivation took each cell.
+        weights: [N] how much each derivation counts, >= 0 and not all 0.
+        component: [N] the component to begin with, 0 <= component < N.
+
+    Raises:
+        GrammarlabError: when no derivation counts.
+    """
+    if not weights.sum() > 0.0:
+        raise GrammarlabError("expected derivations to learn from, found none that counts")
+    counts, weights, component = distinct_derivations(counts, weights, component)
+    share = np.zeros((len(weights), int(component.max()) + 1))
+    share[np.arange(len(weights)), component] = weights
+    mixture = maximised(cells, counts, share)
+    found: list[float] = []
+    for _ in range(MOST_STEPS):
+        each = mixture.log_ratios(cells, counts)
+        total = np.asarray(logsumexp(each, axis=1, keepdims=True))
+        found.append(float(weights @ total[:, 0] / weights.sum()))
+        if len(mixture.weights) == 1 or (len(found) > 1 and found[-1] - found[-2] < TOLERANCE):
+            break
+        # Eq. 4.10
+        mixture = maximised(cells, counts, np.exp(each - total) * weights[:, None])
+    return Fit(mixture, tuple(found))
+
+
+def distinct_derivations(
+    counts: sparse.csr_array, weights: Floats, component: Ints
+) -> tuple[sparse.csr_array, Floats, Ints]:
+    """Derivations that count, those with equal counts and the same component joined into one."""
+    used = weights > 0.0
+    counts, weights, component = counts[used], weights[used], component[used]
+    counts.sum_duplicates()
+    known: dict[tuple[int, bytes, bytes], int] = {}
+    number = np.zeros(len(weights), dtype=np.int64)
+    for row, (start, end) in enumerate(pairwise(counts.indptr)):
+        key = int(component[row]), counts.indices[start:end].tobytes(), counts.data[start:end].tobytes()
+        number[row] = known.setdefault(key, len(known))
+    _, first = np.unique(number, return_index=True)
+    return counts[first], np.bincount(number, weights=weights).astype(np.float64), component[first]
+
+
+def complete_log_likelihood(cells: Cells, counts: Floats) -> Floats:
+    """Of derivations made by one component alone, at its likeliest probabilities.
+
+    Args:
+        cells: what is learned.
+        counts: [..., A] how often the derivations took each cell altogether.
+
+    Returns:
+        [...] sum of logarithms, without the original density.
+    """
+    starts = np.flatnonzero(np.diff(cells.choice, prepend=-1))
+    total = np.add.reduceat(counts, starts, axis=-1) if len(starts) else np.zeros((*counts.shape[:-1], 1))
+    return xlogy(counts, counts).sum(axis=-1) - xlogy(total, total).sum(axis=-1)
+
+
+def dense(product: sparse.csr_array | Floats) -> Floats:
+    """A product with a sparse table as an ordinary array."""
+    return product.toarray() if sparse.issparse(product) else np.asarray(product)  # type: ignore[union-attr]

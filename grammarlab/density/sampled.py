@@ -1,0 +1,310 @@
+"""Learning a grammar from samples: parameter learning, structure learning, and structure learning with S tied.
+
+Section 4.6 of the paper. Models are drawn from the target density by rejection; what they took where is counted; a
+mixture of grammars is fitted to the counts. The methods differ in how symbols are split and in which choices are
+learned:
+
+- *parameters*: no symbol is split, all choices are learned, one component;
+- *structure*: symbols that relevant features name are split by the edges above them, all choices are learned, one
+  component for each cluster of models that the preference hardly tells apart;
+- *tied*: only choices that the features can depend on are learned, all others stay as they are, in every component;
+  the number of components is the one that explains held-out models best. A preference that reads counts leaves all
+  other choices independent of it, so nothing is lost, and far fewer numbers are estimated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from grammarlab.arrays import Ints
+from grammarlab.density.attributes import AttributeFeature, AttributeParts, attribute_parts
+from grammarlab.density.automaton import InexactError
+from grammarlab.density.choices import Choices, relevant_choices
+from grammarlab.density.clustering import cluster, merged
+from grammarlab.density.contexts import Contexts, NoContext, OpenPatterns, ParentEdges
+from grammarlab.density.learned import LearnedGrammar
+from grammarlab.density.mixing import ContextNames, as_splitting
+from grammarlab.density.mixture import Cells, Mixture, dense, fit_mixture
+from grammarlab.density.skeleton import TreeGrammar
+from grammarlab.density.target import Target, pattern_of
+from grammarlab.density.thinning import MOST_PROPOSALS, Acceptance, thin
+from grammarlab.density.weights import Weights
+from grammarlab.density.writing import Origin, write
+from grammarlab.derivation.compiler import compile_grammar
+from grammarlab.derivation.derive import derive
+from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.selection import select_models
+from grammarlab.errors import UsageError
+from grammarlab.features.counting import count
+from grammarlab.features.pattern import Draw, Threshold
+
+Floats = NDArray[np.float64]
+Method: TypeAlias = Literal["parameters", "structure", "tied"]
+METHODS: tuple[Method, ...] = get_args(Method)
+
+NUM_SAMPLES = 5_000
+"""Models to learn from, as in the paper."""
+MOST_COMPONENTS = 128
+"""A mixture begins with no more."""
+HELD_OUT = 5
+"""One model in so many is held out to choose the number of components."""
+_SMOOTHING = 0.5
+"""Derivations by the original grammar that each component is given before held-out models are judged."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What models to learn from are like."""
+
+    counts: sparse.csr_array
+    """[N, A] how often each took each cell of the choices."""
+    rows: Floats
+    """[N, F] what the preference reads of them."""
+    weights: Floats
+    """[N] how much each counts."""
+
+
+def learn(
+    target: Target,
+    method: Method,
+    *,
+    num_samples: int = NUM_SAMPLES,
+    seed: int = 0,
+    relevance: Floats | None = None,
+    num_components: int | None = None,
+    most_proposals: int = MOST_PROPOSALS,
+    header: Sequence[str] = (),
+) -> LearnedGrammar:
+    """A grammar whose density comes near a wanted one, learned from samples of it.
+
+    Args:
+        target: the wanted density.
+        method: see the head of this file.
+        num_samples: models to learn from.
+        seed: of the samples.
+        relevance: [features] by what to multiply the features of the target so that differences count equally; 1 by
+            default.
+        num_components: of the mixture, at most; by default as the method says.
+        most_proposals: models that are looked at, for samples among them.
+        header: lines of a comment at the top of the new file.
+
+    Raises:
+        UsageError: for less than one sample or component.
+        GrammarlabError: when the preference is 0 for all models that were drawn.
+    """
+    if num_samples < 1 or (num_components is not None and num_components < 1):
+        raise UsageError(f"expected at least one sample and one component, found {num_samples} and {num_components}")
+    if target.even is not None:
+        inner = replace(target, grammar=target.even.grammar, base="grammar")
+        learned = learn(
+            inner,
+            method,
+            num_samples=num_samples,
+            seed=seed,
+            relevance=relevance,
+            num_components=num_components,
+            most_proposals=most_proposals,
+            header=header,
+        )
+        return _composed(target.even, learned)
+    learner = _Learner(target, method, relevance)
+    sample, acceptance = learner.draw(num_samples, seed, most_proposals)
+    mixture = learner.fit(sample, num_components)
+    findings = [str(acceptance), *learner.findings]
+    if len(sample.weights) < num_samples:
+        findings.append(f"only {len(sample.weights):,} models to learn from, {num_samples:,} were wanted")
+    return written(target, learner.choices, mixture, method, acceptance.mean_weight, findings, header)
+
+
+def written(
+    target: Target,
+    choices: Choices,
+    mixture: Mixture,
+    method: str,
+    mean_preference: float,
+    findings: Sequence[str],
+    header: Sequence[str],
+) -> LearnedGrammar:
+    """The grammar that a mixture stands for."""
+    splitting = as_splitting(choices, mixture)
+    found = write(target.grammar, splitting, Weights(splitting), header, ContextNames)
+    return LearnedGrammar(
+        found.text,
+        target.grammar,
+        method,
+        "grammar",
+        found.origins,
+        found.start,
+        found.components,
+        choices.attributes,
+        mean_preference,
+        tuple(findings),
+        target.assets,
+    )
+
+
+class _Proposed(NamedTuple):
+    """Models that may be accepted."""
+
+    forest: Forest
+    values: Floats
+    """[n, features] of the features."""
+
+
+class _Kept(NamedTuple):
+    """What is kept of accepted models."""
+
+    counts: sparse.csr_array
+    values: Floats
+
+
+class _Learner:
+    """What is learned of a grammar, and from what."""
+
+    def __init__(self, target: Target, method: Method, relevance: Floats | None) -> None:
+        self.target = target
+        self.relevance = np.ones(len(target.features)) if relevance is None else relevance
+        self.method = method
+        self.findings: list[str] = []
+        self.choices = self._choices(TreeGrammar.of(target.grammar).observed(target.first_look))
+        self.cells = Cells(self.choices.original, self.choices.choice)
+
+    def _choices(self, tree: TreeGrammar) -> Choices:
+        attributes = self._attributes()
+        if self.method == "parameters":
+            return Choices.of(Contexts.of(tree, NoContext()), attributes)
+        if self.method == "structure":
+            return Choices.of(Contexts.of(tree, ParentEdges(tree, self.target.patterns)), attributes)
+        contexts = Contexts.of(tree, opened := OpenPatterns(tree, self.target.patterns))
+        return Choices.of(contexts, attributes, relevant_choices(contexts, opened))
+
+    def _attributes(self) -> list[AttributeParts]:
+        """The parts of the attributes that features are about."""
+        named: dict[str, list[AttributeFeature]] = {}
+        for feature in self.target.features:
+            if isinstance(feature, Threshold | Draw):
+                named.setdefault(feature.site, []).append(feature)
+        found: list[AttributeParts] = []
+        for name, features in named.items():
+            try:
+                found.append(attribute_parts(self.target.grammar, name, features))
+            except InexactError as error:
+                self.findings.append(f"${name} keeps its density: {error}")
+        return found
+
+    def draw(self, num_samples: int, seed: int, most_proposals: int) -> tuple[Sample, Acceptance]:
+        """Models of the target density."""
+        target = self.target
+        program = compile_grammar(target.grammar)
+
+        def propose(first: int, number: int) -> _Proposed:
+            forest = derive(program, number, seed, first_model=first, assets=target.assets)
+            return _Proposed(forest, count(forest, target.features))
+
+        def keep(models: _Proposed, rows: Ints) -> _Kept:
+            counts = self.choices.count(target.grammar, select_models(models.forest, rows))
+            return _Kept(counts, models.values[rows])
+
+        found = thin(
+            propose,
+            lambda models: target.scores(models.values),
+            keep,
+            num_samples,
+            seed,
+            bound=target.bound,
+            most_proposals=most_proposals,
+            chunk=target.chunk,
+        )
+        counts = sparse.csr_array(sparse.vstack([kept.counts[rows] for kept, rows in found.chunks]))
+        values = np.concatenate([kept.values[rows] for kept, rows in found.chunks])
+        return Sample(counts, self._compared(values, counts), np.ones(len(values))), found.acceptance
+
+    def _compared(self, values: Floats, counts: sparse.csr_array) -> Floats:
+        """[n, ...] what models are clustered by: counts of patterns, and parts of attributes."""
+        counted = [i for i, feature in enumerate(self.target.features) if list(pattern_of(feature))]
+        first = min(self.choices.first_of_attribute, default=len(self.choices.original))
+        return np.concatenate([(values * self.relevance)[:, counted], dense(counts[:, first:])], axis=1)
+
+    def fit(self, sample: Sample, num_components: int | None) -> Mixture:
+        """The mixture of the method."""
+        if self.method == "parameters":
+            clusters = np.zeros(len(sample.weights), dtype=np.int64)
+        elif self.method == "structure":
+            clusters = cluster(sample.rows, sample.weights)
+            if num_components is not None or clusters.max() >= MOST_COMPONENTS:
+                clusters = merged_to(self.cells, sample, clusters, num_components or MOST_COMPONENTS)
+        else:
+            clusters = cluster(sample.rows, sample.weights)
+            number = num_components or chosen_number(self.cells, sample, clusters)
+            clusters = merged_to(self.cells, sample, clusters, number)
+        return fit_mixture(self.cells, sample.counts, sample.weights, clusters).mixture
+
+
+def chosen_number(cells: Cells, sample: Sample, clusters: Ints) -> int:
+    """The number of components with which one part of a sample explains the rest of it best.
+
+    Args:
+        cells: what is learned.
+        sample: the models.
+        clusters: [N] the clusters to begin with.
+    """
+    held = np.arange(len(sample.weights)) % HELD_OUT == HELD_OUT - 1
+    if not held.any() or not sample.weights[held].any():
+        return 1
+    counts, weights = sample.counts[~held], sample.weights[~held]
+    best, number = -np.inf, 1
+    for labels in merged(cells, counts, weights, _dense_labels(clusters[~held]), MOST_COMPONENTS):
+        size = int(labels.max()) + 1
+        if not _is_tried(size):
+            continue
+        mixture = _smoothed(cells, fit_mixture(cells, counts, weights, labels).mixture, float(weights.sum()))
+        score = float(sample.weights[held] @ mixture.log_ratio(cells, sample.counts[held]) / sample.weights[held].sum())
+        if score >= best:
+            best, number = score, size
+    return number
+
+
+def merged_to(cells: Cells, sample: Sample, clusters: Ints, number: int) -> Ints:
+    """The clusters [N] joined until no more than a number are left."""
+    steps = merged(cells, sample.counts, sample.weights, clusters, MOST_COMPONENTS)
+    return next(labels for labels in steps if labels.max() < number)
+
+
+def _is_tried(number: int) -> bool:
+    """Small numbers of components are all tried, of large ones each a quarter larger than the one before."""
+    tried = 8
+    while tried < number:
+        tried = tried * 5 // 4
+    return number <= 8 or tried == number
+
+
+def _smoothed(cells: Cells, mixture: Mixture, total: float) -> Mixture:
+    """Components mixed with a little of the original grammar, so that nothing it makes is impossible."""
+    mass = mixture.weights * total
+    share = (_SMOOTHING / (mass + _SMOOTHING))[:, None]
+    weights = (mass + _SMOOTHING) / (mass + _SMOOTHING).sum()
+    return Mixture(weights, (1.0 - share) * mixture.probabilities + share * cells.original)
+
+
+def _dense_labels(labels: Ints) -> Ints:
+    return np.unique(labels, return_inverse=True)[1].reshape(-1)
+
+
+def _composed(even: LearnedGrammar, learned: LearnedGrammar) -> LearnedGrammar:
+    """What was learned of an evened grammar, as made of the grammar that was evened."""
+    origins = dict(learned.origins)
+    for key in TreeGrammar.of(learned.grammar).bodies:
+        origin = learned.origins.get(key)
+        first = even.origins.get(key if origin is None else origin.key)
+        if first is not None and origin is not None:
+            found = {b: first.branches.get(o) if o is not None else None for b, o in origin.branches.items()}
+            origins[key] = Origin(first.key, found)
+        elif first is not None:
+            origins[key] = first
+    return replace(learned, original=even.original, base="uniform", origins=origins)

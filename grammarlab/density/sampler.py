@@ -1,0 +1,51 @@
+"""Densities over the models of a grammar that can be sampled and evaluated."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.derive import derive
+from grammarlab.derivation.forest import Forest
+from grammarlab.language.grammar import Grammar
+
+Floats = NDArray[np.float64]
+
+
+class AbstractSampler(ABC):
+    """A density over the derivation trees of one grammar."""
+
+    @abstractmethod
+    def sample(self, num_models: int, seed: int) -> Forest:
+        """Models drawn from the density, as trees of the grammar that it is about.
+
+        Args:
+            num_models: how many.
+            seed: 0 <= seed < 2**64; the same seed gives the same models.
+        """
+
+    @abstractmethod
+    def log_density(self, forest: Forest) -> Floats:
+        """Natural logarithm of the density [models] of trees of the grammar; -inf where it is 0."""
+
+
+class GrammarSampler(AbstractSampler):
+    """A grammar's own density.
+
+    Args:
+        grammar: the grammar.
+        assets: folder of its meshes and images.
+    """
+
+    def __init__(self, grammar: Grammar, assets: Path | None = None) -> None:
+        self._grammar = grammar
+        self._assets = assets
+
+    def sample(self, num_models: int, seed: int) -> Forest:
+        return derive(self._grammar, num_models, seed, assets=self._assets)
+
+    def log_density(self, forest: Forest) -> Floats:
+        return forest.log_probability()

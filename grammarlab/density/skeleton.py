@@ -1,0 +1,271 @@
+"""What a grammar leaves to chance: its symbols, their alternatives with probabilities, and the successors of each.
+
+Geometry is left out. What depends on it stays open: which branch of a ``case`` is taken, and how many shapes a
+successor inside a block makes. A sample of derivations can settle the second, for that sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.operations import BLOCKS, OPERATIONS
+from grammarlab.errors import Location, UsageError
+from grammarlab.language.builtins import operations
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.percentages import constant
+from grammarlab.language.syntax import Block, Case, Choice, Group, Invoke, Part, Scoped, Sequence, Stochastic
+
+SymbolKey: TypeAlias = tuple[str, int]
+"""A symbol and how many arguments it is given: rules of one name may differ in it."""
+Branch: TypeAlias = tuple[int, ...]
+"""Which branch at each level of a rule's choices, from the top (`RuleName.branch`)."""
+
+ENOUGH_DERIVATIONS = 30
+"""From so many derivations on, what was always so is taken to be so."""
+ENOUGH_MODELS = 300
+"""More models of a sample are not looked at."""
+
+
+@dataclass(frozen=True, slots=True)
+class Successor:
+    """A symbol in the text of a branch."""
+
+    key: SymbolKey
+    location: Location
+    """Where its name stands in the rule file."""
+    copies: int | None
+    """How many shapes it makes whenever the branch is taken; None where that differs."""
+    certain: bool
+    """Whether the text alone says so: a part of a split may have no extent and so make no shape."""
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """The end of a rule's choices: one way to rewrite the symbol."""
+
+    branch: Branch | None
+    """None where nothing rewrites it: a symbol without a rule, or no case that holds."""
+    successors: tuple[Successor, ...]
+    """In the order of the text: the place of each is its ``child`` in a forest."""
+
+
+@dataclass(frozen=True, slots=True)
+class Chance:
+    """``N%`` branches."""
+
+    path: Branch
+    """Where the choice stands: the branches that lead to it."""
+    probabilities: tuple[float, ...] | None
+    """Of each branch, summing to 1; None where some percentage is not a constant."""
+    branches: tuple[Body, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Cases:
+    """``case`` branches: which one is taken is not left to chance."""
+
+    path: Branch
+    branches: tuple[Body, ...]
+    complete: bool
+    """Whether there is an ``else``; without one, the last branch here stands for no case that holds."""
+
+
+Body: TypeAlias = Alternative | Chance | Cases
+LEAF = Alternative(None, ())
+"""How a symbol without a rule is rewritten."""
+
+
+@dataclass(frozen=True, slots=True)
+class TreeGrammar:
+    """The stochastic skeleton of a grammar."""
+
+    start: SymbolKey
+    bodies: Mapping[SymbolKey, Body]
+    """For each rule."""
+    seen: Mapping[tuple[SymbolKey, Branch], int] = field(default_factory=dict)
+    """How often each alternative was taken in the sample that settled the copies; empty without one."""
+
+    @classmethod
+    def of(cls, grammar: Grammar, start_rule: str | None = None) -> TreeGrammar:
+        """The skeleton of a grammar as far as its text tells it.
+
+        Args:
+            grammar: the grammar.
+            start_rule: symbol to start with, instead of the one that the grammar marks.
+
+        Raises:
+            UsageError: when there is no rule to start with.
+        """
+        marked = [rule.name for rule in (*grammar.start_rules, *grammar.rules.values()) if not rule.parameters]
+        start = start_rule if start_rule is not None else next(iter(marked), "")
+        if (start, 0) not in grammar.rules:
+            raise UsageError(f"no rule without parameters is called {start or 'anything'}: the grammar cannot start")
+        known = frozenset(grammar.rules)
+        return cls((start, 0), {key: _body(rule.body, (), known) for key, rule in grammar.rules.items()})
+
+    def body(self, key: SymbolKey) -> Body:
+        """How a symbol is rewritten."""
+        return self.bodies.get(key, LEAF)
+
+    def alternatives(self, key: SymbolKey) -> Iterator[Alternative]:
+        """All ways to rewrite a symbol."""
+        yield from leaves(self.body(key))
+
+    def reachable(self) -> tuple[SymbolKey, ...]:
+        """The symbols that some derivation holds, each after one that has it as a successor."""
+        found = dict.fromkeys([self.start])
+        queue = [self.start]
+        while queue:
+            for alternative in self.alternatives(queue.pop()):
+                for successor in alternative.successors:
+                    if successor.key not in found:
+                        found[successor.key] = None
+                        queue.append(successor.key)
+        return tuple(found)
+
+    def observed(self, forest: Forest) -> TreeGrammar:
+        """The skeleton with the numbers of copies that a sample of derivations shows.
+
+        A successor whose copies the text leaves open has as many as it always had in at least `ENOUGH_DERIVATIONS`
+        derivations of its branch; one that the text says to be one part of a split keeps that unless the sample
+        contradicts.
+        """
+        counts = _Copies(forest)
+        bodies = {key: _settled(body, key, counts) for key, body in self.bodies.items()}
+        seen = {
+            (key, alternative.branch): counts.derivations(key, alternative.branch)
+            for key, body in bodies.items()
+            for alternative in leaves(body)
+            if alternative.branch is not None
+        }
+        return replace(self, bodies=bodies, seen=seen)
+
+
+def leaves(body: Body) -> Iterator[Alternative]:
+    """The alternatives of a rule's choices, left to right."""
+    if isinstance(body, Alternative):
+        yield body
+    else:
+        for branch in body.branches:
+            yield from leaves(branch)
+
+
+def _body(choice: Choice, path: Branch, known: frozenset[SymbolKey]) -> Body:
+    if isinstance(choice, Case | Stochastic):
+        branches = tuple(_body(branch, (*path, i), known) for i, branch in enumerate(choice.branches))
+        if isinstance(choice, Stochastic):
+            return Chance(path, probabilities(choice), branches)
+        complete = choice.conditions[-1] is None
+        return Cases(path, branches if complete else (*branches, LEAF), complete)
+    items = choice if isinstance(choice, Sequence) else Sequence(())
+    return Alternative(path, tuple(_successors(items, 1, True, known)))
+
+
+def probabilities(choice: Stochastic) -> tuple[float, ...] | None:
+    """Of each branch of a choice, summing to 1, as the engine computes them; None where one is not a constant."""
+    values = [None if node is None else constant(node) for node in choice.percentages]
+    given = [value for node, value in zip(choice.percentages, values, strict=True) if node is not None]
+    if any(value is None or not value >= 0.0 for value in given):
+        return None
+    weights = np.array([0.0 if value is None else value for value in values])
+    if choice.percentages[-1] is None:
+        weights[-1] = max(0.0, 100.0 - weights.sum())
+    total = weights.sum()
+    return tuple((weights / total).tolist()) if 0.0 < total < np.inf else None
+
+
+def _successors(
+    sequence: Sequence, copies: int | None, certain: bool, known: frozenset[SymbolKey]
+) -> Iterator[Successor]:
+    """The successors in the order in which the engine numbers them."""
+    for item in sequence.items:
+        if isinstance(item, Invoke):
+            if item.name == "NIL":
+                return
+            key = (item.name, len(item.arguments))
+            if item.name in OPERATIONS or item.name in BLOCKS or (item.name in operations() and key not in known):
+                continue
+            yield Successor(key, item.location, copies, certain)
+        elif isinstance(item, Scoped):
+            yield from _inside(item.body, copies, certain, known)
+        elif isinstance(item, Block) and item.name in BLOCKS:
+            single = item.name == "split"
+            for part, repeated in _parts(item.group, item.group.repeated):
+                some = copies if single and not repeated else None
+                yield from _inside(part.body, some, False, known)
+
+
+def _inside(choice: Choice, copies: int | None, certain: bool, known: frozenset[SymbolKey]) -> Iterator[Successor]:
+    if isinstance(choice, Case | Stochastic):
+        for branch in choice.branches:
+            yield from _inside(branch, None, False, known)
+    elif isinstance(choice, Sequence):
+        yield from _successors(choice, copies, certain, known)
+
+
+def _parts(group: Group, repeated: bool) -> Iterator[tuple[Part, bool]]:
+    for part in group.parts:
+        if isinstance(part, Part):
+            yield part, repeated
+        else:
+            yield from _parts(part, repeated or part.repeated)
+
+
+class _Copies:
+    """How many children of each place the nodes of a forest have."""
+
+    def __init__(self, forest: Forest) -> None:
+        nodes = forest.nodes
+        self._rules = {(rule.symbol, rule.parameters, rule.branch): i for i, rule in enumerate(forest.rules)}
+        looked_at = (nodes.rule >= 0) & (nodes.model < ENOUGH_MODELS)
+        self._derivations = np.bincount(nodes.rule[looked_at], minlength=len(forest.rules))
+        below = np.flatnonzero((nodes.parent >= 0) & (nodes.model < ENOUGH_MODELS))
+        places = int(nodes.child.max(initial=0)) + 1
+        at = nodes.rule[nodes.parent[below]].astype(np.int64) * places + nodes.child[below]
+        made = nodes.parent[below].astype(np.int64) * places + nodes.child[below]
+        pairs, per_parent = np.unique(made, return_counts=True)
+        parents, children = np.divmod(pairs, places)
+        group = nodes.rule[parents].astype(np.int64) * places + children
+        size = len(forest.rules) * places
+        self._places = places
+        self._total = np.bincount(at, minlength=size)
+        self._parents = np.bincount(group, minlength=size)
+        self._most = np.zeros(size, dtype=np.int64)
+        np.maximum.at(self._most, group, per_parent)
+
+    def derivations(self, key: SymbolKey, branch: Branch) -> int:
+        """How often a branch was taken."""
+        rule = self._rules.get((*key, branch))
+        return 0 if rule is None else int(self._derivations[rule])
+
+    def constant(self, key: SymbolKey, branch: Branch, place: int) -> int | None:
+        """How many children it always had at that place; None where that differs."""
+        rule = self._rules[*key, branch]
+        if place >= self._places:
+            return 0
+        at = rule * self._places + place
+        count, most = int(self._derivations[rule]), int(self._most[at])
+        return most if self._total[at] == most * count and self._parents[at] in (0, count) else None
+
+
+def _settled(body: Body, key: SymbolKey, counts: _Copies) -> Body:
+    if not isinstance(body, Alternative):
+        return replace(body, branches=tuple(_settled(branch, key, counts) for branch in body.branches))
+    branch = body.branch
+    number = 0 if branch is None else counts.derivations(key, branch)
+    if branch is None or number == 0:
+        return body
+    successors = []
+    for place, successor in enumerate(body.successors):
+        copies = successor.copies
+        if not successor.certain:
+            found = counts.constant(key, branch, place)
+            # Few derivations can show that a number differs, not that it never does.
+            copies = found if found == copies or found is None or number >= ENOUGH_DERIVATIONS else copies
+        successors.append(replace(successor, copies=copies))
+    return replace(body, successors=tuple(successors))

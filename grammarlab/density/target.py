@@ -1,0 +1,111 @@
+"""The density that is wanted: a grammar times a preference that reads features."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.density.compile import Preference, compile_density
+from grammarlab.density.components import Reading
+from grammarlab.density.learned import LearnedGrammar
+from grammarlab.density.reading import Read
+from grammarlab.density.skeleton import ENOUGH_MODELS
+from grammarlab.density.splitting import Base
+from grammarlab.derivation.derive import NODES_PER_CHUNK, derive
+from grammarlab.derivation.forest import Forest
+from grammarlab.features.counting import count
+from grammarlab.features.pattern import Feature, Pattern, Present
+from grammarlab.features.score import Score
+from grammarlab.language.grammar import Grammar
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Target:
+    """A density p(m) u(m) / Z, or u(m) / Z over the trees of a grammar."""
+
+    grammar: Grammar
+    reads: tuple[Read, ...]
+    """What the preference reads: the relevant features."""
+    preference: Preference
+    """From their values [n, reads] to a score [n], finite and at least 0."""
+    base: Base = "grammar"
+    """What the preference multiplies."""
+    bound: float | None = None
+    """The preference is never larger; None where that is not known."""
+    assets: Path | None = None
+    """Folder of meshes and images."""
+
+    @classmethod
+    def of_score(cls, grammar: Grammar, score: Score, base: Base = "grammar", assets: Path | None = None) -> Target:
+        """A score as the preference."""
+        bound = max(score.levels) if score.levels else None
+        return cls(grammar, score.features, score.evaluate, base, bound, assets)
+
+    @cached_property
+    def features(self) -> tuple[Feature, ...]:
+        """All that has to be measured, each once."""
+        return tuple(dict.fromkeys(feature for item in self.reads for feature in _features(item)))
+
+    @property
+    def patterns(self) -> tuple[Pattern, ...]:
+        """The patterns among the features."""
+        return tuple(pattern for feature in self.features for pattern in pattern_of(feature))
+
+    def scores(self, values: Floats) -> Floats:
+        """The preference [n] of the values [n, features] of the features."""
+        place = {feature: i for i, feature in enumerate(self.features)}
+        columns = [_value(item, values, place) for item in self.reads]
+        read = np.stack(columns, axis=1) if columns else np.zeros((len(values), 0))
+        return np.asarray(self.preference(read), dtype=np.float64)
+
+    def of_models(self, forest: Forest) -> Floats:
+        """The preference [models] of models of the grammar."""
+        return self.scores(count(forest, self.features))
+
+    @cached_property
+    def first_look(self) -> Forest:
+        """A few models of the grammar, to see how often successors occur and how large models are."""
+        return derive(self.grammar, ENOUGH_MODELS, 0, assets=self.assets)
+
+    @property
+    def chunk(self) -> int:
+        """How many models to derive at once."""
+        per_model = len(self.first_look.nodes) / self.first_look.num_models
+        return int(max(256, NODES_PER_CHUNK / per_model))
+
+    @cached_property
+    def even(self) -> LearnedGrammar | None:
+        """Where the base is uniform, the grammar under which all trees are equally likely."""
+        if self.base == "grammar":
+            return None
+        forest = self.first_look
+        return compile_density(self.grammar, (), _ones, base="uniform", forest=forest, assets=self.assets)
+
+
+def pattern_of(feature: Feature) -> Iterator[Pattern]:
+    """The pattern that a feature counts, if it does."""
+    inner = feature.feature if isinstance(feature, Present) else feature
+    if isinstance(inner, Pattern):
+        yield inner
+
+
+def _features(item: Read) -> tuple[Feature, ...]:
+    return tuple(pattern for pattern, _ in item.terms) if isinstance(item, Reading) else (item,)
+
+
+def _value(item: Read, values: Floats, place: Mapping[Feature, int]) -> Floats:
+    if not isinstance(item, Reading):
+        return values[:, place[item]]
+    total = sum((weight * values[:, place[pattern]] for pattern, weight in item.terms), np.zeros(len(values)))
+    return np.minimum(total, item.cap)
+
+
+def _ones(values: Floats) -> Floats:
+    return np.ones(len(values))

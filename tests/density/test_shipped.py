@@ -1,0 +1,48 @@
+"""Every shipped scenario with the grammar that it is about: compiles, prints, parses, derives, and is exact."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from grammarlab.density.compile import compile_score
+from grammarlab.density.learned import num_alternatives
+from grammarlab.derivation.derive import derive
+from grammarlab.errors import InexactError
+from grammarlab.evaluation.flattening import flattened
+from grammarlab.evaluation.scenario import load
+from grammarlab.features.counting import count
+from grammarlab.language.grammar import Grammar
+from grammarlab.runs.checks import findings_of
+from grammarlab.runs.evaluate_find import shipped_scenarios
+from grammarlab.runs.examples import examples_folder
+
+ASSETS = examples_folder() / "assets"
+INEXACT = {"L2": "needs thresholds", "L2_discrete": "more than 200"}
+MOST_RULES = {"L4": 2.5}
+
+
+@cache
+def source(name):
+    """A shipped grammar, and models of it in which nothing is rare."""
+    grammar = Grammar.parse((examples_folder() / f"{name}.cga").read_text(encoding="utf-8"), f"{name}.cga")
+    return grammar, derive(flattened(grammar).program, 40, 3, assets=ASSETS)
+
+
+@pytest.mark.parametrize("name", shipped_scenarios())
+def test_a_shipped_scenario_compiles_exactly(name):
+    scenario = load(shipped_scenarios()[name])
+    grammar, forest = source(scenario.grammar)
+    if name in INEXACT:
+        with pytest.raises(InexactError, match=INEXACT[name]):
+            compile_score(grammar, scenario.score, forest=forest)
+        return
+    learned = compile_score(grammar, scenario.score, forest=forest, assets=ASSETS)
+    values = scenario.score.evaluate(count(forest, scenario.score.features))
+    assert learned.ratio(forest) == pytest.approx(values / learned.mean_preference, rel=1e-10, abs=1e-300)
+    assert learned.rules_after <= MOST_RULES.get(name, 1.5) * num_alternatives(grammar)
+    before = {finding.code for finding in findings_of(grammar.text, "original.cga")}
+    assert {finding.code for finding in findings_of(learned.text, "learned.cga")} <= before
+    sampled = learned.sample(30, 5)
+    assert (scenario.score.evaluate(count(sampled, scenario.score.features)) > 0).all()
+    assert np.isfinite(learned.log_density(sampled)).all()
