@@ -39,7 +39,7 @@ def evaluate(
         bool, typer.Option("--grids", help="Also draw samples before and after, 4x4 and 10x10 a scenario.")
     ] = False,
     folder: Annotated[Path, typer.Option("-o", "--output", help="Folder for curves, tables and pictures.")] = Path(
-        "results"
+        "out/evaluation"
     ),
     report: Annotated[
         Path | None, typer.Option("--report", help="Write the page here too, its pictures beside it.")

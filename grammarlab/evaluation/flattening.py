@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Collection
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -44,6 +45,11 @@ class Flattened:
         ratio = (self.log_original - log_flat)[site, branch]
         model = forest.nodes.model[forest.draws.node[changed]]
         return np.bincount(model, weights=ratio, minlength=forest.num_models).astype(np.float64)
+
+
+def flattened_hash(grammar: Grammar) -> str:
+    """What names models of the flattened grammar in label files, as `Grammar.hash` names those of the grammar."""
+    return hashlib.sha256(f"flattened {grammar.hash}".encode()).hexdigest()
 
 
 def flattened(grammar: Grammar, definitions: Collection[str] | None = None) -> Flattened:

@@ -4,18 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.derivation.forest import Forest
 from grammarlab.evaluation.agreement import agreement
+from grammarlab.features.pattern import Feature, HalfSpace, Threshold
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bound: TypeAlias = Threshold | HalfSpace
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """Which features there are."""
+
+    path_length: int
+    """Edges of the longest paths."""
+    extra: tuple[Feature, ...] = ()
+    """What was searched for because labels asked for it; each a column and a group of its own."""
+
+    @property
+    def bounds(self) -> tuple[Bound, ...]:
+        """The extra features that are bounds on draws."""
+        return tuple(feature for feature in self.extra if isinstance(feature, Threshold | HalfSpace))
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """The features of every model, with paths up to one length."""
+    """The features of every model."""
 
     labelled: Floats
     """[n, F] of the labelled set, on which densities are compared."""
@@ -40,8 +60,12 @@ class Material:
     """[m, K] what the person answers, 0 to 100."""
     pool_from_grammar: NDArray[np.bool_]
     """[m] whether the model is a sample of the grammar itself; the others come from a flattened one."""
-    table: Callable[[int], Table]
-    """The features with paths of up to so many edges."""
+    table: Callable[[Columns], Table]
+    """The features of all models."""
+    examples: Callable[[Ints], tuple[Forest, ...]]
+    """Derivations of some models of the pool, by index, in order."""
+    margins: Callable[[Bound], Floats]
+    """[m] signed distance of each model of the pool to a bound."""
 
     def as_one_factor(self) -> Material:
         """The same models for a person who scores the product of all factors."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TypeAlias
 
@@ -19,22 +19,24 @@ from numpy.typing import NDArray
 
 from grammarlab import __version__
 from grammarlab.derivation.compiler import compile_grammar
-from grammarlab.derivation.derive import derive_chunks
+from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.derivation.forest import Forest, Leaves
 from grammarlab.derivation.program import Program
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.flattening import Flattened, flattened
-from grammarlab.evaluation.material import Material, Table
+from grammarlab.evaluation.material import Bound, Columns, Ints, Material, Table
 from grammarlab.evaluation.scenario import FAMILIES, FeatureOptions, Scenario
 from grammarlab.evaluation.seeds import derived_seed
 from grammarlab.features.counting import count
+from grammarlab.features.pattern import Feature
+from grammarlab.features.thresholds import margins
 from grammarlab.features.vocabulary import Options, Vocabulary
 from grammarlab.language.grammar import Grammar
 
 Floats = NDArray[np.float64]
 Arrays: TypeAlias = Mapping[str, NDArray]
 
-POOL_LANE, FLATTENED_LANE = 1, 2
+_POOL_LANES = 1, 2
 """Places below a scenario's seed that the pool's models have their seeds from."""
 FLATTENED_PART = 5
 """The pool is as large as the labelled set; one model of so many is a sample of the flattened grammar."""
@@ -103,13 +105,16 @@ def prepare(source: Source, keep: Keep = make_always) -> Material:
     """
     arrays = keep(f"scores-{source.key}", lambda: _scores(source))
     factors = tuple(factor.name for factor in source.scenario.factors)
+    tables = _Tables(source, keep)
     material = Material(
         factors,
         arrays["scores"],
         arrays["weights"],
         arrays["pool_scores"],
         np.arange(sum(source.pool_sizes)) < source.pool_sizes[0],
-        lru_cache(maxsize=4)(lambda length: _table(source, length, keep)),
+        tables.table,
+        tables.examples,
+        tables.margins,
     )
     if not (material.weights * material.target).any():
         raise UsageError(
@@ -162,16 +167,90 @@ def _labelled(source: Source) -> Iterator[Forest]:
 
 
 def _pool(source: Source, flat: Flattened) -> Iterator[Forest]:
-    programs = (compile_grammar(source.grammar), flat.program)
-    for program, size, lane in zip(programs, source.pool_sizes, (POOL_LANE, FLATTENED_LANE), strict=True):
-        seed = derived_seed(source.scenario.seed, lane)
-        yield from derive_chunks(program, size, seed, assets=source.assets)
+    yield from pool_models(source.grammar, flat, source.pool_sizes, source.scenario.seed, source.assets)
 
 
-def _table(source: Source, length: int, keep: Keep) -> Table:
-    options = _options(source.feature_options, length)
-    arrays = keep(f"table-{_digest(source.models, options)}", lambda: _count(source, options))
-    return Table(arrays["labelled"], arrays["pool"], arrays["groups"], tuple(arrays["group_names"].tolist()))
+def pool_models(
+    grammar: Grammar, flat: Flattened, sizes: tuple[int, int], seed: int, assets: Path | None
+) -> Iterator[Forest]:
+    """The models of a pool.
+
+    Args:
+        grammar: the grammar.
+        flat: the same flattened.
+        sizes: how many models of each.
+        seed: 0 <= seed < 2**64, that the seeds of both parts follow from.
+        assets: folder of meshes and images.
+    """
+    for program, size, lane in zip((compile_grammar(grammar), flat.program), sizes, _POOL_LANES, strict=True):
+        yield from derive_chunks(program, size, derived_seed(seed, lane), assets=assets)
+
+
+def pool_address(source: Source, index: int) -> tuple[bool, int, int]:
+    """Of a model of the pool: whether it is from the flattened grammar, its seed, and its index under that seed."""
+    from_grammar = source.pool_sizes[0]
+    flat = index >= from_grammar
+    return flat, derived_seed(source.scenario.seed, _POOL_LANES[flat]), index - from_grammar if flat else index
+
+
+class _Tables:
+    """Features of all models, worked out when they are first asked for."""
+
+    def __init__(self, source: Source, keep: Keep) -> None:
+        self._source = source
+        self._keep = keep
+        self._base = lru_cache(maxsize=4)(self._count_base)
+        self._extra = lru_cache(maxsize=64)(self._count_extra)
+        self._latest = lru_cache(maxsize=2)(self._join)
+
+    def table(self, columns: Columns) -> Table:
+        return self._latest(columns)
+
+    def examples(self, indices: Ints) -> tuple[Forest, ...]:
+        return tuple(self._example(int(index)) for index in indices)
+
+    def margins(self, bound: Bound) -> Floats:
+        return margins(self._forests[1], bound)
+
+    def _join(self, columns: Columns) -> Table:
+        base = self._base(columns.path_length)
+        if not columns.extra:
+            return base
+        parts = [self._extra(feature) for feature in columns.extra]
+        first = len(base.group_names)
+        return Table(
+            np.column_stack([base.labelled, *(labelled for labelled, _ in parts)]),
+            np.column_stack([base.pool, *(pool for _, pool in parts)]),
+            np.append(base.groups, np.arange(first, first + len(parts))),
+            (*base.group_names, *(str(feature) for feature in columns.extra)),
+        )
+
+    def _count_base(self, length: int) -> Table:
+        options = _options(self._source.feature_options, length)
+        key = f"table-{_digest(self._source.models, options)}"
+        arrays = self._keep(key, lambda: _count(self._source, options))
+        return Table(arrays["labelled"], arrays["pool"], arrays["groups"], tuple(arrays["group_names"].tolist()))
+
+    def _count_extra(self, feature: Feature) -> tuple[Floats, Floats]:
+        """[n] and [m] the feature of the labelled models and of the pool."""
+        labelled, pool = (np.concatenate([count(f, [feature])[:, 0] for f in forests]) for forests in self._forests)
+        return labelled, pool
+
+    @cached_property
+    def _forests(self) -> tuple[list[Forest], list[Forest]]:
+        """The labelled set and the pool."""
+        flat = flattened(self._source.grammar)
+        labelled = [without_geometry(forest) for forest in _labelled(self._source)]
+        return labelled, [without_geometry(forest) for forest in _pool(self._source, flat)]
+
+    @cached_property
+    def _programs(self) -> tuple[Program, Program]:
+        return compile_grammar(self._source.grammar), flattened(self._source.grammar).program
+
+    def _example(self, index: int) -> Forest:
+        flat, seed, number = pool_address(self._source, index)
+        program = self._programs[flat]
+        return derive(program, 1, seed, first_model=number, assets=self._source.assets)
 
 
 def _options(features: FeatureOptions, length: int) -> Options:
@@ -188,7 +267,7 @@ def _options(features: FeatureOptions, length: int) -> Options:
 def _count(source: Source, options: Options) -> Arrays:
     """The rows of all models; the columns are those that tell models of the pool apart, since labels say nothing."""
     flat = flattened(source.grammar)
-    pool = [_without_geometry(forest) for forest in _pool(source, flat)]
+    pool = [without_geometry(forest) for forest in _pool(source, flat)]
     vocabulary = Vocabulary.find(pool, options)
     table = vocabulary.apply(pool)
     labelled = [vocabulary.apply(forest).rows() for forest in _labelled(source)]
@@ -200,7 +279,7 @@ def _count(source: Source, options: Options) -> Arrays:
     }
 
 
-def _without_geometry(forest: Forest) -> Forest:
+def without_geometry(forest: Forest) -> Forest:
     """The forest without its leaves, which hold most of its memory and no features."""
     leaves = forest.leaves
     none = slice(0, 0)

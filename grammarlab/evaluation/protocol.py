@@ -15,6 +15,8 @@ This is the protocol of section 4.7 of the paper, as an `init` and a `step`. Its
 - JS = H((p* + q) / 2) - H(p*) / 2 - H(q) / 2 in nats, 0 to ln 2; "original" is that of û = 1.
 - path length k: features are counted for paths of up to k edges. A learner that may grow them adds one edge, up to
   `MAX_PATH_LENGTH`, whenever models with equal rows got different scores, and fits again.
+- extra features: what `Learner.search` finds in the labelled derivations after each round. Where there are bounds on
+  continuous draws among them, half of a round goes to models near them (`bounds.between`).
 
 All randomness comes from one seed: the choice of models and the restarts of a fit in round r for factor f draw from
 keys of (seed, r, f). So equal arguments give equal curves, and a curve for fewer labels is the beginning of a longer
@@ -29,11 +31,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.derivation.forest import Forest
 from grammarlab.evaluation.agreement import agreement
+from grammarlab.evaluation.bounds import between
 from grammarlab.evaluation.curves import Curve, Point
-from grammarlab.evaluation.material import Material, Table
+from grammarlab.evaluation.material import Columns, Material, Table
 from grammarlab.evaluation.scenario import MAX_PATH_LENGTH
 from grammarlab.evaluation.seeds import derived_seed
+from grammarlab.features.growth import conflicts
+from grammarlab.features.pattern import Feature
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.queries import Situation
@@ -56,6 +62,8 @@ class Learner:
     """Edges of the longest paths to begin with, >= 1."""
     grows: bool = True
     """Whether longer paths are taken in when models with equal rows got different scores."""
+    search: Callable[[tuple[Forest, ...], Floats], tuple[Feature, ...]] | None = None
+    """The derivations of all labelled models and their scores give features to look at besides; None for none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +76,8 @@ class FactorState:
     """[n] what the person said, 0 to 100."""
     preference: AbstractPreference | None
     """None before the first label."""
+    extra: tuple[Feature, ...] = ()
+    """What was searched for and found to explain its scores."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +87,7 @@ class State:
     factors: tuple[FactorState, ...]
     rounds: int
     """Rounds done."""
-    path_length: int
+    columns: Columns
 
     @property
     def labels(self) -> int:
@@ -88,7 +98,7 @@ class State:
 def init(material: Material, learner: Learner) -> State:
     """A person before the first round."""
     empty = FactorState(np.zeros(0, np.int64), np.zeros(0), None)
-    return State((empty,) * len(material.factors), 0, learner.path_length)
+    return State((empty,) * len(material.factors), 0, Columns(learner.path_length))
 
 
 def step(material: Material, learner: Learner, seed: int, num_labels: int, state: State) -> tuple[State, Point]:
@@ -106,19 +116,20 @@ def step(material: Material, learner: Learner, seed: int, num_labels: int, state
     """
     active = state.rounds % len(state.factors)
     choose_seed, fit_seed = (derived_seed(seed, state.rounds, active, lane) for lane in (0, 1))
-    table = material.table(state.path_length)
-    factor = _answer(material, learner, table, state.factors[active], active, num_labels, choose_seed)
-    path_length = _path_length(material, learner, factor, state.path_length)
+    factor = _answer(material, learner, state.columns, state.factors[active], active, num_labels, choose_seed)
+    factor = _searched(material, learner, factor)
     factors = (*state.factors[:active], factor, *state.factors[active + 1 :])
-    if path_length != state.path_length:
-        table = material.table(path_length)
+    columns = _columns(material, learner, factors, state.columns.path_length)
+    again = [index == active or columns != state.columns for index in range(len(factors))]
+    before, table = material.table(state.columns), material.table(columns)
+    if not np.array_equal(before.groups, table.groups):
         # What was learned about other columns does not carry over.
         factors = tuple(replace(f, preference=None) for f in factors)
     factors = tuple(
-        _fit(learner, table, f, fit_seed) if index == active or (f.preference is None and len(f.asked)) else f
-        for index, f in enumerate(factors)
+        _fit(learner, table, f, fit_seed) if fit_it and len(f.asked) else f
+        for f, fit_it in zip(factors, again, strict=True)
     )
-    state = State(factors, state.rounds + 1, path_length)
+    state = State(factors, state.rounds + 1, columns)
     js, correlation = agreement(material.target, learned(material, state), material.weights)
     liked = sum(int((f.scores > 0).sum()) for f in factors)
     return state, Point(state.labels, js, correlation, liked)
@@ -142,7 +153,7 @@ def run(material: Material, learner: Learner, seed: int, max_labels: int) -> tup
 
 def learned(material: Material, state: State) -> Floats:
     """[n] the learned preference of the labelled set, >= 0: 1 everywhere before the first label."""
-    rows = material.table(state.path_length).labelled
+    rows = material.table(state.columns).labelled
     known = {
         name: factor.preference
         for name, factor in zip(material.factors, state.factors, strict=True)
@@ -156,20 +167,31 @@ def learned(material: Material, state: State) -> Floats:
 def _answer(
     material: Material,
     learner: Learner,
-    table: Table,
+    columns: Columns,
     factor: FactorState,
     active: int,
     num_labels: int,
     seed: int,
 ) -> FactorState:
     """The factor with the scores of newly chosen models."""
+    table = material.table(columns)
     num_labels = min(num_labels, len(table.pool) - len(factor.asked))
+    near = [between(material.margins(b), factor.asked, num_labels // 2 // len(columns.bounds)) for b in columns.bounds]
+    near = np.unique(np.concatenate([np.zeros(0, np.int64), *near]))
     known = Situation(table.pool, material.pool_from_grammar, factor.asked, factor.scores, factor.preference)
-    chosen = np.asarray(learner.propose(known, num_labels, seed), np.int64)
+    proposed = np.asarray(learner.propose(known, num_labels, seed), np.int64)
+    chosen = np.concatenate([near, proposed[~np.isin(proposed, near)]])[:num_labels]
     asked = np.concatenate([factor.asked, chosen])
     if len(chosen) != num_labels or len(np.unique(asked)) != len(asked):
-        raise ValueError(f"a query rule must give {num_labels} new models; it gave {chosen.tolist()}.")
+        raise ValueError(f"a query rule must give {num_labels} new models; it gave {proposed.tolist()}.")
     return replace(factor, asked=asked, scores=material.pool_scores[asked, active])
+
+
+def _searched(material: Material, learner: Learner, factor: FactorState) -> FactorState:
+    """The factor with the extra features that its labels ask for."""
+    if learner.search is None or np.ptp(factor.scores) == 0:
+        return factor
+    return replace(factor, extra=learner.search(material.examples(factor.asked), factor.scores))
 
 
 def _fit(learner: Learner, table: Table, factor: FactorState, seed: int) -> FactorState:
@@ -177,14 +199,13 @@ def _fit(learner: Learner, table: Table, factor: FactorState, seed: int) -> Fact
     return replace(factor, preference=learner.fit(rows, factor.scores, table.groups, seed, factor.preference))
 
 
-def _path_length(material: Material, learner: Learner, factor: FactorState, length: int) -> int:
-    """The shortest length, not below ``length``, at which no two models with equal rows have different scores."""
-    while learner.grows and length < MAX_PATH_LENGTH and _contradicts(material.table(length), factor):
-        length += 1
-    return length
-
-
-def _contradicts(table: Table, factor: FactorState) -> bool:
-    rows = table.pool[factor.asked]
-    both = np.column_stack([rows, factor.scores])
-    return len(np.unique(both, axis=0)) > len(np.unique(rows, axis=0))
+def _columns(material: Material, learner: Learner, factors: tuple[FactorState, ...], length: int) -> Columns:
+    """All extra features, and paths just long enough that no two models with equal rows have different scores."""
+    extra = tuple(dict.fromkeys(feature for factor in factors for feature in factor.extra))
+    columns = Columns(length, extra)
+    while learner.grows and columns.path_length < MAX_PATH_LENGTH:
+        pool = material.table(columns).pool
+        if not any(len(conflicts(pool[factor.asked], factor.scores)) for factor in factors):
+            break
+        columns = replace(columns, path_length=columns.path_length + 1)
+    return columns

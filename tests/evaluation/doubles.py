@@ -21,8 +21,8 @@ def world(num_factors=1, seed=0, weights=None):
         all_scores = np.column_stack([100.0 * rows[:, 0] * (0.5 + 0.5 * rows[:, -1]), 40.0 + 60.0 * rows[:, 1]])
         return all_scores[:, :num_factors]
 
-    def table(path_length):
-        shown = BITS - 1 if path_length == 1 else BITS
+    def table(columns):
+        shown = BITS - 1 if columns.path_length == 1 else BITS
         names = tuple(f"bit {k}" for k in range(shown))
         return Table(labelled[:, :shown], pool[:, :shown], np.arange(shown), names)
 
@@ -33,6 +33,8 @@ def world(num_factors=1, seed=0, weights=None):
         scores(pool),
         np.ones(POOL, bool),
         table,
+        examples=lambda _indices: (),
+        margins=lambda _bound: np.zeros(POOL),
     )
 
 

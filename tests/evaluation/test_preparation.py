@@ -8,6 +8,7 @@ from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.evaluation import scenario
 from grammarlab.evaluation.agreement import agreement
+from grammarlab.evaluation.material import Columns
 from grammarlab.evaluation.preparation import Source, labelled_program, prepare
 from grammarlab.language.grammar import Grammar
 
@@ -43,7 +44,7 @@ def test_the_labelled_set_is_that_of_the_seed_with_its_true_scores():
     forest = derive(Grammar.parse(RULES), 600, 4)
     assert np.array_equal(material.scores[:, 0], 50 * round_blocks(forest))
     assert np.array_equal(material.weights, np.ones(600))
-    table = material.table(1)
+    table = material.table(Columns(1))
     assert len(table.labelled) == len(table.pool) == len(material.pool_scores) == 600
     assert table.labelled.shape[1] == table.pool.shape[1] == len(table.groups)
     assert table.groups.max() < len(table.group_names)
@@ -59,7 +60,7 @@ def test_the_pool_holds_other_models_and_rare_ones_from_the_flattened_grammar():
 
 
 def test_equal_rows_have_equal_scores_where_the_features_tell():
-    table, material = prepare(source()).table(1), prepare(source())
+    table, material = prepare(source()).table(Columns(1)), prepare(source())
     together = np.concatenate([table.labelled, table.pool])
     scores = np.concatenate([material.scores, material.pool_scores])
     _, kind = np.unique(together, axis=0, return_inverse=True)
@@ -69,10 +70,13 @@ def test_equal_rows_have_equal_scores_where_the_features_tell():
 
 def test_longer_paths_have_more_columns_and_families_can_be_left_out():
     material = prepare(source())
-    assert material.table(2).labelled.shape[1] > material.table(1).labelled.shape[1]
+    assert material.table(Columns(2)).labelled.shape[1] > material.table(Columns(1)).labelled.shape[1]
     with_symbols = source(features=scenario.FeatureOptions(1, ("paths", "draws")))
     without = replace(with_symbols, families=("paths",))
-    assert prepare(without).table(1).labelled.shape[1] <= prepare(with_symbols).table(1).labelled.shape[1]
+    assert (
+        prepare(without).table(Columns(1)).labelled.shape[1]
+        <= prepare(with_symbols).table(Columns(1)).labelled.shape[1]
+    )
 
 
 def test_a_flattened_set_measures_the_same_divergence_with_its_weights():
@@ -117,9 +121,9 @@ def test_what_is_kept_is_not_made_again_and_whatever_matters_changes_its_key():
         return kept[key]
 
     one = prepare(source(), keep)
-    one.table(1)
+    one.table(Columns(1))
     again = prepare(source(title="Another title"), keep)
-    assert np.array_equal(again.table(1).pool, one.table(1).pool)
+    assert np.array_equal(again.table(Columns(1)).pool, one.table(Columns(1)).pool)
     assert len(made) == 2
     for changed in (
         source(seed=1),

@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.distance import jensenshannon
 
 from grammarlab.evaluation import protocol
+from grammarlab.evaluation.material import Columns
 from grammarlab.evaluation.scenario import MAX_PATH_LENGTH
 from tests.evaluation.doubles import BITS, LABELLED, LEARNER, POOL, Remembers, world
 
@@ -51,7 +52,7 @@ def test_rounds_take_the_factors_in_turn_and_the_product_is_learned():
     product = np.ones(LABELLED)
     for factor in state.factors:
         assert factor.preference is not None
-        product *= factor.preference.predict(material.table(2).labelled).mean / 100
+        product *= factor.preference.predict(material.table(state.columns).labelled).mean / 100
     assert np.allclose(protocol.learned(material, state), product)
 
 
@@ -69,19 +70,19 @@ def test_the_divergence_is_that_of_the_normalized_weights_and_before_learning_th
 def test_equal_models_with_different_scores_make_paths_longer():
     material, short = world(), replace(LEARNER, path_length=1)
     state, _ = protocol.run(material, short, 0, 64)
-    assert state.path_length == 2
+    assert state.columns.path_length == 2
     preference = state.factors[0].preference
     assert isinstance(preference, Remembers)
     assert preference.rows.shape == (64, BITS)
     state, _ = protocol.run(material, replace(short, grows=False), 0, 64)
-    assert state.path_length == 1
+    assert state.columns.path_length == 1
 
 
 def test_paths_that_never_tell_models_apart_do_not_grow_for_ever():
     material = world()
-    blind = replace(material, table=lambda _length: material.table(1))
+    blind = replace(material, table=lambda _columns: material.table(Columns(1)))
     state, _ = protocol.run(blind, LEARNER, 0, 64)
-    assert state.path_length == MAX_PATH_LENGTH
+    assert state.columns.path_length == MAX_PATH_LENGTH
 
 
 def test_longer_paths_begin_all_factors_anew():

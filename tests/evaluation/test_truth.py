@@ -81,12 +81,34 @@ HAND_LABELLED = {
         (table(0, 1, plan=1, finish=0), 0),
         (table(0, 1, plan=0, finish=1), 0),
         (table(0, 1, plan=2, finish=0), 0),  # oval
+        (table(0, 1, plan=0, finish=0, parts="Edge:0 ShelfFinish:1"), 60),
+        (table(0, 1, plan=0, finish=0, parts="Edge:4"), 60),  # a brass edge changes nothing
+        (table(0, 1, plan=0, finish=0, parts="ShelfFinish:2"), 60),
+        (table(0, 1, plan=1, finish=1, parts="ShelfFinish:2"), 40),
+    ],
+    "F3": [
+        (table(0, 1, finish=2), 70),  # steel
+        (table(0, None, finish=2), 0),  # steel, but falls
+        (table(0, 1, finish=0), 30),
+        (table(0, 1, finish=1), 30),
+        (table(0, 1, finish=0, parts="Edge:2"), 30),
+        (table(0, 1, finish=2, parts="Edge:2"), 70),  # a wooden edge changes nothing
+        (table(0, 1, finish=3), 0),  # paint
+    ],
+    "F4": [(table(2, None, 0), 70), (table(2, None, 1), 30), (table(2, None, 2), 0), (table(2, 1, 0), 0)],
+    "F2_parts": [
+        (table(0, 1, plan=0, finish=0), 60),  # round, light
+        (table(0, 0, plan=0, finish=0), 60),  # whether it stands or not
+        (table(0, 1, plan=1, finish=1), 40),  # rectangular, dark
+        (table(0, 1, plan=1, finish=0), 0),
+        (table(0, 1, plan=0, finish=1), 0),
+        (table(0, 1, plan=2, finish=0), 0),  # oval
         (table(0, 1, plan=0, finish=0, parts="Edge:0 ShelfFinish:1"), 60),  # a light shelf on a light table
         (table(0, 1, plan=0, finish=0, parts="Edge:4"), 0),  # a brass edge
         (table(0, 1, plan=0, finish=0, parts="ShelfFinish:2"), 0),
         (table(0, 1, plan=1, finish=1, parts="ShelfFinish:2"), 40),
     ],
-    "F3": [
+    "F3_parts": [
         (table(0, 1, finish=2), 70),  # steel
         (table(0, None, finish=2), 0),  # steel, but falls
         (table(0, 1, finish=0), 30),

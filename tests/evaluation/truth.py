@@ -99,11 +99,23 @@ def f1(m: Model) -> float:
 
 
 def f2(m: Model) -> float:
+    kind = (m.root.choice("Plan"), m.root.choice("Finish"))
+    return 60 if kind == (ROUND, LIGHT) else 40 if kind == (RECTANGLE, DARK) else 0
+
+
+def f3(m: Model) -> float:
+    if legs_if_valid(m.root) is None:
+        return 0
+    finish = m.root.choice("Finish")
+    return 70 if finish == STEEL else 30 if finish in {LIGHT, DARK} else 0
+
+
+def f2_parts(m: Model) -> float:
     plan, used = m.root.choice("Plan"), finishes(m.root)
     return 60 if plan == ROUND and used == {LIGHT} else 40 if plan == RECTANGLE and used == {DARK} else 0
 
 
-def f3(m: Model) -> float:
+def f3_parts(m: Model) -> float:
     if legs_if_valid(m.root) is None:
         return 0
     used = finishes(m.root)
@@ -249,6 +261,8 @@ TRUTH: dict[str, Callable[[Model], float]] = {
     "F1": f1,
     "F2": f2,
     "F3": f3,
+    "F2_parts": f2_parts,
+    "F3_parts": f3_parts,
     "F4": f4,
     "F3xF4": lambda m: f3(m) * f4(m) / 100,
     "B1": b1,

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from grammarlab.arrays import offsets_from_counts
-from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName
+from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.geometry.mesh import Meshes
 
@@ -25,7 +25,7 @@ def random_forest(rng: np.random.Generator, num_models: int, num_nodes: int, num
         num_models=num_models,
         symbols=("Lot", "Mass", "Fenêtre"),
         rules=rules,
-        sites=("Lot: 3 choices (line 12)",),
+        sites=(Site("Lot#2", "choice", "Lot", 12, 3),),
         nodes=Nodes(
             model=ints(num_models, num_nodes, np.int32),
             parent=ints(num_nodes, num_nodes, np.int32) - np.int32(1),

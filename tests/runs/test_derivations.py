@@ -80,3 +80,14 @@ def test_a_later_format_is_refused(saved):
     (saved / "forest.json").write_text(json.dumps({**header, "format": 99}))
     with pytest.raises(AssetError, match="found format 99"):
         load_forest(saved)
+
+
+def test_the_first_format_is_still_read(saved):
+    header = json.loads((saved / "forest.json").read_text())
+    header |= {"format": 1, "sites": ["choice of 3 (line 12)", "rand (line 4)"]}
+    (saved / "forest.json").write_text(json.dumps(header))
+    sites = load_forest(saved).sites
+    assert [(site.kind, site.line, site.choices) for site in sites] == [("choice", 12, 3), ("uniform", 4, 0)]
+    (saved / "forest.json").write_text(json.dumps(header | {"sites": ["dice"]}))
+    with pytest.raises(AssetError, match="damaged"):
+        load_forest(saved)

@@ -1,0 +1,98 @@
+"""Learning curves of scenarios, methods and seeds, and a folder with tables and pictures of them.
+
+A folder of results holds ``curves.jsonl`` (every curve as soon as it is finished), ``results.parquet`` (one row a
+round), ``results.md``, ``plots/`` and, on request, ``grids/``; and ``cache/``, which may be deleted at any time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from grammarlab.evaluation.methods import Method
+from grammarlab.runs.evaluate_curves import run_tasks
+from grammarlab.runs.evaluate_figures import PlannedFigure
+from grammarlab.runs.evaluate_pictures import copied_beside, draw_figure, draw_results, draw_samples
+from grammarlab.runs.evaluate_report import PAGE, TABLE, ScenarioResults, write_page, write_table
+from grammarlab.runs.evaluate_request import EvaluationRequest
+from grammarlab.runs.evaluate_task import Task, load_source, make_curve, prepare_material
+from grammarlab.runs.sample import Progress
+
+PLOTS, GRIDS, CACHE = "plots", "grids", "cache"
+"""Folders below the folder of results."""
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluationResult:
+    """What was measured."""
+
+    scenarios: tuple[ScenarioResults, ...]
+    """In the order of the request."""
+    table: Path
+    page: Path
+
+
+def evaluate_run(
+    request: EvaluationRequest,
+    folder: Path,
+    *,
+    report: Path | None = None,
+    cache: Path | None = None,
+    jobs: int = 1,
+    fresh: bool = False,
+    command: str = "grammarlab evaluate",
+    on_progress: Progress = lambda _what, _done, _total: None,
+) -> EvaluationResult:
+    """Make all curves of a request, then tables and pictures of them.
+
+    An interrupted run keeps every finished curve, and the next one goes on from there.
+
+    Args:
+        request: what to measure.
+        folder: for the results, made when missing.
+        report: another place to write the page to; its pictures go into a folder of the same name beside it.
+        cache: folder for counted features; ``cache`` in the folder of results when left out.
+        jobs: processes; no number depends on it.
+        fresh: forget the curves that the folder holds.
+        command: what the page says it was written by.
+        on_progress: told about finished steps.
+
+    Raises:
+        GrammarlabError: as a scenario, its grammar or the folder give reason to.
+    """
+    cache = cache or folder / CACHE
+    plain = {
+        path: _tasks(path, request.methods_of(path), request.seeds, request.max_labels, cache)
+        for path in request.scenarios
+    }
+    planned = {figure.name: _figure_tasks(figure, request.seeds, cache) for figure in request.figures}
+    tasks = [task for part in plain.values() for task in part]
+    tasks += [task for part in planned.values() for line in part for task in line]
+    records = run_tasks(
+        make_curve, tasks, folder, prepare=prepare_material, jobs=jobs, fresh=fresh, on_progress=on_progress
+    )
+    made = dict(zip(tasks, records, strict=True))
+    results = tuple(
+        ScenarioResults(load_source(path).scenario, tuple(made[task] for task in part)) for path, part in plain.items()
+    )
+    write_table(folder / TABLE, list(made.values()))
+    pictures = draw_results(results, folder / PLOTS)
+    for figure in request.figures:
+        lines = [tuple(made[task] for task in line) for line in planned[figure.name]]
+        pictures.append(draw_figure(figure, lines, folder / PLOTS))
+    if request.grids:
+        pictures += draw_samples([part[0] for part in plain.values()], folder / GRIDS, jobs, on_progress)
+    for page in (folder / PAGE, *([report] if report else [])):
+        beside = pictures if page == folder / PAGE else [copied_beside(picture, page) for picture in pictures]
+        write_page(page, results, beside, command)
+    return EvaluationResult(results, folder / TABLE, folder / PAGE)
+
+
+def _tasks(path: Path, methods: Sequence[Method], seeds: int, max_labels: int, cache: Path) -> list[Task]:
+    key = load_source(path).key
+    return [Task(path, key, method, seed, max_labels, cache) for method in methods for seed in range(seeds)]
+
+
+def _figure_tasks(figure: PlannedFigure, seeds: int, cache: Path) -> list[list[Task]]:
+    return [_tasks(curve.scenario, (curve.method,), seeds, figure.max_labels, cache) for curve in figure.curves]

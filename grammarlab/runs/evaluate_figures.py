@@ -1,0 +1,156 @@
+"""Named experiments: which curves stand together in a picture, as the paper's figures have them.
+
+A file of experiments is TOML::
+
+    [[figures]]
+    name = "4.9a"                  # of the files; what --figures asks for
+    title = "Noise of the kernel, F1"
+    paper = "Too much and too little noise both learn slowly."
+    scenario = "F1"                # a scenario file beside the folder of this file, without its suffix
+    max_labels = 448
+    [[figures.curves]]
+    label = "noise 0.01"
+    method = "paper"               # where the next keys begin from: a name that --methods knows
+    options = { noise = 0.01 }     # parameters of the fit
+
+A curve may have a scenario of its own, and any of fit, query, batch, path_length, grows, factored and options of
+`grammarlab.evaluation.methods.Method`.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from grammarlab.errors import UsageError
+from grammarlab.evaluation.methods import METHODS, Method, checked
+from grammarlab.evaluation.scenario import SUFFIX
+
+MAX_BYTES = 1 << 18
+MAX_LABELS = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedCurve:
+    """One line of a picture, over several seeds."""
+
+    label: str
+    scenario: Path
+    method: Method
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedFigure:
+    """One picture."""
+
+    name: str
+    """``4.7a``: letters, digits, dots, - and _."""
+    title: str
+    paper: str
+    """What the paper's figure of that name shows, in words."""
+    max_labels: int
+    curves: tuple[PlannedCurve, ...]
+    """At least one, with different labels."""
+
+
+def load_figures(folder: Path, names: str = "all") -> tuple[PlannedFigure, ...]:
+    """The experiments of all files in a folder.
+
+    Args:
+        folder: holds files of experiments; the scenarios that they name lie in the folder above.
+        names: ``all``, or names with commas between.
+
+    Raises:
+        UsageError: for a file that cannot be read or is none, and for an unknown name.
+    """
+    files = sorted(folder.glob(f"*{SUFFIX}"))
+    if not files:
+        raise UsageError(f"no experiments: expected {SUFFIX} files in {folder}.")
+    found = {figure.name: figure for file in files for figure in _read(file)}
+    wanted = list(found) if names == "all" else [name.strip() for name in names.split(",") if name.strip()]
+    for name in wanted:
+        if name not in found:
+            raise UsageError(f"no figure is called {name!r}. There are: all, {', '.join(found)}.")
+    return tuple(found[name] for name in wanted)
+
+
+def _read(path: Path) -> list[PlannedFigure]:
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise UsageError(f"{path} is larger than {MAX_BYTES:,} bytes.")
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise UsageError(f"{path}: not a TOML file: {error}.") from error
+    tables = table.get("figures")
+    if not isinstance(tables, list) or set(table) != {"figures"}:
+        raise UsageError(f"{path}: expected tables [[figures]] and nothing else.")
+    return [_figure(values, path, f"{path}: figure {number}") for number, values in enumerate(tables, 1)]
+
+
+def _figure(values: Any, path: Path, where: str) -> PlannedFigure:
+    known: dict[str, type] = {
+        "name": str,
+        "title": str,
+        "paper": str,
+        "scenario": str,
+        "max_labels": int,
+        "curves": list,
+    }
+    _check(values, known, ("name", "title", "max_labels", "curves"), where)
+    name = values["name"]
+    if not name or not all(char.isalnum() or char in ".-_" for char in name) or name.startswith("."):
+        raise UsageError(f"{where}: expected a name of letters, digits, dots, - and _, found {name[:40]!r}.")
+    if not 1 <= values["max_labels"] <= MAX_LABELS:
+        raise UsageError(f"{where}: max_labels is 1 to {MAX_LABELS}, not {values['max_labels']}.")
+    scenario = values.get("scenario")
+    curves = tuple(
+        _curve(curve, scenario, path, f"{where} ({name}): curve {number}")
+        for number, curve in enumerate(values["curves"], 1)
+    )
+    if not curves or len({curve.label for curve in curves}) < len(curves):
+        raise UsageError(f"{where} ({name}): expected at least one curve, each with a label of its own.")
+    return PlannedFigure(name, values["title"], values.get("paper", ""), values["max_labels"], curves)
+
+
+def _curve(values: Any, scenario: str | None, path: Path, where: str) -> PlannedCurve:
+    parts = {field.name for field in fields(Method)} - {"name", "options", "families"}
+    defaults = Method("default")
+    known: dict[str, type] = {"label": str, "scenario": str, "method": str, "options": dict}
+    known |= {part: type(getattr(defaults, part)) for part in parts}
+    _check(values, known, ("label",), where)
+    base = values.get("method", "default")
+    if base not in METHODS:
+        raise UsageError(f"{where}: no method is called {base!r}. There are: {', '.join(METHODS)}.")
+    options = values.get("options", {})
+    for name, value in options.items():
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise UsageError(f"{where}: expected a number for option {name}, found {value!r}.")
+    changes = {part: values[part] for part in parts & set(values)}
+    method = replace(
+        METHODS[base],
+        name=values["label"],
+        options=tuple(sorted({**dict(METHODS[base].options), **options}.items())),
+        **changes,
+    )
+    name = values.get("scenario", scenario)
+    if name is None:
+        raise UsageError(f"{where}: which scenario? Give one to the curve or to the figure.")
+    return PlannedCurve(values["label"], path.parent.parent / f"{name}{SUFFIX}", checked(method, where))
+
+
+def _check(values: Any, known: Mapping[str, type], required: tuple[str, ...], where: str) -> None:
+    """Make sure that a table holds what it must, nothing unknown, and everything of the right type."""
+    if not isinstance(values, dict):
+        raise UsageError(f"{where}: expected a table, found {values!r:.40}.")
+    for name in required:
+        if name not in values:
+            raise UsageError(f"{where}: {name} is missing.")
+    for name, value in values.items():
+        if name not in known:
+            raise UsageError(f"{where}: nothing is called {name!r}. There are: {', '.join(sorted(known))}.")
+        expected = known[name]
+        if not isinstance(value, expected) or (isinstance(value, bool) and expected is not bool):
+            raise UsageError(f"{where}: {name} has the wrong type: found {value!r:.40}.")

@@ -1,0 +1,57 @@
+"""The scenario files that grammarlab ships, and what a SCENARIOS argument means."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from pathlib import Path
+
+import grammarlab
+from grammarlab.errors import UsageError
+from grammarlab.evaluation.scenario import SUFFIX
+
+FIGURES = "figures"
+"""The folder beside the scenarios that holds named experiments (`evaluate_figures`)."""
+
+
+def scenarios_folder() -> Path:
+    """Where the shipped scenarios lie: inside an installed package, or beside it in a checkout."""
+    package = Path(grammarlab.__file__).parent
+    inside = package / "scenarios"
+    return inside if inside.is_dir() else package.parent / "scenarios"
+
+
+def shipped_scenarios() -> dict[str, Path]:
+    """All shipped scenario files by name."""
+    return {file.stem: file for file in sorted(scenarios_folder().glob(f"*{SUFFIX}"))}
+
+
+def find_scenarios(argument: str) -> tuple[Path, ...]:
+    """The scenario files that a SCENARIOS argument means: a file, all files of a folder, or a shipped name.
+
+    Args:
+        argument: what the user typed.
+
+    Raises:
+        UsageError: when there is nothing of that name; names the nearest.
+    """
+    path = Path(argument)
+    if path.is_file():
+        return (path,)
+    if path.is_dir():
+        found = tuple(sorted(path.glob(f"*{SUFFIX}")))
+        if not found:
+            raise UsageError(f"the folder {argument!r} holds no scenario: no file that ends in {SUFFIX}.")
+        return found
+    shipped = shipped_scenarios()
+    if argument in shipped:
+        return (shipped[argument],)
+    names = {name.lower(): name for name in shipped}
+    wanted = path.name.removesuffix(SUFFIX).lower()
+    near = [names[name] for name in get_close_matches(wanted, names, n=1, cutoff=0.5)]
+    neighbours = [p.name for p in path.parent.glob(f"*{SUFFIX}")] if path.parent.is_dir() else []
+    near += get_close_matches(path.name, neighbours, n=1, cutoff=0.6)
+    hint = f" Did you mean {' or '.join(repr(name) for name in near)}?" if near else ""
+    raise UsageError(
+        f"no scenario file or folder {argument!r}, and no shipped scenario of that name.{hint} "
+        f"Shipped: {', '.join(shipped)}."
+    )

@@ -1,0 +1,112 @@
+"""Grids of samples before and after learning, as in appendix B of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from grammarlab.derivation.derive import derive
+from grammarlab.evaluation import protocol
+from grammarlab.evaluation.preparation import Source, labelled_program
+from grammarlab.evaluation.seeds import derived_seed
+from grammarlab.render.camera import Camera, View, frame_alike
+from grammarlab.render.raycast import RaycastRenderer
+from grammarlab.render.renderer import RenderOptions
+from grammarlab.runs.atomic import atomic_file
+from grammarlab.runs.evaluate_task import Task, load_source, run_protocol
+from grammarlab.runs.sheet_page import draw_page, lay_out
+from grammarlab.runs.workers import map_unordered
+from grammarlab.scene import TriangleBatch, realize, triangles
+
+SIZES = (4, 10)
+"""Models along each side of a grid."""
+TILE = 160
+"""Pixels along each side of the picture of one model."""
+GRID_LANE = 3
+"""Place below a curve's seed that the choice of samples has its seed from."""
+
+
+def draw_grids(task: Task, folder: Path, jobs: int) -> tuple[Path, ...]:
+    """Draw samples of the labelled set before learning and after all rounds of a task, with their true scores.
+
+    A sample is a model of the labelled set, taken with a probability proportional to its weight; models may repeat.
+
+    Args:
+        task: a curve; it is made again to learn what it learned.
+        folder: for the pictures, made when missing.
+        jobs: processes; the pictures do not depend on it.
+
+    Returns:
+        ``F1-before-4x4.png``, ``F1-after-4x4.png``, and the same with 10x10.
+    """
+    material, state, curve = run_protocol(task)
+    source = load_source(task.scenario)
+    learned = material.weights * protocol.learned(material, state)
+    stages = {
+        "before": (material.weights, f"JS {material.js_original:.3f}"),
+        "after": (
+            learned if learned.any() else material.weights,
+            f"{state.labels} labels, JS {curve.points[-1].js:.4f}",
+        ),
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    files = []
+    for size in SIZES:
+        for stage, (weights, remark) in stages.items():
+            models = choose(weights, size * size, task.seed)
+            scores = [f"{100 * material.target[model]:.3g}" for model in models]
+            heading = (f"{source.scenario.name} {stage}", remark)
+            picture = _draw(source, models, scores, size, heading, jobs)
+            path = folder / f"{source.scenario.name}-{stage}-{size}x{size}.png"
+            with atomic_file(path) as part:
+                Image.fromarray(picture).save(part)
+            files.append(path)
+    return tuple(files)
+
+
+def choose(weights: NDArray[np.float64], num_models: int, seed: int) -> list[int]:
+    """Indices of models, each drawn on its own with a probability proportional to its weight.
+
+    Args:
+        weights: [n] >= 0, not all 0.
+        num_models: how many to draw.
+        seed: 0 <= seed < 2**64.
+    """
+    random = np.random.default_rng(derived_seed(seed, GRID_LANE))
+    return random.choice(len(weights), num_models, p=weights / weights.sum()).tolist()
+
+
+def _draw(
+    source: Source, models: Sequence[int], scores: Sequence[str], columns: int, heading: tuple[str, str], jobs: int
+) -> NDArray[np.uint8]:
+    """The picture of labelled models."""
+    pictures = pictures_of(source, models, jobs)
+    page = lay_out(len(models), columns, TILE, TILE)
+    return draw_page(page, [pictures[model] for model in models], [(score, "") for score in scores], heading)
+
+
+def pictures_of(source: Source, models: Sequence[int], jobs: int) -> dict[int, NDArray[np.uint8]]:
+    """Pictures [TILE, TILE, 3] of labelled models, each rebuilt from its address, all at one scale.
+
+    Args:
+        source: the scenario with its grammar.
+        models: indices in the labelled set; repeats are drawn once.
+        jobs: processes; the pictures do not depend on it.
+    """
+    program = labelled_program(source)
+    different = sorted(set(models))
+    forests = [derive(program, 1, source.scenario.seed, first_model=m, assets=source.assets) for m in different]
+    batches = [triangles(realize(forest)) for forest in forests]
+    points = [batch.vertices if len(batch.vertices) else np.zeros((1, 3), np.float32) for batch in batches]
+    cameras = frame_alike(points, 1.0, View())
+    tasks = list(zip(different, batches, cameras, strict=True))
+    return dict(map_unordered(_draw_one, tasks, min(jobs, len(tasks))))
+
+
+def _draw_one(task: tuple[int, TriangleBatch, Camera]) -> tuple[int, NDArray[np.uint8]]:
+    model, batch, camera = task
+    return model, RaycastRenderer().render(batch, camera, RenderOptions(TILE, TILE))

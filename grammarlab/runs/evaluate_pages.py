@@ -1,0 +1,53 @@
+"""Pages of models with their true scores, as in appendix A of the paper."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from grammarlab.evaluation.pages import Group, example_models
+from grammarlab.evaluation.preparation import Source
+from grammarlab.runs.atomic import atomic_file
+from grammarlab.runs.evaluate_grids import TILE, pictures_of
+from grammarlab.runs.evaluate_task import load_source
+from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
+
+COLUMNS = 8
+"""Models of one group."""
+
+
+def draw_examples(scenario: Path, folder: Path, jobs: int) -> Path:
+    """Draw models of the labelled set for every case of a preference: a row a case, with its score and its meaning.
+
+    Args:
+        scenario: the scenario file.
+        folder: for the picture, made when missing.
+        jobs: processes; the picture does not depend on it.
+
+    Returns:
+        ``F1-scores.png``.
+
+    Raises:
+        GrammarlabError: as the scenario and its grammar give reason to.
+    """
+    source = load_source(scenario)
+    groups = [group for group in example_models(source, COLUMNS) if group.models]
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{source.scenario.name}-scores.png"
+    with atomic_file(path) as part:
+        Image.fromarray(_draw(source, groups, jobs)).save(part)
+    return path
+
+
+def _draw(source: Source, groups: list[Group], jobs: int) -> np.ndarray:
+    pictures = pictures_of(source, [model for group in groups for model in group.models], jobs)
+    blank = np.full((TILE, TILE, 3), PAPER, np.uint8)
+    cells, captions = [], []
+    for group in groups:
+        empty = COLUMNS - len(group.models)
+        cells += [*(pictures[model] for model in group.models), *[blank] * empty]
+        captions += [(f"{group.score:g}", group.means)] * len(group.models) + [("", "")] * empty
+    heading = (f"{source.scenario.name} scores", source.scenario.title)
+    return draw_page(lay_out(len(cells), COLUMNS, TILE, TILE), cells, captions, heading)

@@ -1,0 +1,103 @@
+"""Pictures of learning curves, PNG and SVG, in colours that colour-blind people tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import UsageError
+from grammarlab.evaluation.curves import CLOSE
+from grammarlab.runs.atomic import atomic_file
+from grammarlab.runs.evaluate_store import CurveRecord
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's palette, the strongest first; each line also has a dash pattern of its own.
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
+DASHES = ("-", "--", "-.", ":")
+FLOOR = 1e-4
+"""Nats: lower divergences are drawn here, since the axis is logarithmic."""
+BAND = (0.1, 0.9)
+"""The band around a median lies between these quantiles over the runs."""
+SUFFIXES = (".png", ".svg")
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """One line with its band."""
+
+    label: str
+    records: tuple[CurveRecord, ...]
+    """The runs, one a seed; at least one."""
+
+
+def draw_curves(path: Path, title: str, series: Sequence[Series]) -> tuple[Path, ...]:
+    """Draw divergence against labels: the median over runs and a band between two quantiles.
+
+    Args:
+        path: without a suffix; its folder is made when missing.
+        title: what stands above.
+        series: at least one.
+
+    Returns:
+        The files, one for each of `SUFFIXES`.
+
+    Raises:
+        UsageError: matplotlib is not installed.
+    """
+    figure = _figure()
+    axes = figure.subplots()
+    for index, line in enumerate(series):
+        labels, (low, median, high) = quantiles(line.records)
+        color = COLORS[index % len(COLORS)]
+        axes.plot(labels, median, DASHES[index % len(DASHES)], color=color, label=line.label, linewidth=1.8)
+        axes.fill_between(labels, low, high, color=color, alpha=0.15, linewidth=0)
+    axes.axhline(CLOSE, color="#777777", linewidth=0.8)
+    axes.set_yscale("log")
+    axes.set_ylim(FLOOR / 1.5, np.log(2))
+    axes.set_xlim(left=0)
+    axes.set_xlabel("labels")
+    axes.set_ylabel("Jensen-Shannon divergence (nats)")
+    axes.set_title(title, fontsize=11)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(frameon=False, fontsize=9)
+    return _save(figure, path)
+
+
+def quantiles(records: Sequence[CurveRecord]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """The labels at which any run has a round, from 0, and over the runs the low quantile, median and high quantile.
+
+    Returns:
+        Labels [k] and divergences [3, k] in nats, at least `FLOOR`.
+    """
+    labels = sorted({0, *(point.labels for record in records for point in record.curve.points)})
+    values = [[record.curve.js_at(count, record.js_original) for count in labels] for record in records]
+    low, high = BAND
+    return np.array(labels), np.maximum(np.quantile(values, [low, 0.5, high], axis=0), FLOOR)
+
+
+def _figure() -> Figure:
+    try:
+        from matplotlib.figure import Figure  # noqa: PLC0415 - an extra, and slow to load
+    except ImportError as error:
+        raise UsageError("pictures of curves need matplotlib: pip install 'grammarlab[learn]'.") from error
+    return Figure(figsize=(6.4, 4.2), dpi=140, layout="constrained")
+
+
+def _save(figure: Figure, path: Path) -> tuple[Path, ...]:
+    from matplotlib import rc_context  # noqa: PLC0415
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    files = tuple(path.with_name(path.name + suffix) for suffix in SUFFIXES)
+    for file in files:
+        metadata: dict[str, Any] = {"Date": None} if file.suffix == ".svg" else {"Software": None}
+        # Without salt and date, equal pictures are equal files.
+        with atomic_file(file) as part, rc_context({"svg.hashsalt": "grammarlab"}):
+            figure.savefig(part, metadata=metadata)
+    return files

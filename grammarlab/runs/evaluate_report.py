@@ -1,0 +1,171 @@
+"""Tables of learning curves: Parquet for programs, Markdown for people, beside what the paper reports."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from grammarlab.evaluation.curves import CLOSE, Summary, summarize
+from grammarlab.evaluation.scenario import Scenario
+from grammarlab.runs.atomic import atomic_file, write_text
+from grammarlab.runs.evaluate_store import CurveRecord
+
+TABLE = "results.parquet"
+PAGE = "results.md"
+
+
+@dataclass(frozen=True, slots=True)
+class ScenarioResults:
+    """The curves of one scenario."""
+
+    scenario: Scenario
+    records: tuple[CurveRecord, ...]
+    """At least one; grouped by method, in the order of the request."""
+
+    @property
+    def js_original(self) -> float:
+        """Divergence in nats before anything is learned."""
+        return self.records[0].js_original
+
+    def by_method(self) -> dict[str, tuple[CurveRecord, ...]]:
+        """The curves of each method, one a seed."""
+        names = dict.fromkeys(record.method for record in self.records)
+        return {name: tuple(record for record in self.records if record.method == name) for name in names}
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture for the page."""
+
+    file: Path
+    title: str
+    remark: str = ""
+    """What stands below it."""
+
+
+def write_table(path: Path, records: Sequence[CurveRecord]) -> None:
+    """Write all rounds of all curves as Parquet, one row a round.
+
+    Columns: scenario, method, seed, labels, js and js_original (nats), correlation, liked.
+    """
+    rows = [(record, point) for record in records for point in record.curve.points]
+    columns = {
+        "scenario": pa.array([r.scenario for r, _ in rows], pa.string()),
+        "method": pa.array([r.method for r, _ in rows], pa.string()),
+        "seed": pa.array([r.seed for r, _ in rows], pa.uint64()),
+        "labels": pa.array([p.labels for _, p in rows], pa.int64()),
+        "js": pa.array([p.js for _, p in rows], pa.float64()),
+        "correlation": pa.array([p.correlation for _, p in rows], pa.float64()),
+        "liked": pa.array([p.liked for _, p in rows], pa.int64()),
+        "js_original": pa.array([r.js_original for r, _ in rows], pa.float64()),
+    }
+    with atomic_file(path) as part:
+        pq.write_table(pa.table(columns), part)
+
+
+def write_page(path: Path, results: Sequence[ScenarioResults], pictures: Sequence[Picture], command: str) -> None:
+    """Write everything as one Markdown page.
+
+    Args:
+        path: of the page; pictures are linked relative to it.
+        results: in the order of the page.
+        pictures: likewise.
+        command: the command that writes the page again.
+    """
+    parts = [
+        "# Results\n",
+        f"Written by `{command}`; never edited by hand.\n",
+        _original_table(results),
+        _labels_table(results),
+        *(_picture(picture, path.parent) for picture in pictures),
+    ]
+    write_text(path, "\n".join(parts))
+
+
+def _original_table(results: Sequence[ScenarioResults]) -> str:
+    rows = [
+        (
+            item.scenario.name,
+            item.scenario.title,
+            f"{item.js_original:.3f}",
+            _number(item.scenario.paper.original, ".3f"),
+            _difference(item.js_original, item.scenario.paper.original),
+        )
+        for item in results
+    ]
+    return (
+        "## The tasks\n\n"
+        "Jensen-Shannon divergence in nats between the wanted density and the grammar as it is.\n\n"
+        + _markdown(("scenario", "what is liked", "original", "paper", "difference"), rows)
+    )
+
+
+def _labels_table(results: Sequence[ScenarioResults]) -> str:
+    rows = []
+    for item in results:
+        target = item.scenario.target
+        for method, records in item.by_method().items():
+            first = summarize([record.curve.labels_to(target.js) for record in records])
+            stays = summarize([record.curve.labels_until_below(target.js) for record in records])
+            last = [record.curve.points[-1] for record in records]
+            rows.append(
+                (
+                    item.scenario.name,
+                    method,
+                    _summary(first),
+                    _summary(stays),
+                    _number(target.labels),
+                    _number(target.aim),
+                    _paper_labels(item.scenario, method),
+                    f"{np.median([point.js for point in last]):.4f}",
+                    f"{np.median([point.correlation for point in last]):.3f}",
+                    f"{max(point.labels for point in last)}",
+                )
+            )
+    head = ("scenario", "method", "first", "stays", "target", "aim", "paper", "last JS", "correlation", "labels asked")
+    return (
+        "## Labels\n\n"
+        f"Labels until the divergence is at most {CLOSE:g} nats (or the scenario's target, where it has another): "
+        "median over seeds (lowest–highest), and of how many seeds. *First* counts to the first round that is as "
+        "close, *stays* to the round from which on none is further away. The last columns are medians after all "
+        "labels.\n\n" + _markdown(head, rows)
+    )
+
+
+def _paper_labels(scenario: Scenario, method: str) -> str:
+    if method.startswith("kde"):
+        return _number(scenario.paper.kde_labels)
+    return _number(scenario.paper.labels)
+
+
+def _summary(summary: Summary) -> str:
+    if not summary.reached:
+        return f"never (0/{summary.runs})"
+    median = "–" if summary.median is None else f"{summary.median:g}"
+    highest = "never" if summary.highest is None else f"{summary.highest}"
+    return f"**{median}** ({summary.lowest}–{highest}; {summary.reached}/{summary.runs})"
+
+
+def _number(value: float | None, form: str = "g") -> str:
+    return "" if value is None else format(value, form)
+
+
+def _difference(value: float, reference: float | None) -> str:
+    return "" if reference is None else f"{100 * (value / reference - 1):+.0f} %"
+
+
+def _picture(picture: Picture, folder: Path) -> str:
+    link = Path(os.path.relpath(picture.file, folder)).as_posix()
+    remark = f"\n{picture.remark}\n" if picture.remark else ""
+    return f"## {picture.title}\n\n![{picture.title}]({link})\n{remark}"
+
+
+def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = ["| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |" for cells in (head, *rows)]
+    return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]]) + "\n"

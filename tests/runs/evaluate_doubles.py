@@ -1,0 +1,40 @@
+"""Curves of a small world, made by functions that other processes can import."""
+
+import time
+from pathlib import Path
+
+from grammarlab.evaluation import protocol
+from grammarlab.evaluation.methods import Method
+from grammarlab.runs.evaluate_curves import run_tasks
+from grammarlab.runs.evaluate_store import CurveRecord
+from grammarlab.runs.evaluate_task import Task
+from tests.evaluation.doubles import LEARNER, world
+
+METHODS = (Method("default"), Method("paper", fit="paper", batch=32))
+
+
+def tasks(seeds=3, max_labels=64):
+    return [
+        Task(Path("F1.toml"), "source", method, seed, max_labels, Path("cache"))
+        for method in METHODS
+        for seed in range(seeds)
+    ]
+
+
+def make(task):
+    material = world()
+    _, curve = protocol.run(material, LEARNER, task.seed, task.max_labels)
+    return CurveRecord(task.key, "F1", task.method.name, task.seed, task.max_labels, material.js_original, curve)
+
+
+def make_slowly(task):
+    time.sleep(0.15)
+    return make(task)
+
+
+def refuse(task):
+    raise AssertionError(f"{task} is there already")
+
+
+def run_slowly(folder):
+    run_tasks(make_slowly, tasks(), Path(folder))
