@@ -64,6 +64,11 @@ class RejectionSampler(AbstractSampler):
             )
         return replace(forest, seed=seed), found.acceptance
 
+    @property
+    def findings(self) -> tuple[str, ...]:
+        """What a person should know about how models are made."""
+        return (str(self.pilot),)
+
     def log_density(self, forest: Forest) -> Floats:
         even = self.target.even
         own = forest.log_probability() if even is None else even.log_density(forest)

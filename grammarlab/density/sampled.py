@@ -16,11 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.special import logsumexp
 
 from grammarlab.arrays import Ints
 from grammarlab.density.attributes import AttributeFeature, AttributeParts, attribute_parts
@@ -42,7 +44,7 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.selection import select_models
 from grammarlab.errors import UsageError
 from grammarlab.features.counting import count
-from grammarlab.features.pattern import Draw, Threshold
+from grammarlab.features.pattern import Draw, HalfSpace, Threshold
 
 Floats = NDArray[np.float64]
 Method: TypeAlias = Literal["parameters", "structure", "tied"]
@@ -64,8 +66,10 @@ class Sample:
 
     counts: sparse.csr_array
     """[N, A] how often each took each cell of the choices."""
-    rows: Floats
-    """[N, F] what the preference reads of them."""
+    features: Floats
+    """[N, F] the features that count something, scaled by how relevant they are."""
+    reads: Floats
+    """[N, R] what the preference makes of them: sums and capped counts."""
     weights: Floats
     """[N] how much each counts."""
 
@@ -101,6 +105,9 @@ def learn(
     if num_samples < 1 or (num_components is not None and num_components < 1):
         raise UsageError(f"expected at least one sample and one component, found {num_samples} and {num_components}")
     if target.even is not None:
+        for parts in target.even.attributes:
+            if target.even.grammar.attributes[parts.name].value != target.grammar.attributes[parts.name].value:
+                raise UsageError(f"an even base also evens out how {parts.name} is chosen: use the method compile")
         inner = replace(target, grammar=target.even.grammar, base="grammar")
         learned = learn(
             inner,
@@ -223,51 +230,57 @@ class _Learner:
         )
         counts = sparse.csr_array(sparse.vstack([kept.counts[rows] for kept, rows in found.chunks]))
         values = np.concatenate([kept.values[rows] for kept, rows in found.chunks])
-        return Sample(counts, self._compared(values, counts), np.ones(len(values))), found.acceptance
-
-    def _compared(self, values: Floats, counts: sparse.csr_array) -> Floats:
-        """[n, ...] what models are clustered by: counts of patterns, and parts of attributes."""
-        counted = [i for i, feature in enumerate(self.target.features) if list(pattern_of(feature))]
-        first = min(self.choices.first_of_attribute, default=len(self.choices.original))
-        return np.concatenate([(values * self.relevance)[:, counted], dense(counts[:, first:])], axis=1)
+        counted = [bool(list(pattern_of(feature))) for feature in target.features]
+        summed = [not isinstance(item, Draw | Threshold | HalfSpace) for item in target.reads]
+        parts = dense(counts[:, min(self.choices.first_of_attribute, default=counts.shape[1]) :])
+        features = np.concatenate([(values * self.relevance)[:, counted], parts], axis=1)
+        reads = np.concatenate([target.read(values)[:, summed], parts], axis=1)
+        return Sample(counts, features, reads, np.ones(len(values))), found.acceptance
 
     def fit(self, sample: Sample, num_components: int | None) -> Mixture:
         """The mixture of the method."""
         if self.method == "parameters":
             clusters = np.zeros(len(sample.weights), dtype=np.int64)
         elif self.method == "structure":
-            clusters = cluster(sample.rows, sample.weights)
+            clusters = cluster(sample.features, sample.weights)
             if num_components is not None or clusters.max() >= MOST_COMPONENTS:
                 clusters = merged_to(self.cells, sample, clusters, num_components or MOST_COMPONENTS)
+        elif num_components is not None:
+            clusters = cluster(sample.features, sample.weights)
+            clusters = merged_to(self.cells, sample, clusters, num_components)
         else:
-            clusters = cluster(sample.rows, sample.weights)
-            number = num_components or chosen_number(self.cells, sample, clusters)
-            clusters = merged_to(self.cells, sample, clusters, number)
+            begin = [cluster(rows, sample.weights) for rows in (sample.reads, sample.features)]
+            clusters = chosen_components(self.cells, sample, begin)
         return fit_mixture(self.cells, sample.counts, sample.weights, clusters).mixture
 
 
-def chosen_number(cells: Cells, sample: Sample, clusters: Ints) -> int:
-    """The number of components with which one part of a sample explains the rest of it best.
+def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) -> Ints:
+    """As many components as with which one part of a sample explains the rest of it best.
 
     Args:
         cells: what is learned.
         sample: the models.
-        clusters: [N] the clusters to begin with.
+        clusters: each [N], clusters to begin with; they are joined two by two.
+
+    Returns:
+        [N] the component that each model belongs to most.
     """
     held = np.arange(len(sample.weights)) % HELD_OUT == HELD_OUT - 1
     if not held.any() or not sample.weights[held].any():
-        return 1
+        return np.zeros(len(held), dtype=np.int64)
     counts, weights = sample.counts[~held], sample.weights[~held]
-    best, number = -np.inf, 1
-    for labels in merged(cells, counts, weights, _dense_labels(clusters[~held]), MOST_COMPONENTS):
-        size = int(labels.max()) + 1
-        if not _is_tried(size):
+    best, chosen = -np.inf, np.zeros(len(held), dtype=np.int64)
+    paths = (merged(cells, counts, weights, consecutive(found[~held]), MOST_COMPONENTS) for found in clusters)
+    for labels in chain.from_iterable(paths):
+        if not _is_tried(int(labels.max()) + 1):
             continue
         mixture = _smoothed(cells, fit_mixture(cells, counts, weights, labels).mixture, float(weights.sum()))
-        score = float(sample.weights[held] @ mixture.log_ratio(cells, sample.counts[held]) / sample.weights[held].sum())
-        if score >= best:
-            best, number = score, size
-    return number
+        each = mixture.log_ratios(cells, sample.counts)
+        score = float(sample.weights[held] @ logsumexp(each[held], axis=1))
+        # Of equally good ones those of the end of a path, which are fewer.
+        if score >= best - 1e-9:
+            best, chosen = score, consecutive(each.argmax(axis=1))
+    return chosen
 
 
 def merged_to(cells: Cells, sample: Sample, clusters: Ints, number: int) -> Ints:
@@ -292,7 +305,8 @@ def _smoothed(cells: Cells, mixture: Mixture, total: float) -> Mixture:
     return Mixture(weights, (1.0 - share) * mixture.probabilities + share * cells.original)
 
 
-def _dense_labels(labels: Ints) -> Ints:
+def consecutive(labels: Ints) -> Ints:
+    """Labels numbered anew, from 0 without gaps."""
     return np.unique(labels, return_inverse=True)[1].reshape(-1)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from grammarlab.density.compile import Preference, compile_density
 from grammarlab.density.components import Reading
 from grammarlab.density.learned import LearnedGrammar
-from grammarlab.density.reading import Read
+from grammarlab.density.reading import Read, read
 from grammarlab.density.skeleton import ENOUGH_MODELS
 from grammarlab.density.splitting import Base
 from grammarlab.derivation.derive import NODES_PER_CHUNK, derive
@@ -45,8 +46,12 @@ class Target:
     @classmethod
     def of_score(cls, grammar: Grammar, score: Score, base: Base = "grammar", assets: Path | None = None) -> Target:
         """A score as the preference."""
-        bound = max(score.levels) if score.levels else None
-        return cls(grammar, score.features, score.evaluate, base, bound, assets)
+        reads, rest = read(score.expression)
+
+        def preference(values: Floats) -> Floats:
+            return np.clip(rest(values), 0.0, 100.0)
+
+        return cls(grammar, reads, preference, base, max(score.levels) if score.levels else None, assets)
 
     @cached_property
     def features(self) -> tuple[Feature, ...]:
@@ -58,12 +63,15 @@ class Target:
         """The patterns among the features."""
         return tuple(pattern for feature in self.features for pattern in pattern_of(feature))
 
-    def scores(self, values: Floats) -> Floats:
-        """The preference [n] of the values [n, features] of the features."""
+    def read(self, values: Floats) -> Floats:
+        """What the preference reads [n, reads], from the values [n, features] of the features."""
         place = {feature: i for i, feature in enumerate(self.features)}
         columns = [_value(item, values, place) for item in self.reads]
-        read = np.stack(columns, axis=1) if columns else np.zeros((len(values), 0))
-        return np.asarray(self.preference(read), dtype=np.float64)
+        return np.stack(columns, axis=1) if columns else np.zeros((len(values), 0))
+
+    def scores(self, values: Floats) -> Floats:
+        """The preference [n] of the values [n, features] of the features."""
+        return np.asarray(self.preference(self.read(values)), dtype=np.float64)
 
     def of_models(self, forest: Forest) -> Floats:
         """The preference [models] of models of the grammar."""
@@ -85,8 +93,8 @@ class Target:
         """Where the base is uniform, the grammar under which all trees are equally likely."""
         if self.base == "grammar":
             return None
-        forest = self.first_look
-        return compile_density(self.grammar, (), _ones, base="uniform", forest=forest, assets=self.assets)
+        options: dict[str, Any] = {"forest": self.first_look, "assets": self.assets}
+        return compile_density(self.grammar, self.reads, _ones, base="uniform", **options)
 
 
 def pattern_of(feature: Feature) -> Iterator[Pattern]:

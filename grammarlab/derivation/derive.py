@@ -173,6 +173,7 @@ def _prepare(
         np.repeat(position[None, :], num_models, axis=0),
         np.repeat(size[None, :], num_models, axis=0),
         np.full(num_models, frame, dtype=np.int32),
+        np.full(num_models, frame, dtype=np.int32),
         np.full(num_models, mesh, dtype=np.int32),
         np.zeros(num_models, dtype=np.int32),
         {},

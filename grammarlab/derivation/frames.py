@@ -100,9 +100,12 @@ class FramePool:
     def rotated(self, frames: Ids, rotations: Floats) -> Ids:
         """Frames [N] rotated, in their own axes, by rotations [3, 3] or [N, 3, 3].
 
-        One rotation for all makes one new base for each different frame.
+        Turns by right angles stay exact. Another rotation for all makes one new base for each different frame.
         """
         if rotations.ndim == 2:
+            turn = int(cube_indices(rotations[None])[0])
+            if turn >= 0:
+                return self.turned(frames, turn)
             different = distinct(frames, 24 * self._used).astype(np.int32)
             added = self.add(self.rotations(different) @ rotations)
             return added[np.searchsorted(different, frames)]
@@ -112,6 +115,18 @@ class FramePool:
         if len(skew):
             result[skew] = self.add(self.rotations(frames[skew]) @ rotations[skew])
         return result
+
+    def rotated_about(self, frames: Ids, axes: Ids, rotations: Floats) -> Ids:
+        """Frames [N] rotated, in the axes of other frames [N], by rotations [3, 3] or [N, 3, 3]."""
+        if (frames == axes).all():
+            return self.rotated(frames, rotations)
+        if rotations.ndim == 2:
+            limit = 24 * self._used
+            pairs, which = np.unique(frames.astype(np.int64) * limit + axes, return_inverse=True)
+            frames, axes = (part.astype(np.int32) for part in np.divmod(pairs, limit))
+            return self.rotated_about(frames, axes, rotations[None].repeat(len(pairs), axis=0))[which]
+        relative = np.swapaxes(self.rotations(axes), 1, 2) @ self.rotations(frames)
+        return self.rotated(frames, np.swapaxes(relative, 1, 2) @ rotations @ relative)
 
     def rotations(self, frames: Ids) -> Floats:
         """[N, 3, 3] rotations of frames; columns are the scope's axes in the world."""

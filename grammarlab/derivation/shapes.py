@@ -41,6 +41,8 @@ class Shapes(NamedTuple):
     """[N, 3] size of the scope, metres."""
     frame: Ids
     """[N] orientation, an id of the `FramePool`."""
+    pivot: Ids
+    """[N] orientation of the pivot, whose axes the angles of ``r`` are about; an id of the `FramePool`."""
     mesh: Ids
     """[N] geometry within the unit cube of the scope, an id of the `MeshPool`."""
     material: Ids
@@ -57,13 +59,13 @@ class Shapes(NamedTuple):
 
     def as_children(self, node: Ids, key: Keys | None, parameters: tuple[Value, ...]) -> Shapes:
         """The same shapes as new nodes, with their own keys and parameters."""
-        _, model, _, position, size, frame, mesh, material, state, _ = self
-        return Shapes(node, model, key, position, size, frame, mesh, material, state, parameters)
+        _, model, _, position, size, frame, pivot, mesh, material, state, _ = self
+        return Shapes(node, model, key, position, size, frame, pivot, mesh, material, state, parameters)
 
     def rescoped(self, position: Floats, size: Floats, frame: Ids, mesh: Ids) -> Shapes:
         """The same shapes with another scope and geometry."""
-        node, model, key, _, _, _, _, material, state, parameters = self
-        return Shapes(node, model, key, position, size, frame, mesh, material, state, parameters)
+        node, model, key, _, _, _, pivot, _, material, state, parameters = self
+        return Shapes(node, model, key, position, size, frame, pivot, mesh, material, state, parameters)
 
     def random_key(self) -> Keys:
         """[N] the key of shapes that draw; the compiler sees to it that these have one."""
@@ -88,6 +90,7 @@ class Shapes(NamedTuple):
             position,
             size,
             frame,
+            self.pivot.take(rows),
             mesh,
             self.material.take(rows),
             {name: take_value(value, rows) for name, value in self.state.items()} if self.state else self.state,
@@ -123,6 +126,7 @@ def concatenate(chunks: Sequence[Shapes], strings: StringPool) -> Shapes:
         np.concatenate([chunk.position for chunk in chunks]),
         np.concatenate([chunk.size for chunk in chunks]),
         np.concatenate([chunk.frame for chunk in chunks]),
+        np.concatenate([chunk.pivot for chunk in chunks]),
         np.concatenate([chunk.mesh for chunk in chunks]),
         np.concatenate([chunk.material for chunk in chunks]),
         {name: join_values([chunk.state[name] for chunk in chunks], counts, strings) for name in chunks[0].state},

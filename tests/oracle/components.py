@@ -69,6 +69,7 @@ def edge_components(shape: Shape) -> list[Component]:
             shape,
             position=shape.to_world(mesh.points[start]),
             rotation=shape.rotation @ frame,
+            pivot=shape.rotation @ frame,
             size=segment.points[1],
             mesh=segment,
         )
@@ -88,6 +89,7 @@ def vertex_components(shape: Shape) -> list[Component]:
             shape,
             position=shape.to_world(mesh.points[i]),
             rotation=shape.rotation @ frame_from_z(mean, NOWHERE),
+            pivot=shape.rotation @ frame_from_z(mean, NOWHERE),
             size=NOWHERE,
             mesh=point,
         )
@@ -101,6 +103,7 @@ def in_frame(shape: Shape, mesh: Mesh, origin: Vector, frame: np.ndarray) -> Sha
         shape,
         position=shape.to_world(origin),
         rotation=shape.rotation @ frame,
+        pivot=shape.rotation @ frame,
         mesh=mesh.moved(lambda p: without_dust(frame.T @ (p - origin), mesh)),
     )
     return moved.fitted()

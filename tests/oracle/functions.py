@@ -146,10 +146,10 @@ MEASURES: dict[str, Callable[..., Value]] = {
 
 
 def euler_angles(rotation: np.ndarray) -> list[float]:
-    """Degrees about x, y and z whose rotations, x outermost, make up a matrix."""
-    y = math.asin(min(1.0, max(-1.0, rotation[0, 2])))
-    x = math.atan2(-rotation[1, 2], rotation[2, 2])
-    z = math.atan2(-rotation[0, 1], rotation[0, 0])
+    """Degrees about x, y and z whose rotations, x innermost, make up a matrix."""
+    y = math.asin(min(1.0, max(-1.0, -rotation[2, 0])))
+    x = math.atan2(rotation[2, 1], rotation[2, 2])
+    z = math.atan2(rotation[1, 0], rotation[0, 0])
     return [math.degrees(angle) for angle in (x, y, z)]
 
 

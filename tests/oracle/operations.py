@@ -103,20 +103,20 @@ def s(call: Call) -> Shape:
 
 
 def rotation_matrix(x: float, y: float, z: float) -> np.ndarray:
-    """Rx Ry Rz, in degrees."""
+    """Rz Ry Rx, in degrees: about x, then about y, then about z."""
     (cx, cy, cz), (sx, sy, sz) = np.cos(np.radians([x, y, z])), np.sin(np.radians([x, y, z]))
     about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
     about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
     about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    return about_x @ about_y @ about_z
+    return about_z @ about_y @ about_x
 
 
 def r(call: Call) -> Shape:
     shape = call.shape
     turn = rotation_matrix(*(number(a.value) for a in call.arguments[-3:]))
-    pivot = 0.5 * shape.size if "scopeCenter" in call.words else np.zeros(3)
-    turned = replace(shape, rotation=shape.rotation @ turn)
-    return replace(turned, position=shape.to_world(pivot) - turned.rotation @ pivot)
+    fixed = 0.5 * shape.size if "scopeCenter" in call.words else np.zeros(3)
+    turned = replace(shape, rotation=shape.pivot @ turn @ shape.pivot.T @ shape.rotation)
+    return replace(turned, position=shape.to_world(fixed) - turned.rotation @ fixed)
 
 
 def center(call: Call) -> Shape:
@@ -131,7 +131,8 @@ def axes_of(system: str, call: Call) -> tuple[Vector, np.ndarray]:
     root = call.scope.model.root
     if system == "world":
         return np.zeros(3), np.eye(3)
-    return root.position, call.shape.rotation if system == "scope" else root.rotation
+    axes = {"scope": call.shape.rotation, "pivot": call.shape.pivot, "object": root.rotation}
+    return root.position, axes[system]
 
 
 def translate(call: Call) -> Shape:

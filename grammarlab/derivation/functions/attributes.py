@@ -32,10 +32,10 @@ _AXES = "xyz"
 
 
 def euler_angles(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Angles [N, 3] in degrees about x, y, z whose ordered rotations Rx Ry Rz give the matrices [N, 3, 3]."""
-    y = np.arcsin(np.clip(rotations[:, 0, 2], -1.0, 1.0))
-    x = np.arctan2(-rotations[:, 1, 2], rotations[:, 2, 2])
-    z = np.arctan2(-rotations[:, 0, 1], rotations[:, 0, 0])
+    """Angles [N, 3] in degrees about x, y, z whose rotations Rz Ry Rx, about x first, give the matrices [N, 3, 3]."""
+    y = np.arcsin(np.clip(-rotations[:, 2, 0], -1.0, 1.0))
+    x = np.arctan2(rotations[:, 2, 1], rotations[:, 2, 2])
+    z = np.arctan2(rotations[:, 1, 0], rotations[:, 0, 0])
     return np.degrees(np.stack([x, y, z], axis=1))
 
 

@@ -57,10 +57,18 @@ def reframed(call: Call, turn: Floats) -> Shapes:
     )
 
 
+def repivoted(call: Call, turn: Floats) -> Shapes:
+    """As `reframed`, and the pivot with it."""
+    shapes = reframed(call, turn)
+    return shapes._replace(pivot=shapes.frame)
+
+
 def rotate_scope(call: Call) -> Shapes:
-    """``rotateScope(x, y, z)``: turn the scope's axes by degrees."""
-    angles = [call.number(argument) for argument in call.arguments]
-    return reframed(call, np.broadcast_to(euler(*angles), (call.shapes.num, 3, 3)))
+    """``rotateScope(x, y, z)``: turn the scope's axes by degrees, about the pivot's axes."""
+    frames, shapes = call.workspace.frames, call.shapes
+    x, y, z = (call.number(argument) for argument in call.arguments)
+    inverse = np.swapaxes(frames.rotations(shapes.frame), 1, 2)
+    return reframed(call, inverse @ frames.rotations(frames.rotated_about(shapes.frame, shapes.pivot, euler(x, y, z))))
 
 
 def align_to_axes(call: Call) -> Shapes:
@@ -75,14 +83,14 @@ def align_to_axes(call: Call) -> Shapes:
         initial = frames.rotations(call.workspace.roots.frame[shapes.model])
         rotations = np.swapaxes(initial, 1, 2) @ rotations
     if word == "xyz":
-        return reframed(call, np.swapaxes(rotations, 1, 2))
+        return repivoted(call, np.swapaxes(rotations, 1, 2))
     axis = "xyz".index(word)
     fixed = np.broadcast_to(np.eye(3)[axis], (shapes.num, 3))
     if np.abs(rotations[:, :, axis] - fixed).max() < _STRAIGHT:
-        return call.shapes
+        return call.shapes._replace(pivot=call.shapes.frame)
     neighbour = 0 if axis != 0 else 2
     wanted = _axes(fixed, axis, rotations[:, :, neighbour], neighbour, rotations[:, :, 2 - neighbour])
-    return reframed(call, np.swapaxes(rotations, 1, 2) @ wanted)
+    return repivoted(call, np.swapaxes(rotations, 1, 2) @ wanted)
 
 
 def _axes(fixed: Floats, axis: int, near: Floats, neighbour: int, fallback: Floats) -> Floats:
@@ -117,7 +125,7 @@ def align_to_geometry(call: Call) -> Shapes:
     normal = np.where(normal.any(axis=1, keepdims=True), normal, [0.0, 1.0, 0.0])
     along = corner_edges(meshes)[corner]
     up = 1 if call.words[0] == "yUp" else 2
-    return reframed(call, _axes(normal, up, along, 0, np.roll(normal, 1, axis=1)))
+    return repivoted(call, _axes(normal, up, along, 0, np.roll(normal, 1, axis=1)))
 
 
 def _chosen_corner(call: Call, meshes: Meshes, face: Argument, edge: Argument) -> Rows:
@@ -186,7 +194,7 @@ def set_pivot(call: Call) -> Shapes:
         raise call.error("setPivot expects xyz, yzx or zxy, then a corner from 0 to 7")
     corner = np.rint(call.column(call.values[0])).astype(np.int64) % 8
     rows = _PIVOT_CORNERS[corner][:, _PIVOT_ORDER[call.words[0]], :]
-    return reframed(call, np.swapaxes(rows, 1, 2).copy())
+    return repivoted(call, np.swapaxes(rows, 1, 2).copy())
 
 
 def mirror(call: Call) -> Shapes:

@@ -262,8 +262,10 @@ def _part(call: Call, components: AbstractComponents, chosen: Rows, head: Head) 
     if len(chosen) == 0:
         return Part(shapes.take(chosen), chosen)
     join: Join = "connected" if head.connected else "all" if head.joined else "each"
-    placed = components.place(chosen, join, "noAlign" not in call.words, head.text)
+    aligned = "noAlign" not in call.words
+    placed = components.place(chosen, join, aligned, head.text)
     made = shapes.place(*placed[:-1])
+    made = made._replace(pivot=made.frame) if aligned else made
     return Part(_indexed(call, made, placed.row, head), components.index[chosen[placed.first]])
 
 

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls import Argument, Call, Operation
-from grammarlab.derivation.frames import cube_index
 from grammarlab.derivation.shapes import Shapes
 
 Floats = NDArray[np.float64]
@@ -78,22 +77,21 @@ def _centered(call: Call) -> Floats:
 
 
 def euler(x: float | Floats, y: float | Floats, z: float | Floats) -> Floats:
-    """Rotations Rx Ry Rz by angles in degrees: [3, 3] from numbers, [N, 3, 3] where one is a column [N]."""
+    """Rotations Rz Ry Rx, about x first, by angles in degrees: [3, 3] from numbers, [N, 3, 3] with columns [N]."""
     x, y, z = np.broadcast_arrays(*np.radians(np.broadcast_arrays(x, y, z)))
     (cx, cy, cz), (sx, sy, sz) = (np.cos(a) for a in (x, y, z)), (np.sin(a) for a in (x, y, z))
     rows = [
-        [cy * cz, -cy * sz, sy],
-        [cx * sz + sx * sy * cz, cx * cz - sx * sy * sz, -sx * cy],
-        [sx * sz - cx * sy * cz, sx * cz + cx * sy * sz, cx * cy],
+        [cy * cz, sx * sy * cz - cx * sz, cx * sy * cz + sx * sz],
+        [cy * sz, sx * sy * sz + cx * cz, cx * sy * sz - sx * cz],
+        [-sy, sx * cy, cx * cy],
     ]
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
 def r(call: Call) -> Shapes:
-    """``r(x, y, z)``: turn about the scope's origin, or with ``scopeCenter`` about its centre, by degrees."""
+    """``r(x, y, z)``: turn about the pivot's axes, around the scope's origin or, with ``scopeCenter``, its centre."""
     shapes, frames = call.shapes, call.workspace.frames
-    angles = [call.number(argument) for argument in call.values]
-    frame = turned_by(call, shapes.frame, angles)
+    frame = frames.rotated_about(shapes.frame, shapes.pivot, _turn(call))
     if "scopeCenter" in call.words:
         half = 0.5 * shapes.size
         position = shapes.position + frames.to_world(shapes.frame, half) - frames.to_world(frame, half)
@@ -101,15 +99,10 @@ def r(call: Call) -> Shapes:
     return shapes._replace(frame=frame)
 
 
-def turned_by(call: Call, frame: NDArray[np.int32], angles: list[float | Floats]) -> NDArray[np.int32]:
-    """Frames [N] turned in their own axes; right angles stay exact."""
-    frames = call.workspace.frames
-    if not any(isinstance(angle, np.ndarray) for angle in angles):
-        rotation = euler(*angles)
-        if all(angle % 90.0 == 0.0 for angle in angles):
-            return frames.turned(frame, cube_index(np.round(rotation)))
-        return frames.rotated(frame, rotation)
-    return frames.rotated(frame, euler(*angles))
+def _turn(call: Call) -> Floats:
+    """The rotation that an operation's three angles in degrees stand for: [3, 3], or [N, 3, 3] where they differ."""
+    x, y, z = (call.number(argument) for argument in call.values)
+    return euler(x, y, z)
 
 
 def translate(call: Call) -> Shapes:
@@ -117,28 +110,21 @@ def translate(call: Call) -> Shapes:
     mode, system = _mode_and_system(call)
     lengths = np.stack([np.broadcast_to(call.length(a, i), call.shapes.num) for i, a in enumerate(call.values)], axis=1)
     shapes, frames = call.shapes, call.workspace.frames
-    base = _axes(call, system)
-    offset = lengths if base is None else frames.to_world(base, lengths)
+    offset = frames.to_world(_axes(call, system), lengths)
     if mode == "rel":
         return shapes._replace(position=shapes.position + offset)
-    start = np.zeros(3) if base is None else call.workspace.roots.position[shapes.model]
+    start = np.zeros(3) if system == "world" else call.workspace.roots.position[shapes.model]
     return shapes._replace(position=start + offset)
 
 
 def rotate(call: Call) -> Shapes:
     """``rotate(rel|abs, scope|pivot|object|world, x, y, z)``: turn about the origin of the scope."""
     mode, system = _mode_and_system(call)
-    shapes, frames = call.shapes, call.workspace.frames
-    angles = [np.asarray(call.number(argument)) for argument in call.values]
-    turn = np.broadcast_to(euler(*angles), (shapes.num, 3, 3))
-    if mode == "rel" and system == "scope":
-        return shapes._replace(frame=frames.rotated(shapes.frame, turn))
-    base = _axes(call, system)
-    axes = np.broadcast_to(np.eye(3), (shapes.num, 3, 3)) if base is None else frames.rotations(base)
+    shapes, frames, turn = call.shapes, call.workspace.frames, _turn(call)
+    axes = _axes(call, system)
     if mode == "abs":
-        return shapes._replace(frame=frames.add(axes @ turn))
-    inverse = np.swapaxes(axes, 1, 2)
-    return shapes._replace(frame=frames.add(axes @ turn @ inverse @ frames.rotations(shapes.frame)))
+        return shapes._replace(frame=frames.rotated(axes, turn))
+    return shapes._replace(frame=frames.rotated_about(shapes.frame, axes, turn))
 
 
 def _mode_and_system(call: Call) -> tuple[str, str]:
@@ -151,11 +137,14 @@ def _mode_and_system(call: Call) -> tuple[str, str]:
     return words[0], words[1]
 
 
-def _axes(call: Call, system: str) -> NDArray[np.int32] | None:
-    """The frames [N] of a coordinate system; None for the world."""
+def _axes(call: Call, system: str) -> NDArray[np.int32]:
+    """The frames [N] of a coordinate system."""
+    shapes = call.shapes
     if system == "world":
-        return None
-    return call.shapes.frame if system == "scope" else call.workspace.roots.frame[call.shapes.model]
+        return np.zeros_like(shapes.frame)
+    if system == "object":
+        return call.workspace.roots.frame[shapes.model]
+    return shapes.frame if system == "scope" else shapes.pivot
 
 
 OPERATIONS: dict[str, Operation] = {

@@ -1,0 +1,166 @@
+"""How well hyperparameters explain scores: Equations 4.6 and 4.7, with an analytic gradient, in JAX.
+
+`loss` can be composed with any parametrisation and penalty and differentiated: weights shared by a group of columns
+are ``weights = group_weights[groups]``. Its gradient costs two more matrix products and an inverse, and needs no
+[n, n, F] array: with S = 1/2 (C^-1 - a a^T) * K and a = C^-1 u,
+
+    dE / d weight_d = -1/2 sum_ij S_ij (x_id - x_jd)^2 = -(sum_i x_id^2 sum_j S_ij - sum_i x_id (S X)_id).
+
+Everything is float64. JAX makes that a choice per thread, so callers compute inside ``with jax.enable_x64(True)`` and
+leave the rest of the program as it was.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.scipy.linalg import solve_triangular
+
+from grammarlab.preference.base import Floats
+from grammarlab.preference.observations import Observations
+
+_SMALLEST_BLOCK = 64
+"""Below this size halving a triangular matrix costs more than it saves."""
+
+
+class Data(NamedTuple):
+    """Observations as arrays of a few fixed sizes, so that a growing label set seldom compiles anew."""
+
+    rows: jax.Array | Floats
+    """[n, F] moved to a mean of 0, zeros where padded."""
+    means: jax.Array | Floats
+    """[n] mean scores, 0 where padded."""
+    counts: jax.Array | Floats
+    """[n] labels of each row; 0 marks padding."""
+    spread: jax.Array | float
+    """As in `Observations`."""
+
+
+def padded_size(size: int, steps: int) -> int:
+    """The next size of a ladder with so many equal steps from each power of two to the next; at least 16.
+
+    >>> [padded_size(n, 2) for n in (1, 16, 17, 25, 33, 100, 256, 257)]
+    [16, 16, 24, 32, 48, 128, 256, 384]
+    """
+    if size <= 16:
+        return 16
+    step = (1 << (size - 1).bit_length() - 1) // steps
+    return -(-size // step) * step
+
+
+def padded(observations: Observations, num_columns_padded: int, num_rows_padded: int = 0) -> Data:
+    """Observations of a size that many label sets share: two sizes to a doubling of rows, and as many columns as said.
+
+    Args:
+        observations: the labels.
+        num_columns_padded: at least their number of columns; the weights of what is added must be finite.
+        num_rows_padded: how many rows instead, at least as many as there are; 0 for the two sizes to a doubling.
+    """
+    num_rows, num_columns = observations.rows.shape
+    n = num_rows_padded or padded_size(num_rows, 2)
+    rows = np.zeros((n, num_columns_padded))
+    rows[:num_rows, :num_columns] = observations.rows - observations.rows.mean(axis=0)
+    means, counts = np.zeros(n), np.zeros(n)
+    means[:num_rows], counts[:num_rows] = observations.means, observations.counts
+    return Data(rows, means, counts, observations.spread)
+
+
+def covariance(left: jax.Array, right: jax.Array, amplitude: jax.Array, weights: jax.Array) -> jax.Array:
+    """[m, n] kernel of Equation 4.6 without noise, between rows [m, F] and [n, F].
+
+    Args:
+        left: [m, F].
+        right: [n, F].
+        amplitude: theta_0.
+        weights: [F] theta_d.
+    """
+    weighted = left * weights
+    squared = jnp.sum(weighted * left, axis=1)[:, None] + jnp.sum(right * weights * right, axis=1)
+    return amplitude * jnp.exp(-0.5 * jnp.maximum(squared - 2.0 * weighted @ right.T, 0.0))
+
+
+@jax.custom_vjp
+def loss(amplitude: jax.Array, weights: jax.Array, noise: jax.Array, data: Data) -> jax.Array:
+    """-log p(u | theta, m) of all labels (Equation 4.7), a scalar.
+
+    Args:
+        amplitude: theta_0 > 0.
+        weights: [F] theta_d >= 0.
+        noise: 1 / beta > 0.
+        data: the labels; no gradient is taken with respect to them.
+    """
+    return _loss_and_gradient(amplitude, weights, noise, data)[0]
+
+
+def _forward(amplitude: jax.Array, weights: jax.Array, noise: jax.Array, data: Data):  # noqa: ANN202
+    return _loss_and_gradient(amplitude, weights, noise, data)
+
+
+def _backward(gradient: tuple[jax.Array, ...], outer: jax.Array):  # noqa: ANN202
+    by_amplitude, by_weights, by_noise = gradient
+    return outer * by_amplitude, outer * by_weights, outer * by_noise, None
+
+
+loss.defvjp(_forward, _backward)
+
+
+def _loss_and_gradient(
+    amplitude: jax.Array, weights: jax.Array, noise: jax.Array, data: Data
+) -> tuple[jax.Array, tuple[jax.Array, jax.Array, jax.Array]]:
+    """The loss and its derivatives by amplitude, weights [F] and noise."""
+    X, u, m = jnp.asarray(data.rows), jnp.asarray(data.means), jnp.asarray(data.counts)
+    real = m > 0
+    K = jnp.where(real[:, None] & real, covariance(X, X, amplitude, weights), 0.0)
+    share = jnp.where(real, 1.0 / jnp.maximum(m, 1.0), 0.0)
+    # A padded row is independent, of variance 1 and with score 0: it adds nothing to determinant or residual.
+    diagonal = jnp.where(real, amplitude + noise * share, 1.0)
+    here = jnp.arange(len(u))
+    C = K.at[here, here].set(diagonal)
+    inverse, log_determinant = _inverse_and_log_determinant(C)
+    a = inverse @ u
+    extra = jnp.sum(jnp.where(real, m - 1.0, 0.0))
+    value = 0.5 * (
+        log_determinant
+        + u @ a
+        + jnp.sum(m) * jnp.log(2.0 * jnp.pi)
+        + extra * jnp.log(noise)
+        + jnp.sum(jnp.where(real, jnp.log(jnp.maximum(m, 1.0)), 0.0))
+        + data.spread / noise
+    )
+    by_covariance = 0.5 * (inverse - a[:, None] * a)
+    S = by_covariance * K
+    by_weights = jnp.sum(X * (S @ X), axis=0) - jnp.sum(S, axis=1) @ (X * X)
+    by_noise = jnp.sum(jnp.diagonal(by_covariance) * share) + 0.5 * (extra / noise - data.spread / noise**2)
+    return value, (jnp.sum(S) / amplitude, by_weights, by_noise)
+
+
+def _inverse_and_log_determinant(C: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Of a symmetric positive definite matrix [n, n]; not-a-number where it is not."""
+    L = jax.lax.linalg.cholesky(C, symmetrize_input=False)
+    return _gram(_triangular_inverse(L)), 2.0 * jnp.sum(jnp.log(jnp.diagonal(L)))
+
+
+# By halves: most of the work becomes products of full blocks, which run near the machine's peak, and the blocks known
+# to be zero are left out. At n = 512 this takes 60 % of the time of two triangular solves.
+
+
+def _triangular_inverse(L: jax.Array) -> jax.Array:
+    n = len(L)
+    if n <= _SMALLEST_BLOCK:
+        return solve_triangular(L, jnp.eye(n, dtype=L.dtype), lower=True)
+    h = n // 2
+    top, bottom = _triangular_inverse(L[:h, :h]), _triangular_inverse(L[h:, h:])
+    return jnp.block([[top, jnp.zeros((h, n - h), L.dtype)], [-bottom @ (L[h:, :h] @ top), bottom]])
+
+
+def _gram(L: jax.Array) -> jax.Array:
+    """L^T L of a lower triangular matrix."""
+    n = len(L)
+    if n <= _SMALLEST_BLOCK:
+        return L.T @ L
+    h = n // 2
+    corner = L[h:, :h].T @ L[h:, h:]
+    return jnp.block([[_gram(L[:h, :h]) + L[h:, :h].T @ L[h:, :h], corner], [corner.T, _gram(L[h:, h:])]])

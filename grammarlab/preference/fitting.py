@@ -1,0 +1,60 @@
+"""`fit`: labelled rows become a preference, by the method of choice."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Literal, get_args
+
+from numpy.typing import ArrayLike
+
+from grammarlab.errors import UsageError
+from grammarlab.preference.base import AbstractPreference, Rows
+
+Method = Literal["grouped", "paper", "kde", "sklearn"]
+
+_MODULES: dict[Method, str] = {
+    "grouped": "grammarlab.preference.grouped",
+    "paper": "grammarlab.preference.gaussian_process",
+    "kde": "grammarlab.preference.kde",
+    "sklearn": "grammarlab.preference.sklearn_process",
+}
+"""Where each method's own `fit` lives; JAX and scikit-learn are imported only by the methods that need them."""
+
+
+def fit(
+    rows: Rows,
+    scores: ArrayLike,
+    *,
+    groups: ArrayLike | None = None,
+    method: Method = "grouped",
+    seed: int = 0,
+    warm: AbstractPreference | None = None,
+) -> AbstractPreference:
+    """A preference function that explains the scores of some models and predicts those of all others.
+
+    Defined for every set of at least one label. Rows may repeat, and repeated rows may have different scores: the
+    preference then lies near their mean. With scores of zero only, zero is predicted everywhere.
+
+    Args:
+        rows: [n, F] finite numbers that describe the labelled models.
+        scores: [n] what the person said, 0 (not wanted) to 100.
+        groups: [F] a number >= 0 for each column; columns of one group are about one thing.
+        method: ``grouped`` (a weight for each group, averaged by evidence), ``paper`` (a weight for each column,
+            Equations 4.4-4.8), ``kde`` (score-weighted density, the paper's baseline) or ``sklearn``.
+        seed: for what a method draws; the same seed gives the same preference.
+        warm: the preference of the round before, found by the same method on the same columns.
+
+    Raises:
+        UsageError: when an argument does not fit or a library is missing; the message says where and what to do.
+    """
+    if method not in _MODULES:
+        raise UsageError(f"method: expected one of {', '.join(get_args(Method))}, found {method!r}.")
+    try:
+        module = import_module(_MODULES[method])
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.startswith("grammarlab"):
+            raise
+        raise UsageError(
+            f"method {method!r} needs the package {error.name}: pip install 'grammarlab[learn]'."
+        ) from error
+    return module.fit(rows, scores, groups=groups, seed=seed, warm=warm)

@@ -1,0 +1,80 @@
+"""L-BFGS for a smooth function of some hundred numbers, within bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from grammarlab.preference.base import Floats
+
+Evaluate = Callable[[Floats], tuple[float, Floats]]
+"""A point [d] to the value and the gradient [d] there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Minimum:
+    """Where a search ended."""
+
+    point: Floats
+    """[d]"""
+    value: float
+    iterations: int
+    evaluations: int
+    converged: bool
+    """Whether it ended because nothing more was to be gained, and not because the iterations were used up."""
+
+
+def minimise(
+    evaluate: Evaluate,
+    start: Floats,
+    low: Floats,
+    high: Floats,
+    *,
+    max_iterations: int,
+    relative_gain: float = 1e-7,
+) -> Minimum:
+    """A local minimum, or the best point met on the way to it, within low <= point <= high, by SciPy's L-BFGS-B.
+
+    Args:
+        evaluate: where it gives a value that is not finite, the point counts as very bad.
+        start: [d]
+        low: [d]
+        high: [d]
+        max_iterations: when to stop at the latest.
+        relative_gain: stop when an iteration gains less than this share of the value's size.
+    """
+    first = np.clip(start, low, high)
+    visited = _Visited(evaluate, first)
+    result = minimize(
+        visited,
+        first,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=np.stack((low, high), axis=1),
+        options={"maxiter": max_iterations, "maxfun": 2 * max_iterations + 20, "ftol": relative_gain, "gtol": 1e-4},
+    )
+    # Near cliffs the line search may take a step up and call that converged; the best point is then worth going on.
+    rose = result.fun > visited.value
+    return Minimum(
+        visited.point, visited.value, int(result.nit), int(result.nfev), converged=bool(result.success) and not rose
+    )
+
+
+class _Visited:
+    """A function that remembers its best point, and that is very bad where it is not finite."""
+
+    def __init__(self, evaluate: Evaluate, start: Floats) -> None:
+        self.point, self.value = start, np.inf
+        self._evaluate, self._worst = evaluate, 0.0
+
+    def __call__(self, point: Floats) -> tuple[float, Floats]:
+        value, gradient = self._evaluate(point)
+        if not (np.isfinite(value) and np.isfinite(gradient).all()):
+            return 10.0 * self._worst + 1e6, np.zeros_like(point)
+        if value < self.value:
+            self.point, self.value = point.copy(), value
+        self._worst = max(self._worst, abs(value))
+        return value, gradient

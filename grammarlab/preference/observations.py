@@ -1,0 +1,110 @@
+"""Labelled rows as the methods use them: checked, with equal rows taken together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from grammarlab.errors import UsageError
+from grammarlab.preference.base import MAX_SCORE, Floats, Ints, Rows, dense_rows
+
+
+@dataclass(frozen=True, slots=True)
+class Observations:
+    """Distinct rows, each with what all its labels say together.
+
+    Scores of one row that differ are not an error: a person may change their mind, and rows may be too coarse to tell
+    two models apart. They count as so many noisy looks at one value. With Gaussian noise of one variance the mean and
+    the number of looks hold everything that the labels say about the function, so that taking equal rows together
+    changes no prediction.
+    """
+
+    rows: Floats
+    """[n, F] all different."""
+    means: Floats
+    """[n] mean score of each row's labels, 0-100."""
+    counts: Floats
+    """[n] how many labels each row has, >= 1."""
+    spread: float
+    """Sum over all labels of the squared distance to their row's mean: 0 where no labels contradict each other."""
+
+    def take(self, chosen: Ints) -> Observations:
+        """Some of the rows; the spread is taken in proportion to the labels beyond one a row."""
+        extra = float(np.sum(self.counts - 1.0))
+        kept = float(np.sum(self.counts[chosen] - 1.0))
+        spread = self.spread * kept / extra if extra else 0.0
+        return Observations(self.rows[chosen], self.means[chosen], self.counts[chosen], spread)
+
+
+def observe(rows: Rows, scores: ArrayLike) -> Observations:
+    """Check labels and take equal rows together, in the order in which they first appear.
+
+    Args:
+        rows: [n, F] finite numbers, n >= 1.
+        scores: [n] 0-100.
+
+    Raises:
+        UsageError: when the numbers of rows and scores differ, there are none, or a value is not finite or out of
+            range; the message names its place.
+    """
+    table, values = dense_rows(rows), _checked_scores(scores)
+    if len(table) != len(values):
+        raise UsageError(f"scores: expected one a row, found {len(values)} scores for {len(table)} rows.")
+    if not len(table):
+        raise UsageError("scores: expected at least one label; score a model first.")
+    _, first, group = np.unique(table, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    label_row = rank[group.reshape(-1)]
+    counts = np.bincount(label_row).astype(np.float64)
+    means = np.bincount(label_row, weights=values) / counts
+    spread = float(np.sum((values - means[label_row]) ** 2))
+    return Observations(table[first[order]], means, counts, spread)
+
+
+def _checked_scores(scores: ArrayLike) -> Floats:
+    try:
+        values = np.asarray(scores, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"scores: expected numbers from 0 to {MAX_SCORE:g} ({error}).") from error
+    if values.ndim != 1:
+        raise UsageError(f"scores: expected a list of numbers, found {values.ndim} axes.")
+    bad = np.flatnonzero(~((values >= 0.0) & (values <= MAX_SCORE)))
+    if len(bad):
+        raise UsageError(
+            f"scores: expected numbers from 0 to {MAX_SCORE:g}, found {values[bad[0]]:g} at index {bad[0]}. "
+            "Leave models out that have no score."
+        )
+    return values
+
+
+def checked_groups(groups: Any, num_columns: int) -> Ints:
+    """The group number of each column [F], >= 0; every column its own group when there are none.
+
+    Raises:
+        UsageError: when they are not one non-negative integer a column.
+    """
+    if groups is None:
+        return np.arange(num_columns)
+    numbers = np.asarray(groups)
+    if numbers.shape != (num_columns,) or (num_columns and (numbers.dtype.kind not in "iu" or numbers.min() < 0)):
+        raise UsageError(f"groups: expected one integer >= 0 for each of the {num_columns} columns.")
+    return numbers.astype(np.int64)
+
+
+def thinned(observations: Observations, most: int, seed: int) -> Observations:
+    """At most ``most`` of the rows, with about the same distribution of scores; the same ones for the same seed.
+
+    The rows are put in order of their score, ties in random order, and every so-many-th is taken.
+    """
+    total = len(observations.means)
+    if total <= most:
+        return observations
+    shuffled = np.random.default_rng(seed).permutation(total)
+    by_score = shuffled[np.argsort(observations.means[shuffled], kind="stable")]
+    chosen = by_score[(np.arange(most) * total) // most]
+    return observations.take(np.sort(chosen))

@@ -1,0 +1,98 @@
+"""What a Gaussian process knows once its hyperparameters are chosen: Equations 4.4 and 4.5.
+
+Plain NumPy: a prediction is two matrix products and a triangular solve over the columns that have a weight, a few
+dozen of hundreds, and needs no compilation for new sizes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import LinAlgError, cho_solve, cholesky, solve_triangular
+from threadpoolctl import threadpool_limits
+
+from grammarlab.errors import GrammarlabError
+from grammarlab.preference.base import Floats, Ints, Prediction
+from grammarlab.preference.observations import Observations
+
+_ROWS_AT_ONCE = 4096
+"""How many predictions are made in one block, so that memory stays bounded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hyperparameters:
+    """Of the kernel amplitude * exp(-1/2 sum_d weights_d (x_d - x'_d)^2) + noise * delta (Equation 4.6)."""
+
+    amplitude: float
+    """theta_0 > 0, in squared scores."""
+    weights: Floats
+    """[F] theta_d >= 0, per squared unit of column d; 0 for columns that do not matter."""
+    noise: float
+    """1 / beta > 0, in squared scores: the variance of one label around the function."""
+
+
+@dataclass(frozen=True, slots=True)
+class Posterior:
+    """A Gaussian process conditioned on observations."""
+
+    hyperparameters: Hyperparameters
+    columns: Ints
+    """[A] the columns with a weight above 0."""
+    scaled: Floats
+    """[n, A] observed rows in these columns, moved to a mean of 0 and multiplied by the square roots of the weights:
+    the kernel is isotropic in them."""
+    center: Floats
+    """[A] what was subtracted."""
+    factor: Floats
+    """[n, n] lower Cholesky factor of C_n."""
+    solution: Floats
+    """[n] C_n^-1 u."""
+
+    def predict(self, rows: Floats) -> Prediction:
+        """Mean (Equation 4.4) and standard deviation (4.5) of the scores of rows [m, F]."""
+        mean, variance = np.empty(len(rows)), np.empty(len(rows))
+        prior = self.hyperparameters.amplitude + self.hyperparameters.noise
+        with threadpool_limits(1, "blas"):
+            for start in range(0, len(rows), _ROWS_AT_ONCE):
+                block = slice(start, start + _ROWS_AT_ONCE)
+                across = self.covariance_with_observed(rows[block])
+                mean[block] = across @ self.solution
+                explained = solve_triangular(self.factor, across.T, lower=True, overwrite_b=True, check_finite=False)
+                variance[block] = prior - np.einsum("nm,nm->m", explained, explained)
+        return Prediction(mean, np.sqrt(np.maximum(variance, 0.0)))
+
+    def covariance_with_observed(self, rows: Floats) -> Floats:
+        """[m, n] kernel between rows [m, F] and the observed ones, without noise."""
+        scaled = (rows[:, self.columns] - self.center) * np.sqrt(self.hyperparameters.weights[self.columns])
+        return self.hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, self.scaled))
+
+
+def squared_distances(left: Floats, right: Floats) -> Floats:
+    """[m, n] squared Euclidean distances between rows [m, A] and [n, A], by one matrix product."""
+    products = np.einsum("ma,ma->m", left, left)[:, None] + np.einsum("na,na->n", right, right) - 2.0 * left @ right.T
+    return np.maximum(products, 0.0, out=products)
+
+
+def condition(hyperparameters: Hyperparameters, observations: Observations) -> Posterior:
+    """The posterior given observations; a row that was looked at m times has noise / m.
+
+    Raises:
+        GrammarlabError: when the covariance is not positive definite in float64, which takes a noise far below the
+            amplitude.
+    """
+    columns = np.flatnonzero(hyperparameters.weights > 0.0)
+    center = observations.rows[:, columns].mean(axis=0)
+    scaled = (observations.rows[:, columns] - center) * np.sqrt(hyperparameters.weights[columns])
+    covariance = hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, scaled))
+    covariance.flat[:: len(scaled) + 1] = hyperparameters.amplitude + hyperparameters.noise / observations.counts
+    with threadpool_limits(1, "blas"):
+        try:
+            factor = cholesky(covariance, lower=True, overwrite_a=True, check_finite=False)
+        except LinAlgError as error:
+            raise GrammarlabError(
+                f"the covariance of {len(scaled)} labels is singular: the noise {hyperparameters.noise:g} is too small "
+                f"for the amplitude {hyperparameters.amplitude:g}. Fit with more noise."
+            ) from error
+        solution = cho_solve((factor, True), observations.means, check_finite=False)
+    return Posterior(hyperparameters, columns, scaled, center, factor, solution)

@@ -1,0 +1,198 @@
+"""Which models to ask about next: the five ways of section 4.4 of the paper, and the mix that learns fastest.
+
+Every way is a pure function of a situation, a number of models and a seed. All but `already_ranked` choose among the
+models of the pool that have no score yet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import UsageError
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Ints
+from grammarlab.preference.disagreement import given, joint, most_telling
+from grammarlab.preference.grouped import GroupedPreference
+from grammarlab.preference.posterior import squared_distances
+
+Way = Literal["default", "uniform", "grammar", "density", "uncertainty", "already ranked"]
+
+LIKED_SHARE = 0.25
+"""Part of a default batch that settles which of the models that seem liked are not."""
+NOISE = 1e-2
+"""Variance of a score around the function that `default` reckons with, as a share of the squared highest score."""
+_CANDIDATES = (800, 200)
+"""Models from the grammar and from elsewhere that `default` looks at, at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What is known when models are chosen."""
+
+    pool: Floats
+    """[m, F] rows of all models there are to ask about."""
+    from_grammar: NDArray[np.bool_]
+    """[m] whether a model is a sample of the grammar itself; the others come from a flattened one."""
+    asked: Ints
+    """[n] pool indices of the models that have a score, in order."""
+    scores: Floats
+    """[n] their scores, 0 to 100."""
+    preference: AbstractPreference | None
+    """What is learned so far; None before the first label."""
+
+
+def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
+    """Models to show next.
+
+    Args:
+        way: ``uniform`` (as unlike each other and what is known as possible), ``grammar`` (as the grammar makes them),
+            ``density`` (one half liked, one half not), ``uncertainty``, ``already ranked`` (to check for mistakes), or
+            ``default``.
+        situation: the pool and what is known.
+        num: how many, >= 0; fewer are given where there are no more.
+        seed: the same seed gives the same models.
+
+    Returns:
+        [num] different indices into the pool.
+
+    Raises:
+        UsageError: for an unknown way.
+    """
+    if way not in WAYS:
+        raise UsageError(f"no way to choose models is called {way!r}. There are: {', '.join(WAYS)}.")
+    known = len(situation.asked) if way == "already ranked" else len(situation.pool) - len(np.unique(situation.asked))
+    return WAYS[way](situation, min(num, known), np.random.default_rng(seed))
+
+
+def _default(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """What lowers the uncertainty of the density most.
+
+    Part of the batch is about models that seem liked, where a mistake costs most; as long as nothing is liked, it is
+    about models from elsewhere, since what is liked may be too rare for the grammar to show.
+    """
+    preference = situation.preference
+    if preference is None:
+        return _grammar(situation, num, randomness)
+    if not isinstance(preference, GroupedPreference):
+        return _mixed(preference, situation, num, randomness)
+    candidates = _candidates(situation, num, randomness)
+    typical = situation.from_grammar[candidates].astype(np.float64)
+    mean, covariance = joint(preference, situation.pool[candidates])
+    liked = np.maximum(mean, 0.0) * typical if np.any(situation.scores > 0.0) else 1.0 - typical
+    noise = NOISE * preference.highest**2
+    open_ = np.ones(len(candidates), dtype=bool)
+    first = most_telling(covariance, round(LIKED_SHARE * num), noise, liked, open_)
+    open_[first] = False
+    second = most_telling(given(covariance, first, noise), num - len(first), noise, typical, open_)
+    return candidates[np.concatenate((first, second))]
+
+
+def _candidates(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """Unasked models to choose from: some from the grammar, some from elsewhere; more where they are needed."""
+    open_ = _unasked(situation)
+    pools = [
+        randomness.permutation(np.flatnonzero(open_ & kind))
+        for kind in (situation.from_grammar, ~situation.from_grammar)
+    ]
+    chosen = [pool[:most] for pool, most in zip(pools, _CANDIDATES, strict=True)]
+    missing = num - sum(len(part) for part in chosen)
+    if missing > 0:
+        chosen += [pool[most:] for pool, most in zip(pools, _CANDIDATES, strict=True)]
+    return np.concatenate(chosen)
+
+
+def _mixed(preference: AbstractPreference, situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """For preferences that know no covariances: one half of the current density, one half uncertain."""
+    prediction, open_ = preference.predict(situation.pool), _unasked(situation)
+    first = _drawn(open_, prediction.mean * situation.from_grammar, num // 2, randomness)
+    open_[first] = False
+    return np.concatenate((first, _drawn(open_, prediction.std, num - len(first), randomness)))
+
+
+def _grammar(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    return _drawn(_unasked(situation), situation.from_grammar.astype(np.float64), num, randomness)
+
+
+def _density(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """One half in proportion to the predicted score, one half to what it lacks of 100, among samples of the grammar."""
+    preference = situation.preference
+    if preference is None:
+        return _grammar(situation, num, randomness)
+    liking = np.clip(preference.predict(situation.pool).mean, 0.0, MAX_SCORE) / MAX_SCORE
+    open_ = _unasked(situation)
+    first = _drawn(open_, liking * situation.from_grammar, (num + 1) // 2, randomness)
+    open_[first] = False
+    second = _drawn(open_, (1.0 - liking) * situation.from_grammar, num - len(first), randomness)
+    return np.concatenate((first, second))
+
+
+def _uncertainty(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """In proportion to the standard deviation of the prediction, among samples of the grammar."""
+    preference = situation.preference
+    if preference is None:
+        return _grammar(situation, num, randomness)
+    deviation = preference.predict(situation.pool).std
+    return _drawn(_unasked(situation), deviation * situation.from_grammar, num, randomness)
+
+
+def _already_ranked(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """Scored models, those first whose score is farthest from what the others make one expect."""
+    asked, first = np.unique(situation.asked[::-1], return_index=True)
+    scores = situation.scores[::-1][first]
+    order = randomness.permutation(len(asked))
+    if situation.preference is not None:
+        surprise = np.abs(situation.preference.predict(situation.pool[asked]).mean - scores)
+        order = order[np.argsort(-surprise[order], kind="stable")]
+    return asked[order[:num]]
+
+
+def _uniform(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """Farthest points under the learned weights: each next model is the one least like all that are known or chosen."""
+    preference, rows = situation.preference, situation.pool
+    spread = np.ptp(rows, axis=0)
+    weights = np.divide(1.0, spread**2, out=np.zeros(rows.shape[1]), where=spread > 0.0)
+    learned = preference.column_weights() if isinstance(preference, GroupedPreference) else None
+    scaled = rows * np.sqrt(weights if learned is None or not learned.any() else learned)
+    chosen = np.empty(num, dtype=np.int64)
+    nearest = np.full(len(rows), np.inf)
+    for index in situation.asked:
+        nearest = np.minimum(nearest, squared_distances(scaled, scaled[[index]])[:, 0])
+    # Equal distances are common among counts; the seed decides between them.
+    order = randomness.permutation(len(rows))
+    open_ = _unasked(situation)
+    for place in range(num):
+        distance = np.where(open_, nearest, -1.0)[order]
+        best = chosen[place] = order[np.argmax(distance)]
+        open_[best] = False
+        nearest = np.minimum(nearest, squared_distances(scaled, scaled[[best]])[:, 0])
+    return chosen
+
+
+def _unasked(situation: Situation) -> NDArray[np.bool_]:
+    open_ = np.ones(len(situation.pool), dtype=bool)
+    open_[situation.asked] = False
+    return open_
+
+
+def _drawn(open_: NDArray[np.bool_], weights: Floats, num: int, randomness: np.random.Generator) -> Ints:
+    """Different open models, drawn one after the other in proportion to their weights; those of weight 0 come last."""
+    # The largest of log weight + Gumbel noise are such a draw.
+    with np.errstate(divide="ignore"):
+        keys = np.log(np.maximum(weights, 0.0)) + randomness.gumbel(size=len(weights))
+    keys = np.where(np.isfinite(keys), keys, -1e300 + randomness.random(len(weights)))
+    candidates = np.flatnonzero(open_)
+    return candidates[np.argsort(-keys[candidates], kind="stable")[:num]]
+
+
+WAYS: dict[Way, Callable[[Situation, int, np.random.Generator], Ints]] = {
+    "default": _default,
+    "uniform": _uniform,
+    "grammar": _grammar,
+    "density": _density,
+    "uncertainty": _uncertainty,
+    "already ranked": _already_ranked,
+}

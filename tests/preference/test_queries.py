@@ -1,0 +1,129 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from grammarlab.errors import UsageError
+from grammarlab.preference import gaussian_process, grouped, queries
+from grammarlab.preference.queries import WAYS, Situation, propose
+from tests.preference.test_grouped import GROUPS, styled_rows
+
+NEW_WAYS = [way for way in WAYS if way != "already ranked"]
+
+
+def situation(num_pool=80, num_asked=20, method="grouped", scores=None):
+    """A pool whose last fifth comes from a flattened grammar, and some of the rest scored."""
+    rows, truth = styled_rows(num_pool, seed=1)
+    asked = np.random.default_rng(0).choice(int(0.8 * num_pool), num_asked, replace=False)
+    known = truth[asked] if scores is None else np.full(num_asked, scores)
+    fit = {"grouped": grouped.fit, "paper": gaussian_process.fit}.get(method)
+    preference = fit(rows[asked], known, groups=GROUPS) if fit and num_asked else None
+    return Situation(rows, np.arange(num_pool) < 0.8 * num_pool, asked, known, preference)
+
+
+@pytest.fixture(scope="module", params=["none", "paper", "grouped"])
+def known(request):
+    return situation(method=request.param)
+
+
+@pytest.mark.parametrize("way", NEW_WAYS)
+def test_every_way_gives_different_models_without_a_score(way, known):
+    chosen = propose(way, known, 16, seed=0)
+    assert chosen.shape == (16,)
+    assert len(np.unique(chosen)) == 16
+    assert not np.isin(chosen, known.asked).any()
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_the_same_seed_gives_the_same_models_and_changes_nothing(way, known):
+    before = known.pool.copy(), known.asked.copy()
+    np.testing.assert_array_equal(propose(way, known, 6, seed=5), propose(way, known, 6, seed=5))
+    np.testing.assert_array_equal(known.pool, before[0])
+    np.testing.assert_array_equal(known.asked, before[1])
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_pool_that_ends_gives_all_it_has(way, known):
+    left = np.setdiff1d(np.arange(80), known.asked) if way != "already ranked" else np.sort(known.asked)
+    np.testing.assert_array_equal(np.sort(propose(way, known, 1000, seed=1)), left)
+    assert not len(propose(way, known, 0, seed=1))
+
+
+@pytest.mark.parametrize("way", ["grammar", "density", "uncertainty"])
+def test_samples_of_the_grammar_come_before_those_of_a_flattened_one(way, known):
+    num = int(known.from_grammar.sum()) - len(known.asked)
+    assert known.from_grammar[propose(way, known, num, seed=2)].all()
+
+
+def test_grammar_draws_alike_from_all_samples():
+    known = replace(situation(num_asked=0, method="none"), preference=None)
+    times = np.bincount(np.concatenate([propose("grammar", known, 8, seed) for seed in range(400)]), minlength=80)
+    assert not times[64:].any()
+    np.testing.assert_allclose(times[:64], 50.0, atol=5.0 * np.sqrt(50.0))
+
+
+def test_uniform_takes_the_farthest_model_each_time():
+    known = situation()
+    assert isinstance(known.preference, grouped.GroupedPreference)
+    weights = known.preference.column_weights()
+    near = list(known.asked)
+    for index in propose("uniform", known, 8, seed=0):
+        squared = ((known.pool[:, None] - known.pool[near]) ** 2 @ weights).min(axis=1)
+        assert squared[index] == pytest.approx(squared.max())
+        near.append(index)
+
+
+def test_density_shows_one_half_liked_and_one_half_disliked():
+    known = situation(num_pool=400, num_asked=60)
+    assert known.preference is not None
+    mean = known.preference.predict(known.pool).mean
+    chosen = propose("density", known, 40, seed=0)
+    assert mean[chosen[:20]].min() > 10.0
+    assert mean[chosen[20:]].mean() < 20.0
+
+
+def test_uncertainty_prefers_models_that_are_hard_to_predict():
+    known = situation(num_pool=400, num_asked=12)
+    assert known.preference is not None
+    std = known.preference.predict(known.pool).std
+    chosen = np.concatenate([propose("uncertainty", known, 16, seed) for seed in range(20)])
+    assert std[chosen].mean() > std[known.from_grammar].mean()
+
+
+def test_already_ranked_begins_with_the_score_that_looks_like_a_mistake():
+    known = situation(num_asked=60)
+    scores = known.scores.copy()
+    wrong = int(np.flatnonzero(scores == 80.0)[0])
+    scores[wrong] = 0.0
+    preference = grouped.fit(known.pool[known.asked], scores, groups=GROUPS)
+    # Rows repeat in this pool, so that the others of this kind speak against it.
+    found = propose("already ranked", replace(known, scores=scores, preference=preference), 3, seed=0)
+    kind = known.pool[:, :6]
+    assert (kind[found[0]] == kind[known.asked[wrong]]).all()
+
+
+def test_the_default_looks_elsewhere_for_rare_models_while_nothing_is_liked():
+    known = situation(scores=0.0)
+    chosen = propose("default", known, 16, seed=0)
+    assert (~known.from_grammar[chosen]).sum() >= round(queries.LIKED_SHARE * 16) // 2
+    assert known.from_grammar[chosen].any()
+
+
+def test_the_default_asks_about_what_lowers_the_error_more_than_chance():
+    def error(way, seed):
+        rows, truth = styled_rows(300, seed=20 + seed)
+        asked = np.arange(12)
+        for number in range(2):
+            preference = grouped.fit(rows[asked], truth[asked], groups=GROUPS)
+            known = Situation(rows, np.ones(300, dtype=bool), asked, truth[asked], preference)
+            asked = np.concatenate((asked, propose(way, known, 6, seed=number)))
+        found = grouped.fit(rows[asked], truth[asked], groups=GROUPS)
+        return np.abs(found.predict(rows).mean - truth).mean()
+
+    chance, chosen = (np.mean([error(way, seed) for seed in range(6)]) for way in ("grammar", "default"))
+    assert chosen < chance
+
+
+def test_an_unknown_way_is_answered_with_the_known_ones():
+    with pytest.raises(UsageError, match=r"called 'magic'\. There are: default, uniform"):
+        propose("magic", situation(num_asked=4), 1, seed=0)  # pyright: ignore[reportArgumentType]
