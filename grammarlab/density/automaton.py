@@ -162,7 +162,7 @@ class _Reading:
                     raise self._uncertain(successor)
                 continue
             pairs = reached.shape[:2]
-            rows, numbers = distinct_rows(reached.reshape(-1, self.width))
+            rows, numbers = distinct_rows(reached.reshape(pairs[0] * pairs[1], self.width))
             steps.append(Step(child, successor.key, numbers.reshape(pairs)))
         return tuple(steps), self._states(rows)
 

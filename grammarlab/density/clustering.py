@@ -45,7 +45,8 @@ def cluster(rows: Floats, weights: Floats, near: float = NEAR) -> Ints:
     clusters = 0
     while open_rows.any():
         centre = int(np.argmax(np.where(open_rows, around, -1.0)))
-        taken = np.flatnonzero(near_by[[centre]].toarray()[0] & open_rows)
+        row = near_by.indices[near_by.indptr[centre] : near_by.indptr[centre + 1]]
+        taken = row[open_rows[row]]
         label[taken] = clusters
         clusters += 1
         open_rows[taken] = False
@@ -89,22 +90,22 @@ def merged(cells: Cells, counts: sparse.csr_array, weights: Floats, cluster: Int
         costs = _costs(cells, total, mass, int(small), order[:most])
         target = int(order[:most][np.argmin(costs)])
         _join(total, mass, label, target, int(small))
-    alive = sorted(order[:most].tolist())
+    kept, number = np.unique(label, return_inverse=True)
+    total, mass, label, size = total[kept], mass[kept], number.reshape(-1), len(kept)
     cost = np.full((size, size), np.inf)
-    for at, one in enumerate(alive[:-1]):
-        cost[one, alive[at + 1 :]] = _costs(cells, total, mass, one, np.array(alive[at + 1 :]))
+    for one in range(size - 1):
+        cost[one, one + 1 :] = _costs(cells, total, mass, one, np.arange(one + 1, size))
+    alive = set(range(size))
     while True:
-        _, number = np.unique(label, return_inverse=True)
-        yield number.reshape(-1)[cluster]
+        yield np.unique(label, return_inverse=True)[1].reshape(-1)[cluster]
         if len(alive) == 1:
             return
         one, other = divmod(int(np.argmin(cost)), size)
         _join(total, mass, label, one, other)
         alive.remove(other)
         cost[other], cost[:, other] = np.inf, np.inf
-        rest = np.array([i for i in alive if i != one], dtype=np.int64)
-        fresh = _costs(cells, total, mass, one, rest)
-        cost[np.minimum(one, rest), np.maximum(one, rest)] = fresh
+        rest = np.array(sorted(alive - {one}), dtype=np.int64)
+        cost[np.minimum(one, rest), np.maximum(one, rest)] = _costs(cells, total, mass, one, rest)
 
 
 def _join(total: Floats, mass: Floats, label: Ints, one: int, other: int) -> None:

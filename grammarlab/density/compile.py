@@ -93,7 +93,7 @@ def compile_density(
     tree = TreeGrammar.of(grammar)
     if forest is not None:
         tree = tree.observed(forest)
-    wanted = tuple(_countable(item) for item in reads)
+    wanted = tuple(countable(item) for item in reads)
     counted = tuple(dict.fromkeys(item for item in wanted if isinstance(item, Reading)))
     drawn = _by_attribute(wanted)
     attributes = tuple(attribute_parts(grammar, name, found) for name, found in drawn.items())
@@ -138,10 +138,10 @@ def compile_density(
     )
 
 
-def _countable(item: Read) -> Reading | Threshold | Draw:
+def countable(item: Read) -> Reading | Threshold | Draw:
     """What a preference reads, in the forms that can be computed exactly."""
     if isinstance(item, Present):
-        inner = _countable(item.feature)
+        inner = countable(item.feature)
         return replace(inner, cap=1) if isinstance(inner, Reading) else inner
     if isinstance(item, HalfSpace):
         raise InexactError(f"{item} joins several drawn numbers: an exact grammar can only cut each on its own")

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.special import logsumexp, xlogy
+from scipy.special import xlogy
 
 from grammarlab.arrays import Ints
 from grammarlab.errors import GrammarlabError
@@ -22,7 +22,6 @@ Floats = NDArray[np.float64]
 
 MOST_STEPS = 500
 TOLERANCE = 1e-9
-"""EM ends where a step raises the mean log-likelihood by less, in nats."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +57,7 @@ class Mixture:
 
     def log_ratio(self, cells: Cells, counts: sparse.csr_array) -> Floats:
         """[N] log of the density of derivations by their original density (Eq. 4.9); -inf where it is 0."""
-        return np.asarray(logsumexp(self.log_ratios(cells, counts), axis=1))
+        return np.logaddexp.reduce(self.log_ratios(cells, counts), axis=1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +82,9 @@ def maximised(cells: Cells, counts: sparse.csr_array, responsibilities: Floats) 
     return Mixture(used[used > 0.0] / used.sum(), cells.normalised(dense(counts.T @ share).T))
 
 
-def fit_mixture(cells: Cells, counts: sparse.csr_array, weights: Floats, component: Ints) -> Fit:
+def fit_mixture(
+    cells: Cells, counts: sparse.csr_array, weights: Floats, component: Ints, tolerance: float = TOLERANCE
+) -> Fit:
     """The mixture of grammars that EM finds for a sample.
 
     Args:
@@ -91,6 +92,7 @@ def fit_mixture(cells: Cells, counts: sparse.csr_array, weights: Floats, compone
         counts: [N, A] how often each derivation took each cell.
         weights: [N] how much each derivation counts, >= 0 and not all 0.
         component: [N] the component to begin with, 0 <= component < N.
+        tolerance: it ends where a step raises the mean log-likelihood by less, in nats.
 
     Raises:
         GrammarlabError: when no derivation counts.
@@ -104,9 +106,9 @@ def fit_mixture(cells: Cells, counts: sparse.csr_array, weights: Floats, compone
     found: list[float] = []
     for _ in range(MOST_STEPS):
         each = mixture.log_ratios(cells, counts)
-        total = np.asarray(logsumexp(each, axis=1, keepdims=True))
+        total = np.logaddexp.reduce(each, axis=1)[:, None]
         found.append(float(weights @ total[:, 0] / weights.sum()))
-        if len(mixture.weights) == 1 or (len(found) > 1 and found[-1] - found[-2] < TOLERANCE):
+        if len(mixture.weights) == 1 or (len(found) > 1 and found[-1] - found[-2] < tolerance):
             break
         # Eq. 4.10
         mixture = maximised(cells, counts, np.exp(each - total) * weights[:, None])

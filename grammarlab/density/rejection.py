@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.density.learned import LearnedGrammar
+from grammarlab.density.learned import LearnedGrammar, num_alternatives
 from grammarlab.density.sampler import AbstractSampler
 from grammarlab.density.target import Target
 from grammarlab.density.thinning import MOST_PROPOSALS, Acceptance, Thinned, thin
@@ -65,6 +65,21 @@ class RejectionSampler(AbstractSampler):
         return replace(forest, seed=seed), found.acceptance
 
     @property
+    def method(self) -> str:
+        """The name of the method."""
+        return "rejection"
+
+    @property
+    def rules_before(self) -> int:
+        """Alternatives of the rules of the grammar."""
+        return num_alternatives(self.target.grammar)
+
+    @property
+    def rules_after(self) -> int:
+        """The same: no new grammar comes out."""
+        return self.rules_before
+
+    @property
     def findings(self) -> tuple[str, ...]:
         """What a person should know about how models are made."""
         return (str(self.pilot),)
@@ -86,12 +101,18 @@ class RejectionSampler(AbstractSampler):
 
 
 def reject(
-    target: Target, *, proposal: LearnedGrammar | None = None, seed: int = 0, most_proposals: int = MOST_PROPOSALS
+    target: Target,
+    *,
+    num_pilot: int = PILOT_MODELS,
+    proposal: LearnedGrammar | None = None,
+    seed: int = 0,
+    most_proposals: int = MOST_PROPOSALS,
 ) -> RejectionSampler:
     """A sampler of a wanted density by rejection.
 
     Args:
         target: the density.
+        num_pilot: models to accept in the pilot run.
         proposal: a learned grammar that proposes models; must make all models that the target makes.
         seed: of the pilot run.
         most_proposals: models that are looked at before it gives up.
@@ -99,7 +120,7 @@ def reject(
     Raises:
         GrammarlabError: when no model is accepted.
     """
-    pilot = _thinned(target, proposal, PILOT_MODELS, seed, 0.0, most_proposals).acceptance
+    pilot = _thinned(target, proposal, num_pilot, seed, 0.0, most_proposals).acceptance
     return RejectionSampler(target, proposal, pilot, most_proposals)
 
 

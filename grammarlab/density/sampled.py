@@ -22,7 +22,6 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.special import logsumexp
 
 from grammarlab.arrays import Ints
 from grammarlab.density.attributes import AttributeFeature, AttributeParts, attribute_parts
@@ -56,6 +55,8 @@ MOST_COMPONENTS = 128
 """A mixture begins with no more."""
 HELD_OUT = 5
 """One model in so many is held out to choose the number of components."""
+_ROUGHLY = 1e-4
+"""Tolerance of EM, in nats, where only the better of several mixtures is wanted."""
 _SMOOTHING = 0.5
 """Derivations by the original grammar that each component is given before held-out models are judged."""
 
@@ -232,7 +233,7 @@ class _Learner:
         values = np.concatenate([kept.values[rows] for kept, rows in found.chunks])
         counted = [bool(list(pattern_of(feature))) for feature in target.features]
         summed = [not isinstance(item, Draw | Threshold | HalfSpace) for item in target.reads]
-        parts = dense(counts[:, min(self.choices.first_of_attribute, default=counts.shape[1]) :])
+        parts = dense(counts[:, min(self.choices.first_of_attribute, default=len(self.choices.original)) :])
         features = np.concatenate([(values * self.relevance)[:, counted], parts], axis=1)
         reads = np.concatenate([target.read(values)[:, summed], parts], axis=1)
         return Sample(counts, features, reads, np.ones(len(values))), found.acceptance
@@ -250,7 +251,7 @@ class _Learner:
             clusters = merged_to(self.cells, sample, clusters, num_components)
         else:
             begin = [cluster(rows, sample.weights) for rows in (sample.reads, sample.features)]
-            clusters = chosen_components(self.cells, sample, begin)
+            clusters = chosen_components(self.cells, sample, _different([*begin, kinds(sample.counts)]))
         return fit_mixture(self.cells, sample.counts, sample.weights, clusters).mixture
 
 
@@ -274,9 +275,10 @@ def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) ->
     for labels in chain.from_iterable(paths):
         if not _is_tried(int(labels.max()) + 1):
             continue
-        mixture = _smoothed(cells, fit_mixture(cells, counts, weights, labels).mixture, float(weights.sum()))
+        fit = fit_mixture(cells, counts, weights, labels, _ROUGHLY)
+        mixture = _smoothed(cells, fit.mixture, float(weights.sum()))
         each = mixture.log_ratios(cells, sample.counts)
-        score = float(sample.weights[held] @ logsumexp(each[held], axis=1))
+        score = float(sample.weights[held] @ np.logaddexp.reduce(each[held], axis=1))
         # Of equally good ones those of the end of a path, which are fewer.
         if score >= best - 1e-9:
             best, chosen = score, consecutive(each.argmax(axis=1))
@@ -287,6 +289,17 @@ def merged_to(cells: Cells, sample: Sample, clusters: Ints, number: int) -> Ints
     """The clusters [N] joined until no more than a number are left."""
     steps = merged(cells, sample.counts, sample.weights, clusters, MOST_COMPONENTS)
     return next(labels for labels in steps if labels.max() < number)
+
+
+def _different(clusterings: Sequence[Ints]) -> list[Ints]:
+    """Clusterings without those that another one before says too."""
+    found: list[Ints] = []
+    for labels in clusterings:
+        size = labels.max() + 1
+        same = [size == o.max() + 1 == np.unique(np.stack([labels, o]), axis=1).shape[1] for o in found]
+        if not any(same):
+            found.append(labels)
+    return found
 
 
 def _is_tried(number: int) -> bool:
@@ -303,6 +316,14 @@ def _smoothed(cells: Cells, mixture: Mixture, total: float) -> Mixture:
     share = (_SMOOTHING / (mass + _SMOOTHING))[:, None]
     weights = (mass + _SMOOTHING) / (mass + _SMOOTHING).sum()
     return Mixture(weights, (1.0 - share) * mixture.probabilities + share * cells.original)
+
+
+def kinds(counts: sparse.csr_array) -> Ints:
+    """Clusters [N] of models that took all choices alike."""
+    table = dense(counts)
+    if not table.shape[1]:
+        return np.zeros(len(table), dtype=np.int64)
+    return np.unique(table, axis=0, return_inverse=True)[1].reshape(-1)
 
 
 def consecutive(labels: Ints) -> Ints:

@@ -1,5 +1,7 @@
 """Clusters to begin a mixture with, against the method written down plainly."""
 
+import itertools
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -78,7 +80,7 @@ def test_each_step_costs_least_of_the_likelihood(table):
         return total
 
     steps = list(merged(cells, sparse.csr_array(counts), weights, label, 100))
-    for finer, coarser in zip(steps, steps[1:], strict=False):
+    for finer, coarser in itertools.pairwise(steps):
         size = finer.max() + 1
         every = [np.where(finer == b, a, finer) for a in range(size) for b in range(a + 1, size)]
         best = max(likelihood(np.unique(joined, return_inverse=True)[1].reshape(-1)) for joined in every)
