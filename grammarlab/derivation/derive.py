@@ -56,7 +56,7 @@ def derive(
 
     Args:
         grammar: the grammar, or the program that `compile_grammar` made of it.
-        num_models: how many models.
+        num_models: how many models; 0 gives a forest without nodes.
         seed: 0 <= seed < 2**64.
         first_model: index of the first model.
         attributes: values for attributes of the grammar, instead of their own.
@@ -68,7 +68,7 @@ def derive(
         budget: bounds on the size of one model.
 
     Raises:
-        UsageError: for an unknown attribute or start rule.
+        UsageError: for an unknown attribute or start rule, or a negative number of models.
         DerivationError: when a rule cannot be carried out.
         BudgetError: when a model grows beyond the budget.
 
@@ -81,11 +81,15 @@ def derive(
     start = _start(program, start_rule)
     overrides = _overrides(program, attributes or {})
     folder = AssetFolder(assets) if isinstance(assets, Path) else assets
+    if num_models < 0:
+        raise UsageError(f"expected 0 models or more, found {num_models}")
     workspace = _prepare(
         program, num_models, seed, first_model, start, footprint, folder, budget or Budget(), overrides
     )
-    with np.errstate(all="ignore"):
-        engine.run(workspace, start)
+    if num_models:
+        with np.errstate(all="ignore"):
+            _evaluate_attributes(workspace)
+            engine.run(workspace, start)
     recorder = workspace.recorder
     leaves = recorder.leaves(workspace.meshes, workspace.frames)
     rotations, frame = workspace.frames.used(leaves.frame)
@@ -162,7 +166,7 @@ def _prepare(
     budget: Budget,
     overrides: Mapping[str, Value],
 ) -> Workspace:
-    """The workspace with the initial shapes in it, every drawn attribute evaluated."""
+    """The workspace with the initial shapes in it."""
     models = np.arange(num_models, dtype=np.int32)
     frames, meshes = FramePool(), MeshPool()
     position, size, frame, mesh = _initial(footprint, frames, meshes)
@@ -183,14 +187,18 @@ def _prepare(
         program, start, roots, overrides, StringPool(), frames, meshes, MaterialPool(), budget, assets
     )
     workspace.recorder.add_roots(models, program.rules[start].symbol)
-    with np.errstate(all="ignore"):
-        for attribute in program.attributes.values():
-            if attribute.draws:
-                workspace.attribute(attribute.name)
-        state = {name: STATE_DEFAULTS[name] for name in program.state_names if name in STATE_DEFAULTS}
-        own = {name: workspace.attribute(name) for name in program.state_names if name in program.attributes}
-    workspace.roots = roots._replace(state={**state, **own})
     return workspace
+
+
+def _evaluate_attributes(workspace: Workspace) -> None:
+    """Evaluate every drawn attribute, and give the initial shapes the state that rules read or change."""
+    program = workspace.program
+    for attribute in program.attributes.values():
+        if attribute.draws:
+            workspace.attribute(attribute.name)
+    state = {name: STATE_DEFAULTS[name] for name in program.state_names if name in STATE_DEFAULTS}
+    own = {name: workspace.attribute(name) for name in program.state_names if name in program.attributes}
+    workspace.roots = workspace.roots._replace(state={**state, **own})
 
 
 def _initial(

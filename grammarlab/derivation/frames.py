@@ -118,15 +118,18 @@ class FramePool:
 
     def rotated_about(self, frames: Ids, axes: Ids, rotations: Floats) -> Ids:
         """Frames [N] rotated, in the axes of other frames [N], by rotations [3, 3] or [N, 3, 3]."""
-        if (frames == axes).all():
+        other = np.flatnonzero(frames != axes)
+        if len(other) == 0:
             return self.rotated(frames, rotations)
         if rotations.ndim == 2:
             limit = 24 * self._used
             pairs, which = np.unique(frames.astype(np.int64) * limit + axes, return_inverse=True)
             frames, axes = (part.astype(np.int32) for part in np.divmod(pairs, limit))
             return self.rotated_about(frames, axes, rotations[None].repeat(len(pairs), axis=0))[which]
-        relative = np.swapaxes(self.rotations(axes), 1, 2) @ self.rotations(frames)
-        return self.rotated(frames, np.swapaxes(relative, 1, 2) @ rotations @ relative)
+        own = rotations.copy()
+        relative = np.swapaxes(self.rotations(axes[other]), 1, 2) @ self.rotations(frames[other])
+        own[other] = np.swapaxes(relative, 1, 2) @ rotations[other] @ relative
+        return self.rotated(frames, own)
 
     def rotations(self, frames: Ids) -> Floats:
         """[N, 3, 3] rotations of frames; columns are the scope's axes in the world."""

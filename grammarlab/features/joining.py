@@ -7,14 +7,16 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from grammarlab.derivation.forest import Draws, Forest, Nodes
+from grammarlab.derivation.forest import Forest, Leaves, Reports
+from grammarlab.derivation.materials import Materials
+from grammarlab.derivation.selection import join_forests
 
 NODES_TOGETHER = 200_000
 """Forests are joined up to about so many nodes; larger ones gain nothing."""
 
 
 def join_small(forests: Forest | Sequence[Forest]) -> tuple[Forest, ...]:
-    """The same models in the same order in fewer forests. Joined ones have nodes and draws only, and no addresses."""
+    """The same models in the same order in fewer forests. Joined ones have nodes and draws only."""
     if isinstance(forests, Forest):
         return (forests,)
     groups: list[list[Forest]] = []
@@ -26,31 +28,20 @@ def join_small(forests: Forest | Sequence[Forest]) -> tuple[Forest, ...]:
         else:
             groups.append([forest])
             size = len(forest.nodes)
-    return tuple(_join(group) if len(group) > 1 else group[0] for group in groups)
+    return tuple(join_forests([_trees_of(f) for f in group]) if len(group) > 1 else group[0] for group in groups)
 
 
 def _speaks_alike(one: Forest, other: Forest) -> bool:
     return (one.symbols, one.rules, one.sites) == (other.symbols, other.rules, other.sites)
 
 
-def _join(group: Sequence[Forest]) -> Forest:
-    models = np.cumsum([0, *(forest.num_models for forest in group)])
-    rows = np.cumsum([0, *(len(forest.nodes) for forest in group)])
-    nodes = [
-        replace(
-            forest.nodes,
-            model=forest.nodes.model + np.int32(models[i]),
-            parent=np.where(forest.nodes.parent < 0, -1, forest.nodes.parent + rows[i]).astype(np.int32),
-        )
-        for i, forest in enumerate(group)
-    ]
-    draws = [replace(forest.draws, node=forest.draws.node + np.int32(rows[i])) for i, forest in enumerate(group)]
-    leaves = replace(group[0].leaves, **{f.name: getattr(group[0].leaves, f.name)[:0] for f in fields(group[0].leaves)})
+def _trees_of(forest: Forest) -> Forest:
+    """The forest without what no feature looks at."""
     return replace(
-        group[0],
-        num_models=int(models[-1]),
-        nodes=Nodes(*(np.concatenate([getattr(n, f.name) for n in nodes]) for f in fields(Nodes))),
-        draws=Draws(*(np.concatenate([getattr(d, f.name) for d in draws]) for f in fields(Draws))),
-        leaves=leaves,
-        reports=replace(group[0].reports, node=np.zeros(0, np.int32), key=np.zeros(0, np.int32), value=np.zeros(0)),
+        forest,
+        leaves=Leaves(*(getattr(forest.leaves, field.name)[:0] for field in fields(Leaves))),
+        reports=Reports(*(getattr(forest.reports, field.name)[:0] for field in fields(Reports))),
+        frames=forest.frames[:0],
+        meshes=forest.meshes.take(np.zeros(0, np.int64)),
+        materials=Materials(forest.materials.channels[:0], ()),
     )

@@ -110,7 +110,7 @@ def load_forest(folder: Path | str) -> Forest:
             meshes=_meshes_from_arrow(pq.read_table(folder / "meshes.parquet")),
             materials=_materials_from_arrow(pq.read_table(folder / "materials.parquet")),
         )
-    except (ValueError, KeyError, TypeError, pa.ArrowException) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError, pa.ArrowException) as error:
         raise AssetError(f"{folder}: the derivations are damaged ({error}). Sample them again.") from error
 
 

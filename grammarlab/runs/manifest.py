@@ -38,12 +38,15 @@ class Manifest:
     models: tuple[Mapping[str, Any], ...]
     files: Mapping[str, str]
     """SHA-256 of each file by its path relative to the manifest; empty until the run is complete."""
+    asset_files: Mapping[str, str]
+    """SHA-256 of the asset files that the request names (`hash_assets`), by path relative to the asset folder."""
 
 
 def write_manifest(
     folder: Path,
     request: SampleRequest,
     choice: Choice,
+    asset_files: Mapping[str, str],
     models: Sequence[ModelRecord] = (),
     files: Mapping[str, str] | None = None,
 ) -> Path:
@@ -53,6 +56,7 @@ def write_manifest(
         folder: the run's folder.
         request: what was asked.
         choice: what draws the sheet.
+        asset_files: hashes of the asset files that the request names.
         models: the finished models, by index.
         files: hashes of all files; None while the run is going on.
     """
@@ -62,6 +66,7 @@ def write_manifest(
         "grammar": {"name": request.name, "sha256": request.text_hash, "text": request.text},
         "request": request.as_json(),
         "assets": _describe_assets(request.assets, folder),
+        "asset_files": dict(asset_files),
         "versions": current_versions() | _drawing_versions(choice),
         "models": [asdict(model) for model in models],
         "files": dict(sorted((files or {}).items())),
@@ -103,6 +108,7 @@ def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
             dict(values["versions"]),
             tuple(values["models"]),
             dict(values["files"]),
+            dict(values["asset_files"]),
         )
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise AssetError(f"{path}: the manifest is damaged ({error!r}).") from error

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import AssetError, UsageError
 from grammarlab.render.choice import Choice, choose
+from grammarlab.runs.asset_files import first_difference, hash_assets
 from grammarlab.runs.atomic import file_hash
 from grammarlab.runs.batches import cut_batches
 from grammarlab.runs.clearing import clear_run
@@ -69,8 +70,9 @@ def sample_run(
     choice = choose(request.renderer) if request.image else Choice("cast")
     if request.image:
         request = replace(request, renderer=choice.name)
-    _prepare(folder, request, resume)
-    write_manifest(folder, request, choice)
+    asset_files = hash_assets(request)
+    _prepare(folder, request, asset_files, resume)
+    write_manifest(folder, request, choice, asset_files)
     records, unchanged = _run_batches(request, folder, jobs, on_progress)
     models = tuple(model for record in records for model in record.models)
     hashes = {file: digest for record in records for file, digest in record.hashes.items()}
@@ -87,7 +89,7 @@ def sample_run(
             draw_sheet(request, folder, batches, jobs, choice)
         hashes[sheet.name] = file_hash(sheet)
         on_progress("picture", 1, 1)
-    manifest = write_manifest(folder, request, choice, models, hashes)
+    manifest = write_manifest(folder, request, choice, asset_files, models, hashes)
     return RunResult(request, folder, models, sheet, manifest)
 
 
@@ -110,7 +112,17 @@ def repeat_run(
 
     Returns:
         The run, and the names of the files that are not equal, bit for bit, to those of the manifest.
+
+    Raises:
+        AssetError: when asset files are not those of the manifest.
+        GrammarlabError: as for `sample_run`.
     """
+    difference = first_difference(manifest.asset_files, hash_assets(manifest.request))
+    if difference:
+        raise AssetError(
+            f"the run cannot be repeated: {difference}, compared with the manifest, in {manifest.request.assets}. "
+            "Give the folder that holds the assets as they were with --assets."
+        )
     result = sample_run(manifest.request, folder, jobs=jobs, resume=resume, on_progress=on_progress)
     made = read_manifest(result.manifest).files
     return result, tuple(
@@ -118,7 +130,7 @@ def repeat_run(
     )
 
 
-def _prepare(folder: Path, request: SampleRequest, resume: bool) -> None:
+def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str], resume: bool) -> None:
     """Make the folder, and clear it of an earlier run that is not to be resumed."""
     folder.mkdir(parents=True, exist_ok=True)
     if not (folder / MANIFEST).is_file():
@@ -126,20 +138,22 @@ def _prepare(folder: Path, request: SampleRequest, resume: bool) -> None:
     if not resume:
         clear_run(folder)
         return
-    earlier = read_manifest(folder, request.assets).request
-    if (earlier.text, earlier.as_json()) != (request.text, request.as_json()):
+    manifest = read_manifest(folder, request.assets)
+    difference = _changed_option(manifest.request, request) or first_difference(manifest.asset_files, asset_files)
+    if difference:
         raise UsageError(
-            f"{folder} holds another run than the one to resume: {_first_difference(earlier, request)}. "
+            f"{folder} holds another run than the one to resume: {difference}. "
             "Repeat the options of that run, or write into another folder."
         )
 
 
-def _first_difference(earlier: SampleRequest, request: SampleRequest) -> str:
+def _changed_option(earlier: SampleRequest, request: SampleRequest) -> str:
+    """What differs between two requests, in words; empty when nothing does."""
     if earlier.text != request.text:
         return "the rules differ"
     before, now = earlier.as_json(), request.as_json()
-    name = next(name for name in now if before[name] != now[name])
-    return f"{name} was {before[name]!r} and is {now[name]!r}"
+    changed = [name for name in now if before[name] != now[name]]
+    return f"{changed[0]} was {before[changed[0]]!r} and is {now[changed[0]]!r}" if changed else ""
 
 
 def _run_batches(

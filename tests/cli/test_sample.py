@@ -87,13 +87,15 @@ def test_resume_goes_on_and_refuses_another_run(run, rules, tmp_path):
         (["toy", "--assets", "/nonexistent"], 2, "assets folder"),
         (["toy", "--format", "ply", "--instancing", "gpu"], 2, "needs format 'glb'"),
         (["toy", "--seed", str(2**64)], 2, "seed"),
+        (["toy", "-n", "0"], 2, "'--num-models': Input should be greater than or equal to 1"),
+        (["toy", "-n", "-3"], 2, "'--num-models': Input should be greater than or equal to 1"),
         (["--manifest", "/nonexistent/manifest.json"], 1, "no such manifest"),
     ],
 )
 def test_bad_input_ends_in_one_message(run, tmp_path, monkeypatch, options, code, message):
     monkeypatch.chdir(tmp_path)
     result = (
-        run("sample", *options, "-n", "1", "--no-image", code=code)
+        run("sample", "-n", "1", *options, "--no-image", code=code)
         if "--manifest" not in options
         else run("sample", *options, code=code)
     )

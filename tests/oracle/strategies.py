@@ -50,17 +50,19 @@ def operations(draw: st.DrawFn) -> str:
     """One operation without a block."""
     a, b = draw(NUMBERS), draw(NUMBERS)
     axes = draw(st.sampled_from(["x", "xz", "xyz", "y"]))
-    system = draw(st.sampled_from(["world", "scope", "object"]))
+    mode = draw(st.sampled_from(["rel", "rel", "abs"]))
+    system = draw(st.sampled_from(["world", "scope", "object", "pivot"]))
     choices = [
         f"t({a}, 0, '0.25)",
         f"t('-0.13, {a}, {b})",
         f"s('1, {a}, '0.51)",
         f"s({a}, {b}, '1)",
         "r(0, 90, 0)",
-        f"r(scopeCenter, {a} * 7, {b} * 11, 0)",
+        f"r(scopeCenter, {a} * 7, {b} * 11, {a} * 5)",
         f"r(0, {a} * 10, 0)",
+        f"r(0, 0, {b} * 10) r({a} * 10, 0, 0)",
         f"translate(rel, {system}, {a}, 0.3, {b})",
-        f"rotate(rel, {system}, 0, {a} * 9, 17)",
+        f"rotate({mode}, {system}, 0, {a} * 9, 17)",
         f"s('0.53, '0.77, '0.51) center({axes})",
         f'color("{draw(COLORS)}")',
         "color(h / 3, 0.5, w / 3)",

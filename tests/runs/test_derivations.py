@@ -68,7 +68,7 @@ def test_a_missing_table_is_named(saved):
 
 
 @pytest.mark.parametrize("name", ["forest.json", "nodes.parquet", "meshes.parquet", "materials.parquet"])
-@pytest.mark.parametrize("damage", [b"", b"PAR1", b"{}"])
+@pytest.mark.parametrize("damage", [b"", b"PAR1", b"{}", b"[1]", b"[" * 100_000])
 def test_damage_is_reported(saved, name, damage):
     (saved / name).write_bytes(damage)
     with pytest.raises(AssetError, match="damaged"):

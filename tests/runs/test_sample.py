@@ -3,10 +3,12 @@
 import json
 import re
 from dataclasses import replace
+from hashlib import sha256
 
 import numpy as np
 import pytest
 import trimesh
+from trimesh.exchange.gltf import export_gltf
 
 from grammarlab.errors import AssetError, LanguageError, UsageError
 from grammarlab.runs import SampleRequest, load_forest, read_manifest, repeat_run, sample_run
@@ -105,6 +107,70 @@ def test_repeating_names_the_files_that_differ(tmp_path):
     first.manifest.write_text(json.dumps(values))
     _, different = repeat_run(read_manifest(first.manifest), tmp_path / "second")
     assert different == ("tower-00001.glb",)
+
+
+SOLID = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+
+
+@pytest.fixture
+def pieces(tmp_path):
+    """A request whose rules name assets in every way, and its folder of assets."""
+    folder = tmp_path / "assets"
+    (folder / "deep").mkdir(parents=True)
+    for name in ("one.obj", "a.obj", "b.obj", "deep/c.obj", "given.obj", "unused.obj"):
+        (folder / name).write_text(f"# {name}\n{SOLID}")
+    (folder / "wall.png").write_bytes(b"not looked at")
+    text = """
+attr mine = "one.obj"
+Lot --> extrude(2) [ i("one.obj") A ] [ i(listRandom("a.obj;b.obj;")) A ] [ i(fileRandom("deep/*.obj")) A ] i(mine) A
+Never --> i("missing.obj") texture("wall.png") i("../outside.obj") print("Really?")
+"""
+    (tmp_path / "outside.obj").write_text(SOLID)
+    options = {"attributes": {"mine": "given.obj"}, "image": False}
+    return SampleRequest(name="pieces", text=text, assets=folder, **options), folder
+
+
+def test_the_manifest_holds_the_hashes_of_the_assets_that_the_rules_name(pieces, tmp_path):
+    request, folder = pieces
+    manifest = read_manifest(sample_run(request, tmp_path / "out").manifest)
+    named = ["a.obj", "b.obj", "deep/c.obj", "given.obj", "one.obj", "wall.png"]
+    assert manifest.asset_files == {name: sha256((folder / name).read_bytes()).hexdigest() for name in named}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda folder: (folder / "a.obj").write_text(SOLID), "'a.obj' has changed"),
+        (lambda folder: (folder / "b.obj").unlink(), "'b.obj' is missing"),
+        (lambda folder: (folder / "deep" / "d.obj").write_text(SOLID), "'deep/d.obj' is new"),
+    ],
+)
+def test_a_run_is_neither_repeated_nor_resumed_with_other_assets(pieces, tmp_path, change, message):
+    request, folder = pieces
+    first = sample_run(request, tmp_path / "first")
+    change(folder)
+    with pytest.raises(AssetError, match=message):
+        repeat_run(read_manifest(first.manifest), tmp_path / "second")
+    assert not (tmp_path / "second").exists()
+    with pytest.raises(UsageError, match=message):
+        sample_run(request, first.folder, resume=True)
+
+
+def test_assets_that_the_rules_do_not_name_may_change(pieces, tmp_path):
+    request, folder = pieces
+    first = sample_run(request, tmp_path / "first")
+    (folder / "unused.obj").unlink()
+    assert repeat_run(read_manifest(first.manifest), tmp_path / "second")[1] == ()
+
+
+def test_the_buffers_of_gltf_assets_count_too(tmp_path):
+    files = export_gltf(trimesh.Scene(trimesh.creation.box()))
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+    request = SampleRequest(name="box", text='Lot --> i("/model.gltf") A', assets=tmp_path, image=False)
+    named = read_manifest(sample_run(request, tmp_path / "out").manifest).asset_files
+    assert len(named) > 1
+    assert named.keys() == files.keys()
 
 
 def test_a_picture_that_is_there_is_not_drawn_again(tmp_path):

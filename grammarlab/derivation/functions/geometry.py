@@ -32,6 +32,26 @@ def local_meshes(shapes: Shapes, workspace: Workspace) -> Meshes:
     return scaled(workspace.meshes.take(shapes.mesh), shapes.size)
 
 
+def oriented(
+    selector: str, normals: Floats, owner: NDArray[np.integer], shapes: Shapes, workspace: Workspace
+) -> NDArray[np.bool_]:
+    """[K] which normals look where a selector says, in the axes that its prefix names.
+
+    Args:
+        selector: such as ``top``, ``world.south`` or ``object.front``.
+        normals: [K, 3] in scope axes.
+        owner: [K] the shape that each one belongs to.
+        shapes: [N].
+        workspace: of the derivation.
+    """
+    system = selector.partition(".")[0]
+    if system in ("world", "object", "street"):
+        normals = workspace.frames.to_world(shapes.frame[owner], normals)
+    if system in ("object", "street"):
+        normals = workspace.frames.to_local(workspace.roots.frame[shapes.model[owner]], normals)
+    return classify(normals, selector)
+
+
 def _measured(apply: Measure, shapes: Shapes, workspace: Workspace) -> NDArray:
     return apply(local_meshes(shapes, workspace))
 
@@ -91,25 +111,18 @@ def _tolerance(call: FunctionCall) -> float:
     return float(tolerance)
 
 
-def _is_planar(call: FunctionCall) -> Value:
-    tolerance = _tolerance(call)
-    shapes = call.shapes
-    result = shapes.mesh != EMPTY
-    other = np.flatnonzero(shapes.mesh > FACE)
-    if len(other):
-        result[other] = measure.is_planar(local_meshes(shapes.take(other), call.workspace), tolerance)
-    return result
+def _within_degrees(general: Callable[[Meshes, float], NDArray[np.bool_]], least: int) -> Builtin:
+    """A test that boxes and rectangles pass; of other geometry it allows for a number of degrees, 0 when left out."""
 
+    def evaluate(call: FunctionCall) -> Value:
+        tolerance, shapes = _tolerance(call), call.shapes
+        result = shapes.mesh != EMPTY
+        other = np.flatnonzero(shapes.mesh > FACE)
+        if len(other):
+            result[other] = general(local_meshes(shapes.take(other), call.workspace), tolerance)
+        return result
 
-def _is_rectangular(call: FunctionCall) -> Value:
-    tolerance = _tolerance(call)
-    shapes = call.shapes
-    result = shapes.mesh != EMPTY
-    other = np.flatnonzero(shapes.mesh > FACE)
-    if len(other):
-        meshes = local_meshes(shapes.take(other), call.workspace)
-        result[other] = measure.is_rectangular(meshes, tolerance)
-    return result
+    return Builtin(evaluate, (least, 1))
 
 
 def _flag(box: bool, rectangle: bool, general: Measure) -> Builtin:
@@ -119,14 +132,8 @@ def _flag(box: bool, rectangle: bool, general: Measure) -> Builtin:
 
 def _oriented_faces(call: FunctionCall, meshes: Meshes) -> NDArray[np.bool_]:
     """[F] the faces that look where the selector in the first argument says."""
-    selector, shapes, frames = str(call.arguments[0]), call.shapes, call.workspace.frames
     normals, owner = measure.face_normals(meshes), meshes.mesh_of_face()
-    system = selector.partition(".")[0]
-    if system in ("world", "object", "street"):
-        normals = frames.to_world(shapes.frame[owner], normals)
-    if system in ("object", "street"):
-        normals = frames.to_local(call.workspace.roots.frame[shapes.model[owner]], normals)
-    return classify(normals, selector)
+    return oriented(str(call.arguments[0]), normals, owner, call.shapes, call.workspace)
 
 
 def _area_of(call: FunctionCall) -> Value:
@@ -169,8 +176,8 @@ BUILTINS: dict[str, Builtin] = {
     "geometry.isClosedSurface": _flag(True, False, is_closed_surface),
     "geometry.isConcave": _flag(False, False, measure.has_concave_face),
     "geometry.isOriented": Builtin(_is_oriented, (1, 1), keywords=frozenset(ORIENTATIONS)),
-    "geometry.isPlanar": Builtin(_is_planar, (1, 1)),
-    "geometry.isRectangular": Builtin(_is_rectangular, (0, 1)),
+    "geometry.isPlanar": _within_degrees(measure.is_planar, 1),
+    "geometry.isRectangular": _within_degrees(measure.is_rectangular, 0),
     "geometry.nEdges": _by_kind(12.0, 4.0, num_edges),
     "geometry.nFaces": _by_kind(6.0, 1.0, measure.num_faces),
     "geometry.nHoles": _by_kind(0.0, 0.0, num_holes),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.calls import BlockOperation, Call, Head, Part, selected
 from grammarlab.derivation.frames import cube_index
-from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.functions.geometry import local_meshes, oriented
 from grammarlab.derivation.meshes import add_faces, normalized
 from grammarlab.derivation.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
 from grammarlab.geometry import components as parts_of
@@ -102,7 +102,7 @@ class _BoxFaces(AbstractComponents):
             return np.zeros(len(self.row), dtype=bool)
         if "." not in selector:
             return np.tile(classify(normals, selector), self._shapes.num)
-        return classify(_turned(self._call, self._shapes, selector, self.row, normals[self.index]), selector)
+        return oriented(selector, normals[self.index], self.row, self._shapes, self._call.workspace)
 
     def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> Placed:
         if join != "each" or not aligned:
@@ -282,15 +282,6 @@ def _indexed(call: Call, made: Shapes, row: Rows, head: Head) -> Shapes:
         "comp.sel": head.text,
     }
     return made._replace(state={**made.state, **{name: known[name] for name in asked}})
-
-
-def _turned(call: Call, shapes: Shapes, selector: str, row: Rows, normals: Floats) -> Floats:
-    """Normals [K, 3] in the axes that a selector's prefix names."""
-    if selector.startswith("world."):
-        rotations = call.workspace.frames.rotations(shapes.frame)
-    else:
-        rotations = _to_object(call, shapes)
-    return np.einsum("nij,nj->ni", rotations[row], normals)
 
 
 def _to_object(call: Call, shapes: Shapes) -> Floats:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import take_rows
 from grammarlab.derivation.calls import BlockOperation, Call, Head, Operation, Part, selected
-from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.functions.geometry import local_meshes, oriented
 from grammarlab.derivation.meshes import add_faces, normalized, replaced
 from grammarlab.derivation.operations.components import edges_of_faces
 from grammarlab.derivation.shapes import Shapes
@@ -19,7 +19,7 @@ from grammarlab.geometry import offset as outlines
 from grammarlab.geometry import setback as strips
 from grammarlab.geometry.edges import edges as edge_table
 from grammarlab.geometry.mesh import Meshes
-from grammarlab.geometry.selectors import ORIENTATIONS, classify
+from grammarlab.geometry.selectors import ORIENTATIONS
 from grammarlab.geometry.setback import REMAINDER, Setback
 
 Rows = NDArray[np.int64]
@@ -77,7 +77,7 @@ def _edges(call: Call, head: Head, meshes: Meshes, outward: NDArray[np.float64],
     def picked(selector: str) -> NDArray[np.bool_]:
         if selector == "all":
             return np.ones(len(outward), dtype=bool)
-        return classify(_in_axes(call, selector, outward, mesh), selector)
+        return oriented(selector, outward, mesh, call.shapes, call.workspace)
 
     if head.condition is not None:
         # Between an outline and its hole there is no edge to choose.
@@ -92,17 +92,6 @@ def _edges(call: Call, head: Head, meshes: Meshes, outward: NDArray[np.float64],
     place = np.arange(len(outward)) - meshes.face_offsets[:-1][meshes.face_of_corner()]
     index = np.rint(call.column(head.argument)).astype(np.int64)[mesh]
     return place == index % np.maximum(counts, 1)
-
-
-def _in_axes(call: Call, selector: str, normals: NDArray[np.float64], mesh: Rows) -> NDArray[np.float64]:
-    """Normals [C, 3] in the axes that a selector's prefix names."""
-    prefix, frames, shapes = selector.rpartition(".")[0], call.workspace.frames, call.shapes
-    if not prefix:
-        return normals
-    world = frames.to_world(shapes.frame[mesh], normals)
-    if prefix == "world":
-        return world
-    return frames.to_local(call.workspace.roots.frame[shapes.model[mesh]], world)
 
 
 def _wings(name: str, cut: Callable[..., Setback]) -> BlockOperation:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from grammarlab.errors import DerivationError
 from grammarlab.geometry import measure
@@ -190,6 +191,49 @@ def test_centering_uses_the_shape_that_the_sequence_began_with():
 def test_four_quarter_turns_are_exactly_none():
     forest = sampled("Lot --> r(0, 90, 0) r(0, 90, 0) r(0, 90, 0) r(0, 90, 0) A r(90, 0, 0) r(-90, 0, 0) B")
     assert np.array_equal(forest.frames[forest.leaves.frame], np.broadcast_to(np.eye(3), (2, 3, 3)))
+
+
+@pytest.mark.parametrize(
+    ("operations", "order", "angles"),
+    [
+        ("r(-10, 70, 25)", "xyz", [-10, 70, 25]),
+        ("r(0, 90, 0) r(90, 0, 0)", "yx", [90, 90]),
+        ("r(90, 0, 0) r(0, 90, 0)", "xy", [90, 90]),
+        ("r(scopeCenter, 0, 0, 30) r(scopeCenter, 0, 20, 0) r(0, 0, 10)", "zyz", [30, 20, 10]),
+        ("r(0, 40, 0) rotate(rel, pivot, 10, 0, 5)", "yxz", [40, 10, 5]),
+        ("r(0, 40, 0) rotate(rel, scope, 10, 0, 5)", "xzy", [10, 5, 40]),
+        ("r(10, 40, 0) rotate(abs, pivot, 20, 0, 5)", "xz", [20, 5]),
+    ],
+)
+def test_shapes_turn_about_the_axes_of_the_pivot_first_x_then_y_then_z(operations, order, angles):
+    turned = forest_frames(sampled(f"Lot --> {operations} A"))[0]
+    assert np.allclose(turned, Rotation.from_euler(order, angles, degrees=True).as_matrix(), atol=1e-12)
+
+
+def test_the_angles_of_a_scope_are_those_it_was_turned_by():
+    forest = sampled('Lot --> r(-10, 70, 25) report("x", scope.rx) report("y", scope.ry) report("z", scope.rz) A')
+    assert np.allclose(forest.reports.value, [-10, 70, 25])
+
+
+@pytest.mark.parametrize(
+    ("before", "of_its_own"),
+    [
+        ("extrude(world.up, 7) r(0, 50, 0) comp(f) { front :", True),
+        ("r(0, 50, 0) extrude(7) comp(f) { all :", True),
+        ("r(0, 50, 0) extrude(7) comp(e) { all :", True),
+        ("r(0, 50, 0) extrude(7) comp(f, noAlign) { all :", False),
+        ("r(0, 50, 0) extrude(7) split(x) { 3 : Whole | ~1 :", False),
+        ("r(0, 50, 0) setPivot(yzx, 3) [", True),
+        ("r(10, 50, 0) alignScopeToAxes(y) [", True),
+        ("r(0, 50, 0) rotateScope(0, 20, 0) [", False),
+    ],
+)
+def test_components_and_aligned_shapes_have_a_pivot_of_their_own(before, of_its_own):
+    forest = sampled(f"Lot --> {before} B r(0, 0, 30) r(20, 0, 0) A {']' if before.endswith('[') else '}'}")
+    frames, names = forest_frames(forest), np.array(symbols(forest))
+    turn = Rotation.from_euler("zx", [30, 20], degrees=True).as_matrix()
+    untouched = frames[names == "B"]
+    assert np.allclose(frames[names == "A"], untouched @ turn if of_its_own else turn @ untouched, atol=1e-12)
 
 
 def test_a_negative_size_is_refused_with_its_place():

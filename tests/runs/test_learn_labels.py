@@ -1,0 +1,199 @@
+"""From labels to a learned grammar: the density is that of the scores, whatever the labels are like."""
+
+import numpy as np
+import pytest
+
+from grammarlab.derivation.derive import derive
+from grammarlab.errors import AssetError, InexactError, UsageError
+from grammarlab.evaluation.flattening import flattened, flattened_hash
+from grammarlab.features.counting import count
+from grammarlab.features.pattern_text import parse
+from grammarlab.language.grammar import Grammar
+from grammarlab.preference.label_files import save_labels
+from grammarlab.preference.labels import Label, Labels, label_models
+from grammarlab.runs import learn_labels as module
+from grammarlab.runs.learn_labels import learn_from_labels
+from grammarlab.runs.learn_pool import Pool
+from grammarlab.runs.learn_report import report_text
+
+RULES = """version "2023.0"
+attr height = rand(3, 9)
+@StartRule
+Lot --> extrude(height) split(y) { ~1 : Part | ~1 : Part }
+Part --> 50% : color("#ff0000") Wall else : color("#0000ff") Wall
+Wall --> 20% : Glass. 30% : Brick. else : Stone.
+"""
+BOTTOM_RED, GLASS = parse("Lot > Part@0:0"), parse("Wall:0")
+
+
+@pytest.fixture(autouse=True)
+def small_pool(monkeypatch):
+    make = Pool.of
+    monkeypatch.setattr(module.Pool, "of", lambda grammar, assets, seed: make(grammar, assets, seed, size=500))
+
+
+@pytest.fixture
+def grammar(tmp_path):
+    (tmp_path / "house.cga").write_text(RULES)
+    return Grammar.parse(RULES)
+
+
+def scored(grammar, score, number=80, seed=7, factor="overall"):
+    """Labels of the first models of a seed."""
+    forest = derive(grammar, number, seed)
+    return label_models(grammar.hash, seed, range(number), score(forest).tolist(), factor)
+
+
+def learn(tmp_path, labels, **options):
+    save_labels(labels, tmp_path / "labels.csv")
+    return learn_from_labels(str(tmp_path / "house.cga"), tmp_path / "labels.csv", tmp_path / "new.cga", **options)
+
+
+def red_below(forest):
+    return 60.0 * count(forest, [BOTTOM_RED])[:, 0]
+
+
+def glassy(forest):
+    return 100.0 * (count(forest, [GLASS])[:, 0] > 0)
+
+
+def is_learned(result, grammar, score):
+    """Whether the density is that of the grammar times a score, up to rounding."""
+    forest = derive(grammar, 1000, 99)
+    wanted = score(forest)
+    ratio = result.learned.ratio(forest)
+    liked = wanted > 0
+    assert (ratio[~liked] == 0).all()
+    np.testing.assert_allclose(ratio[liked] / wanted[liked], (ratio[liked] / wanted[liked]).mean(), rtol=1e-9)
+
+
+def test_labels_become_the_grammar_that_samples_in_proportion_to_them(grammar, tmp_path):
+    result = learn(tmp_path, scored(grammar, red_below))
+    is_learned(result, grammar, red_below)
+    assert [str(feature) for feature in result.features] in (["Lot:* > Part@0:0"], ["Lot > Part@0:0"])
+    assert result.learned.method == "compile"
+    assert result.js < 1e-6
+    assert result.js_before > 0.1
+    assert sum(step.js for step in result.steps) < 1e-6
+    text = (tmp_path / "new.cga").read_text()
+    assert "Labels labels.csv: 80 scores" in text
+    assert "rand(3, 9)" in text
+
+
+def test_the_result_depends_on_nothing_but_its_arguments(grammar, tmp_path):
+    texts = {learn(tmp_path, scored(grammar, red_below)).learned.text for _ in range(2)}
+    assert len(texts) == 1
+
+
+def test_factors_multiply(grammar, tmp_path):
+    labels = scored(grammar, red_below, factor="colour") + scored(grammar, glassy, seed=8, factor="material")
+    result = learn(tmp_path, labels)
+    is_learned(result, grammar, lambda forest: red_below(forest) * glassy(forest))
+    assert [factor.name for factor in result.factors] == ["colour", "material"]
+
+
+def test_models_of_the_flattened_grammar_may_be_labelled(grammar, tmp_path):
+    forest = derive(flattened(grammar).program, 80, 5)
+    labels = label_models(flattened_hash(grammar), 5, range(80), red_below(forest).tolist())
+    is_learned(learn(tmp_path, labels), grammar, red_below)
+
+
+def test_scattered_models_are_found_by_their_addresses(grammar, tmp_path):
+    models = [3 + 100 * i for i in range(60)]
+    scores = [float(red_below(derive(grammar, 1, 5, first_model=model))[0]) for model in models]
+    is_learned(learn(tmp_path, label_models(grammar.hash, 5, models, scores)), grammar, red_below)
+
+
+def test_what_no_exact_grammar_can_follow_is_learned_from_samples_with_the_reason(grammar, tmp_path, monkeypatch):
+    def refuse(*_arguments, **_options):
+        raise InexactError("too many kinds of Lot")
+
+    monkeypatch.setattr(module, "compile_density", refuse)
+    result = learn(tmp_path, scored(grammar, red_below))
+    assert result.learned.method == "tied"
+    assert "too many kinds of Lot" in result.learned.findings[0]
+    assert "// Method tied" in result.learned.text
+    assert result.js < 0.01
+
+
+def test_what_the_scores_do_not_depend_on_is_left_alone(grammar, tmp_path):
+    forest = derive(grammar, 500, 3)
+    ratio = learn(tmp_path, scored(grammar, glassy)).learned.ratio(forest)
+    red, glass = red_below(forest) > 0, glassy(forest) > 0
+    assert ratio[glass].min() > 1.0
+    assert ratio[~glass].max() == 0.0
+    assert ratio[red & glass].mean() == pytest.approx(ratio[~red & glass].mean())
+
+
+def test_models_all_liked_alike_leave_the_grammar_as_it_is(grammar, tmp_path):
+    result = learn(tmp_path, scored(grammar, lambda forest: np.full(forest.num_models, 40.0)))
+    forest = derive(grammar, 200, 1)
+    np.testing.assert_allclose(result.learned.ratio(forest), 1.0)
+    assert result.features == ()
+
+
+def test_contradicting_scores_are_averaged(grammar, tmp_path):
+    twice = scored(grammar, red_below) + scored(grammar, lambda forest: red_below(forest) / 3)
+    result = learn(tmp_path, twice)
+    forest = derive(grammar, 1000, 99)
+    liked = red_below(forest) > 0
+    ratio = result.learned.ratio(forest)
+    assert ratio[liked].min() > 5 * ratio[~liked].max()
+
+
+def test_one_label_is_enough_for_an_answer(grammar, tmp_path):
+    labels = Labels((Label(1, 0, "overall", 50.0, grammar.hash),))
+    assert learn(tmp_path, labels).learned.ratio(derive(grammar, 50, 1)).min() > 0.0
+
+
+def test_labels_of_another_grammar_are_refused_with_a_way_on(grammar, tmp_path):
+    labels = scored(Grammar.parse(RULES.replace("20%", "25%")), red_below)
+    with pytest.raises(UsageError, match=r"80 of 80 labels are about another grammar.*score models of this one anew"):
+        learn(tmp_path, labels)
+    assert not (tmp_path / "new.cga").exists()
+
+
+def test_nothing_liked_is_told(grammar, tmp_path):
+    with pytest.raises(UsageError, match="all 80 scores of 'overall' are 0"):
+        learn(tmp_path, scored(grammar, lambda forest: np.zeros(forest.num_models)))
+
+
+def test_no_labels_are_told(grammar, tmp_path):
+    with pytest.raises(UsageError, match="there are no labels"):
+        learn(tmp_path, Labels())
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"start_rule": "Part"}, "begin with Part"),
+        ({"attributes": '{"depth":3}'}, "depth, which is no attribute"),
+        ({"footprint": "/etc/hosts"}, "is a file"),
+        ({"footprint": "lots.geojson"}, "is a file"),
+        ({"footprint": "round"}, "expected WIDTHxDEPTH"),
+    ],
+)
+def test_addresses_that_cannot_be_followed_are_refused(grammar, tmp_path, change, message):
+    labels = Labels((Label(1, 0, "overall", 50.0, grammar.hash, **change),))
+    with pytest.raises(UsageError, match=message):
+        learn(tmp_path, labels)
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"seed,model\n1,2\n", b"a" * 1000, b'"' * 5000])
+def test_hostile_label_files_are_refused(grammar, tmp_path, content):
+    (tmp_path / "labels.csv").write_bytes(content)
+    with pytest.raises(AssetError, match=r"labels\.csv"):
+        learn_from_labels(str(tmp_path / "house.cga"), tmp_path / "labels.csv", tmp_path / "new.cga")
+
+
+def test_too_many_models_are_refused_before_any_is_derived(grammar, tmp_path, monkeypatch):
+    monkeypatch.setattr("grammarlab.runs.labelled_models.MAX_MODELS", 10)
+    with pytest.raises(UsageError, match="about 80 models; 10 can be learned from"):
+        learn(tmp_path, scored(grammar, red_below))
+
+
+def test_the_report_says_what_happened(grammar, tmp_path):
+    text = report_text(learn(tmp_path, scored(grammar, red_below)))
+    assert "| rules before | 6 |" in text
+    assert "- Lot › Part 1" in text
+    assert "0, 60" in text
