@@ -8,9 +8,11 @@ import typer
 
 from grammarlab import __version__
 from grammarlab.cli.check import check
+from grammarlab.cli.compare import compare
 from grammarlab.cli.evaluate import evaluate
 from grammarlab.cli.examples import list_examples
 from grammarlab.cli.format import format_file
+from grammarlab.cli.label import label
 from grammarlab.cli.learn import learn
 from grammarlab.cli.sample import sample
 from grammarlab.cli.show import show
@@ -45,5 +47,7 @@ app.command("check")(check)
 app.command("list")(list_examples)
 app.command("show")(show)
 app.command("format")(format_file)
+app.command("label")(label)
 app.command("learn")(learn)
+app.command("compare")(compare)
 app.command("evaluate")(evaluate)

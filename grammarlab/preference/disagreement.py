@@ -1,11 +1,13 @@
 """How unsure a grouped preference is about many models at once, and which of them would tell most.
 
 A kernel that has been found is surer of itself than it should be: that a group is irrelevant has been seen in a few
-models only. For choosing questions every column therefore counts at least a little (`CAUTION`), so that models with
-something new stay uncertain. On top comes what the explanations disagree about.
+models only. For choosing questions columns therefore have a least weight, so that models with something new stay
+uncertain. On top comes what the explanations disagree about.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,10 @@ from grammarlab.preference.posterior import Hyperparameters, condition, squared_
 
 CAUTION = 0.4
 """Weighted squared distance, by columns that are thought irrelevant, between two typical models."""
+DOUBT = 0.1
+"""Least weight, per squared range, of a column that was the same in all liked models."""
+_TRUST = 3.0
+"""How much each liked model in which the column was another lowers that weight: to 1 / (1 + this x models)."""
 TEMPERATURE = 10.0
 """Shares of explanations are raised to one over this: what explains far worse may still be nearer the truth."""
 _LEAST_SHARE = 0.05
@@ -25,12 +31,17 @@ _LEAST_NOISE = 1e-4
 """As a share of the squared highest score: keeps the covariance of nearly equal models regular."""
 
 
-def joint(preference: GroupedPreference, rows: Floats) -> tuple[Floats, Floats]:
-    """Mean [m] and covariance [m, m] of the scores of rows [m, F], explanations and caution taken together."""
+def joint(preference: GroupedPreference, rows: Floats, least: Floats) -> tuple[Floats, Floats]:
+    """Mean [m] and covariance [m, m] of the scores of rows [m, F], all explanations taken together.
+
+    Args:
+        preference: what is learned.
+        rows: [m, F] models.
+        least: [F] >= 0, the least weight of each column.
+    """
     shares = np.array([explanation.share for explanation in preference.explanations]) ** (1.0 / TEMPERATURE)
     shares = np.where(shares >= _LEAST_SHARE * shares.max(), shares, 0.0)
     shares /= shares.sum()
-    least = _cautious_weights(preference, rows)
     covariance, means = np.zeros((len(rows), len(rows))), np.zeros((len(shares), len(rows)))
     with threadpool_limits(1, "blas"):
         for number in np.flatnonzero(shares):
@@ -40,6 +51,38 @@ def joint(preference: GroupedPreference, rows: Floats) -> tuple[Floats, Floats]:
     mean = shares @ means
     away = np.sqrt(shares)[:, None] * (means - mean)
     return mean, covariance + away.T @ away
+
+
+def cautious_weights(preference: GroupedPreference, rows: Floats) -> Floats:
+    """[F] least weights that make typical rows [m, F] a little unlike, whatever they differ in."""
+    total = 2.0 * float(np.sum(np.var(rows / preference.scales, axis=0)))
+    return CAUTION / (max(total, 1e-12) * preference.scales**2)
+
+
+def doubtful_weights(preference: GroupedPreference, liked: Floats) -> Floats:
+    """[F] least weights for models that seem liked: high where the liked models [n, F] have all been the same.
+
+    Someone who likes a thing may well dislike it with one part exchanged. That such a part does not matter is known
+    from other liked models that have it, and not from models that are disliked with and without it.
+    """
+    others = np.array([len(column) - np.unique(column, return_counts=True)[1].max(initial=0) for column in liked.T])
+    return DOUBT / ((1.0 + _TRUST * others) * preference.scales**2)
+
+
+def most_doubtful(covariance: Floats, num: int, noise: float, stakes: Floats, allowed: NDArray[np.bool_]) -> Ints:
+    """Models of the largest variance times stakes, chosen one after the other, each given the scores of those before.
+
+    Args:
+        covariance: [m, m] of the scores.
+        num: how many to choose, at most as many as are allowed.
+        noise: variance of one score around the function, > 0.
+        stakes: [m] >= 0, how much the variance of each model counts; all alike where all are zero.
+        allowed: [m] whether a model may be chosen.
+
+    Returns:
+        [num] indices, best first.
+    """
+    return _greedy(covariance, num, noise, stakes, allowed, lambda left, counts: np.diagonal(left) * counts)
 
 
 def most_telling(covariance: Floats, num: int, noise: float, stakes: Floats, allowed: NDArray[np.bool_]) -> Ints:
@@ -55,15 +98,31 @@ def most_telling(covariance: Floats, num: int, noise: float, stakes: Floats, all
     Returns:
         [num] indices, best first.
     """
+    return _greedy(
+        covariance,
+        num,
+        noise,
+        stakes,
+        allowed,
+        lambda left, counts: (left * left) @ counts / (np.diagonal(left) + noise),
+    )
+
+
+def _greedy(
+    covariance: Floats,
+    num: int,
+    noise: float,
+    stakes: Floats,
+    allowed: NDArray[np.bool_],
+    gain: Callable[[Floats, Floats], Floats],
+) -> Ints:
     left, open_ = covariance.copy(), allowed.copy()
     counts = stakes if stakes.any() else np.ones(len(stakes))
     chosen = np.empty(num, dtype=np.int64)
     for place in range(num):
-        variance = np.diagonal(left) + noise
-        gain = np.where(open_, (left * left) @ counts / variance, -1.0)
-        best = chosen[place] = int(np.argmax(gain))
+        best = chosen[place] = int(np.argmax(np.where(open_, gain(left, counts), -1.0)))
         open_[best] = False
-        left -= np.outer(left[best], left[best] / variance[best])
+        left -= np.outer(left[best], left[best] / (left[best, best] + noise))
     return chosen
 
 
@@ -73,12 +132,6 @@ def given(covariance: Floats, chosen: Ints, noise: float) -> Floats:
         return covariance
     inner = covariance[np.ix_(chosen, chosen)] + noise * np.eye(len(chosen))
     return covariance - covariance[:, chosen] @ np.linalg.solve(inner, covariance[chosen])
-
-
-def _cautious_weights(preference: GroupedPreference, rows: Floats) -> Floats:
-    """[F] the least weight of each column."""
-    total = 2.0 * float(np.sum(np.var(rows / preference.scales, axis=0)))
-    return CAUTION / (max(total, 1e-12) * preference.scales**2)
 
 
 def _covariance(preference: GroupedPreference, explanation: Explanation, least: Floats, rows: Floats) -> Floats:

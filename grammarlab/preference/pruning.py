@@ -1,41 +1,92 @@
-"""Which columns a preference needs: the others are left out one by one as long as hardly any value changes.
+"""Which columns a preference needs: as few as tell models apart that have different values.
 
-A column is not needed where the others already tell the models apart that have different values, whether the
-preference looks at it or not. So of several columns that say the same in other words, one is kept.
+Columns are taken in one by one, each time the one that explains most of what is left, and in the end those that have
+become needless are left out again. So of several columns that say the same in other words one is kept, whether the
+preference looks at it or not, and what a preference holds about a few models by mistake is not worth a column. Where
+columns explain something only together, none of them is a first step; then it goes the other way, from all columns
+down.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from grammarlab.preference.base import Floats, Ints
 
+MOST_COLUMNS = 60
+"""Taken in one by one."""
+LEAST_GAIN = 2e-4
+"""A column that explains less is not taken in."""
+_ROUNDING = 1e-9
 
-def needed_columns(rows: Floats, values: Floats, weights: Floats, order: Ints, tolerance: float) -> Ints:
-    """The columns that are still needed to tell the values of models, the most important first.
+
+def needed_columns(rows: Floats, values: Floats, weights: Floats, candidates: Ints, tolerance: float) -> Ints:
+    """The columns that are needed to tell the values of models.
 
     Args:
         rows: [n, F] what describes models.
         values: [n] >= 0, the preference.
         weights: [n] >= 0, how much each model stands for.
-        order: [C] the columns to begin with, the one to be left out first at the beginning.
-        tolerance: how much may be moved in all: the sum of all changes by the sum of all values.
+        candidates: [C] the columns to choose from, the most relevant first.
+        tolerance: how much may be left unexplained of what all candidates explain; see `change`.
 
     Returns:
-        [K] columns, those that come late in the order first.
+        [K] columns, the most telling first.
     """
-    # Rows are compared by random sums of their values: different rows have equal sums as good as never.
-    factors = np.random.default_rng(0).integers(1, 2**63, len(order), dtype=np.int64)
-    terms = [_numbered(rows[:, column]) * factor for column, factor in zip(order, factors, strict=True)]
-    sums = sum(terms, np.zeros(len(rows), dtype=np.int64))
-    kept: list[int] = []
-    for column, term in zip(order.tolist(), terms, strict=True):
-        groups = np.unique(sums - term, return_inverse=True)[1].reshape(-1)
-        if change(groups, values, weights) <= tolerance:
-            sums = sums - term
-        else:
-            kept.append(column)
-    return np.array(kept[::-1], dtype=np.int64)
+    search = _Search(rows, values, weights, candidates)
+    bound = search.left(candidates.tolist()) + tolerance + _ROUNDING
+    chosen = search.upwards(bound)
+    if search.left(chosen) > bound:
+        chosen = candidates.tolist()
+    return np.array(search.downwards(chosen, bound), dtype=np.int64)
+
+
+class _Search:
+    def __init__(self, rows: Floats, values: Floats, weights: Floats, candidates: Ints) -> None:
+        # Rows are compared by random sums of their values: different rows have equal sums as good as never.
+        factors = np.random.default_rng(0).integers(1, 2**63, len(candidates), dtype=np.int64)
+        self.candidates = candidates.tolist()
+        self.terms = {
+            column: _numbered(rows[:, column]) * factor for column, factor in zip(self.candidates, factors, strict=True)
+        }
+        self.values, self.weights = values, weights
+
+    def left(self, columns: Sequence[int]) -> float:
+        """What some columns leave unexplained."""
+        return self._left(self._sums(columns))
+
+    def upwards(self, bound: float) -> list[int]:
+        """Columns taken in until they explain enough or none explains more."""
+        chosen: list[int] = []
+        waiting = self.candidates.copy()
+        sums = self._sums(())
+        remaining = self._left(sums)
+        while remaining > bound and waiting and len(chosen) < MOST_COLUMNS:
+            after = np.array([self._left(sums + self.terms[column]) for column in waiting])
+            best = int(np.argmin(np.round(after, 9)))
+            if remaining - after[best] < LEAST_GAIN:
+                break
+            remaining = float(after[best])
+            chosen.append(waiting.pop(best))
+            sums = sums + self.terms[chosen[-1]]
+        return chosen
+
+    def downwards(self, columns: Sequence[int], bound: float) -> list[int]:
+        """Columns left out as long as the others explain enough, the last one first."""
+        kept, sums = list(columns), self._sums(columns)
+        for column in reversed(columns):
+            if self._left(sums - self.terms[column]) <= bound:
+                kept.remove(column)
+                sums = sums - self.terms[column]
+        return kept
+
+    def _sums(self, columns: Sequence[int]) -> Ints:
+        return sum((self.terms[column] for column in columns), np.zeros(len(self.values), dtype=np.int64))
+
+    def _left(self, sums: Ints) -> float:
+        return change(_numbered(sums), self.values, self.weights)
 
 
 def change(groups: Ints, values: Floats, weights: Floats) -> float:
@@ -54,5 +105,6 @@ def change(groups: Ints, values: Floats, weights: Floats) -> float:
     return float(weights @ np.abs(values - mean[groups])) / total
 
 
-def _numbered(column: Floats) -> Ints:
+def _numbered(column: Floats | Ints) -> Ints:
+    """[n] the number of each value among the different ones."""
     return np.unique(column, return_inverse=True)[1].astype(np.int64).reshape(-1)

@@ -15,13 +15,20 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Ints
-from grammarlab.preference.disagreement import given, joint, most_telling
+from grammarlab.preference.disagreement import (
+    cautious_weights,
+    doubtful_weights,
+    given,
+    joint,
+    most_doubtful,
+    most_telling,
+)
 from grammarlab.preference.grouped import GroupedPreference
 from grammarlab.preference.posterior import squared_distances
 
 Way = Literal["default", "uniform", "grammar", "density", "uncertainty", "already ranked"]
 
-LIKED_SHARE = 0.25
+LIKED_SHARE = 0.5
 """Part of a default batch that settles which of the models that seem liked are not."""
 NOISE = 1e-2
 """Variance of a score around the function that `default` reckons with, as a share of the squared highest score."""
@@ -69,10 +76,10 @@ def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
 
 
 def _default(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
-    """What lowers the uncertainty of the density most.
+    """One part that looks for mistakes among models that seem liked, one that lowers the total uncertainty most.
 
-    Part of the batch is about models that seem liked, where a mistake costs most; as long as nothing is liked, it is
-    about models from elsewhere, since what is liked may be too rare for the grammar to show.
+    As long as nothing is liked the first part is about models from elsewhere, since what is liked may be too rare for
+    the grammar to show.
     """
     preference = situation.preference
     if preference is None:
@@ -80,13 +87,15 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     if not isinstance(preference, GroupedPreference):
         return _mixed(preference, situation, num, randomness)
     candidates = _candidates(situation, num, randomness)
-    typical = situation.from_grammar[candidates].astype(np.float64)
-    mean, covariance = joint(preference, situation.pool[candidates])
-    liked = np.maximum(mean, 0.0) * typical if np.any(situation.scores > 0.0) else 1.0 - typical
-    noise = NOISE * preference.highest**2
-    open_ = np.ones(len(candidates), dtype=bool)
-    first = most_telling(covariance, round(LIKED_SHARE * num), noise, liked, open_)
+    rows, typical = situation.pool[candidates], situation.from_grammar[candidates].astype(np.float64)
+    noise, open_ = NOISE * preference.highest**2, np.ones(len(candidates), dtype=bool)
+    known = situation.pool[situation.asked]
+    liked = known[situation.scores > 0.0]
+    mean, covariance = joint(preference, rows, doubtful_weights(preference, liked if len(liked) else known))
+    stakes = np.maximum(mean, 0.0) * typical if len(liked) else 1.0 - typical
+    first = most_doubtful(covariance, round(LIKED_SHARE * num), noise, stakes, open_)
     open_[first] = False
+    _, covariance = joint(preference, rows, cautious_weights(preference, rows))
     second = most_telling(given(covariance, first, noise), num - len(first), noise, typical, open_)
     return candidates[np.concatenate((first, second))]
 

@@ -7,18 +7,22 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab import __version__
+from grammarlab.density import sampled
 from grammarlab.density.compile import compile_base, compile_score
 from grammarlab.density.learned import LearnedGrammar
+from grammarlab.density.rejection import RejectionSampler, reject
 from grammarlab.density.skeleton import ENOUGH_MODELS
+from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
-from grammarlab.evaluation.agreement import agreement
+from grammarlab.evaluation.agreement import Agreement, agreement
 from grammarlab.evaluation.flattening import flattened
 from grammarlab.evaluation.preparation import Source, labelled_program
 from grammarlab.features.counting import count
@@ -31,16 +35,18 @@ from grammarlab.runs.examples import find_rules
 
 Floats = NDArray[np.float64]
 
-METHODS = ("compile",)
+METHODS = ("compile", *sampled.METHODS, "rejection")
+"""Of these, rejection makes no grammar."""
 
 
 @dataclass(frozen=True, slots=True)
 class LearnResult:
     """A learned grammar and how good it is."""
 
-    learned: LearnedGrammar
+    learned: LearnedGrammar | RejectionSampler
     scenario: str
-    file: Path
+    file: Path | None
+    """The new rule file; None where the method makes no grammar."""
     js: float
     """Divergence from the wanted density on the scenario's labelled set, in nats."""
     js_before: float
@@ -51,7 +57,9 @@ class LearnResult:
     """From the preference to the text of the grammar."""
 
 
-def learn_from_scenario(grammar: str, scenario: Path, method: str, file: Path) -> LearnResult:
+def learn_from_scenario(
+    grammar: str, scenario: Path, method: str, file: Path, num_samples: int = sampled.NUM_SAMPLES
+) -> LearnResult:
     """Learns the grammar that samples in proportion to a known preference, and measures it.
 
     Args:
@@ -59,6 +67,7 @@ def learn_from_scenario(grammar: str, scenario: Path, method: str, file: Path) -
         scenario: a scenario file.
         method: of `METHODS`.
         file: where to write the new rule file; assets that it names are put beside it.
+        num_samples: models to learn from, for the methods that need them.
 
     Raises:
         UsageError: for an unknown method, or a grammar that the scenario is not about.
@@ -66,33 +75,65 @@ def learn_from_scenario(grammar: str, scenario: Path, method: str, file: Path) -
     """
     if method not in METHODS:
         raise UsageError(f"no method is called {method!r}; those there are: {', '.join(METHODS)}")
-    source = load_source(scenario)
-    text = find_rules(grammar).text()
-    if Grammar.parse(text).hash != source.grammar.hash:
-        raise UsageError(
-            f"scenario {source.scenario.name} is about the grammar {source.scenario.grammar}, not about {grammar}"
-        )
+    source = scenario_of(scenario, grammar, Grammar.parse(find_rules(grammar).text()))
     found = source.scenario
     source_forest = derive(source.grammar, ENOUGH_MODELS, found.seed, assets=source.assets)
     found.check(source_forest.symbols, source_forest.rules, source_forest.sites)
     begun = perf_counter()
-    learned = compile_score(
-        source.grammar,
-        found.score,
-        base=found.base,
-        forest=source_forest,
-        header=_header(source, method),
-        assets=source.assets,
-    )
+    learned = _learned(source, method, source_forest, num_samples)
     seconds = perf_counter() - begun
-    file.parent.mkdir(parents=True, exist_ok=True)
-    write_text(file, learned.text)
-    _put_assets_beside(file, source.grammar, source.assets)
-    base = compile_base(source.grammar, found.score, found.base, source_forest)
+    if isinstance(learned, LearnedGrammar):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_text(file, learned.text)
+        put_assets_beside(file, source.grammar, source.assets)
+    after, before = measure(source, learned, source_forest)
+    written = file if isinstance(learned, LearnedGrammar) else None
+    return LearnResult(learned, found.name, written, after.js, before.js, after.correlation, seconds)
+
+
+def scenario_of(scenario: Path, name: str, grammar: Grammar) -> Source:
+    """A scenario about a grammar.
+
+    Args:
+        scenario: a scenario file.
+        name: of the grammar, as the user gave it.
+        grammar: the same, read.
+
+    Raises:
+        UsageError: when the scenario is about another one.
+    """
+    source = load_source(scenario)
+    if grammar.hash != source.grammar.hash:
+        raise UsageError(
+            f"scenario {source.scenario.name} is about the grammar {source.scenario.grammar}, not about {name}"
+        )
+    return source
+
+
+def measure(source: Source, learned: LearnedGrammar | RejectionSampler, forest: Forest) -> tuple[Agreement, Agreement]:
+    """How near a learned density comes to the wanted one on the labelled set of a scenario, and the original one.
+
+    Args:
+        source: the scenario with its grammar.
+        learned: a density over the trees of the grammar.
+        forest: some derivations of the grammar.
+    """
+    base = compile_base(source.grammar, source.scenario.score, source.scenario.base, forest)
     wanted, weights, ratio = _labelled(source, learned, base)
-    after = agreement(wanted, ratio, weights)
-    before = agreement(wanted, np.ones(len(wanted)), weights)
-    return LearnResult(learned, found.name, file, after.js, before.js, after.correlation, seconds)
+    return agreement(wanted, ratio, weights), agreement(wanted, np.ones(len(wanted)), weights)
+
+
+def _learned(source: Source, method: str, forest: Forest, num_samples: int) -> LearnedGrammar | RejectionSampler:
+    """What a method makes of a scenario. Samples are others than those of the labelled set."""
+    grammar, found, header = source.grammar, source.scenario, _header(source, method)
+    if method == "compile":
+        options = {"forest": forest, "header": header, "assets": source.assets}
+        return compile_score(grammar, found.score, base=found.base, **options)
+    target = Target.of_score(grammar, found.score, found.base, source.assets)
+    seed = (found.seed + 1) % 2**64
+    if method == "rejection":
+        return reject(target, num_pilot=num_samples, seed=seed)
+    return sampled.learn(target, cast(sampled.Method, method), num_samples=num_samples, seed=seed, header=header)
 
 
 def _header(source: Source, method: str) -> list[str]:
@@ -105,7 +146,9 @@ def _header(source: Source, method: str) -> list[str]:
     ]
 
 
-def _labelled(source: Source, learned: LearnedGrammar, base: LearnedGrammar) -> tuple[Floats, Floats, Floats]:
+def _labelled(
+    source: Source, learned: LearnedGrammar | RejectionSampler, base: LearnedGrammar
+) -> tuple[Floats, Floats, Floats]:
     """Of each labelled model the wanted and the learned density by that of the original, and what it stands for."""
     rows = [_measured(source, learned, base, forest) for forest in _labelled_set(source)]
     wanted, log_weights, ratio = (np.concatenate(column) for column in zip(*rows, strict=True))
@@ -118,7 +161,7 @@ def _labelled(source: Source, learned: LearnedGrammar, base: LearnedGrammar) -> 
 
 
 def _measured(
-    source: Source, learned: LearnedGrammar, base: LearnedGrammar, forest: Forest
+    source: Source, learned: LearnedGrammar | RejectionSampler, base: LearnedGrammar, forest: Forest
 ) -> tuple[Floats, Floats, Floats]:
     score = source.scenario.score
     flat = source.scenario.draws == "flattened"
@@ -132,7 +175,7 @@ def _labelled_set(source: Source) -> Iterator[Forest]:
     yield from derive_chunks(labelled_program(source), found.num_models, found.seed, assets=source.assets)
 
 
-def _put_assets_beside(file: Path, grammar: Grammar, assets: Path) -> None:
+def put_assets_beside(file: Path, grammar: Grammar, assets: Path) -> None:
     """Copies the folders of the assets that a grammar names to where a rule file at this place looks for them."""
     folder = file.parent / "assets"
     if not assets.is_dir() or folder.resolve() == assets.resolve():

@@ -91,3 +91,50 @@ def test_nothing_to_like_is_told(run, files, tmp_path):
     result = run("learn", grammar, "--scenario", scenario, "-o", tmp_path / "x.cga", code=1)
     assert "nothing to sample" in result.stderr
     assert not (tmp_path / "x.cga").exists()
+
+
+@pytest.fixture
+def labelled(run, files, tmp_path):
+    """A rule file, a scenario, and labels that a simulated person gave."""
+    grammar, scenario = files
+    labels = tmp_path / "labels.csv"
+    values = json.loads(run("label", scenario, "-n", "32", "-o", labels, "--json").stdout)
+    assert (values["labels"], values["factors"]) == (32, ["overall"])
+    return grammar, scenario, labels
+
+
+def test_labels_of_a_simulated_person_become_a_grammar(run, labelled, tmp_path):
+    grammar, scenario, labels = labelled
+    out, report = tmp_path / "red.cga", tmp_path / "report"
+    options = ("--labels", labels, "--scenario", scenario, "-o", out, "--report", report, "--json")
+    values = json.loads(run("learn", grammar, *options).stdout)
+    assert values["labels"] == 32
+    assert values["scenario"]["js"] < 1e-6
+    assert values["scenario"]["js_before"] > 0.1
+    assert "Lot --> extrude(height) High" in out.read_text()
+    assert (report / "before-after.png").stat().st_size > 1000
+    assert "| labels | 32 |" in (report / "report.md").read_text()
+    told = run("learn", grammar, "--labels", labels, "-o", out).stderr
+    assert "looked at: High" in told
+
+
+def test_labels_of_a_changed_rule_file_are_refused(run, labelled, rules):
+    _, _, labels = labelled
+    changed = rules(RULES.replace("70%", "60%"), "other.cga")
+    assert "about another grammar" in run("learn", changed, "--labels", labels, code=2).stderr
+
+
+def test_without_anything_to_learn_from_help_is_given(run, files):
+    assert "--labels FILE" in run("learn", files[0], code=2).stderr
+
+
+def test_grammars_are_compared(run, labelled, tmp_path):
+    grammar, scenario, _ = labelled
+    out, picture = tmp_path / "red.cga", tmp_path / "both.png"
+    run("learn", grammar, "--scenario", scenario, "-o", out)
+    values = json.loads(run("compare", grammar, out, "-n", "300", "--picture", picture, "--json").stdout)
+    assert values["js"] is None
+    assert values["js_at_least"] > 0.1
+    assert "Low" in values["only_first"]
+    assert picture.stat().st_size > 1000
+    assert "only the first made: Low" in run("compare", grammar, out, "-n", "300").stderr

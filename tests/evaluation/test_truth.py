@@ -117,7 +117,6 @@ HAND_LABELLED = {
         (table(0, 1, finish=2, parts="Edge:2"), 0),  # steel and wood are neither
         (table(0, 1, finish=3), 0),  # paint
     ],
-    "F4": [(table(2, None, 0), 70), (table(2, None, 1), 30), (table(2, None, 2), 0), (table(2, 1, 0), 0)],
     "F3xF4": [
         (table(0, 1, plan=0, finish=2), 49),
         (table(0, 1, plan=0, finish=0), 21),

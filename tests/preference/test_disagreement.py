@@ -3,8 +3,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grammarlab.preference import disagreement
-from grammarlab.preference.disagreement import given, joint, most_telling
+from grammarlab.preference.disagreement import (
+    cautious_weights,
+    doubtful_weights,
+    given,
+    joint,
+    most_doubtful,
+    most_telling,
+)
 from grammarlab.preference.grouped import fit
 from tests.preference.test_evidence import dense_covariance
 from tests.preference.test_grouped import GROUPS, styled_rows
@@ -17,14 +23,14 @@ def random_covariance(size, seed=0):
 
 def test_a_joint_covariance_is_symmetric_and_positive():
     found = fit(*styled_rows(14, seed=2), groups=GROUPS)
-    mean, covariance = joint(found, styled_rows(40, seed=9)[0])
+    new, _ = styled_rows(40, seed=9)
+    mean, covariance = joint(found, new, cautious_weights(found, new))
     assert mean.shape == (40,)
     np.testing.assert_allclose(covariance, covariance.T, atol=1e-8 * covariance.max())
     assert np.linalg.eigvalsh(covariance).min() > -1e-6 * covariance.max()
 
 
-def test_without_caution_one_explanation_has_the_covariance_of_the_textbook(monkeypatch):
-    monkeypatch.setattr(disagreement, "CAUTION", 0.0)
+def test_without_caution_one_explanation_has_the_covariance_of_the_textbook():
     rows, scores = styled_rows(50)
     new, _ = styled_rows(15, seed=3)
     found = fit(rows, scores, groups=GROUPS)
@@ -36,7 +42,7 @@ def test_without_caution_one_explanation_has_the_covariance_of_the_textbook(monk
         return dense_covariance(left, right, theta.amplitude, theta.weights)
 
     expected = k(new, new) - k(new, rows) @ np.linalg.solve(k(rows, rows) + noise * np.eye(50), k(rows, new))
-    mean, covariance = joint(found, new)
+    mean, covariance = joint(found, new, np.zeros(18))
     np.testing.assert_allclose(covariance, expected, atol=1e-5 * theta.amplitude)
     np.testing.assert_allclose(mean, found.predict(new).mean, atol=1e-9)
 
@@ -47,9 +53,30 @@ def test_caution_keeps_what_has_something_new_uncertain():
     odd = rows[:1].copy()
     odd[0, 6:9] = 2.0
     both = np.concatenate((rows[:1], odd))
-    _, covariance = joint(found, both)
+    _, covariance = joint(found, both, cautious_weights(found, rows))
     assert covariance[1, 1] > 4.0 * covariance[0, 0]
     assert np.ptp(found.predict(both).std) < 0.1
+
+
+def test_doubt_is_about_what_liked_models_have_never_had():
+    rows, scores = styled_rows(60)
+    found = fit(rows, scores, groups=GROUPS)
+    liked = np.array([[1.0, 0.0, 2.0], [1.0, 3.0, 2.0], [1.0, 0.0, 5.0]]).repeat(6, axis=1)
+    weights = doubtful_weights(found, liked)
+    assert weights[:6].min() > 3.0 * weights[6:].max() > 0.0
+    # However often a column varied in models that are not liked.
+    assert np.ptp(rows[:, :6], axis=0).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_most_doubtful_models_are_those_of_a_brute_force_search(seed):
+    C, rng = random_covariance(14, seed), np.random.default_rng(seed)
+    stakes, allowed = rng.random(14), rng.random(14) < 0.7
+    expected = []
+    for _ in range(4):
+        variance = stakes * np.diag(given(C, np.array(expected, dtype=int), 0.2))
+        expected.append(max(np.setdiff1d(np.flatnonzero(allowed), expected), key=lambda index: variance[index]))
+    assert most_doubtful(C, 4, 0.2, stakes, allowed).tolist() == expected
 
 
 def test_knowing_scores_is_conditioning_a_gaussian():

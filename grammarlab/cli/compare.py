@@ -1,0 +1,80 @@
+"""``grammarlab compare``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from grammarlab.cli.report import friendly_errors, print_json, say
+from grammarlab.cli.sample import complete_grammar
+
+if TYPE_CHECKING:
+    from grammarlab.runs.compare import Comparison
+
+_SHOWN = 8
+"""Symbols of one grammar alone that are named."""
+
+
+def compare(
+    first: Annotated[
+        str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
+    ],
+    second: Annotated[str, typer.Argument(help="Another one.", autocompletion=complete_grammar)],
+    number: Annotated[int, typer.Option("-n", "--number", help="Models of each to look at.", min=1, max=100_000)] = (
+        2_500
+    ),
+    seed: Annotated[int, typer.Option("--seed", help="Of the models.", min=0)] = 0,
+    picture: Annotated[
+        Path | None, typer.Option("--picture", help="A PNG file for samples of both side by side.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
+) -> None:
+    """Say how far two grammars are apart, and in what."""
+    with friendly_errors():
+        from grammarlab.runs.compare import compare_grammars
+
+        result = compare_grammars(first, second, num_models=number, seed=seed)
+        if picture is not None:
+            from grammarlab.runs.learn_report import draw_side_by_side
+            from grammarlab.runs.workers import available_cores
+
+            shown = list(zip((first, second), result.grammars, (s.assets for s in result.sources), strict=True))
+            draw_side_by_side(shown, picture, seed=seed, jobs=available_cores())
+        if as_json:
+            print_json(_as_json(result))
+        else:
+            _tell(result)
+
+
+def _as_json(result: Comparison) -> dict[str, Any]:
+    return {
+        "js": result.js,
+        "js_at_least": result.at_least,
+        "differences": [
+            {"symbol": found.symbol, "first": found.first, "second": found.second, "js": found.js}
+            for found in result.differences
+        ],
+        "only_first": list(result.only_first),
+        "only_second": list(result.only_second),
+    }
+
+
+def _tell(result: Comparison) -> None:
+    if result.js is not None:
+        say(f"divergence: {result.js:.4g} nats, computed from the percentages of both")
+    else:
+        say(
+            f"divergence: about {result.at_least:.3g} nats or more, which the numbers of one shared symbol show; the "
+            "trees of the two grammars are not the same, so that the whole cannot be computed"
+        )
+    if not result.differences:
+        say("no symbol that both have is more common in one of them, beyond chance")
+    for found in result.differences:
+        shares = f"{found.first:.1%} of the first, {found.second:.1%} of the second"
+        say(f"  {found.js:.3f} nats  {found.symbol}: in {shares}")
+    for which, symbols in (("first", result.only_first), ("second", result.only_second)):
+        if symbols:
+            more = f" and {len(symbols) - _SHOWN} more" if len(symbols) > _SHOWN else ""
+            say(f"only the {which} made: {', '.join(symbols[:_SHOWN])}{more}")

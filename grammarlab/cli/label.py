@@ -1,0 +1,44 @@
+"""``grammarlab label``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from grammarlab.cli.evaluate import complete_scenario
+from grammarlab.cli.report import friendly_errors, print_json, say
+
+
+def label(
+    scenario: Annotated[
+        str, typer.Argument(help="A scenario file or a shipped name.", autocompletion=complete_scenario)
+    ],
+    number: Annotated[int, typer.Option("-n", "--number", help="Scores to give.", min=1, max=100_000)] = 128,
+    file: Annotated[Path, typer.Option("-o", "--output", help="Label file: .csv, .jsonl or .parquet.")] = Path(
+        "labels.csv"
+    ),
+    seed: Annotated[int, typer.Option("--seed", help="Which person; others choose and score others.", min=0)] = 0,
+    method: Annotated[str, typer.Option("--method", help="How models are chosen: default, paper, kde, sklearn.")] = (
+        "default"
+    ),
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the labels.")] = False,
+) -> None:
+    """Let a simulated person score models of a scenario, and save the labels."""
+    with friendly_errors():
+        from grammarlab.errors import UsageError
+        from grammarlab.runs.evaluate_find import find_scenarios
+        from grammarlab.runs.label import label_models_of
+
+        found = find_scenarios(scenario)
+        if len(found) != 1:
+            raise UsageError(f"expected one scenario, found {len(found)} in {scenario!r}.")
+        result = label_models_of(found[0], file, number, seed=seed, method=method)
+        liked = sum(label.score > 0 for label in result.labels)
+        js = result.curve.points[-1].js
+        if as_json:
+            values = {"file": str(file), "labels": len(result.labels), "liked": liked, "js": js}
+            print_json(values | {"factors": list(result.labels.factors)})
+        else:
+            say(f"{file}: {len(result.labels)} scores, {liked} above 0; what is learned from them is {js:.3g} nats off")

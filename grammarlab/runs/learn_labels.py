@@ -1,0 +1,259 @@
+"""From labels to a learned grammar on disk: fit, simplify, compile, and say what each step did to the density."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from grammarlab import __version__
+from grammarlab.density import sampled
+from grammarlab.density.compile import compile_density
+from grammarlab.density.exactness import Exactness
+from grammarlab.density.learned import LearnedGrammar
+from grammarlab.density.skeleton import ENOUGH_MODELS
+from grammarlab.density.splitting import Base
+from grammarlab.density.target import Target
+from grammarlab.derivation.derive import derive
+from grammarlab.derivation.forest import Forest
+from grammarlab.errors import GrammarlabError, InexactError
+from grammarlab.evaluation.agreement import Agreement, agreement
+from grammarlab.evaluation.scenario import FeatureOptions
+from grammarlab.features.pattern import Feature
+from grammarlab.language.grammar import Grammar
+from grammarlab.preference.base import MAX_SCORE, Relevance
+from grammarlab.preference.label_files import read_labels
+from grammarlab.runs.atomic import write_text
+from grammarlab.runs.derive_batch import compiled
+from grammarlab.runs.examples import RuleSource, find_rules
+from grammarlab.runs.labelled_models import labelled_models
+from grammarlab.runs.learn import measure, put_assets_beside, scenario_of
+from grammarlab.runs.learn_factors import LearnedFactor, Tables, answers_of, learn_factor, tables_of
+from grammarlab.runs.learn_pool import Pool
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+FEATURES = FeatureOptions(2, ("paths", "symbols", "thresholds"))
+"""What is looked at unless somebody asks for something else."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What one step on the way to the grammar did to the density."""
+
+    name: str
+    js: float
+    """Divergence in nats between the density before it and after it, on the pool."""
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """A learned grammar compared with a scenario, on its labelled set."""
+
+    scenario: str
+    after: Agreement
+    before: Agreement
+    """The same of the original grammar."""
+
+
+@dataclass(frozen=True)
+class LabelsResult:
+    """A grammar learned from labels, and what was learned."""
+
+    learned: LearnedGrammar
+    file: Path
+    labels: Path
+    source: RuleSource
+    num_labels: int
+    factors: tuple[LearnedFactor, ...]
+    features: tuple[Feature, ...]
+    """What the preference reads in the end: the relevant features."""
+    feature_names: tuple[str, ...]
+    """The same in words."""
+    steps: tuple[Step, ...]
+    js: float
+    """Divergence in nats of the grammar's density from the predicted one, on the pool."""
+    js_before: float
+    """That of the original grammar."""
+    effective_models: float
+    """Of how many models of the pool the predicted density is made: (sum w)^2 / sum w^2."""
+    seconds: float
+    """From the label file to the text of the grammar."""
+    truth: Truth | None = None
+    """How near it comes to what a simulated person really wanted, where that is known."""
+
+    @property
+    def relevances(self) -> tuple[Relevance, ...]:
+        """What the preference looks at, most relevant first; where there are several factors, each with its name."""
+        several = len(self.factors) > 1
+        found = [
+            Relevance(f"{factor.name}: {entry.name}" if several else entry.name, entry.share, entry.level)
+            for factor in self.factors
+            for entry in factor.relevances
+            if entry.level != "none"
+        ]
+        return tuple(sorted(found, key=lambda entry: -entry.share))
+
+
+def learn_from_labels(
+    grammar: str,
+    labels: Path,
+    file: Path,
+    *,
+    base: Base = "grammar",
+    features: FeatureOptions | None = None,
+    seed: int = 0,
+    scenario: Path | None = None,
+) -> LabelsResult:
+    """Learns the grammar that samples in proportion to the scores of a label file.
+
+    Args:
+        grammar: a rule file or the name of a shipped grammar: that of the labels.
+        labels: a label file (`grammarlab.preference.label_files`).
+        file: where to write the new rule file; assets that it names are put beside it.
+        base: what the preference multiplies.
+        features: what may be relevant; by default what the scenario says, or else `FEATURES`.
+        seed: of the fit, and of the models that the preference is looked at on.
+        scenario: a scenario file to compare the result with; nothing is learned from it.
+
+    Raises:
+        UsageError: for labels of another grammar, or labels that like nothing.
+        AssetError: for a label file that cannot be read.
+        GrammarlabError: when the density cannot be made.
+    """
+    begun = perf_counter()
+    table = read_labels(labels)
+    source = find_rules(grammar)
+    parsed, _ = compiled(source.text(), source.name)
+    known = None if scenario is None else scenario_of(scenario, grammar, parsed)
+    features = features or (FEATURES if known is None else known.feature_options)
+    labelled = labelled_models(table, parsed, source.assets)
+    answers = answers_of(table, labelled)
+    pool = Pool.of(parsed, source.assets, seed)
+    forest = derive(parsed, ENOUGH_MODELS, seed, assets=source.assets)
+    exactness = Exactness(parsed, forest)
+    tables = tables_of(labelled, pool, answers, features, lambda feature: not exactness.reason_against(feature))
+    # At these sizes several threads are slower than one.
+    with threadpool_limits(1):
+        factors = tuple(learn_factor(factor, tables, pool.weights, seed=seed) for factor in answers)
+        preference = _Product.of(factors, tables)
+        target = Target(parsed, preference.reads, preference, base, MAX_SCORE, source.assets)
+        learned = _made(target, forest, _header(source, parsed, labels, len(table), base), seed)
+    seconds = perf_counter() - begun
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_text(file, learned.text)
+    put_assets_beside(file, parsed, source.assets)
+    weights = pool.weights * _base_ratio(target, pool)
+    predicted = _product([factor.predicted for factor in factors])
+    drawn = _product([factor.drawn for factor in factors])
+    few = preference(tables.pool.counts.toarray()[:, preference.columns])
+    ratio = np.concatenate([learned.ratio(part) for part in pool.forests])
+    even = np.ones(len(weights))
+    relative = ratio * pool.weights / np.where(weights > 0.0, weights, 1.0)
+    steps = (
+        Step("scores drawn to the levels that were given", agreement(predicted, drawn, weights).js),
+        Step("features left out", agreement(drawn, few, weights).js),
+        Step("made into a grammar", agreement(few, relative, weights).js),
+    )
+    liked = weights * predicted
+    return LabelsResult(
+        learned,
+        file,
+        labels,
+        source,
+        len(table),
+        factors,
+        preference.reads,
+        tuple(tables.pool.names[column] for column in preference.columns),
+        steps,
+        agreement(predicted, relative, weights).js,
+        agreement(predicted, even, weights).js,
+        float(liked.sum() ** 2 / (liked**2).sum()),
+        seconds,
+        None if known is None else Truth(known.scenario.name, *measure(known, learned, forest)),
+    )
+
+
+def _header(source: RuleSource, grammar: Grammar, labels: Path, num_labels: int, base: str) -> list[str]:
+    return [
+        f"Learned by grammarlab {__version__} from {source.name}.cga (SHA-256 {grammar.hash[:16]})",
+        f"Labels {labels.name}: {num_labels} scores",
+        f"Method compile, base {base}",
+    ]
+
+
+def _made(target: Target, forest: Forest, header: Sequence[str], seed: int) -> LearnedGrammar:
+    """The exact grammar, or where there is none, one that is learned from samples of the density."""
+    try:
+        return compile_density(
+            target.grammar,
+            target.reads,
+            target.preference,
+            base=target.base,
+            forest=forest,
+            header=header,
+            assets=target.assets,
+        )
+    except InexactError as error:
+        reason = str(error)
+    changed = [line.replace("Method compile", "Method tied") for line in header]
+    learned = sampled.learn(target, "tied", seed=seed, header=changed)
+    finding = f"no exact grammar, so one was learned from samples: {reason}"
+    return replace(learned, findings=(finding, *learned.findings))
+
+
+@dataclass(frozen=True)
+class _Product:
+    """All factors together, as a function of the features that they need."""
+
+    factors: tuple[LearnedFactor, ...]
+    columns: Ints
+    """[K] columns of the table."""
+    reads: tuple[Feature, ...]
+    """[K] the same as features."""
+    scales: Floats
+    """[K] what to divide their values by."""
+
+    @classmethod
+    def of(cls, factors: tuple[LearnedFactor, ...], tables: Tables) -> _Product:
+        columns = np.array(
+            list(dict.fromkeys(column for factor in factors for column in factor.simplified.columns.tolist())),
+            dtype=np.int64,
+        )
+        reads = tuple(tables.pool.features[column] for column in columns)
+        product = cls(factors, columns, reads, tables.pool.scales[columns])
+        if not product(tables.pool.counts.toarray()[:, columns]).any():
+            raise GrammarlabError(
+                "none of the models looked at is predicted to be liked: what is liked may be too rare. Score more "
+                "models like those that you like."
+            )
+        return product
+
+    def __call__(self, values: Floats) -> Floats:
+        """The score [n] of values [n, K] of the features."""
+        scaled = values / self.scales
+        place = {column: i for i, column in enumerate(self.columns.tolist())}
+        return _product(
+            [
+                factor.simplified(scaled[:, [place[column] for column in factor.simplified.columns.tolist()]])
+                for factor in self.factors
+            ]
+        )
+
+
+def _product(scores: Sequence[Floats]) -> Floats:
+    """[n] of factors one score, 0 to 100."""
+    return MAX_SCORE * np.prod(np.minimum(np.array(scores), MAX_SCORE) / MAX_SCORE, axis=0)
+
+
+def _base_ratio(target: Target, pool: Pool) -> Floats:
+    """[m] the density that the preference multiplies by that of the original grammar."""
+    if target.even is None:
+        return np.ones(len(pool.weights))
+    return np.concatenate([target.even.ratio(part) for part in pool.forests])
