@@ -1,4 +1,4 @@
-# demo   sample 16 buildings, as GLB files and one picture
+# demo   sample 16 buildings, as GLB files and one picture; then learn from 128 scores to sample those of one style
 # test   everything that must hold: format, lint, types, layers, tests
 # check  the fast, static half of it
 # bench  how fast it is, as ratios within one run
@@ -14,8 +14,12 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 .DELETE_ON_ERROR:
 .PHONY: demo test check bench format clean
 
-demo: $(VENV)/.core
+demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
+	$(BIN)/grammarlab label B1 -n 128 --seed 1 -o out/demo-learned/labels.csv
+	$(BIN)/grammarlab learn building --labels out/demo-learned/labels.csv -o out/demo-learned/building.cga \
+		--report out/demo-learned
+	$(BIN)/grammarlab sample out/demo-learned/building.cga -n 16 --seed 5 -o out/demo-learned/samples
 
 test: check
 	$(BIN)/pytest -q -n 2
@@ -41,10 +45,10 @@ $(VENV)/bin/python:
 		{ echo "grammarlab needs Python 3.11 or newer: make PYTHON=/path/to/python3.11"; exit 1; }
 	"$(PYTHON)" -m venv $(VENV)
 
-$(VENV)/.core: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(PIP) install -e .
+$(VENV)/.learn: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(PIP) install -e '.[learn]'
 	@touch $@
 
 $(VENV)/.dev: pyproject.toml constraints.txt | $(VENV)/bin/python
 	$(PIP) install -e '.[dev]'
-	@touch $@ $(VENV)/.core
+	@touch $@ $(VENV)/.learn

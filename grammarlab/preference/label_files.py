@@ -83,7 +83,7 @@ def read_labels(path: Path | str) -> Labels:
 
 def _format(path: Path, formats: Mapping[str, Callable[..., Any]]) -> Callable[..., Any]:
     if path.suffix.lower() not in formats:
-        raise UsageError(f"{path}: expected a label file that ends in {', '.join(formats)}.")
+        raise UsageError(f"{path.name}: expected a label file that ends in {', '.join(formats)}.")
     return formats[path.suffix.lower()]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,19 +14,16 @@ from grammarlab.derivation.derive import derive
 from grammarlab.evaluation import protocol
 from grammarlab.evaluation.preparation import Source, labelled_program
 from grammarlab.evaluation.seeds import derived_seed
-from grammarlab.render.camera import Camera, View, frame_alike
-from grammarlab.render.raycast import RaycastRenderer
-from grammarlab.render.renderer import RenderOptions
 from grammarlab.runs.atomic import atomic_file
 from grammarlab.runs.evaluate_task import Task, load_source, run_protocol
 from grammarlab.runs.sheet_page import draw_page, lay_out
-from grammarlab.runs.workers import map_unordered
-from grammarlab.scene import TriangleBatch, realize, triangles
+from grammarlab.runs.tiles import Tiles, draw_tiles
+from grammarlab.scene import realize, triangles
 
 SIZES = (4, 10)
 """Models along each side of a grid."""
-TILE = 160
-"""Pixels along each side of the picture of one model."""
+TILE_AREA = 160 * 160
+"""Pixels of the picture of one model."""
 GRID_LANE = 3
 """Place below a curve's seed that the choice of samples has its seed from."""
 
@@ -84,13 +82,13 @@ def _draw(
     source: Source, models: Sequence[int], scores: Sequence[str], columns: int, heading: tuple[str, str], jobs: int
 ) -> NDArray[np.uint8]:
     """The picture of labelled models."""
-    pictures = pictures_of(source, models, jobs)
-    page = lay_out(len(models), columns, TILE, TILE)
-    return draw_page(page, [pictures[model] for model in models], [(score, "") for score in scores], heading)
+    tiles = tiles_of(source, models, jobs)
+    page = lay_out(len(models), columns, tiles.width, tiles.height)
+    return draw_page(page, tiles.pictures, [(score, "") for score in scores], heading)
 
 
-def pictures_of(source: Source, models: Sequence[int], jobs: int) -> dict[int, NDArray[np.uint8]]:
-    """Pictures [TILE, TILE, 3] of labelled models, each rebuilt from its address, all at one scale.
+def tiles_of(source: Source, models: Sequence[int], jobs: int) -> Tiles:
+    """Pictures of labelled models, each rebuilt from its address; each fills its picture.
 
     Args:
         source: the scenario with its grammar.
@@ -100,13 +98,5 @@ def pictures_of(source: Source, models: Sequence[int], jobs: int) -> dict[int, N
     program = labelled_program(source)
     different = sorted(set(models))
     forests = [derive(program, 1, source.scenario.seed, first_model=m, assets=source.assets) for m in different]
-    batches = [triangles(realize(forest)) for forest in forests]
-    points = [batch.vertices if len(batch.vertices) else np.zeros((1, 3), np.float32) for batch in batches]
-    cameras = frame_alike(points, 1.0, View())
-    tasks = list(zip(different, batches, cameras, strict=True))
-    return dict(map_unordered(_draw_one, tasks, min(jobs, len(tasks))))
-
-
-def _draw_one(task: tuple[int, TriangleBatch, Camera]) -> tuple[int, NDArray[np.uint8]]:
-    model, batch, camera = task
-    return model, RaycastRenderer().render(batch, camera, RenderOptions(TILE, TILE))
+    tiles = draw_tiles([triangles(realize(forest)) for forest in forests], TILE_AREA, jobs)
+    return replace(tiles, pictures=tuple(tiles.pictures[different.index(model)] for model in models))

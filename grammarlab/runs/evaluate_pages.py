@@ -10,7 +10,7 @@ from PIL import Image
 from grammarlab.evaluation.pages import Group, example_models
 from grammarlab.evaluation.preparation import Source
 from grammarlab.runs.atomic import atomic_file
-from grammarlab.runs.evaluate_grids import TILE, pictures_of
+from grammarlab.runs.evaluate_grids import tiles_of
 from grammarlab.runs.evaluate_task import load_source
 from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
 
@@ -42,12 +42,13 @@ def draw_examples(scenario: Path, folder: Path, jobs: int) -> Path:
 
 
 def _draw(source: Source, groups: list[Group], jobs: int) -> np.ndarray:
-    pictures = pictures_of(source, [model for group in groups for model in group.models], jobs)
-    blank = np.full((TILE, TILE, 3), PAPER, np.uint8)
+    tiles = tiles_of(source, [model for group in groups for model in group.models], jobs)
+    drawn = iter(tiles.pictures)
+    blank = np.full((tiles.height, tiles.width, 3), PAPER, np.uint8)
     cells, captions = [], []
     for group in groups:
         empty = COLUMNS - len(group.models)
-        cells += [*(pictures[model] for model in group.models), *[blank] * empty]
+        cells += [*(next(drawn) for _ in group.models), *[blank] * empty]
         captions += [(f"{group.score:g}", group.means)] * len(group.models) + [("", "")] * empty
     heading = (f"{source.scenario.name} scores", source.scenario.title)
-    return draw_page(lay_out(len(cells), COLUMNS, TILE, TILE), cells, captions, heading)
+    return draw_page(lay_out(len(cells), COLUMNS, tiles.width, tiles.height), cells, captions, heading)

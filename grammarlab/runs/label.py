@@ -44,8 +44,9 @@ def label_models_of(
     if method not in METHODS:
         raise UsageError(f"no method is called {method!r}; those there are: {', '.join(METHODS)}")
     source = load_source(scenario)
-    save_labels(Labels(), file)
+    file.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as cache:
+        save_labels(Labels(), Path(cache, file.name))  # a wrong suffix is better told before the work than after it
         task = Task(scenario, source.key, METHODS[method], seed, num_labels, Path(cache))
         material, state, curve = run_protocol(task)
     single = len(material.factors) == 1

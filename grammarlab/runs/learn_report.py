@@ -6,29 +6,23 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
 from grammarlab.derivation.derive import derive
 from grammarlab.language.grammar import Grammar
-from grammarlab.render.camera import Camera, View, frame_alike
-from grammarlab.render.raycast import RaycastRenderer
-from grammarlab.render.renderer import RenderOptions
 from grammarlab.runs.atomic import atomic_file, write_text
 from grammarlab.runs.learn_labels import LabelsResult
 from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
-from grammarlab.runs.workers import map_unordered
-from grammarlab.scene import TriangleBatch, realize, triangles
+from grammarlab.runs.tiles import draw_tiles
+from grammarlab.scene import realize, triangles
 
 SIDE = 4
 """Models along each side of a grid."""
-TILE = 160
-"""Pixels along each side of the picture of one model."""
+TILE_AREA = 200 * 200
+"""Pixels of the picture of one model."""
 PICTURE = "before-after.png"
 PAGE = "report.md"
 _MARGIN = 12
-
-Picture = NDArray[np.uint8]
 
 
 def write_report(result: LabelsResult, folder: Path, *, seed: int, jobs: int) -> Path:
@@ -109,7 +103,7 @@ def report_text(result: LabelsResult) -> str:
 
 
 def draw_side_by_side(shown: Sequence[tuple[str, Grammar, Path]], file: Path, *, seed: int, jobs: int) -> None:
-    """Draws samples of some grammars beside each other, all models at one scale.
+    """Draws samples of some grammars beside each other, each model filling its picture.
 
     Args:
         shown: for each grammar what to write above its samples, itself, and the folder of its meshes and images.
@@ -119,23 +113,16 @@ def draw_side_by_side(shown: Sequence[tuple[str, Grammar, Path]], file: Path, *,
     """
     batches = [triangles(realize(derive(grammar, SIDE * SIDE, seed, assets=assets))) for _, grammar, assets in shown]
     models = [batch.model(index) for batch in batches for index in range(SIDE * SIDE)]
-    points = [model.vertices if len(model.vertices) else np.zeros((1, 3), np.float32) for model in models]
-    tasks = list(zip(range(len(models)), models, frame_alike(points, 1.0, View()), strict=True))
-    pictures = dict(map_unordered(_draw, tasks, min(jobs, len(tasks))))
-    layout = lay_out(SIDE * SIDE, SIDE, TILE, TILE)
+    tiles = draw_tiles(models, TILE_AREA, jobs)
+    layout = lay_out(SIDE * SIDE, SIDE, tiles.width, tiles.height)
     pages = []
     for number, (name, _, _) in enumerate(shown):
-        own = [pictures[number * SIDE * SIDE + index] for index in range(SIDE * SIDE)]
+        own = tiles.pictures[number * SIDE * SIDE :][: SIDE * SIDE]
         pages.append(draw_page(layout, own, [("", "")] * len(own), (name, f"{SIDE * SIDE} samples")))
     gap = np.full((pages[0].shape[0], _MARGIN, 3), PAPER, np.uint8)
     joined = [part for page in pages for part in (page, gap)][:-1]
     with atomic_file(file) as part:
         Image.fromarray(np.concatenate(joined, axis=1)).save(part, format="PNG")
-
-
-def _draw(task: tuple[int, TriangleBatch, Camera]) -> tuple[int, Picture]:
-    number, model, camera = task
-    return number, RaycastRenderer().render(model, camera, RenderOptions(TILE, TILE))
 
 
 def _nats(value: float) -> str:

