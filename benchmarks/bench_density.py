@@ -21,7 +21,7 @@ from grammarlab.evaluation.scenario import load
 from grammarlab.features.counting import count
 from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.evaluate_find import shipped_scenarios
+from grammarlab.runs.evaluate.find import shipped_scenarios
 from grammarlab.runs.examples import examples_folder
 
 NAMES = ("F1", "F2", "F3", "F4", "B1", "B2", "B3", "B4", "S1", "S2", "A1", "L3", "L4", "L5")

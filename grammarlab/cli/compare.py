@@ -37,7 +37,7 @@ def compare(
 
         result = compare_grammars(first, second, num_models=number, seed=seed)
         if picture is not None:
-            from grammarlab.runs.learn_report import draw_side_by_side
+            from grammarlab.runs.learn.report import draw_side_by_side
             from grammarlab.runs.workers import available_cores
 
             shown = list(zip((first, second), result.grammars, (s.assets for s in result.sources), strict=True))

@@ -10,13 +10,13 @@ import typer
 from grammarlab.cli.report import friendly_errors, print_json, say
 
 if TYPE_CHECKING:
-    from grammarlab.runs.evaluate import EvaluationResult
-    from grammarlab.runs.evaluate_report import ScenarioResults
+    from grammarlab.runs.evaluate.evaluate import EvaluationResult
+    from grammarlab.runs.evaluate.report import ScenarioResults
 
 
 def complete_scenario(incomplete: str) -> list[str]:
     """The shipped scenarios that begin so, for the shell."""
-    from grammarlab.runs.evaluate_find import shipped_scenarios
+    from grammarlab.runs.evaluate.find import shipped_scenarios
 
     return [name for name in shipped_scenarios() if name.startswith(incomplete)]
 
@@ -56,9 +56,9 @@ def evaluate(
 ) -> None:
     """Let simulated persons score models, and measure how fast the density they want is learned."""
     from grammarlab.cli.progress import progress
-    from grammarlab.runs.evaluate import evaluate_run
-    from grammarlab.runs.evaluate_find import find_scenarios
-    from grammarlab.runs.evaluate_request import EvaluationRequest
+    from grammarlab.runs.evaluate.evaluate import evaluate_run
+    from grammarlab.runs.evaluate.find import find_scenarios
+    from grammarlab.runs.evaluate.request import EvaluationRequest
     from grammarlab.runs.workers import available_cores
 
     with friendly_errors():

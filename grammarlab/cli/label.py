@@ -28,7 +28,7 @@ def label(
     """Let a simulated person score models of a scenario, and save the labels."""
     with friendly_errors():
         from grammarlab.errors import UsageError
-        from grammarlab.runs.evaluate_find import find_scenarios
+        from grammarlab.runs.evaluate.find import find_scenarios
         from grammarlab.runs.label import label_models_of
 
         found = find_scenarios(scenario)

@@ -11,8 +11,8 @@ from grammarlab.cli.report import friendly_errors, print_json, say
 from grammarlab.cli.sample import complete_grammar
 
 if TYPE_CHECKING:
-    from grammarlab.runs.learn import LearnResult
-    from grammarlab.runs.learn_labels import LabelsResult
+    from grammarlab.runs.learn.labels import LabelsResult
+    from grammarlab.runs.learn.scenario import LearnResult
 
 
 def learn(
@@ -41,7 +41,7 @@ def learn(
     """Make a grammar that samples models in proportion to how much they are liked."""
     with friendly_errors():
         from grammarlab.errors import UsageError
-        from grammarlab.runs.learn import learn_from_scenario
+        from grammarlab.runs.learn.scenario import learn_from_scenario
 
         liked = labels or scenario
         if liked is None:
@@ -65,13 +65,13 @@ def _from_labels(
     grammar: str, labels: Path, file: Path, *, scenario: Path | None, base: str, seed: int, report: Path | None
 ) -> LabelsResult:
     from grammarlab.errors import UsageError
-    from grammarlab.runs.learn_labels import learn_from_labels
+    from grammarlab.runs.learn.labels import learn_from_labels
 
     if base not in ("grammar", "uniform"):
         raise UsageError(f"no base is called {base!r}; those there are: grammar, uniform")
     result = learn_from_labels(grammar, labels, file, base=base, seed=seed, scenario=scenario)
     if report is not None:
-        from grammarlab.runs.learn_report import write_report
+        from grammarlab.runs.learn.report import write_report
         from grammarlab.runs.workers import available_cores
 
         say(f"table and pictures: {write_report(result, report, seed=seed, jobs=available_cores())}")

@@ -13,7 +13,7 @@ from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.preparation import pool_address
 from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import OVERALL, Label, Labels
-from grammarlab.runs.evaluate_task import Task, load_source, run_protocol
+from grammarlab.runs.evaluate.task import Task, load_source, run_protocol
 
 
 @dataclass(frozen=True, slots=True)

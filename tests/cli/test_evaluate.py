@@ -5,8 +5,8 @@ import json
 import pyarrow.parquet as pq
 import pytest
 
-from grammarlab.runs import evaluate_grids
-from grammarlab.runs.evaluate_store import STORE
+from grammarlab.runs.evaluate import grids as grid_pictures
+from grammarlab.runs.evaluate.store import STORE
 
 SCENARIO = """
 name = "tiny"
@@ -83,7 +83,7 @@ def test_the_same_command_says_the_same_with_any_number_of_workers(evaluate, tmp
 
 
 def test_a_run_leaves_tables_and_pictures_and_a_report_elsewhere(evaluate, tmp_path, monkeypatch):
-    monkeypatch.setattr(evaluate_grids, "SIZES", (1, 2))
+    monkeypatch.setattr(grid_pictures, "SIZES", (1, 2))
     result = evaluate("--figures", "all", "--grids", "--report", tmp_path / "docs" / "results.md", scenario="")
     assert result.stdout == ""
     assert "tiny kde: JS" in result.stderr

@@ -14,7 +14,7 @@ from grammarlab.evaluation.scenario import load
 from grammarlab.features.counting import count
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.checks import findings_of
-from grammarlab.runs.evaluate_find import shipped_scenarios
+from grammarlab.runs.evaluate.find import shipped_scenarios
 from grammarlab.runs.examples import examples_folder
 
 ASSETS = examples_folder() / "assets"

@@ -11,10 +11,10 @@ from grammarlab.features.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import Label, Labels, label_models
-from grammarlab.runs import learn_labels as module
-from grammarlab.runs.learn_labels import learn_from_labels
-from grammarlab.runs.learn_pool import Pool
-from grammarlab.runs.learn_report import report_text
+from grammarlab.runs.learn import labels as module
+from grammarlab.runs.learn.labels import learn_from_labels
+from grammarlab.runs.learn.pool import Pool
+from grammarlab.runs.learn.report import report_text
 
 RULES = """version "2023.0"
 attr height = rand(3, 9)
@@ -187,7 +187,7 @@ def test_hostile_label_files_are_refused(grammar, tmp_path, content):
 
 
 def test_too_many_models_are_refused_before_any_is_derived(grammar, tmp_path, monkeypatch):
-    monkeypatch.setattr("grammarlab.runs.labelled_models.MAX_MODELS", 10)
+    monkeypatch.setattr("grammarlab.runs.learn.labelled_models.MAX_MODELS", 10)
     with pytest.raises(UsageError, match="about 80 models; 10 can be learned from"):
         learn(tmp_path, scored(grammar, red_below))
 

@@ -24,8 +24,8 @@ from grammarlab.preference.labels import Labels
 from grammarlab.preference.levels import levels_of, snapped
 from grammarlab.preference.pruning import needed_columns
 from grammarlab.preference.simplified import SimplifiedPreference
-from grammarlab.runs.labelled_models import LabelledModels
-from grammarlab.runs.learn_pool import Pool
+from grammarlab.runs.learn.labelled_models import LabelledModels
+from grammarlab.runs.learn.pool import Pool
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from grammarlab.runs.evaluate_pages import COLUMNS, draw_examples
+from grammarlab.runs.evaluate.pages import COLUMNS, draw_examples
 from grammarlab.runs.sheet_page import PAPER, lay_out
 
 SCENARIO = """

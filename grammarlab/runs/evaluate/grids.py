@@ -15,7 +15,7 @@ from grammarlab.evaluation import protocol
 from grammarlab.evaluation.preparation import Source, labelled_program
 from grammarlab.evaluation.seeds import derived_seed
 from grammarlab.runs.atomic import atomic_file
-from grammarlab.runs.evaluate_task import Task, load_source, run_protocol
+from grammarlab.runs.evaluate.task import Task, load_source, run_protocol
 from grammarlab.runs.sheet_page import draw_page, lay_out
 from grammarlab.runs.tiles import Tiles, draw_tiles
 from grammarlab.scene import realize, triangles

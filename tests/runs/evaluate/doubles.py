@@ -5,9 +5,9 @@ from pathlib import Path
 
 from grammarlab.evaluation import protocol
 from grammarlab.evaluation.methods import Method
-from grammarlab.runs.evaluate_curves import run_tasks
-from grammarlab.runs.evaluate_store import CurveRecord
-from grammarlab.runs.evaluate_task import Task
+from grammarlab.runs.evaluate.curves import run_tasks
+from grammarlab.runs.evaluate.store import CurveRecord
+from grammarlab.runs.evaluate.task import Task
 from tests.evaluation.doubles import LEARNER, world
 
 METHODS = (Method("default"), Method("paper", fit="paper", batch=32))

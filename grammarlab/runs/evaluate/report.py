@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 from grammarlab.evaluation.curves import CLOSE, Summary, summarize
 from grammarlab.evaluation.scenario import Scenario
 from grammarlab.runs.atomic import atomic_file, write_text
-from grammarlab.runs.evaluate_store import CurveRecord
+from grammarlab.runs.evaluate.store import CurveRecord
 
 TABLE = "results.parquet"
 PAGE = "results.md"

@@ -10,8 +10,8 @@ from PIL import Image
 from grammarlab.evaluation.pages import Group, example_models
 from grammarlab.evaluation.preparation import Source
 from grammarlab.runs.atomic import atomic_file
-from grammarlab.runs.evaluate_grids import tiles_of
-from grammarlab.runs.evaluate_task import load_source
+from grammarlab.runs.evaluate.grids import tiles_of
+from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
 
 COLUMNS = 8

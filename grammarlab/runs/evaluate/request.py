@@ -8,9 +8,9 @@ from pathlib import Path
 
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.methods import Method, methods_of
-from grammarlab.runs.evaluate_figures import PlannedFigure, load_figures
-from grammarlab.runs.evaluate_find import FIGURES
-from grammarlab.runs.evaluate_task import load_source
+from grammarlab.runs.evaluate.figures import PlannedFigure, load_figures
+from grammarlab.runs.evaluate.find import FIGURES
+from grammarlab.runs.evaluate.task import load_source
 
 
 @dataclass(frozen=True, slots=True)

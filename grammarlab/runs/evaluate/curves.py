@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from grammarlab.evaluation.curves import Curve
-from grammarlab.runs import evaluate_store
-from grammarlab.runs.evaluate_store import CurveRecord, Store
-from grammarlab.runs.evaluate_task import Task
+from grammarlab.runs.evaluate import store as disk
+from grammarlab.runs.evaluate.store import CurveRecord, Store
+from grammarlab.runs.evaluate.task import Task
 from grammarlab.runs.sample import Progress
 from grammarlab.runs.workers import map_unordered
 
@@ -29,7 +29,7 @@ def run_tasks(
     Args:
         work: makes one curve (`make_curve`); other processes must be able to import it.
         tasks: what to make; equal ones are made once.
-        folder: where finished curves are kept (`evaluate_store`); made when missing.
+        folder: where finished curves are kept (`store`); made when missing.
         prepare: does once for each scenario what all its curves need, before several workers would do it at once.
         jobs: processes; the curves do not depend on it.
         fresh: forget what the folder holds.
@@ -40,8 +40,8 @@ def run_tasks(
     """
     folder.mkdir(parents=True, exist_ok=True)
     if fresh:
-        evaluate_store.clear(folder)
-    store = evaluate_store.read(folder)
+        disk.clear(folder)
+    store = disk.read(folder)
     missing = _missing(tasks, store)
     if prepare is not None:
         _prepare(prepare, missing, jobs, on_progress)
@@ -49,8 +49,8 @@ def run_tasks(
     done = total - len(missing)
     on_progress("curves", done, total)
     for record in map_unordered(work, missing, min(jobs, max(1, len(missing)))):
-        evaluate_store.append(folder, record)
-        evaluate_store.add(store, record)
+        disk.append(folder, record)
+        disk.add(store, record)
         done += 1
         on_progress("curves", done, total)
     found = [_usable(task, store) for task in tasks]
@@ -76,7 +76,7 @@ def _missing(tasks: Sequence[Task], store: Store) -> list[Task]:
         if _usable(task, planned) is None:
             missing.append(task)
             placeholder = CurveRecord(task.key, "", "", task.seed, task.max_labels, 0.0, Curve(()))
-            evaluate_store.add(planned, placeholder)
+            disk.add(planned, placeholder)
     return sorted(missing, key=lambda task: (task.scenario, task.method.families))
 
 

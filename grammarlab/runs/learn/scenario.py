@@ -30,7 +30,7 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import String
 from grammarlab.language.walking import walk
 from grammarlab.runs.atomic import write_text
-from grammarlab.runs.evaluate_task import load_source
+from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.examples import find_rules
 
 Floats = NDArray[np.float64]

@@ -8,7 +8,7 @@ from grammarlab.density.rejection import RejectionSampler
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.learn import METHODS, learn_from_scenario
+from grammarlab.runs.learn.scenario import METHODS, learn_from_scenario
 
 RULES = """
 // A house of three parts

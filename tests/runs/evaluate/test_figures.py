@@ -3,8 +3,8 @@ import pytest
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.scenario import load
-from grammarlab.runs.evaluate_figures import load_figures
-from grammarlab.runs.evaluate_find import FIGURES, scenarios_folder
+from grammarlab.runs.evaluate.figures import load_figures
+from grammarlab.runs.evaluate.find import FIGURES, scenarios_folder
 
 GOOD = """
 [[figures]]

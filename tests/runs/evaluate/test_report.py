@@ -5,10 +5,10 @@ import pytest
 
 from grammarlab.evaluation.curves import Curve, Point
 from grammarlab.evaluation.scenario import Target, load
-from grammarlab.runs.evaluate_find import shipped_scenarios
-from grammarlab.runs.evaluate_plots import FLOOR, Series, draw_curves, quantiles
-from grammarlab.runs.evaluate_report import Picture, ScenarioResults, write_page, write_table
-from grammarlab.runs.evaluate_store import CurveRecord
+from grammarlab.runs.evaluate.find import shipped_scenarios
+from grammarlab.runs.evaluate.plots import FLOOR, Series, draw_curves, quantiles
+from grammarlab.runs.evaluate.report import Picture, ScenarioResults, write_page, write_table
+from grammarlab.runs.evaluate.store import CurveRecord
 
 
 def record(seed, *divergences, method="default"):

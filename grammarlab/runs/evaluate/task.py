@@ -20,8 +20,8 @@ from grammarlab.evaluation.methods import Method
 from grammarlab.evaluation.preparation import Source, prepare
 from grammarlab.evaluation.scenario import load
 from grammarlab.runs.derive_batch import compiled
-from grammarlab.runs.evaluate_cache import keep_in
-from grammarlab.runs.evaluate_store import CurveRecord
+from grammarlab.runs.evaluate.cache import keep_in
+from grammarlab.runs.evaluate.store import CurveRecord
 from grammarlab.runs.examples import find_rules
 
 

@@ -11,7 +11,7 @@ from PIL import Image
 from grammarlab.derivation.derive import derive
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.atomic import atomic_file, write_text
-from grammarlab.runs.learn_labels import LabelsResult
+from grammarlab.runs.learn.labels import LabelsResult
 from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
 from grammarlab.runs.tiles import draw_tiles
 from grammarlab.scene import realize, triangles

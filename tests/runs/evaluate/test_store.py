@@ -2,7 +2,7 @@ import pytest
 
 from grammarlab.errors import GrammarlabError
 from grammarlab.evaluation.curves import Curve, Point
-from grammarlab.runs.evaluate_store import STORE, CurveRecord, append, clear, read
+from grammarlab.runs.evaluate.store import STORE, CurveRecord, append, clear, read
 
 
 def record(key="a", max_labels=32, js=0.1 + 0.2):

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from grammarlab.evaluation.methods import Method
-from grammarlab.runs.evaluate_curves import run_tasks
-from grammarlab.runs.evaluate_store import STORE, read
-from tests.runs.evaluate_doubles import make, refuse, tasks
+from grammarlab.runs.evaluate.curves import run_tasks
+from grammarlab.runs.evaluate.store import STORE, read
+from tests.runs.evaluate.doubles import make, refuse, tasks
 
 ROOT = Path(__file__).parents[2]
 
@@ -26,7 +26,7 @@ def test_the_curves_do_not_depend_on_the_number_of_workers(tmp_path):
 
 def test_a_run_that_was_killed_goes_on_and_ends_as_if_nothing_had_happened(tmp_path):
     whole = run_tasks(make, tasks(), tmp_path / "whole")
-    code = "import sys; from tests.runs.evaluate_doubles import run_slowly; run_slowly(sys.argv[1])"
+    code = "import sys; from tests.runs.evaluate.doubles import run_slowly; run_slowly(sys.argv[1])"
     with subprocess.Popen([sys.executable, "-c", code, tmp_path / "killed"], cwd=ROOT) as process:
         store = tmp_path / "killed" / STORE
         while not (store.is_file() and store.read_bytes().count(b"\n") >= 2):

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grammarlab.evaluation.methods import Method
-from grammarlab.runs.evaluate_curves import run_tasks
-from grammarlab.runs.evaluate_figures import PlannedFigure
-from grammarlab.runs.evaluate_pictures import copied_beside, draw_figure, draw_results, draw_samples
-from grammarlab.runs.evaluate_report import PAGE, TABLE, ScenarioResults, write_page, write_table
-from grammarlab.runs.evaluate_request import EvaluationRequest
-from grammarlab.runs.evaluate_task import Task, load_source, make_curve, prepare_material
+from grammarlab.runs.evaluate.curves import run_tasks
+from grammarlab.runs.evaluate.figures import PlannedFigure
+from grammarlab.runs.evaluate.pictures import copied_beside, draw_figure, draw_results, draw_samples
+from grammarlab.runs.evaluate.report import PAGE, TABLE, ScenarioResults, write_page, write_table
+from grammarlab.runs.evaluate.request import EvaluationRequest
+from grammarlab.runs.evaluate.task import Task, load_source, make_curve, prepare_material
 from grammarlab.runs.sample import Progress
 
 PLOTS, GRIDS, CACHE = "plots", "grids", "cache"

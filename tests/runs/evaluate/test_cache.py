@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from grammarlab.runs.evaluate_cache import keep_in
+from grammarlab.runs.evaluate.cache import keep_in
 
 ARRAYS = {"rows": np.arange(6.0).reshape(2, 3), "names": np.array(["a", "längst"])}
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from grammarlab.runs.atomic import atomic_file
-from grammarlab.runs.evaluate_figures import PlannedFigure
-from grammarlab.runs.evaluate_grids import draw_grids
-from grammarlab.runs.evaluate_plots import Series, draw_curves
-from grammarlab.runs.evaluate_report import Picture, ScenarioResults
-from grammarlab.runs.evaluate_store import CurveRecord
-from grammarlab.runs.evaluate_task import Task
+from grammarlab.runs.evaluate.figures import PlannedFigure
+from grammarlab.runs.evaluate.grids import draw_grids
+from grammarlab.runs.evaluate.plots import Series, draw_curves
+from grammarlab.runs.evaluate.report import Picture, ScenarioResults
+from grammarlab.runs.evaluate.store import CurveRecord
+from grammarlab.runs.evaluate.task import Task
 from grammarlab.runs.sample import Progress
 
 

@@ -31,10 +31,10 @@ from grammarlab.preference.label_files import read_labels
 from grammarlab.runs.atomic import write_text
 from grammarlab.runs.derive_batch import compiled
 from grammarlab.runs.examples import RuleSource, find_rules
-from grammarlab.runs.labelled_models import labelled_models
-from grammarlab.runs.learn import measure, put_assets_beside, scenario_of
-from grammarlab.runs.learn_factors import LearnedFactor, Tables, answers_of, learn_factor, tables_of
-from grammarlab.runs.learn_pool import Pool
+from grammarlab.runs.learn.factors import LearnedFactor, Tables, answers_of, learn_factor, tables_of
+from grammarlab.runs.learn.labelled_models import labelled_models
+from grammarlab.runs.learn.pool import Pool
+from grammarlab.runs.learn.scenario import measure, put_assets_beside, scenario_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -1,0 +1,1 @@
+"""Evaluation on disk: many learners, seeds and scenarios, their curves, pictures and pages."""

@@ -1,0 +1,1 @@
+"""Learning a grammar, on disk: from a scenario, from labels, from finished models."""
