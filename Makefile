@@ -12,7 +12,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
 .DEFAULT_GOAL := test
 .DELETE_ON_ERROR:
-.PHONY: demo test check bench format clean
+.PHONY: demo test check bench format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -21,7 +21,7 @@ demo: $(VENV)/.learn
 		--report out/demo-learned
 	$(BIN)/grammarlab sample out/demo-learned/building.cga -n 16 --seed 5 -o out/demo-learned/samples
 
-test: check
+test: check chromium
 	$(BIN)/pytest -q -n 2
 
 check: $(VENV)/.dev
@@ -29,6 +29,12 @@ check: $(VENV)/.dev
 	$(BIN)/ruff check $(CODE)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/lint-imports
+
+# The page is tested in a real browser: Debian's Chromium, put there where that is allowed.
+chromium:
+	@command -v chromium >/dev/null || { \
+		[ "$$(id -u)" = 0 ] && apt-get -qq update && apt-get -qq install -y --no-install-recommends chromium; \
+	} >/dev/null 2>&1 || echo "no Chromium, so tests in the browser are skipped: apt-get install chromium"
 
 bench: $(VENV)/.dev
 	$(BIN)/pytest -q benchmarks --override-ini python_files='bench_*.py'

@@ -30,7 +30,9 @@ def evaluate(
         str, typer.Option("--methods", help="default,paper,kde,sklearn; those that each scenario names if left out.")
     ] = "",
     seeds: Annotated[int, typer.Option("--seeds", help="Simulated persons for each method.", min=1, max=1000)] = 10,
-    max_labels: Annotated[int, typer.Option("--max-labels", help="Scores each of them gives.", min=1)] = 256,
+    max_labels: Annotated[
+        int, typer.Option("--max-labels", help="Scores each of them gives; 0 for each scenario's target.", min=0)
+    ] = 256,
     batch: Annotated[int, typer.Option("--batch", help="Models a round; 0 for what each method prefers.", min=0)] = 0,
     figures: Annotated[
         str, typer.Option("--figures", help="Also draw these experiments (4.7a,4.9b), or all of them.")

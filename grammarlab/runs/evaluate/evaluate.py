@@ -63,7 +63,7 @@ def evaluate_run(
     """
     cache = cache or folder / CACHE
     plain = {
-        path: _tasks(path, request.methods_of(path), request.seeds, request.max_labels, cache)
+        path: _tasks(path, request.methods_of(path), request.seeds, request.labels_of(path), cache)
         for path in request.scenarios
     }
     planned = {figure.name: _figure_tasks(figure, request.seeds, cache) for figure in request.figures}

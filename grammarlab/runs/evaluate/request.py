@@ -12,6 +12,9 @@ from grammarlab.runs.evaluate.figures import PlannedFigure, load_figures
 from grammarlab.runs.evaluate.find import FIGURES
 from grammarlab.runs.evaluate.task import load_source
 
+ENOUGH_LABELS = 128
+"""Scores after which most of what is asked of a learner has been seen."""
+
 
 @dataclass(frozen=True, slots=True)
 class EvaluationRequest:
@@ -26,6 +29,7 @@ class EvaluationRequest:
     seeds: int
     """Simulated persons for each method: seeds 0 to seeds - 1."""
     max_labels: int
+    """Scores each of them gives; 0 for as many as the scenario's target, and `ENOUGH_LABELS` at least."""
     figures: tuple[PlannedFigure, ...] = ()
     """Experiments to draw besides."""
     grids: bool = False
@@ -50,7 +54,8 @@ class EvaluationRequest:
             methods: names with commas between; empty for those that each scenario names.
             batch: models a round, for all methods; None for what each prefers.
             seeds: >= 1.
-            max_labels: scores that each person gives, >= 1.
+            max_labels: scores that each person gives; 0 for as many as each scenario's target, and `ENOUGH_LABELS`
+                at least.
             figures: ``all``, or names with commas between, of the experiments beside the scenarios; empty for none.
             grids: whether to draw samples before and after.
 
@@ -58,9 +63,9 @@ class EvaluationRequest:
             UsageError: a number out of range, an unknown method or figure, a file that is no scenario, two scenarios of
                 one name.
         """
-        for what, number in (("seeds", seeds), ("max_labels", max_labels)):
-            if number < 1:
-                raise UsageError(f"{what} is a number from 1, not {number}.")
+        for what, number, least in (("seeds", seeds, 1), ("max_labels", max_labels, 0)):
+            if number < least:
+                raise UsageError(f"{what} is a number from {least}, not {number}.")
         planned = load_figures(scenarios[0].parent / FIGURES, figures) if figures else ()
         request = cls(scenarios, methods, batch, seeds, max_labels, planned, grids)
         _check_names(scenarios)
@@ -71,6 +76,10 @@ class EvaluationRequest:
     def methods_of(self, scenario: Path) -> tuple[Method, ...]:
         """The methods to compare on a scenario."""
         return methods_of(self.methods or ",".join(load_source(scenario).scenario.methods), self.batch)
+
+    def labels_of(self, scenario: Path) -> int:
+        """How many scores each person gives on a scenario."""
+        return self.max_labels or max(load_source(scenario).scenario.target.labels or 0, ENOUGH_LABELS)
 
 
 def _check_names(scenarios: Sequence[Path]) -> None:
