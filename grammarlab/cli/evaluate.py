@@ -38,7 +38,10 @@ def evaluate(
         str, typer.Option("--figures", help="Also draw these experiments (4.7a,4.9b), or all of them.")
     ] = "",
     grids: Annotated[
-        bool, typer.Option("--grids", help="Also draw samples before and after, 4x4 and 10x10 a scenario.")
+        bool,
+        typer.Option(
+            "--grids", help="Also draw models with their scores, and samples before and after, 4x4 and 10x10."
+        ),
     ] = False,
     folder: Annotated[Path, typer.Option("-o", "--output", help="Folder for curves, tables and pictures.")] = Path(
         "out/evaluation"

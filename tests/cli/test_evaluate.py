@@ -4,6 +4,7 @@ import json
 
 import pyarrow.parquet as pq
 import pytest
+from PIL import Image
 
 from grammarlab.runs.evaluate import grids as grid_pictures
 from grammarlab.runs.evaluate.store import STORE
@@ -91,14 +92,18 @@ def test_a_run_leaves_tables_and_pictures_and_a_report_elsewhere(evaluate, tmp_p
     plots = {path.name for path in (out / "plots").iterdir()}
     assert plots == {"tiny.png", "tiny.svg", "figure-mine.png", "figure-mine.svg"}
     grids = {path.name for path in (out / "grids").iterdir()}
-    assert grids == {f"tiny-{stage}-{size}.png" for stage in ("before", "after") for size in ("1x1", "2x2")}
+    samples = {f"tiny-{stage}-{size}.jpg" for stage in ("before", "after") for size in ("1x1", "2x2")}
+    assert grids == {"tiny-scores.jpg", *samples}
     rows = pq.read_table(out / "results.parquet").to_pylist()
     assert {row["method"] for row in rows} == {"kde", "2x2", "4x4"}
     page = (tmp_path / "docs" / "results.md").read_text(encoding="utf-8")
     assert "| tiny | Boxes rather than cylinders |" in page
-    for picture in ("tiny.png", "figure-mine.png", "tiny-after-2x2.png"):
+    for picture in ("tiny.png", "figure-mine.png", "tiny-scores.jpg", "tiny-after-1x1.jpg"):
         assert f"](results/{picture})" in page
-        assert (tmp_path / "docs" / "results" / picture).read_bytes().startswith(b"\x89PNG")
+        with Image.open(tmp_path / "docs" / "results" / picture) as opened:
+            assert opened.width > 100
+    assert "tiny-after-2x2.jpg" not in page
+    assert "tiny-after-2x2.jpg" in (out / "results.md").read_text(encoding="utf-8")
 
 
 def test_a_second_run_goes_on_from_the_first_unless_it_is_to_begin_anew(evaluate, tmp_path):
@@ -123,7 +128,7 @@ def test_a_second_run_goes_on_from_the_first_unless_it_is_to_begin_anew(evaluate
         (["--methods", ","], 2, "which methods"),
         (["--seeds", "0"], 2, "--seeds"),
         (["--seeds", "three"], 2, "--seeds"),
-        (["--max-labels", "0"], 2, "--max-labels"),
+        (["--max-labels", "-1"], 2, "--max-labels"),
         (["--batch", "5000"], 2, "batch is a number from 1 to 1024"),
         (["--figures", "4.7a"], 2, "no figure is called"),
     ],

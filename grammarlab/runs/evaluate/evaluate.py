@@ -51,7 +51,8 @@ def evaluate_run(
     Args:
         request: what to measure.
         folder: for the results, made when missing.
-        report: another place to write the page to; its pictures go into a folder of the same name beside it.
+        report: another place to write the page to; its pictures, but for the large ones, go into a folder of the same
+            name beside it.
         cache: folder for counted features; ``cache`` in the folder of results when left out.
         jobs: processes; no number depends on it.
         fresh: forget the curves that the folder holds.
@@ -84,7 +85,8 @@ def evaluate_run(
     if request.grids:
         pictures += draw_samples([part[0] for part in plain.values()], folder / GRIDS, jobs, on_progress)
     for page in (folder / PAGE, *([report] if report else [])):
-        beside = pictures if page == folder / PAGE else [copied_beside(picture, page) for picture in pictures]
+        own = page == folder / PAGE
+        beside = pictures if own else [copied_beside(picture, page) for picture in pictures if picture.small]
         write_page(page, results, beside, command)
     return EvaluationResult(results, folder / TABLE, folder / PAGE)
 

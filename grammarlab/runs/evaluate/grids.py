@@ -24,11 +24,13 @@ SIZES = (4, 10)
 """Models along each side of a grid."""
 TILE_AREA = 160 * 160
 """Pixels of the picture of one model."""
+QUALITY = 85
+"""Of JPEG files, 1 to 95."""
 GRID_LANE = 3
 """Place below a curve's seed that the choice of samples has its seed from."""
 
 
-def draw_grids(task: Task, folder: Path, jobs: int) -> tuple[Path, ...]:
+def draw_grids(task: Task, folder: Path, jobs: int) -> dict[int, dict[str, Path]]:
     """Draw samples of the labelled set before learning and after all rounds of a task, with their true scores.
 
     A sample is a model of the labelled set, taken with a probability proportional to its weight; models may repeat.
@@ -39,7 +41,7 @@ def draw_grids(task: Task, folder: Path, jobs: int) -> tuple[Path, ...]:
         jobs: processes; the pictures do not depend on it.
 
     Returns:
-        ``F1-before-4x4.png``, ``F1-after-4x4.png``, and the same with 10x10.
+        ``F1-before-4x4.jpg`` and ``F1-after-4x4.jpg``, and the same with 10x10: by size, and then by stage.
     """
     material, state, curve = run_protocol(task)
     source = load_source(task.scenario)
@@ -52,18 +54,22 @@ def draw_grids(task: Task, folder: Path, jobs: int) -> tuple[Path, ...]:
         ),
     }
     folder.mkdir(parents=True, exist_ok=True)
-    files = []
+    files: dict[int, dict[str, Path]] = {size: {} for size in SIZES}
     for size in SIZES:
         for stage, (weights, remark) in stages.items():
             models = choose(weights, size * size, task.seed)
             scores = [f"{100 * material.target[model]:.3g}" for model in models]
             heading = (f"{source.scenario.name} {stage}", remark)
             picture = _draw(source, models, scores, size, heading, jobs)
-            path = folder / f"{source.scenario.name}-{stage}-{size}x{size}.png"
-            with atomic_file(path) as part:
-                Image.fromarray(picture).save(part)
-            files.append(path)
-    return tuple(files)
+            files[size][stage] = folder / f"{source.scenario.name}-{stage}-{size}x{size}.jpg"
+            save_picture(picture, files[size][stage])
+    return files
+
+
+def save_picture(picture: NDArray[np.uint8], path: Path) -> None:
+    """Write pixels [height, width, 3] as JPEG, whole or not at all."""
+    with atomic_file(path) as part:
+        Image.fromarray(picture).save(part, "JPEG", quality=QUALITY)
 
 
 def choose(weights: NDArray[np.float64], num_models: int, seed: int) -> list[int]:

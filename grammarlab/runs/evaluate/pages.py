@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
 from grammarlab.evaluation.pages import Group, example_models
 from grammarlab.evaluation.preparation import Source
-from grammarlab.runs.atomic import atomic_file
-from grammarlab.runs.evaluate.grids import tiles_of
+from grammarlab.runs.evaluate.grids import save_picture, tiles_of
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
 
@@ -27,7 +25,7 @@ def draw_examples(scenario: Path, folder: Path, jobs: int) -> Path:
         jobs: processes; the picture does not depend on it.
 
     Returns:
-        ``F1-scores.png``.
+        ``F1-scores.jpg``.
 
     Raises:
         GrammarlabError: as the scenario and its grammar give reason to.
@@ -35,9 +33,8 @@ def draw_examples(scenario: Path, folder: Path, jobs: int) -> Path:
     source = load_source(scenario)
     groups = [group for group in example_models(source, COLUMNS) if group.models]
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{source.scenario.name}-scores.png"
-    with atomic_file(path) as part:
-        Image.fromarray(_draw(source, groups, jobs)).save(part)
+    path = folder / f"{source.scenario.name}-scores.jpg"
+    save_picture(_draw(source, groups, jobs), path)
     return path
 
 

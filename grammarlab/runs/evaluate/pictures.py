@@ -9,10 +9,11 @@ from pathlib import Path
 from grammarlab.runs.atomic import atomic_file
 from grammarlab.runs.evaluate.figures import PlannedFigure
 from grammarlab.runs.evaluate.grids import draw_grids
+from grammarlab.runs.evaluate.pages import draw_examples
 from grammarlab.runs.evaluate.plots import Series, draw_curves
 from grammarlab.runs.evaluate.report import Picture, ScenarioResults
 from grammarlab.runs.evaluate.store import CurveRecord
-from grammarlab.runs.evaluate.task import Task
+from grammarlab.runs.evaluate.task import Task, load_source
 from grammarlab.runs.sample import Progress
 
 
@@ -41,11 +42,18 @@ def draw_figure(figure: PlannedFigure, lines: Sequence[tuple[CurveRecord, ...]],
 
 
 def draw_samples(tasks: Sequence[Task], folder: Path, jobs: int, on_progress: Progress) -> list[Picture]:
-    """Draw samples before and after the curves of some tasks, one a scenario."""
+    """Draw what each scenario likes, and samples before and after the curves of some tasks, one a scenario."""
     pictures = []
     on_progress("grids", 0, len(tasks))
     for done, task in enumerate(tasks, 1):
-        pictures += [Picture(file, f"Samples: {file.stem}") for file in draw_grids(task, folder, jobs)]
+        name = load_source(task.scenario).scenario.name
+        examples = draw_examples(task.scenario, folder, jobs)
+        pictures.append(Picture(examples, f"{name}: models and their scores"))
+        grids = draw_grids(task, folder, jobs)
+        for size, files in grids.items():
+            for stage, file in files.items():
+                title = f"{name}: {size}x{size} samples {stage}"
+                pictures.append(Picture(file, title, small=size == min(grids)))
         on_progress("grids", done, len(tasks))
     return pictures
 

@@ -47,6 +47,8 @@ class Picture:
     title: str
     remark: str = ""
     """What stands below it."""
+    small: bool = True
+    """Whether a page elsewhere shows it too."""
 
 
 def write_table(path: Path, records: Sequence[CurveRecord]) -> None:

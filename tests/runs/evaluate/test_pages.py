@@ -28,7 +28,7 @@ def test_a_page_has_a_row_for_every_group_that_is_not_empty(tmp_path: Path):
     (tmp_path / "boxes.toml").write_text(SCENARIO)
     path = draw_examples(tmp_path / "boxes.toml", tmp_path / "out", jobs=1)
     picture = np.asarray(Image.open(path))
-    assert path.name == "boxes-scores.png"
+    assert path.name == "boxes-scores.jpg"
     width, height = 1, 1
     while lay_out(3 * COLUMNS, COLUMNS, width, height).size()[0] < picture.shape[1]:
         width += 1
