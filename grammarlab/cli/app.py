@@ -15,6 +15,7 @@ from grammarlab.cli.format import format_file
 from grammarlab.cli.label import label
 from grammarlab.cli.learn import learn
 from grammarlab.cli.sample import sample
+from grammarlab.cli.score import score
 from grammarlab.cli.show import show
 
 app = typer.Typer(
@@ -48,6 +49,7 @@ app.command("list")(list_examples)
 app.command("show")(show)
 app.command("format")(format_file)
 app.command("label")(label)
+app.command("score")(score)
 app.command("learn")(learn)
 app.command("compare")(compare)
 app.command("evaluate")(evaluate)

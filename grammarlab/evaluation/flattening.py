@@ -49,7 +49,12 @@ class Flattened:
 
 def flattened_hash(grammar: Grammar) -> str:
     """What names models of the flattened grammar in label files, as `Grammar.hash` names those of the grammar."""
-    return hashlib.sha256(f"flattened {grammar.hash}".encode()).hexdigest()
+    return hash_of_flattened(grammar.hash)
+
+
+def hash_of_flattened(grammar: str) -> str:
+    """The same, from the hash of the grammar."""
+    return hashlib.sha256(f"flattened {grammar}".encode()).hexdigest()
 
 
 def flattened(grammar: Grammar, definitions: Collection[str] | None = None) -> Flattened:

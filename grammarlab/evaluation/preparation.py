@@ -25,8 +25,8 @@ from grammarlab.derivation.program import Program
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.flattening import Flattened, flattened
 from grammarlab.evaluation.material import Bound, Columns, Ints, Material, Table
+from grammarlab.evaluation.pool import pool_seeds, pool_sizes
 from grammarlab.evaluation.scenario import FAMILIES, FeatureOptions, Scenario
-from grammarlab.evaluation.seeds import derived_seed
 from grammarlab.features.counting import count
 from grammarlab.features.pattern import Feature
 from grammarlab.features.thresholds import margins
@@ -35,11 +35,6 @@ from grammarlab.language.grammar import Grammar
 
 Floats = NDArray[np.float64]
 Arrays: TypeAlias = Mapping[str, NDArray]
-
-_POOL_LANES = 1, 2
-"""Places below a scenario's seed that the pool's models have their seeds from."""
-FLATTENED_PART = 5
-"""The pool is as large as the labelled set; one model of so many is a sample of the flattened grammar."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +57,7 @@ class Source:
     @property
     def pool_sizes(self) -> tuple[int, int]:
         """How many models of the pool are samples of the grammar, and how many of the flattened grammar."""
-        size = self.scenario.num_models
-        from_flattened = size // FLATTENED_PART
-        return size - from_flattened, from_flattened
+        return pool_sizes(self.scenario.num_models)
 
     @property
     def key(self) -> str:
@@ -182,15 +175,16 @@ def pool_models(
         seed: 0 <= seed < 2**64, that the seeds of both parts follow from.
         assets: folder of meshes and images.
     """
-    for program, size, lane in zip((compile_grammar(grammar), flat.program), sizes, _POOL_LANES, strict=True):
-        yield from derive_chunks(program, size, derived_seed(seed, lane), assets=assets)
+    programs = compile_grammar(grammar), flat.program
+    for program, size, of_part in zip(programs, sizes, pool_seeds(seed), strict=True):
+        yield from derive_chunks(program, size, of_part, assets=assets)
 
 
 def pool_address(source: Source, index: int) -> tuple[bool, int, int]:
     """Of a model of the pool: whether it is from the flattened grammar, its seed, and its index under that seed."""
     from_grammar = source.pool_sizes[0]
     flat = index >= from_grammar
-    return flat, derived_seed(source.scenario.seed, _POOL_LANES[flat]), index - from_grammar if flat else index
+    return flat, pool_seeds(source.scenario.seed)[flat], index - from_grammar if flat else index
 
 
 class _Tables:
@@ -226,7 +220,7 @@ class _Tables:
         )
 
     def _count_base(self, length: int) -> Table:
-        options = _options(self._source.feature_options, length)
+        options = options_of(self._source.feature_options, length)
         key = f"table-{_digest(self._source.models, options)}"
         arrays = self._keep(key, lambda: _count(self._source, options))
         return Table(arrays["labelled"], arrays["pool"], arrays["groups"], tuple(arrays["group_names"].tolist()))
@@ -253,7 +247,8 @@ class _Tables:
         return derive(program, 1, seed, first_model=number, assets=self._source.assets)
 
 
-def _options(features: FeatureOptions, length: int) -> Options:
+def options_of(features: FeatureOptions, length: int) -> Options:
+    """Which columns there are for paths of some length, without those that are searched for."""
     families = features.families
     return Options(
         length,

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest
 from grammarlab.evaluation.flattening import flattened
-from grammarlab.evaluation.preparation import FLATTENED_PART, pool_models, without_geometry
+from grammarlab.evaluation.pool import pool_sizes
+from grammarlab.evaluation.preparation import pool_models, without_geometry
 from grammarlab.evaluation.scenario import DEFAULT_MODELS
 from grammarlab.language.grammar import Grammar
 
@@ -38,7 +39,7 @@ class Pool:
             size: how many models.
         """
         flat = flattened(grammar)
-        sizes = (size - size // FLATTENED_PART, size // FLATTENED_PART)
+        sizes = pool_sizes(size)
         forests, ratios = [], []
         for forest in pool_models(grammar, flat, sizes, seed, assets):
             forests.append(without_geometry(forest))

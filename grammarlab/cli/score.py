@@ -1,0 +1,54 @@
+"""``grammarlab score``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from grammarlab.cli.report import friendly_errors, say
+from grammarlab.cli.sample import complete_grammar
+
+
+def score(
+    grammar: Annotated[
+        str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
+    ],
+    session: Annotated[
+        Path | None, typer.Option("--session", help="Session file (.db): begun when missing, else gone on with.")
+    ] = None,
+    port: Annotated[int, typer.Option("--port", help="To listen on; 0 for any that is free.", min=0, max=65535)] = 0,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether to open the page.")] = True,
+    seed: Annotated[int, typer.Option("--seed", help="Of the models of a new session.", min=0)] = 0,
+    assets: Annotated[Path | None, typer.Option("--assets", help="Folder of meshes and images.")] = None,
+    stored_grammar: Annotated[
+        bool, typer.Option("--stored-grammar", help="Use the grammar that the session was begun with.")
+    ] = False,
+) -> None:
+    """Score models in the browser, and watch the density follow."""
+    with friendly_errors():
+        from grammarlab.errors import UsageError
+        from grammarlab.runs.scoring.session import Session
+
+        try:
+            from grammarlab.runs.scoring.server import serve
+        except ModuleNotFoundError as error:
+            if error.name != "tornado":
+                raise
+            raise UsageError("the page needs the package tornado: pip install 'grammarlab[score]'.") from error
+        path = session or Path(f"{Path(grammar).stem}.db")
+        opened = Session(grammar, path, seed=seed, assets=assets, stored_grammar=stored_grammar)
+
+        def tell(address: str) -> None:
+            typer.echo(address)
+            say(f"scores are saved in {path}; Ctrl-C ends")
+            if browser:
+                typer.launch(address)
+
+        try:
+            serve(opened, port, tell)
+        except KeyboardInterrupt:
+            say(f"ended; go on with the same command. Scores are in {path}.")
+        finally:
+            opened.close()

@@ -1,0 +1,1 @@
+"""Scoring rounds: a person looks at models and scores them, and the density follows."""

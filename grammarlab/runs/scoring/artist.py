@@ -1,0 +1,119 @@
+"""Draws models and makes files of them, in a process of its own."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from grammarlab.derivation.derive import derive
+from grammarlab.derivation.program import Program
+from grammarlab.errors import GrammarlabError
+from grammarlab.evaluation.flattening import flattened
+from grammarlab.export.glb import merged_glb
+from grammarlab.language.grammar import Grammar
+from grammarlab.render.camera import View, frame
+from grammarlab.render.raycast import RaycastRenderer
+from grammarlab.render.renderer import RenderOptions
+from grammarlab.runs.derive_batch import asset_folder, compiled
+from grammarlab.runs.scoring.addresses import Address
+from grammarlab.runs.scoring.crew import Handler, Report
+from grammarlab.runs.scoring.tasks import Begin, Draw, MakeGlb
+from grammarlab.runs.sheet_page import PAPER
+from grammarlab.runs.tiles import seen_points
+from grammarlab.scene import TriangleBatch, realize, triangles
+
+KEPT = 48
+"""Models that are kept in memory, since they are drawn twice: quickly, then well."""
+MAX_VERTICES = 8_000_000
+"""Of these, as long as there are others than those asked for last."""
+MAX_GLB_BYTES = 128 << 20
+
+
+Pictures: TypeAlias = list[NDArray[np.uint8]]
+"""[size, size, 3] of each model."""
+
+
+def artist(text: str, name: str, assets: str) -> Handler:
+    """What does `Draw` and `MakeGlb` tasks for a grammar."""
+    return _Studio(*compiled(text, name), Path(assets)).do
+
+
+@dataclass
+class _Studio:
+    """Models that were looked at last."""
+
+    grammar: Grammar
+    program: Program
+    assets: Path
+    models: OrderedDict[str, TriangleBatch] = field(default_factory=OrderedDict)
+
+    @cached_property
+    def flattened(self) -> Program:
+        return flattened(self.grammar).program
+
+    def do(self, request: Begin | Draw | MakeGlb, _report: Report) -> Pictures | bytes | bool:
+        if isinstance(request, Begin):
+            return True
+        # One process a core is meant, so more threads would only be in each other's way.
+        with threadpool_limits(1):
+            if isinstance(request, MakeGlb):
+                return self._glb(request.model)
+            return self._draw(request.models, RenderOptions(request.size, request.size, request.samples))
+
+    def _glb(self, model: str) -> bytes:
+        content = merged_glb(self._model(model), [model], np.zeros((1, 3)), self.assets)
+        if len(content) > MAX_GLB_BYTES:
+            raise GrammarlabError(f"model {model} is too large to be shown: {len(content) >> 20} MiB.")
+        return content
+
+    def _draw(self, models: Sequence[str], options: RenderOptions) -> Pictures:
+        # A model that cannot be derived is told about when somebody looks at it closely; others are no worse for it.
+        with suppress(GrammarlabError):
+            self._derive([Address.parse(model) for model in models if model not in self.models])
+        return [self._picture(model, options) for model in models]
+
+    def _picture(self, name: str, options: RenderOptions) -> NDArray[np.uint8]:
+        try:
+            model = self._model(name)
+            return RaycastRenderer().render(model, frame(seen_points(model), 1.0, View()), options)
+        except GrammarlabError:
+            return np.full((options.height, options.width, 3), PAPER, np.uint8)
+
+    def _model(self, text: str) -> TriangleBatch:
+        if text not in self.models:
+            self._derive([Address.parse(text)])
+        self.models.move_to_end(text)
+        return self.models[text]
+
+    def _derive(self, addresses: Sequence[Address]) -> None:
+        """Models into memory; those that follow each other are derived together, which is faster."""
+        for run in _runs(addresses):
+            first = run[0]
+            program = self.flattened if first.flat else self.program
+            assets = asset_folder(self.assets)
+            batch = triangles(realize(derive(program, len(run), first.seed, first_model=first.model, assets=assets)))
+            self.models |= {str(address): batch.model(index) for index, address in enumerate(run)}
+        vertices = sum(len(model.vertices) for model in self.models.values())
+        while len(self.models) > KEPT or (vertices > MAX_VERTICES and len(self.models) > len(addresses)):
+            vertices -= len(self.models.popitem(last=False)[1].vertices)
+
+
+def _runs(addresses: Sequence[Address]) -> Iterator[list[Address]]:
+    """Addresses cut where one does not follow the one before it."""
+    run: list[Address] = []
+    for address in addresses:
+        if run and address != run[-1]._replace(model=run[-1].model + 1):
+            yield run
+            run = []
+        run.append(address)
+    if run:
+        yield run

@@ -1,0 +1,224 @@
+"""The protocol: what windows may ask for, checked, and what they get.
+
+A request is ``{"id": 7, "command": "score", …}`` with binary buffers; the answer has the same id and either
+``"ok": true, "result": {…}`` with buffers, or ``"ok": false, "error": "…"``. Requests are foreign: every value is
+checked.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.runs.scoring.addresses import Address, shown
+from grammarlab.runs.scoring.events import checked_models, checked_score
+from grammarlab.runs.scoring.rounds import Answer, Refuse, Rounds
+from grammarlab.runs.scoring.sorting import Order
+from grammarlab.runs.scoring.state import state_of
+from grammarlab.runs.scoring.thumbnails import LARGEST, SMALLEST
+from grammarlab.runs.scoring.windows import Message, Send
+
+MAX_PICTURES = 400
+"""Models that one request for pictures may name."""
+MAX_SHEET = 64
+"""Models on a sheet."""
+MAX_FILE_BYTES = 32 << 20
+"""Of a label file."""
+FORMATS = ("csv", "jsonl", "parquet")
+VIEWER = Path(__file__).parent / "page" / "viewer.js"
+MAX_TEXT = 200
+"""Characters of a name or a search."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """One thing that a window asks for."""
+
+    values: Mapping[str, Any]
+    buffers: Sequence[bytes]
+    window: Send
+    answer: Answer
+    refuse: Refuse
+
+    def text(self, name: str, default: str | None = None) -> str:
+        """A text argument.
+
+        Raises:
+            UsageError: when it is none.
+        """
+        value = self.values.get(name, default)
+        if not isinstance(value, str) or len(value) > MAX_TEXT:
+            raise UsageError(f"{name}: expected a text of at most {MAX_TEXT} characters, found {shown(value)}.")
+        return value
+
+    def whole(self, name: str, low: int, high: int, default: int) -> int:
+        """A whole number.
+
+        Raises:
+            UsageError: when it is none, or out of range.
+        """
+        value = self.values.get(name, default)
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise UsageError(f"{name}: expected a whole number from {low} to {high}, found {shown(value)}.")
+        return value
+
+
+Command = Callable[[Rounds, Request], Message | None]
+
+
+def run(rounds: Rounds, message: object, buffers: Sequence[bytes], window: Send) -> None:
+    """Does what a window asks for, and answers, now or later.
+
+    Args:
+        rounds: the session.
+        message: anything at all.
+        buffers: that came with it.
+        window: gets the answer.
+    """
+    values = message if isinstance(message, dict) else {}
+    number = values.get("id") if isinstance(values.get("id"), int | str | None) else None
+
+    def answer(result: Message, answer_buffers: Sequence[bytes] = ()) -> None:
+        window({"id": number, "ok": True, "result": result}, answer_buffers)
+
+    def refuse(error: str) -> None:
+        window({"id": number, "ok": False, "error": error}, ())
+
+    try:
+        result = _command(values)(rounds, Request(values, buffers, window, answer, refuse))
+        if result is not None:
+            answer(result)
+    except (GrammarlabError, OSError) as error:
+        refuse(str(error))
+    except Exception as error:  # a mistake of ours must not end the session
+        traceback.print_exc()
+        refuse(f"unexpected {type(error).__name__}: {error}. Please report it.")
+
+
+def _command(values: Mapping[str, Any]) -> Command:
+    name = values.get("command")
+    if not isinstance(name, str) or name not in COMMANDS:
+        raise UsageError(f"command: expected one of {', '.join(COMMANDS)}, found {shown(name)}.")
+    return COMMANDS[name]
+
+
+def _state(rounds: Rounds, _request: Request) -> Message:
+    return state_of(rounds)
+
+
+def _score(rounds: Rounds, request: Request) -> Message:
+    models = checked_models(request.values.get("models"))
+    revision = rounds.score(models, checked_score(request.values.get("score")))
+    return {"saved": True, "revision": revision}
+
+
+def _event(kind: str, *names: str) -> Callable[[Rounds, Request], Message]:
+    """A command that is an event and nothing else."""
+
+    def add(rounds: Rounds, request: Request) -> Message:
+        body = {name: request.values.get(name) for name in names}
+        return {"saved": True, "revision": rounds.do(kind, body)}
+
+    return add
+
+
+def _layout(rounds: Rounds, request: Request) -> Message:
+    rounds.layout({name: request.values.get(name) for name in ("grids", "rows", "columns")})
+    return {}
+
+
+def _populate(rounds: Rounds, request: Request) -> Message:
+    rounds.populate(request.text("way", rounds.record.way))
+    return {}
+
+
+def _sort(rounds: Rounds, request: Request) -> Message:
+    models = tuple(checked_models(request.values.get("models", []), MAX_PICTURES))
+    rounds.sort(Order(request.text("by"), request.text("feature", ""), models))
+    return {}
+
+
+def _features(rounds: Rounds, request: Request) -> Message:
+    rounds.prepare()
+    return {"features": rounds.knowledge.names_like(request.text("query", ""))}
+
+
+def _update(rounds: Rounds, _request: Request) -> Message:
+    rounds.update()
+    return {}
+
+
+def _cancel(rounds: Rounds, _request: Request) -> Message:
+    rounds.cancel()
+    return {}
+
+
+def _pictures(rounds: Rounds, request: Request) -> None:
+    models = checked_models(request.values.get("models"), MAX_PICTURES)
+    size = request.whole("size", SMALLEST, LARGEST, 160)
+    request.answer({}, ())
+    rounds.thumbnails.request(models, size, request.window)
+
+
+def _model(rounds: Rounds, request: Request) -> None:
+    rounds.glb(str(Address.parse(request.values.get("model"))), request.answer, request.refuse)
+
+
+def _viewer(_rounds: Rounds, request: Request) -> None:
+    request.answer({}, (VIEWER.read_bytes(),))
+
+
+def _export(rounds: Rounds, request: Request) -> None:
+    rounds.export(_suffix(request), request.answer, request.refuse)
+
+
+def _import(rounds: Rounds, request: Request) -> None:
+    if len(request.buffers) != 1 or len(request.buffers[0]) > MAX_FILE_BYTES:
+        raise UsageError(f"expected one label file of at most {MAX_FILE_BYTES >> 20} MiB.")
+    rounds.read(bytes(request.buffers[0]), _suffix(request), request.answer, request.refuse)
+
+
+def _suffix(request: Request) -> str:
+    name = request.text("format")
+    if name not in FORMATS:
+        raise UsageError(f"format: expected one of {', '.join(FORMATS)}, found {shown(name)}.")
+    return f".{name}"
+
+
+def _learn(rounds: Rounds, request: Request) -> None:
+    rounds.learn_grammar(request.answer, request.refuse)
+
+
+def _sheet(rounds: Rounds, request: Request) -> None:
+    rounds.sheet(request.whole("num", 1, MAX_SHEET, 16), request.answer, request.refuse)
+
+
+COMMANDS: dict[str, Command] = {
+    "state": _state,
+    "score": _score,
+    "undo": _event("undo"),
+    "redo": _event("redo"),
+    "factor_create": _event("factor_create", "name"),
+    "factor_rename": _event("factor_rename", "name", "to"),
+    "factor_delete": _event("factor_delete", "name"),
+    "factor_activate": _event("factor_activate", "name"),
+    "view": _event("view", "kind"),
+    "layout": _layout,
+    "populate": _populate,
+    "sort": _sort,
+    "features": _features,
+    "update": _update,
+    "cancel": _cancel,
+    "pictures": _pictures,
+    "model": _model,
+    "viewer": _viewer,
+    "export": _export,
+    "import": _import,
+    "learn": _learn,
+    "sheet": _sheet,
+}
+"""What each command does; those without a result answer by themselves."""

@@ -1,0 +1,238 @@
+"""Long-lived processes that work for a session, and end when it does, however it ends.
+
+Each holds one end of a pipe and nothing of the other end, so that it sees at once when the session is gone.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import traceback
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from ctypes import c_ulonglong
+from dataclasses import dataclass, field
+from functools import partial
+from importlib import import_module
+from itertools import count
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from multiprocessing.sharedctypes import RawValue
+from threading import Thread
+from typing import Any
+
+from grammarlab.errors import GrammarlabError
+
+MAX_LOSSES = 8
+"""Processes of a crew that may end unasked before it gives up."""
+_GONE = "A process that worked for the session has ended unasked; memory may be short. Try again."
+_CONTEXT = get_context("spawn")
+
+Report = Callable[[str, int, int], None]
+"""Tells how far a task is: a stage, how many are done, of how many. Ends the task when it was cancelled."""
+Handler = Callable[[Any, Report], Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a task ended."""
+
+    value: Any = None
+    error: str = ""
+    """Empty when it went well."""
+    cancelled: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """Something to do in another process."""
+
+    ticket: int
+    request: Any
+    then: Callable[[Outcome], None]
+    on_progress: Report | None
+    is_wanted: Callable[[], bool]
+    """Asked before it begins; what is not wanted any more is dropped."""
+
+
+@dataclass
+class _Worker:
+    """A process, and what it is doing."""
+
+    process: Any
+    connection: Connection
+    cancelled: Any
+    """Tasks with tickets up to this one are cancelled."""
+    task: Task | None = None
+
+
+@dataclass
+class Crew:
+    """Processes that do tasks, one each at a time. All methods are for one thread, on which callbacks run, too."""
+
+    make: str
+    """``package.module:function``: called in each process, it gives the function that does the tasks."""
+    arguments: tuple[Any, ...]
+    """Of that function."""
+    size: int
+    """How many processes."""
+    deliver: Callable[[Callable[[], None]], None]
+    """Called from other threads with something to call on the crew's thread."""
+    politeness: int = 0
+    """How far others go first where there are fewer cores than processes: added to the processes' nice value."""
+    _workers: list[_Worker] = field(default_factory=list)
+    _waiting: deque[Task] = field(default_factory=deque)
+    _tickets: count[int] = field(default_factory=lambda: count(1))
+    _losses: int = 0
+    _is_closed: bool = False
+
+    def start(self) -> None:
+        """Starts the processes that are missing, and returns before they are ready."""
+        while len(self._workers) < self.size and not self._is_closed:
+            here, there = _CONTEXT.Pipe()
+            cancelled = RawValue(c_ulonglong, 0)
+            work = (there, cancelled, self.politeness, self.make, self.arguments)
+            process = _CONTEXT.Process(target=_work, args=work, daemon=True)
+            process.start()
+            there.close()
+            worker = _Worker(process, here, cancelled)
+            self._workers.append(worker)
+            Thread(target=self._listen, args=(worker,), daemon=True).start()
+
+    def submit(
+        self,
+        request: Any,
+        then: Callable[[Outcome], None],
+        *,
+        on_progress: Report | None = None,
+        is_wanted: Callable[[], bool] = lambda: True,
+        first: bool = False,
+    ) -> int:
+        """Has a task done.
+
+        Args:
+            request: what the processes' function gets.
+            then: gets the outcome, unless the task is dropped.
+            on_progress: gets what the task reports.
+            is_wanted: asked before it begins.
+            first: before all tasks that wait.
+
+        Returns:
+            A ticket to cancel it by.
+        """
+        task = Task(next(self._tickets), request, then, on_progress, is_wanted)
+        if self._losses > MAX_LOSSES:
+            then(Outcome(error=_GONE))
+            return task.ticket
+        (self._waiting.appendleft if first else self._waiting.append)(task)
+        self.start()
+        self._dispatch()
+        return task.ticket
+
+    def cancel(self, ticket: int) -> None:
+        """Cancels a task: one that waits ends at once, one that runs when it next reports."""
+        for task in self._waiting:
+            if task.ticket == ticket:
+                self._waiting.remove(task)
+                task.then(Outcome(cancelled=True))
+                return
+        for worker in self._workers:
+            if worker.task is not None and worker.task.ticket == ticket:
+                worker.cancelled.value = ticket
+
+    def close(self) -> None:
+        """Ends the processes; tasks are dropped."""
+        self._is_closed = True
+        self._waiting.clear()
+        for worker in self._workers:
+            worker.process.terminate()
+            worker.connection.close()
+        for worker in self._workers:
+            worker.process.join(5.0)
+
+    def _dispatch(self) -> None:
+        for worker in list(self._workers):
+            while worker.task is None and self._waiting and not self._is_closed:
+                task = self._waiting.popleft()
+                if task.is_wanted():
+                    worker.task = task
+                    # A process that is gone is noticed by its listener.
+                    with suppress(OSError):
+                        worker.connection.send((task.ticket, task.request))
+
+    def _listen(self, worker: _Worker) -> None:
+        """Passes on what a process says, in a thread of its own."""
+        with suppress(EOFError, OSError):
+            while True:
+                self.deliver(partial(self._hear, worker, worker.connection.recv()))
+        self.deliver(partial(self._lose, worker))
+
+    def _hear(self, worker: _Worker, said: tuple[str, Any]) -> None:
+        kind, value = said
+        task = worker.task
+        if task is None or self._is_closed:
+            return
+        if kind == "progress":
+            if task.on_progress is not None and worker.cancelled.value != task.ticket:
+                task.on_progress(*value)
+            return
+        worker.task = None
+        task.then(value)
+        self._dispatch()
+
+    def _lose(self, worker: _Worker) -> None:
+        """A process has ended."""
+        if self._is_closed or worker not in self._workers:
+            return
+        self._workers.remove(worker)
+        self._losses += 1
+        if worker.task is not None:
+            worker.task.then(Outcome(error=_GONE))
+        if self._losses <= MAX_LOSSES:
+            self.start()
+            self._dispatch()
+        while self._waiting and not self._workers:
+            self._waiting.popleft().then(Outcome(error=_GONE))
+
+
+class _CancelledError(Exception):
+    """A task learns that nobody waits for it."""
+
+
+def _work(connection: Connection, cancelled: Any, politeness: int, make: str, arguments: tuple[Any, ...]) -> None:
+    """What a process does: tasks, until the other end of the pipe is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if politeness and hasattr(os, "nice"):
+        os.nice(politeness)
+    with suppress(EOFError, OSError):
+        module, _, name = make.partition(":")
+        try:
+            handler: Handler = getattr(import_module(module), name)(*arguments)
+        except GrammarlabError as error:
+            handler = partial(_refuse, str(error))
+        while True:
+            ticket, request = connection.recv()
+
+            def report(stage: str, done: int, total: int, ticket: int = ticket) -> None:
+                if cancelled.value == ticket:
+                    raise _CancelledError
+                connection.send(("progress", (stage, done, total)))
+
+            connection.send(("done", _outcome(handler, request, report)))
+
+
+def _refuse(reason: str, _request: Any, _report: Report) -> None:
+    raise GrammarlabError(reason)
+
+
+def _outcome(handler: Handler, request: Any, report: Report) -> Outcome:
+    try:
+        return Outcome(handler(request, report))
+    except _CancelledError:
+        return Outcome(cancelled=True)
+    except GrammarlabError as error:
+        return Outcome(error=str(error))
+    except Exception as error:  # a mistake of ours must not cost what the process has learned
+        traceback.print_exc()
+        return Outcome(error=f"unexpected {type(error).__name__}: {error}. Please report it.")

@@ -1,0 +1,380 @@
+"""What happens in a session, as events, and what they add up to.
+
+Events are never changed. Undo and redo are events, too: they revert and repeat scores, imports and changes of factors,
+the latest first. All other events are about what is shown and cannot be undone.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from grammarlab.errors import UsageError
+from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.labels import OVERALL
+from grammarlab.runs.scoring.addresses import Address, shown
+
+MAX_SIDE, MAX_GRIDS = 10, 2
+"""Rows and columns of a grid, and grids, at most."""
+MAX_MODELS = 20_000
+"""Models that one event may be about."""
+MAX_FACTORS = 24
+MAX_NAME = 60
+"""Characters of the name of a factor."""
+VIEWS = ("active", "product")
+
+_CONTROL = re.compile(r"[\x00-\x1f\x7f]")
+
+Body = Mapping[str, Any]
+Scores = dict[str, float]
+"""The score of each scored model by its address."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One thing that happened."""
+
+    number: int
+    """1, 2, 3 …: the revision of the session after it."""
+    time: float
+    """Seconds since 1970, for people to read only."""
+    kind: str
+    body: Body
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How many models are shown, and how."""
+
+    grids: int = 2
+    rows: int = 4
+    columns: int = 4
+
+    @property
+    def models(self) -> int:
+        """How many models all grids have room for."""
+        return self.grids * self.rows * self.columns
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Models side by side."""
+
+    title: str
+    models: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Scored:
+    """A step that can be undone: scores of one factor."""
+
+    factor: str
+    before: dict[str, float | None]
+    after: dict[str, float | None]
+
+
+@dataclass(frozen=True, slots=True)
+class _Refactored:
+    """A step that can be undone: other factors, or whole new scores of theirs."""
+
+    before: dict[str, Scores]
+    after: dict[str, Scores]
+    active_before: str
+    active_after: str
+
+
+@dataclass
+class Record:
+    """What the events so far add up to."""
+
+    revision: int = 0
+    """Number of the last event."""
+    factors: dict[str, Scores] = field(default_factory=lambda: {OVERALL: {}})
+    """Scores by factor; at least one factor."""
+    active: str = OVERALL
+    view: str = "active"
+    layout: Layout = Layout()
+    grids: tuple[Grid, ...] = ()
+    way: str = "default"
+    """How the shown models were chosen."""
+    num_shown: int = 0
+    """How often models were chosen or sorted."""
+    seen: dict[str, None] = field(default_factory=dict)
+    """All models that were shown at some time, in order."""
+    chart: list[tuple[int, float]] = field(default_factory=list)
+    """Labels, and how far the density moved in nats, at each update."""
+    done: list[_Scored | _Refactored] = field(default_factory=list)
+    undone: list[_Scored | _Refactored] = field(default_factory=list)
+    judgements: int = 0
+    """Changes whenever scores or factors may have changed."""
+
+    @property
+    def num_labels(self) -> int:
+        """Scores of all factors."""
+        return sum(map(len, self.factors.values()))
+
+    def check(self, kind: str, body: Body) -> None:
+        """Makes sure that an event can happen now.
+
+        Raises:
+            UsageError: says what was expected and what was found.
+        """
+        if kind not in _KINDS:
+            raise UsageError(f"no event is called {shown(kind)}; there are {', '.join(_KINDS)}.")
+        if not isinstance(body, dict):
+            raise UsageError(f"expected an object, found {shown(body)}.")
+        _KINDS[kind][0](self, body)
+
+    def apply(self, event: Event) -> None:
+        """Adds an event.
+
+        Raises:
+            UsageError: when it cannot happen now; nothing has changed then.
+        """
+        self.check(event.kind, event.body)
+        _KINDS[event.kind][1](self, event.body)
+        self.revision = event.number
+
+    def _do(self, step: _Scored | _Refactored) -> None:
+        self._move(step, forward=True)
+        self.done.append(step)
+        self.undone.clear()
+
+    def _move(self, step: _Scored | _Refactored, *, forward: bool) -> None:
+        self.judgements += 1
+        if isinstance(step, _Refactored):
+            self.factors = step.after if forward else step.before
+            here, there = (step.active_after, step.active_before)[:: 1 if forward else -1]
+            if self.active == there or self.active not in self.factors:
+                self.active = here
+            return
+        scores = self.factors[step.factor]
+        for model, score in (step.after if forward else step.before).items():
+            if score is None:
+                scores.pop(model, None)
+            else:
+                scores[model] = score
+
+    def _refactor(self, after: dict[str, Scores], active: str) -> None:
+        self._do(_Refactored(self.factors, after, self.active, active))
+
+
+def checked_score(value: object) -> float | None:
+    """A score from 0 to 100, or None for none.
+
+    Raises:
+        UsageError: when it is neither.
+    """
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= MAX_SCORE:
+        raise UsageError(f"score: expected a number from 0 to {MAX_SCORE:g}, or null for none, found {shown(value)}.")
+    return float(value)
+
+
+def checked_models(value: object, most: int = MAX_MODELS) -> list[str]:
+    """Addresses of different models.
+
+    Raises:
+        UsageError: when they are none, or too many.
+    """
+    if not isinstance(value, list) or len(value) > most:
+        raise UsageError(f"models: expected a list of at most {most:,}, found {shown(value)}.")
+    for text in value:
+        Address.parse(text)
+    if len(set(value)) < len(value):
+        raise UsageError("models: expected different ones, found one twice.")
+    return value
+
+
+def checked_name(value: object) -> str:
+    """A name for a factor.
+
+    Raises:
+        UsageError: when it is none.
+    """
+    if not isinstance(value, str) or not value.strip() or len(value) > MAX_NAME or _CONTROL.search(value):
+        raise UsageError(f"name: expected one line of 1 to {MAX_NAME} characters, found {shown(value)}.")
+    return value
+
+
+def _check_factor(record: Record, value: object) -> None:
+    if not isinstance(value, str) or value not in record.factors:
+        raise UsageError(f"no factor is called {shown(value)}; there are {', '.join(record.factors)}.")
+
+
+def _check_score(record: Record, body: Body) -> None:
+    _check_factor(record, body.get("factor"))
+    if not checked_models(body.get("models")):
+        raise UsageError("models: expected at least one; select what to score.")
+    checked_score(body.get("score"))
+
+
+def _score(record: Record, body: Body) -> None:
+    known, score = record.factors[body["factor"]], checked_score(body["score"])
+    before = {model: known.get(model) for model in body["models"]}
+    record._do(_Scored(body["factor"], before, dict.fromkeys(body["models"], score)))
+
+
+def _check_import(record: Record, body: Body) -> None:
+    scores = body.get("scores")
+    if not isinstance(scores, dict) or not scores:
+        raise UsageError(f"scores: expected scores by factor, found {shown(scores)}.")
+    for name, values in scores.items():
+        checked_name(name)
+        if not isinstance(values, dict):
+            raise UsageError(f"scores of {shown(name)}: expected a score for each model, found {shown(values)}.")
+        checked_models(list(values))
+        for value in values.values():
+            if checked_score(value) is None:
+                raise UsageError(f"scores of {shown(name)}: expected numbers, found null.")
+    if len({*record.factors, *scores}) > MAX_FACTORS:
+        raise UsageError(f"there would be more than {MAX_FACTORS} factors.")
+
+
+def _import(record: Record, body: Body) -> None:
+    after = dict(record.factors)
+    for name, values in body["scores"].items():
+        after[name] = after.get(name, {}) | {model: float(score) for model, score in values.items()}
+    record._refactor(after, record.active)
+
+
+def _check_new_name(record: Record, value: object) -> None:
+    name = checked_name(value)
+    if name in record.factors:
+        raise UsageError(f"there is a factor called {name!r} already; choose another name.")
+
+
+def _check_create(record: Record, body: Body) -> None:
+    _check_new_name(record, body.get("name"))
+    if len(record.factors) >= MAX_FACTORS:
+        raise UsageError(f"there are {MAX_FACTORS} factors already; delete one first.")
+
+
+def _create(record: Record, body: Body) -> None:
+    record._refactor({**record.factors, body["name"]: {}}, body["name"])
+
+
+def _check_rename(record: Record, body: Body) -> None:
+    _check_factor(record, body.get("name"))
+    _check_new_name(record, body.get("to"))
+
+
+def _rename(record: Record, body: Body) -> None:
+    name, to = body["name"], body["to"]
+    active = to if record.active == name else record.active
+    renamed = {to if factor == name else factor: scores for factor, scores in record.factors.items()}
+    record._refactor(renamed, active)
+
+
+def _check_delete(record: Record, body: Body) -> None:
+    _check_factor(record, body.get("name"))
+    if len(record.factors) == 1:
+        raise UsageError("expected another factor to remain; create one before you delete the last.")
+
+
+def _delete(record: Record, body: Body) -> None:
+    left = {name: scores for name, scores in record.factors.items() if name != body["name"]}
+    record._refactor(left, record.active if record.active in left else next(iter(left)))
+
+
+def _check_undo(record: Record, _body: Body) -> None:
+    if not record.done:
+        raise UsageError("there is nothing to undo.")
+
+
+def _undo(record: Record, _body: Body) -> None:
+    step = record.done.pop()
+    record._move(step, forward=False)
+    record.undone.append(step)
+
+
+def _check_redo(record: Record, _body: Body) -> None:
+    if not record.undone:
+        raise UsageError("there is nothing to redo.")
+
+
+def _redo(record: Record, _body: Body) -> None:
+    step = record.undone.pop()
+    record._move(step, forward=True)
+    record.done.append(step)
+
+
+def _check_activate(record: Record, body: Body) -> None:
+    _check_factor(record, body.get("name"))
+
+
+def _activate(record: Record, body: Body) -> None:
+    record.active = body["name"]
+
+
+def _check_view(_record: Record, body: Body) -> None:
+    if body.get("kind") not in VIEWS:
+        raise UsageError(f"kind: expected {' or '.join(VIEWS)}, found {shown(body.get('kind'))}.")
+
+
+def _view(record: Record, body: Body) -> None:
+    record.view = body["kind"]
+
+
+def _check_layout(_record: Record, body: Body) -> None:
+    for name, most in (("grids", MAX_GRIDS), ("rows", MAX_SIDE), ("columns", MAX_SIDE)):
+        value = body.get(name)
+        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+            raise UsageError(f"{name}: expected a number from 1 to {most}, found {shown(value)}.")
+
+
+def _layout(record: Record, body: Body) -> None:
+    record.layout = Layout(body["grids"], body["rows"], body["columns"])
+
+
+def _check_shown(_record: Record, body: Body) -> None:
+    grids, way = body.get("grids"), body.get("way")
+    if not isinstance(way, str) or len(way) > MAX_NAME:
+        raise UsageError(f"way: expected a name, found {shown(way)}.")
+    if not isinstance(grids, list) or len(grids) > MAX_GRIDS:
+        raise UsageError(f"grids: expected at most {MAX_GRIDS}, found {shown(grids)}.")
+    for grid in grids:
+        title = grid.get("title") if isinstance(grid, dict) else None
+        if not isinstance(title, str) or len(title) > MAX_NAME:
+            raise UsageError(f"grids: expected a title and models for each, found {shown(grid)}.")
+        checked_models(grid.get("models"), MAX_SIDE * MAX_SIDE)
+
+
+def _shown(record: Record, body: Body) -> None:
+    record.grids = tuple(Grid(grid["title"], tuple(grid["models"])) for grid in body["grids"])
+    record.way = body["way"]
+    record.num_shown += 1
+    record.seen |= dict.fromkeys(model for grid in record.grids for model in grid.models)
+
+
+def _check_learned(_record: Record, body: Body) -> None:
+    labels, js = body.get("labels"), body.get("js")
+    if isinstance(labels, bool) or not isinstance(labels, int) or not 0 <= labels < 1 << 31:
+        raise UsageError(f"labels: expected a count, found {shown(labels)}.")
+    if isinstance(js, bool) or not isinstance(js, int | float) or not 0 <= js <= math.log(2.0):
+        raise UsageError(f"js: expected a divergence from 0 to ln 2, found {shown(js)}.")
+
+
+def _learned(record: Record, body: Body) -> None:
+    record.chart.append((body["labels"], float(body["js"])))
+
+
+_KINDS: dict[str, tuple[Callable[[Record, Body], None], Callable[[Record, Body], None]]] = {
+    "score": (_check_score, _score),
+    "import": (_check_import, _import),
+    "factor_create": (_check_create, _create),
+    "factor_rename": (_check_rename, _rename),
+    "factor_delete": (_check_delete, _delete),
+    "undo": (_check_undo, _undo),
+    "redo": (_check_redo, _redo),
+    "factor_activate": (_check_activate, _activate),
+    "view": (_check_view, _view),
+    "layout": (_check_layout, _layout),
+    "shown": (_check_shown, _shown),
+    "learned": (_check_learned, _learned),
+}
+"""How to check each kind of event, and what it does."""

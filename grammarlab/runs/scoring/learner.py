@@ -1,0 +1,174 @@
+"""Learns from the scores of a session and chooses models, in a process of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.evaluation.divergence import jensen_shannon
+from grammarlab.evaluation.preparation import options_of
+from grammarlab.features.vocabulary import Options
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference
+from grammarlab.preference.factors import ProductPreference
+from grammarlab.preference.fitting import fit
+from grammarlab.preference.grouped import GroupedPreference
+from grammarlab.preference.queries import Situation, Way, propose
+from grammarlab.runs.derive_batch import compiled
+from grammarlab.runs.learn.factors import Answers, grown, searched
+from grammarlab.runs.learn.labels import FEATURES
+from grammarlab.runs.scoring.crew import Handler, Report
+from grammarlab.runs.scoring.knowledge import ModelPool
+from grammarlab.runs.scoring.rows import Models, Rows, Scored
+from grammarlab.runs.scoring.tasks import Choice, Choose, Factors, Features, Learned, Predicted, Prepare, Update
+
+Floats = NDArray[np.float64]
+
+MOST_RELEVANCES = 8
+"""Entries of what matters most."""
+
+
+def learner(text: str, name: str, assets: str, seed: int, size: int) -> Handler:
+    """What does `Prepare`, `Update` and `Choose` tasks for a session."""
+    pool = ModelPool(seed, size)
+    return _Learner(pool, Models(compiled(text, name)[0], Path(assets), pool.index, seed)).do
+
+
+class _Learner:
+    """What the last update found."""
+
+    def __init__(self, pool: ModelPool, models: Models) -> None:
+        self._pool, self._models = pool, models
+        self._options = options_of(FEATURES, FEATURES.path_length)
+        self._sent: Options | None = None
+        self._rows: Rows | None = None
+        self._preferences: dict[str, AbstractPreference] = {}
+        self._density: Floats | None = None
+
+    def do(self, request: Prepare | Update | Choose, report: Report) -> Any:
+        if isinstance(request, Prepare):
+            return self._prepare(report)
+        if isinstance(request, Update):
+            return self._update(request, report)
+        return self._choose(request.factors, request.choice)
+
+    def _prepare(self, report: Report) -> Features | None:
+        report("deriving models", 0, 2)
+        size = len(self._models.pool.weights)
+        report(f"counting features of {size:,} models", 1, 2)
+        self._rows = self._models.rows(self._options)
+        return self._changed_features()
+
+    def _update(self, request: Update, report: Report) -> Learned:
+        factors = {name: scores for name, scores in request.factors.items() if scores}
+        total = len(factors) + 3
+        report("looking at scored models", 0, total)
+        scored = self._models.scored(list(dict.fromkeys(name for scores in factors.values() for name in scores)))
+        answers = [_answers(name, scores, scored) for name, scores in factors.items()]
+        options = grown(scored.models, answers, options_of(FEATURES, FEATURES.path_length))
+        options = replace(options, extra=searched(scored.models, answers, FEATURES))
+        report("counting features", 1, total)
+        rows = self._models.rows(options, scored)
+        preferences: dict[str, AbstractPreference] = {}
+        for number, answer in enumerate(answers):
+            report(f"learning {answer.name}", 2 + number, total)
+            preferences[answer.name] = fit(rows.scored[answer.model], answer.scores, groups=rows.groups)
+        report("choosing models", total - 1, total)
+        # From here on nothing is left half done.
+        self._options, self._rows, self._preferences = options, rows, preferences
+        liked = [name for name, scores in factors.items() if any(scores.values())]
+        product = ProductPreference({name: preferences[name] for name in liked}) if liked else None
+        predicted = None if product is None else self._predicted(product, rows)
+        return Learned(
+            self._changed_features(),
+            {name: self._predicted(preference, rows) for name, preference in preferences.items()},
+            predicted,
+            _left_out(request.factors, liked),
+            self._moved(predicted),
+            None if request.choice is None else self._choose(request.factors, request.choice),
+        )
+
+    def _changed_features(self) -> Features | None:
+        if self._rows is None or self._options == self._sent:
+            return None
+        self._sent = self._options
+        return Features(self._rows.pool.astype(np.float32), self._rows.names)
+
+    def _predicted(self, preference: AbstractPreference, rows: Rows) -> Predicted:
+        found = preference.predict(rows.pool)
+        weights = _column_weights(preference)
+        matters = [entry for entry in preference.explain(rows.group_names)[:MOST_RELEVANCES] if entry.level != "none"]
+        return Predicted(
+            found.mean.astype(np.float32),
+            found.std.astype(np.float32),
+            None if weights is None else weights.astype(np.float32),
+            tuple((entry.name, entry.level, round(entry.share, 4)) for entry in matters),
+        )
+
+    def _moved(self, product: Predicted | None) -> float:
+        """How far the density is from that of the update before; at first, from that of the grammar."""
+        weights = self._models.pool.weights
+        density = weights if product is None else weights * np.maximum(product.mean, 0.0)
+        density = density if density.any() else weights
+        before, self._density = self._density, density
+        return jensen_shannon(weights if before is None else before, density)
+
+    def _choose(self, factors: Factors, choice: Choice) -> tuple[int, ...]:
+        rows = self._models.rows(self._options) if self._rows is None else self._rows
+        scores = factors.get(choice.factor, {}) if choice.factor else _product(factors, list(self._preferences))
+        known = {name: score for name, score in scores.items() if name in self._pool.index}
+        situation = Situation(
+            rows.pool,
+            np.arange(len(rows.pool)) < self._pool.sizes[0],
+            self._pool.indices(list(known)),
+            np.array(list(known.values()), dtype=np.float64),
+            self._preference(choice.factor),
+        )
+        way: Way = choice.way  # type: ignore[assignment]
+        return tuple(propose(way, situation, choice.num, choice.seed).tolist())
+
+    def _preference(self, factor: str) -> AbstractPreference | None:
+        if factor:
+            return self._preferences.get(factor)
+        return ProductPreference(self._preferences) if self._preferences else None
+
+
+def _answers(name: str, scores: dict[str, float], scored: Scored) -> Answers:
+    models = np.array([scored.place[model] for model in scores], dtype=np.int64)
+    return Answers(name, models, np.array(list(scores.values()), dtype=np.float64))
+
+
+def _left_out(factors: Factors, liked: Sequence[str]) -> tuple[str, ...]:
+    """Why some factors are not part of the product."""
+    reasons = []
+    for name, scores in factors.items():
+        if name not in liked and len(factors) > 1:
+            why = "all its scores are 0" if scores else "it has no scores yet"
+            reasons.append(f"Factor {name} is left out of the product: {why}.")
+    if not liked:
+        reasons.append("Nothing is liked yet: score at least one model above 0.")
+    return tuple(reasons)
+
+
+def _product(factors: Factors, names: Sequence[str]) -> dict[str, float]:
+    """The models that have a score for all of some factors, and the product of these."""
+    found = {}
+    for model in factors[names[0]] if names else ():
+        scores = [factors.get(name, {}).get(model) for name in names]
+        given = [score for score in scores if score is not None]
+        if len(given) == len(scores):
+            found[model] = MAX_SCORE * float(np.prod(np.array(given) / MAX_SCORE))
+    return found
+
+
+def _column_weights(preference: AbstractPreference) -> Floats | None:
+    """[F] of the kernel, of a product those of its factors together."""
+    if isinstance(preference, ProductPreference):
+        parts = [_column_weights(factor) for factor in preference.factors.values()]
+        known = [part for part in parts if part is not None]
+        return np.sum(known, axis=0) if known else None
+    return preference.column_weights() if isinstance(preference, GroupedPreference) else None

@@ -1,0 +1,1635 @@
+/* Built from source/ by bundle.js; do not edit. Source 99d497db20361944 */
+
+// source/channel.js
+var ConnectionLost = class extends Error {
+};
+var Refusal = class extends Error {
+};
+var Channel = class {
+  connected = false;
+  #transport;
+  /** Several views of one widget hear each other's answers, so every page marks its own requests. */
+  #mark = Math.random().toString(36).slice(2, 8);
+  #count = 0;
+  /** @type {Map<string, { resolve: (answer: any) => void, reject: (error: Error) => void }>} */
+  #waiting = /* @__PURE__ */ new Map();
+  /** @type {Map<string, (message: any, buffers: ArrayBuffer[]) => void>} */
+  #listeners = /* @__PURE__ */ new Map();
+  /** @param {Transport} transport */
+  constructor(transport) {
+    this.#transport = transport;
+    transport.listen((message, buffers) => this.#hear(message, buffers));
+  }
+  /** @param {string} event @param {(message: any, buffers: ArrayBuffer[]) => void} listener */
+  on(event, listener) {
+    this.#listeners.set(event, listener);
+  }
+  /** Begins; `changed` hears of every connection won or lost. @param {(connected: boolean) => void} changed */
+  open(changed) {
+    this.#transport.watch((connected) => {
+      if (!connected) this.#abandon();
+      if (connected === this.connected) return;
+      this.connected = connected;
+      changed(connected);
+    });
+  }
+  /**
+   * @param {string} command
+   * @param {object} [parameters]
+   * @param {ArrayBuffer[]} [buffers]
+   * @returns {Promise<{ result: any, buffers: ArrayBuffer[] }>}
+   * @throws {Refusal | ConnectionLost}
+   */
+  request(command, parameters = {}, buffers = []) {
+    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python now."));
+    const id = `${this.#mark}-${this.#count += 1}`;
+    return new Promise((resolve, reject) => {
+      this.#waiting.set(id, { resolve, reject });
+      this.#transport.send({ ...parameters, id, command }, buffers);
+    });
+  }
+  close() {
+    this.#abandon();
+    this.#transport.close();
+  }
+  /** @param {any} message @param {ArrayBuffer[]} buffers */
+  #hear(message, buffers) {
+    if (message.event) return this.#listeners.get(message.event)?.(message, buffers);
+    const asked = this.#waiting.get(message.id);
+    if (!asked) return;
+    this.#waiting.delete(message.id);
+    if (message.ok) asked.resolve({ result: message.result, buffers });
+    else asked.reject(new Refusal(message.error));
+  }
+  #abandon() {
+    const lost = [...this.#waiting.values()];
+    this.#waiting.clear();
+    for (const { reject } of lost) reject(new ConnectionLost("The connection to Python was lost before it answered."));
+  }
+};
+
+// source/element.js
+function element(tag, properties = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (value === void 0 || value === null) continue;
+    if (name === "class") made.className = value;
+    else if (name in made) Reflect.set(made, name, value);
+    else made.setAttribute(name, value);
+  }
+  made.append(...children.filter((child) => child !== null && child !== void 0));
+  return made;
+}
+function svg(tag, attributes = {}, ...children) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, String(value));
+  made.append(...children);
+  return made;
+}
+var ICONS = {
+  undo: "M6 3 2.5 6.5 6 10M3 6.5h6.5a3.5 3.5 0 0 1 0 7H6",
+  redo: "M10 3l3.5 3.5L10 10M13 6.5H6.5a3.5 3.5 0 0 0 0 7H10",
+  plus: "M8 3v10M3 8h10",
+  minus: "M3 8h10",
+  close: "M4 4l8 8M12 4l-8 8",
+  fit: "M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10",
+  hand: "M5 8V4.2a1 1 0 0 1 2 0V7m0-3.8a1 1 0 0 1 2 0V7m0-2.8a1 1 0 0 1 2 0V8m0-1.8a1 1 0 0 1 2 0V10a4 4 0 0 1-4 4H8.4a3 3 0 0 1-2.3-1.1L3 9.2a1 1 0 0 1 1.5-1.3L5 8.4",
+  bars: "M2.5 5.5h11M2.5 10.5h7",
+  more: "M4 8h.01M8 8h.01M12 8h.01",
+  down: "M4.5 6.5 8 10l3.5-3.5",
+  previous: "M10 3 5 8l5 5",
+  next: "M6 3l5 5-5 5",
+  cube: "M8 2l5.2 3v6L8 14l-5.2-3V5zM8 8l5.2-3M8 8v6M8 8 2.8 5",
+  keys: "M2 4.5h12v7H2zM4.5 7h.01M7 7h.01M9.5 7h.01M11.8 7h.01M5 9.3h6"
+};
+function icon(name) {
+  return svg("svg", { class: "gl-icon", viewBox: "0 0 16 16", "aria-hidden": "true" }, svg("path", { d: ICONS[name] }));
+}
+function iconButton(name, label, onclick, keys) {
+  const title = keys ? `${label} (${keys})` : label;
+  return element("button", { type: "button", class: "gl-button gl-quiet", title, "aria-label": label, onclick }, icon(name));
+}
+
+// source/cell.js
+var WIDEST = 50;
+var Cell = class {
+  #picture = element("div", { class: "gl-picture gl-empty" });
+  #score = element("span", { class: "gl-score" });
+  #predicted = bar("gl-predicted");
+  #uncertain = bar("gl-uncertain");
+  /** @type {Partial<Look>} */
+  #look = {};
+  element = element(
+    "div",
+    { class: "gl-cell", role: "option", tabindex: -1 },
+    this.#picture,
+    this.#score,
+    element("div", { class: "gl-bars", "aria-hidden": "true" }, this.#predicted.element, this.#uncertain.element)
+  );
+  /** @param {Look} look */
+  draw(look) {
+    const before = this.#look;
+    this.#look = look;
+    if (look.picture !== before.picture) this.#drawPicture(look.picture);
+    if (look.score !== before.score || look.saved !== before.saved) this.#drawScore(look);
+    if (look.predicted !== before.predicted) this.#predicted.set(look.predicted, 100);
+    if (look.uncertain !== before.uncertain) this.#uncertain.set(look.uncertain, WIDEST);
+    if (look.chosen !== before.chosen) this.element.setAttribute("aria-selected", String(look.chosen));
+    if (look.cursor !== before.cursor) this.element.tabIndex = look.cursor ? 0 : -1;
+    const words = inWords(look);
+    if (before.label === void 0 || words !== inWords(
+      /** @type {Look} */
+      before
+    )) this.element.ariaLabel = words;
+  }
+  /** @param {Picture | undefined} picture */
+  #drawPicture(picture) {
+    const { style } = this.#picture;
+    style.backgroundImage = picture?.image ?? "";
+    style.backgroundSize = picture?.extent ?? "";
+    style.backgroundPosition = picture?.place ?? "";
+    this.#picture.classList.toggle("gl-empty", !picture);
+  }
+  /** @param {Look} look */
+  #drawScore({ score, saved }) {
+    this.#score.textContent = score === null ? "" : shortly(score);
+    this.#score.classList.toggle("gl-unsaved", !saved);
+  }
+};
+function inWords({ label, score, saved, predicted, uncertain }) {
+  const parts = [label, score === null ? "no score" : `scored ${shortly(score)}${saved ? "" : ", not saved yet"}`];
+  if (predicted !== null) {
+    parts.push(`predicted ${Math.round(predicted)}${uncertain === null ? "" : ` ± ${Math.round(uncertain)}`}`);
+  }
+  return parts.join(", ");
+}
+function shortly(score) {
+  return String(Math.round(score * 10) / 10);
+}
+function bar(name) {
+  const fill = element("i");
+  const number2 = element("b");
+  return {
+    element: element("div", { class: `gl-bar ${name}` }, element("span", {}, fill), number2),
+    /** @param {number | null} value @param {number} full */
+    set(value, full) {
+      fill.style.transform = `scaleX(${Math.min(Math.max((value ?? 0) / full, 0), 1)})`;
+      number2.textContent = value === null ? "" : String(Math.round(value));
+    }
+  };
+}
+
+// source/pictures.js
+var SHEETS_KEPT = 80;
+var Pictures = class {
+  #channel;
+  #came;
+  /** @type {Map<string, Picture>} */
+  #known = /* @__PURE__ */ new Map();
+  /** @type {Map<string, number>} size asked for, where it is under way */
+  #asked = /* @__PURE__ */ new Map();
+  /** @type {Set<Sheet>} */
+  #sheets = /* @__PURE__ */ new Set();
+  /** @type {Set<string>} */
+  #shown = /* @__PURE__ */ new Set();
+  /** @param {Channel} channel @param {() => void} came */
+  constructor(channel, came) {
+    this.#channel = channel;
+    this.#came = came;
+    channel.on("pictures", (message, [buffer]) => void this.#take(message, buffer));
+  }
+  /**
+   * Asks for those that are not here in that size or better. A request replaces the one before it.
+   * @param {string[]} models
+   * @param {number} size pixels
+   */
+  want(models, size) {
+    this.#shown = new Set(models);
+    const missing = [...this.#shown].filter((model) => (this.#known.get(model)?.size ?? 0) < size);
+    if (!this.#channel.connected || missing.every((model) => (this.#asked.get(model) ?? 0) >= size)) return;
+    this.#asked = new Map(missing.map((model) => [model, size]));
+    this.#channel.request("pictures", { models: missing, size }).catch(() => this.askAgain());
+  }
+  /** After a reconnection nobody works on what was asked before. */
+  askAgain() {
+    this.#asked.clear();
+  }
+  /** @param {string} model */
+  find(model) {
+    return this.#known.get(model);
+  }
+  close() {
+    for (const { url } of this.#sheets) URL.revokeObjectURL(url);
+  }
+  /** @param {{ models: string[], size: number, columns: number, rows: number }} message @param {ArrayBuffer} buffer */
+  async #take({ models, size, columns, rows }, buffer) {
+    const url = URL.createObjectURL(new Blob([buffer], { type: "image/jpeg" }));
+    const picture = new Image();
+    picture.src = url;
+    await picture.decode().catch(() => {
+    });
+    const sheet = { url, size, models };
+    this.#sheets.add(sheet);
+    models.forEach((model, index) => {
+      if ((this.#known.get(model)?.size ?? 0) > size) return;
+      const [column, row] = [index % columns, Math.floor(index / columns)];
+      const place = `${percent(column, columns - 1)} ${percent(row, rows - 1)}`;
+      this.#known.set(model, { sheet, image: `url("${url}")`, extent: `${columns * 100}% ${rows * 100}%`, place, size });
+    });
+    this.#tidy();
+    this.#came();
+  }
+  /** Lets go of old sheets of which nothing is shown. */
+  #tidy() {
+    for (const sheet of this.#sheets) {
+      if (this.#sheets.size <= SHEETS_KEPT) return;
+      const used = sheet.models.filter((model) => this.#known.get(model)?.sheet === sheet);
+      if (used.some((model) => this.#shown.has(model))) continue;
+      for (const model of used) this.#known.delete(model);
+      URL.revokeObjectURL(sheet.url);
+      this.#sheets.delete(sheet);
+    }
+  }
+};
+function percent(part, whole) {
+  return whole ? `${100 * part / whole}%` : "0";
+}
+
+// source/display.js
+var SMALLEST = 26;
+var LARGEST = 640;
+var ROOMY = 104;
+var NARROW = 620;
+function makeDisplay(page) {
+  const grids = [];
+  const board = element("div", { class: "gl-board" });
+  const stage = element("div", { class: "gl-stage" }, board);
+  const about = element("p", { class: "gl-about" });
+  const pictures = new Pictures(page.channel, drawSoon);
+  let zoom = 1;
+  let size = 0;
+  let frame = 0;
+  new ResizeObserver(() => fit()).observe(stage);
+  function update(state) {
+    page.selection.show(state.grids.flatMap((grid) => grid.models));
+    while (grids.length < state.grids.length) grids.push(makeGrid(grids.length));
+    board.replaceChildren(...state.grids.map((_, index) => grids[index].element));
+    state.grids.forEach((grid, index) => fill(grids[index], grid.title, grid.models.length));
+    fit();
+    draw();
+  }
+  function fill({ title: heading, list, cells }, title, count) {
+    heading.textContent = title;
+    while (cells.length < count) cells.push(new Cell());
+    if (list.childElementCount !== count) list.replaceChildren(...cells.slice(0, count).map((cell) => cell.element));
+  }
+  function fit() {
+    const { grids: count, rows, columns } = page.state.layout;
+    const { clientWidth: width, clientHeight: height } = stage;
+    if (!width) return;
+    const stacked = count > 1 && width < NARROW;
+    const across = stacked ? columns : count * columns;
+    const bars = page.preferences.bars ? 12 : 0;
+    const gap = columns > 6 ? 4 : 8;
+    const wide = (width - 34 - (stacked ? 0 : (count - 1) * 24)) / across - gap;
+    const high = (height - 56) / rows - gap - bars;
+    const fitting = stacked || height < 260 ? wide : Math.min(wide, high);
+    size = Math.min(Math.max(Math.floor(fitting * zoom), SMALLEST), LARGEST);
+    stage.classList.toggle("gl-stacked", stacked);
+    stage.classList.toggle("gl-roomy", size >= ROOMY);
+    stage.classList.toggle("gl-no-bars", !page.preferences.bars);
+    stage.style.setProperty("--gl-size", `${size}px`);
+    stage.style.setProperty("--gl-gap", `${gap}px`);
+    stage.style.setProperty("--gl-columns", String(columns));
+    pictures.want(page.selection.order, pixelsFor(size));
+  }
+  function drawSoon() {
+    frame ||= requestAnimationFrame(() => {
+      frame = 0;
+      draw();
+    });
+  }
+  function draw() {
+    let position = 0;
+    page.state.grids.forEach((grid, index) => {
+      const first = position;
+      const here = page.selection.cursor - first;
+      const keyboard = here >= 0 && here < grid.models.length ? here : 0;
+      grid.models.forEach((model, place) => {
+        const chosen = page.selection.chosen.has(model);
+        grids[index].cells[place].draw({ ...look(model), chosen, cursor: place === keyboard });
+      });
+      position += grid.models.length;
+    });
+    describe(page.selection.current);
+  }
+  function look(model) {
+    const { models, active, view } = page.state;
+    const known = models[model];
+    const product = view === "product";
+    const { score, saved } = page.outbox.find(model, active) ?? { score: known.score, saved: true };
+    return {
+      model,
+      label: known.label,
+      picture: pictures.find(model),
+      score,
+      saved,
+      predicted: product ? known.product ?? null : known.mean,
+      uncertain: product ? null : known.std,
+      chosen: false,
+      cursor: false
+    };
+  }
+  function describe(model) {
+    about.textContent = model && page.state.models[model] ? inWords(look(model)) : "";
+  }
+  function zoomBy(factor, at) {
+    const room = stage.getBoundingClientRect();
+    const { clientX, clientY } = at ?? { clientX: room.x + room.width / 2, clientY: room.y + room.height / 2 };
+    const before = board.getBoundingClientRect();
+    const [x, y] = [(clientX - before.x) / before.width, (clientY - before.y) / before.height];
+    zoom = factor ? Math.min(Math.max(zoom * factor, 0.5), 10) : 1;
+    fit();
+    const after = board.getBoundingClientRect();
+    stage.scrollLeft += after.x + x * after.width - clientX;
+    stage.scrollTop += after.y + y * after.height - clientY;
+  }
+  function positionOf(target) {
+    const tile = target instanceof Element ? target.closest(".gl-cell") : null;
+    return tile ? tiles().indexOf(tile) : -1;
+  }
+  function tiles() {
+    return page.state.grids.flatMap((_, index) => [...grids[index].list.children]);
+  }
+  function focus() {
+    const tile = (
+      /** @type {HTMLElement | undefined} */
+      tiles()[page.selection.cursor]
+    );
+    tile?.focus({ preventScroll: true });
+    tile?.scrollIntoView({ block: "nearest", inline: "nearest" });
+  }
+  function askAgain() {
+    pictures.askAgain();
+    fit();
+  }
+  return { element: stage, about, update, draw, drawSoon, fit, describe, zoomBy, positionOf, tiles, focus, askAgain, close: () => pictures.close() };
+}
+function makeGrid(index) {
+  const id = `gl-grid-${Math.random().toString(36).slice(2, 8)}-${index}`;
+  const title = element("h2", { id, class: "gl-title" });
+  const list = element("div", { class: "gl-grid", role: "listbox", "aria-multiselectable": "true", "aria-labelledby": id });
+  const cells = [];
+  return { element: element("section", { class: "gl-section" }, title, list), title, list, cells };
+}
+function pixelsFor(size) {
+  return size * Math.min(globalThis.devicePixelRatio || 1, 2) > 200 ? 320 : 160;
+}
+
+// source/menu.js
+function menu(button, label, build2) {
+  const panel = element("div", { class: "gl-menu", role: "group", "aria-label": label, popover: "auto" });
+  button.setAttribute("aria-haspopup", "true");
+  button.setAttribute("aria-expanded", "false");
+  button.addEventListener("click", () => panel.matches(":popover-open") ? close() : open());
+  panel.addEventListener("toggle", (event) => {
+    const closed = (
+      /** @type {ToggleEvent} */
+      event.newState === "closed"
+    );
+    button.setAttribute("aria-expanded", String(!closed));
+    if (closed) panel.replaceChildren();
+  });
+  panel.addEventListener("keydown", (event) => {
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (!step || event.target instanceof HTMLInputElement && event.target.type === "number") return;
+    event.preventDefault();
+    const items = (
+      /** @type {HTMLElement[]} */
+      [...panel.querySelectorAll("button:not(:disabled), input")]
+    );
+    const here = items.indexOf(
+      /** @type {HTMLElement} */
+      document.activeElement
+    );
+    items[(here + step + items.length) % items.length]?.focus();
+  });
+  function open() {
+    panel.replaceChildren(...build2(close).filter((node) => node !== null));
+    panel.showPopover({ source: button });
+    place();
+    panel.querySelector("input, [aria-checked=true], button:not(:disabled)")?.focus();
+  }
+  function close() {
+    panel.hidePopover();
+    button.focus();
+  }
+  function place() {
+    const [from, { width, height }] = [button.getBoundingClientRect(), panel.getBoundingClientRect()];
+    const below = from.bottom + 4 + height <= innerHeight || from.top < height;
+    panel.style.left = `${Math.max(8, Math.min(from.left, innerWidth - width - 8))}px`;
+    panel.style.top = `${below ? Math.max(8, Math.min(from.bottom + 4, innerHeight - height - 8)) : from.top - 4 - height}px`;
+  }
+  return element("span", { class: "gl-holder" }, button, panel);
+}
+function choice(title, says, onclick, { checked, disabled = false } = {}) {
+  const ticked = checked === void 0 ? {} : { role: "radio", "aria-checked": String(checked) };
+  return element(
+    "button",
+    { type: "button", class: "gl-choice", disabled, onclick, ...ticked },
+    element("b", {}, title),
+    says ? element("small", {}, says) : null
+  );
+}
+function textButton(text, onclick, properties = {}) {
+  return element("button", { type: "button", class: "gl-button", onclick, ...properties }, text);
+}
+function chooserButton(name) {
+  const value = element("b");
+  const button = element("button", { type: "button", class: "gl-button gl-chooser" }, element("span", {}, name), value);
+  return { button, set: (text) => void (value.textContent = text) };
+}
+
+// source/factors.js
+function makeFactors(page) {
+  const list = element("div", { class: "gl-factors", role: "group", "aria-label": "Factor that scores belong to" });
+  const edit = menu(iconButton("more", "Rename or delete this factor", () => {
+  }), "This factor", buildEdit);
+  const create = menu(iconButton("plus", "New factor", () => {
+  }), "New factor", buildCreate);
+  function update({ factors, active, view }) {
+    const single = factors.length === 1;
+    const tabs = factors.map(({ name, labels }) => tab(name, labels, view === "active" && name === active, () => activate(name)));
+    const product = single ? null : tab("product", null, view === "product", () => void page.ask("view", { kind: "product" }));
+    product?.setAttribute("title", "The score of all factors together; new scores still belong to " + active);
+    const focused = [...list.children].indexOf(
+      /** @type {Element} */
+      document.activeElement
+    );
+    list.replaceChildren(...tabs, ...product ? [product] : []);
+    list.children[focused]?.focus();
+  }
+  async function activate(name) {
+    if (name !== page.state.active) await page.ask("factor_activate", { name });
+    if (page.state.view !== "active") await page.ask("view", { kind: "active" });
+  }
+  function buildCreate(close) {
+    return [
+      element("p", {}, "A factor is one aspect of what you like, such as shape or colour. The density is the product of all factors."),
+      nameForm("Create", "", async (name) => {
+        close();
+        await page.ask("factor_create", { name });
+        await page.ask("factor_activate", { name });
+      })
+    ];
+  }
+  function buildEdit(close) {
+    const { active, factors } = page.state;
+    const labels = factors.find(({ name }) => name === active)?.labels ?? 0;
+    const remove = textButton(`Delete “${active}” and its ${labels} scores`, () => {
+      close();
+      void page.ask("factor_delete", { name: active });
+    }, { class: "gl-button gl-danger", disabled: factors.length === 1 });
+    return [
+      nameForm("Rename", active, (to) => {
+        close();
+        if (to !== active) void page.ask("factor_rename", { name: active, to });
+      }),
+      element("hr"),
+      remove
+    ];
+  }
+  return { element: element("div", { class: "gl-row" }, list, edit, create), update };
+}
+function tab(name, labels, pressed, onclick) {
+  return element(
+    "button",
+    { type: "button", class: "gl-tab", "aria-pressed": String(pressed), onclick },
+    element("span", {}, name),
+    labels === null ? null : element("small", { "aria-label": `${labels} scores` }, String(labels))
+  );
+}
+function nameForm(verb, value, done) {
+  const input = element("input", { class: "gl-input", value, maxLength: 60, required: true, "aria-label": "Name of the factor", placeholder: "name" });
+  return element("form", {
+    class: "gl-row",
+    onsubmit: (event) => {
+      event.preventDefault();
+      if (input.value.trim()) done(input.value.trim());
+    }
+  }, input, element("button", { class: "gl-button gl-primary" }, verb));
+}
+
+// source/keyboard.js
+var KEYS = [
+  ["0 … 9", "score 0 … 90 for all selected models"],
+  ["H", "score 100"],
+  ["S", "type any score, then Enter"],
+  ["Delete", "take the score away"],
+  ["Arrows, Home, End", "move; with Shift, select a range; with Ctrl, move only"],
+  ["Space", "select or deselect"],
+  ["Ctrl A, Escape", "select all, select none"],
+  ["Enter", "look at the model in 3D; there ← and → show its neighbours"],
+  ["U or Ctrl Z, Ctrl Shift Z", "undo, redo"],
+  ["Ctrl Enter", "update"],
+  ["+ − =", "zoom in, zoom out, show all; also Ctrl with the wheel"]
+];
+function listenToKeys(page, display, panel) {
+  const { selection } = page;
+  const stage = display.element;
+  stage.addEventListener("keydown", (event) => {
+    if (display.positionOf(event.target) < 0 || event.altKey) return;
+    const command = event.ctrlKey || event.metaKey;
+    if (!(command ? withCommand(event) : plain(event))) return;
+    event.preventDefault();
+  });
+  stage.addEventListener("focusin", (event) => {
+    const position = display.positionOf(event.target);
+    if (position >= 0 && position !== selection.cursor) selection.moveTo(position);
+  });
+  function withCommand(event) {
+    if (event.key === "a") selection.all();
+    else if (event.key === " ") selection.toggle(selection.cursor);
+    else return move(event);
+    return true;
+  }
+  function plain(event) {
+    const { key } = event;
+    const score = scoreOfKey(key);
+    if (score !== void 0) scoreSelected(score);
+    else if (key === "s") panel.typeScore();
+    else if (key === " ") selection.toggle(selection.cursor);
+    else if (key === "Enter" && selection.current) page.look(selection.current);
+    else if (key === "Escape") selection.none();
+    else if (key === "+") display.zoomBy(1.25);
+    else if (key === "-") display.zoomBy(0.8);
+    else if (key === "=") display.zoomBy(0);
+    else return move(event);
+    return true;
+  }
+  function move(event) {
+    const to = destination(page, event.key);
+    if (to === void 0) return false;
+    if (event.ctrlKey || event.metaKey) selection.moveTo(to);
+    else if (event.shiftKey) selection.rangeTo(to, false);
+    else selection.only(to);
+    display.focus();
+    return true;
+  }
+  function scoreSelected(score) {
+    if (!selection.chosen.size && selection.current) selection.only(selection.cursor);
+    page.score(selection.models, score);
+    handOn();
+  }
+  function handOn() {
+    if (page.preferences.advance && selection.models.length === 1 && selection.cursor + 1 < selection.order.length) {
+      selection.only(selection.cursor + 1);
+    }
+    display.focus();
+  }
+  return { handOn };
+}
+function scoreOfKey(key) {
+  if (/^\d$/.test(key)) return 10 * Number(key);
+  if (key === "h" || key === "H") return 100;
+  return key === "Delete" || key === "Backspace" ? null : void 0;
+}
+function destination({ state, selection }, key) {
+  const { columns } = state.layout;
+  let first = 0;
+  let index = 0;
+  while (index + 1 < state.grids.length && selection.cursor >= first + state.grids[index].models.length) {
+    first += state.grids[index].models.length;
+    index += 1;
+  }
+  const count = state.grids[index].models.length;
+  const here = selection.cursor - first;
+  const column = here % columns;
+  const row = here - column;
+  const within = (place) => place >= 0 && place < count ? first + place : selection.cursor;
+  const end = Math.min(row + columns, count) - 1;
+  switch (key) {
+    case "ArrowUp":
+      return within(here - columns);
+    case "ArrowDown":
+      return within(here + columns);
+    case "ArrowLeft":
+      if (column > 0) return within(here - 1);
+      if (index === 0) return selection.cursor;
+      return first - state.grids[index - 1].models.length + Math.min(row + columns, state.grids[index - 1].models.length) - 1;
+    case "ArrowRight":
+      if (here < end) return within(here + 1);
+      if (index + 1 >= state.grids.length) return selection.cursor;
+      return first + count + Math.min(row, state.grids[index + 1].models.length - 1);
+    case "Home":
+      return first;
+    case "End":
+      return first + count - 1;
+    default:
+      return void 0;
+  }
+}
+
+// source/learning.js
+var SETTLED = 0.01;
+function makeLearning(page) {
+  const start = textButton("Update", () => void page.ask("update"), { class: "gl-button gl-primary gl-wide", title: "Learn from all scores and show new models (Ctrl Enter)" });
+  const bar2 = element("progress", { class: "gl-progress", max: 1, "aria-label": "Update" });
+  const stage = element("span");
+  const stop = textButton("Cancel", () => void page.ask("cancel"));
+  const busy = element("div", { class: "gl-busy", hidden: true }, bar2, element("div", { class: "gl-row" }, stage, element("span", { class: "gl-space" }), stop));
+  const hint = element("p", { class: "gl-hint" });
+  const chart = element("figure", { class: "gl-chart" });
+  const relevance = element("ul", { class: "gl-relevance" });
+  const why = element("div", {}, element("h3", {}, "What the score depends on"), relevance);
+  const section = element("section", { class: "gl-card", "aria-label": "Learning" }, start, busy, hint, chart, why);
+  let drawn = "";
+  function update(state) {
+    progress(state.updating);
+    start.disabled = state.scored === 0;
+    start.classList.toggle("gl-calm", state.fresh);
+    hint.textContent = hintOf(state);
+    why.hidden = state.relevance.length === 0;
+    relevance.replaceChildren(...state.relevance.map(relevanceLine));
+    const points = JSON.stringify(state.chart);
+    if (points !== drawn) chart.replaceChildren(...drawChart(state.chart));
+    drawn = points;
+  }
+  function progress(now) {
+    start.hidden = now !== null;
+    busy.hidden = now === null;
+    if (!now) return;
+    stage.textContent = `${now.stage}…`;
+    if (now.total) bar2.value = now.done / now.total;
+    else bar2.removeAttribute("value");
+  }
+  return { element: section, update, progress };
+}
+function hintOf({ scored, fresh, chart }) {
+  if (scored === 0) return "Score some models, then update: the density follows what you like.";
+  if (!fresh) return `${scored} scores; the predictions do not know all of them yet.`;
+  const last = chart.slice(-2);
+  const settled = last.length === 2 && last.every(({ js }) => js < SETTLED);
+  return settled ? `${scored} scores; the density has settled.` : `${scored} scores; the predictions know them all.`;
+}
+function relevanceLine({ name, level, share }) {
+  const fill = element("i");
+  fill.style.transform = `scaleX(${Math.min(Math.max(share, 0), 1)})`;
+  return element("li", {}, element("span", {}, name), element("b", {}, level), element("span", { class: "gl-share", "aria-hidden": "true" }, fill));
+}
+function drawChart(movements) {
+  if (movements.length === 0) return [];
+  const [width, height] = [260, 64];
+  const highest = Math.max(...movements.map(({ js: js2 }) => js2), 2 * SETTLED);
+  const most = movements[movements.length - 1].labels;
+  const least = movements[0].labels;
+  const points = movements.map(({ labels, js: js2 }) => ({
+    x: most > least ? 4 + (labels - least) / (most - least) * (width - 8) : width / 2,
+    y: height - 4 - js2 / highest * (height - 12),
+    words: `${labels} scores: moved by ${js2.toPrecision(2)}`
+  }));
+  const line = svg("polyline", { class: "gl-line", points: points.map(({ x, y }) => `${x},${y}`).join(" ") });
+  const dots = points.map(({ x, y, words }) => {
+    const title = svg("title");
+    title.textContent = words;
+    return svg("circle", { class: "gl-dot", cx: x, cy: y, r: 3 }, title);
+  });
+  const floor = height - 4 - SETTLED / highest * (height - 12);
+  const settled = svg("line", { class: "gl-settled", x1: 0, x2: width, y1: floor, y2: floor });
+  const { js } = movements[movements.length - 1];
+  const caption = `Last update moved the density by ${js.toPrecision(2)} nats`;
+  return [
+    svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": points.map(({ words }) => words).join("; ") }, settled, line, ...dots),
+    element("figcaption", { title: "Jensen-Shannon divergence between the densities before and after; below the dashed line little changes" }, caption)
+  ];
+}
+
+// source/look.js
+function makeLook(page) {
+  let code = null;
+  let view = null;
+  let model = "";
+  let canvas = element("canvas", { class: "gl-canvas", tabIndex: 0, "aria-label": "Model in 3D: drag to turn, wheel to zoom" });
+  const room = element("div", { class: "gl-room" }, canvas);
+  const title = element("h2", { class: "gl-look-title" });
+  const note = element("p", { class: "gl-look-note", role: "status" });
+  const dialog = element(
+    "dialog",
+    { class: "gl-look", "aria-label": "Model in 3D" },
+    element(
+      "header",
+      { class: "gl-row" },
+      iconButton("previous", "Previous model", () => go(-1), "←"),
+      iconButton("next", "Next model", () => go(1), "→"),
+      title,
+      element("span", { class: "gl-space" }),
+      iconButton("fit", "Whole model", () => view?.reset()),
+      iconButton("close", "Close", () => dialog.close(), "Esc")
+    ),
+    room,
+    note,
+    element(
+      "footer",
+      { class: "gl-steps", role: "group", "aria-label": "Score of this model" },
+      ...Array.from({ length: 11 }, (_, step) => textButton(String(10 * step), () => page.score([model], 10 * step), { class: "gl-step" }))
+    )
+  );
+  const resizes = new ResizeObserver(() => view?.resize());
+  resizes.observe(room);
+  dialog.addEventListener("close", () => {
+    view?.dispose();
+    view = null;
+    canvas = /** @type {HTMLCanvasElement} */
+    canvas.cloneNode();
+    room.replaceChildren(canvas);
+    page.selection.only(Math.max(page.selection.order.indexOf(model), 0));
+    page.root.querySelector(".gl-cell[tabindex='0'][aria-selected=true]")?.focus();
+  });
+  dialog.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const score = scoreOfKey(event.key);
+    if (event.key === "ArrowLeft") void go(-1);
+    else if (event.key === "ArrowRight") void go(1);
+    else if (score !== void 0) page.score([model], score);
+    else return;
+    event.preventDefault();
+  });
+  async function open(id) {
+    model = id;
+    if (!dialog.open) dialog.showModal();
+    canvas.focus();
+    update();
+    note.textContent = "loading…";
+    try {
+      code ??= loadCode(page);
+      const [{ buffers }, { show }] = await Promise.all([page.channel.request("model", { model: id }), code]);
+      if (!dialog.open || model !== id) return;
+      view ??= show(canvas, { damping: !matchMedia("(prefers-reduced-motion: reduce)").matches });
+      await view.load(buffers[0]);
+      note.textContent = "";
+    } catch (error) {
+      code = view ? code : null;
+      if (model === id) note.textContent = `No 3D view: ${error instanceof Error ? error.message : error}`;
+    }
+  }
+  function go(step) {
+    const order = [...new Set(page.selection.order)];
+    const next = order[order.indexOf(model) + step];
+    if (next) return open(next);
+  }
+  function update() {
+    if (!dialog.open) return;
+    const known = page.state.models[model];
+    const { score, saved } = page.outbox.find(model, page.state.active) ?? { score: known?.score ?? null, saved: true };
+    title.textContent = known ? inWords({ ...known, score, saved, predicted: known.mean, uncertain: known.std, model, picture: void 0, chosen: false, cursor: false }) : "";
+    [...dialog.querySelectorAll(".gl-step")].forEach((step, index) => step.classList.toggle("gl-on", score === 10 * index));
+  }
+  return {
+    element: dialog,
+    open,
+    update,
+    close() {
+      resizes.disconnect();
+      dialog.close();
+    }
+  };
+}
+async function loadCode(page) {
+  const { buffers } = await page.channel.request("viewer");
+  const url = URL.createObjectURL(new Blob(buffers, { type: "text/javascript" }));
+  try {
+    return await import(
+      /* @vite-ignore */
+      url
+    );
+  } finally {
+    URL.revokeObjectURL(url);
+  }
+}
+
+// source/outbox.js
+var Outbox = class {
+  #channel;
+  /** @type {() => void} */
+  #changed;
+  /** @type {(error: Error) => void} */
+  #refused;
+  /** @type {Entry[]} */
+  #entries = [];
+  /** @param {Channel} channel @param {() => void} changed @param {(error: Error) => void} refused */
+  constructor(channel, changed, refused) {
+    this.#channel = channel;
+    this.#changed = changed;
+    this.#refused = refused;
+  }
+  /** @param {string[]} models @param {number | null} score @param {string} factor */
+  add(models, score, factor) {
+    const key = Math.random().toString(36).slice(2) + Date.now().toString(36);
+    const entry = { key, models, score, factor, since: performance.now() };
+    this.#entries.push(entry);
+    this.#changed();
+    void this.#send(entry);
+  }
+  /** After a reconnection: everything that was not acknowledged, in the order it was given. */
+  resend() {
+    for (const entry of this.#unsaved) void this.#send(entry);
+  }
+  /** Python's state knows all events up to a revision, so those need no place here. @param {number} revision */
+  settle(revision) {
+    this.#entries = this.#entries.filter((entry) => entry.revision === void 0 || entry.revision > revision);
+  }
+  /** How many scores are not on disk. */
+  get unsaved() {
+    return this.#unsaved.reduce((sum, entry) => sum + entry.models.length, 0);
+  }
+  /** Milliseconds since the oldest score that is not on disk. */
+  get waiting() {
+    const [oldest] = this.#unsaved;
+    return oldest ? performance.now() - oldest.since : 0;
+  }
+  /**
+   * The score that a model has here, newer than the one Python told.
+   * @param {string} model
+   * @param {string} factor
+   * @returns {{ score: number | null, saved: boolean } | undefined}
+   */
+  find(model, factor) {
+    const entry = this.#entries.findLast((each) => each.factor === factor && each.models.includes(model));
+    return entry && { score: entry.score, saved: entry.revision !== void 0 };
+  }
+  get #unsaved() {
+    return this.#entries.filter((entry) => entry.revision === void 0);
+  }
+  /** @param {Entry} entry */
+  async #send(entry) {
+    const { key, models, score, factor } = entry;
+    try {
+      const { result } = await this.#channel.request("score", { key, models, score, factor });
+      entry.revision = result.revision;
+    } catch (error) {
+      if (error instanceof ConnectionLost) return this.#changed();
+      this.#entries = this.#entries.filter((other) => other !== entry);
+      this.#refused(
+        /** @type {Error} */
+        error
+      );
+    }
+    this.#changed();
+  }
+};
+
+// source/pointer.js
+var SLACK = 4;
+function listenToPointer(page, display) {
+  const stage = display.element;
+  const band = element("div", { class: "gl-band", hidden: true });
+  stage.append(band);
+  let drag = null;
+  const fingers = /* @__PURE__ */ new Map();
+  let panning = false;
+  stage.addEventListener("pointerdown", (event) => {
+    if (event.pointerType === "touch") fingers.set(event.pointerId, event);
+    if (event.button > 1 || onScrollbar(event)) return;
+    const command = event.ctrlKey || event.metaKey;
+    const pans = panning || command || event.button === 1 || event.pointerType === "touch";
+    const kept = new Set(event.shiftKey ? page.selection.chosen : []);
+    drag = { event, moved: false, pans, kept, left: stage.scrollLeft, top: stage.scrollTop };
+    if (event.button === 1) event.preventDefault();
+  });
+  stage.addEventListener("pointermove", (event) => {
+    if (fingers.size === 2) return pinch(event);
+    if (!drag) return hover(event);
+    const { event: start } = drag;
+    if (!drag.moved && Math.hypot(event.clientX - start.clientX, event.clientY - start.clientY) < SLACK) return;
+    if (!drag.moved) stage.setPointerCapture(event.pointerId);
+    drag.moved = true;
+    if (drag.pans) pan(event);
+    else stretch(event);
+  });
+  for (
+    const end of
+    /** @type {const} */
+    ["pointerup", "pointercancel"]
+  ) {
+    stage.addEventListener(end, (event) => {
+      fingers.delete(event.pointerId);
+      if (drag && !drag.moved && end === "pointerup" && drag.event.button === 0) click(event);
+      drag = null;
+      band.hidden = true;
+      stage.classList.remove("gl-grabbing");
+    });
+  }
+  stage.addEventListener("dblclick", (event) => {
+    const position = display.positionOf(event.target);
+    if (position >= 0) page.look(page.selection.order[position]);
+  });
+  stage.addEventListener("pointerleave", () => display.describe(page.selection.current));
+  stage.addEventListener("wheel", (event) => {
+    if (!event.ctrlKey && !event.metaKey) return;
+    event.preventDefault();
+    display.zoomBy(Math.exp(-Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 60) / 250), event);
+  }, { passive: false });
+  function click(event) {
+    const position = display.positionOf(event.target);
+    const { selection } = page;
+    if (position < 0) return event.shiftKey || event.ctrlKey || event.metaKey ? void 0 : selection.none();
+    if (event.shiftKey) selection.rangeTo(position, event.ctrlKey || event.metaKey);
+    else if (event.ctrlKey || event.metaKey || event.pointerType === "touch") selection.toggle(position);
+    else selection.only(position);
+    display.focus();
+  }
+  function hover(event) {
+    const position = display.positionOf(event.target);
+    display.describe(position < 0 ? page.selection.current : page.selection.order[position]);
+  }
+  function pan(event) {
+    if (!drag || event.pointerType === "touch") return;
+    stage.classList.add("gl-grabbing");
+    stage.scrollLeft = drag.left - (event.clientX - drag.event.clientX);
+    stage.scrollTop = drag.top - (event.clientY - drag.event.clientY);
+  }
+  function stretch(event) {
+    if (!drag) return;
+    const room = stage.getBoundingClientRect();
+    if (event.clientY > room.bottom - 12) stage.scrollTop += 12;
+    if (event.clientY < room.top + 12) stage.scrollTop -= 12;
+    const [left, right] = [drag.event.clientX + drag.left - stage.scrollLeft, event.clientX].sort((a, b) => a - b);
+    const [top, bottom] = [drag.event.clientY + drag.top - stage.scrollTop, event.clientY].sort((a, b) => a - b);
+    band.hidden = false;
+    band.style.transform = `translate(${left - room.left + stage.scrollLeft}px, ${top - room.top + stage.scrollTop}px)`;
+    band.style.width = `${right - left}px`;
+    band.style.height = `${bottom - top}px`;
+    const inside = display.tiles().map((tile) => {
+      const box = tile.getBoundingClientRect();
+      return box.left < right && box.right > left && box.top < bottom && box.bottom > top;
+    });
+    page.selection.replace([...drag.kept, ...page.selection.order.filter((_, position) => inside[position])]);
+  }
+  function pinch(event) {
+    const distance = () => {
+      const [a2, b2] = [...fingers.values()];
+      return Math.hypot(a2.clientX - b2.clientX, a2.clientY - b2.clientY);
+    };
+    const before = distance();
+    fingers.set(event.pointerId, event);
+    const [a, b] = [...fingers.values()];
+    display.zoomBy(distance() / before, { clientX: (a.clientX + b.clientX) / 2, clientY: (a.clientY + b.clientY) / 2 });
+    drag = null;
+  }
+  function onScrollbar(event) {
+    const room = stage.getBoundingClientRect();
+    return event.clientX > room.left + stage.clientWidth || event.clientY > room.top + stage.clientHeight;
+  }
+  return {
+    /** Dragging pans instead of selecting. @param {boolean} on */
+    pan(on) {
+      panning = on;
+      stage.classList.toggle("gl-pans", on);
+    }
+  };
+}
+
+// source/preferences.js
+var DEFAULTS = { bars: true, advance: true };
+function loadPreferences() {
+  return new Proxy({ ...DEFAULTS, ...stored() }, {
+    set(all, name, value) {
+      Reflect.set(all, name, value);
+      try {
+        localStorage.setItem("grammarlab", JSON.stringify(all));
+      } catch {
+      }
+      return true;
+    }
+  });
+}
+function stored() {
+  try {
+    return JSON.parse(localStorage.getItem("grammarlab") ?? "{}");
+  } catch {
+    return {};
+  }
+}
+
+// source/results.js
+var FORMATS = { csv: "opens in any spreadsheet", jsonl: "one JSON object a line", parquet: "for Arrow, pandas and Polars" };
+var SHEET = 16;
+function makeResults(page) {
+  const learn = textButton("Learn grammar", () => busyWith(learn, learnGrammar), { title: "Write a grammar that samples what you like" });
+  const sheet = textButton("Check sheet", () => busyWith(sheet, drawSheet), { title: `Pictures of ${SHEET} samples of the learned grammar` });
+  const picker = element("input", { type: "file", accept: ".csv,.jsonl,.parquet", hidden: true, onchange: importScores });
+  const outcome = element("div", { class: "gl-outcome", role: "status" });
+  const section = element(
+    "section",
+    { class: "gl-card", "aria-label": "Result" },
+    element("h2", {}, "Result"),
+    element("div", { class: "gl-row gl-wrap" }, learn, sheet, menu(textButton("Scores", () => {
+    }, { class: "gl-button gl-chooser" }), "Scores as a file", buildScores)),
+    outcome,
+    picker
+  );
+  async function learnGrammar() {
+    const { file, js, rules_before: before, rules_after: after, text } = (await page.channel.request("learn")).result;
+    const told = [`${file}: ${before} rules became ${after}`, typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "", "."].join("");
+    outcome.replaceChildren(element("p", {}, told), saveLink(file, [text], "text/plain"));
+    outcome.querySelector("a")?.click();
+  }
+  async function drawSheet() {
+    const { result, buffers } = await page.channel.request("sheet", { num: SHEET });
+    const link = saveLink(result.file, buffers, "image/png");
+    outcome.replaceChildren(element("img", { src: link.href, alt: `${SHEET} samples of the learned grammar` }), link);
+  }
+  function buildScores(close) {
+    const formats = Object.entries(FORMATS).map(([format, says]) => choice(`Export ${format.toUpperCase()}`, says, () => {
+      close();
+      void exportScores(format);
+    }));
+    const bring = choice("Import …", "a file that was exported, or made by grammarlab label", () => {
+      close();
+      picker.click();
+    });
+    return [...formats, element("hr"), bring];
+  }
+  async function exportScores(format) {
+    try {
+      const { result, buffers } = await page.channel.request("export", { format });
+      saveLink(result.file, buffers, "application/octet-stream").click();
+    } catch (error) {
+      page.complain(error);
+    }
+  }
+  async function importScores() {
+    const [file] = picker.files ?? [];
+    picker.value = "";
+    if (!file) return;
+    try {
+      const format = file.name.split(".").pop()?.toLowerCase();
+      const { result } = await page.channel.request("import", { format }, [await file.arrayBuffer()]);
+      page.say(`${result.added} scores imported`);
+    } catch (error) {
+      page.complain(error);
+    }
+  }
+  async function busyWith(button, work) {
+    button.disabled = true;
+    button.classList.add("gl-working");
+    try {
+      await work();
+    } catch (error) {
+      page.complain(error);
+    } finally {
+      button.disabled = false;
+      button.classList.remove("gl-working");
+    }
+  }
+  const urls = [];
+  function saveLink(file, content, type) {
+    const href = URL.createObjectURL(new Blob(content, { type }));
+    urls.push(href);
+    return element("a", { href, download: file }, `Save ${file}`);
+  }
+  return { element: section, close: () => urls.forEach((url) => URL.revokeObjectURL(url)) };
+}
+
+// source/scoring.js
+var STEPS = [0, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100];
+function makeScoring(page, backToGrid) {
+  const heading = element("h2", {}, "Score");
+  const count = element("p", { class: "gl-count" });
+  const number2 = element("input", { class: "gl-input gl-typed", type: "number", min: "0", max: "100", step: "any", "aria-label": "Score of the selected models, 0 to 100", title: "S" });
+  const slider = element("input", { class: "gl-slider", type: "range", min: "0", max: "100", "aria-label": "Score of the selected models" });
+  const steps = STEPS.map((score) => textButton(String(score), () => give(score), { class: "gl-step", title: score === 100 ? "key H" : `key ${score / 10}` }));
+  const clear = textButton("No score", () => give(null), { title: "Take the score away (Delete)", class: "gl-button gl-quiet" });
+  const look = element("button", { type: "button", class: "gl-button gl-quiet", title: "Enter, or double click", onclick: () => page.look(page.selection.models[0]) }, icon("cube"), "3D view");
+  const advance = element("input", { type: "checkbox", checked: page.preferences.advance, onchange: () => void (page.preferences.advance = advance.checked) });
+  const form = element("form", {
+    class: "gl-row",
+    onsubmit: (event) => {
+      event.preventDefault();
+      if (number2.value === "" || !number2.reportValidity()) return;
+      give(number2.valueAsNumber);
+      number2.value = "";
+      backToGrid();
+    }
+  }, number2, element("button", { class: "gl-button" }, "Set"), element("span", { class: "gl-space" }), clear);
+  slider.addEventListener("input", () => void (number2.value = slider.value));
+  slider.addEventListener("change", () => give(slider.valueAsNumber));
+  const controls = element(
+    "fieldset",
+    { class: "gl-plain" },
+    element("div", { class: "gl-steps", role: "group", "aria-label": "Score of the selected models" }, ...steps),
+    slider,
+    form
+  );
+  const section = element(
+    "section",
+    { class: "gl-card", "aria-label": "Score" },
+    element("div", { class: "gl-row" }, heading, count, element("span", { class: "gl-space" }), look),
+    controls,
+    element("label", { class: "gl-check" }, advance, "after a key, go on to the next model")
+  );
+  function give(score) {
+    page.score(page.selection.models, score);
+  }
+  function update() {
+    const chosen = page.selection.models;
+    const scores = new Set(chosen.map((model) => page.outbox.find(model, page.state.active)?.score ?? page.state.models[model]?.score ?? null));
+    const [shared] = scores.size === 1 ? scores : [null];
+    count.textContent = chosen.length ? `${chosen.length} selected` : "select models";
+    controls.disabled = look.disabled = chosen.length === 0;
+    if (document.activeElement !== number2) number2.value = shared === null ? "" : shortly(shared);
+    number2.placeholder = scores.size > 1 ? "mixed" : "0–100";
+    if (document.activeElement !== slider) slider.value = String(shared ?? 50);
+    slider.classList.toggle("gl-unset", shared === null);
+    steps.forEach((button, index) => button.classList.toggle("gl-on", shared === STEPS[index]));
+  }
+  function typeScore() {
+    if (controls.disabled) return;
+    number2.focus();
+    number2.select();
+  }
+  return { element: section, update, typeScore };
+}
+
+// source/selection.js
+var Selection = class {
+  /** @type {string[]} */
+  order = [];
+  /** @type {Set<string>} */
+  chosen = /* @__PURE__ */ new Set();
+  /** Position of the keyboard. */
+  cursor = 0;
+  /** Position that a range begins at. */
+  #anchor = 0;
+  #changed;
+  /** @param {() => void} changed */
+  constructor(changed) {
+    this.#changed = changed;
+  }
+  /** The models chosen, in the order shown. */
+  get models() {
+    return [...new Set(this.order)].filter((model) => this.chosen.has(model));
+  }
+  /** @returns {string | undefined} */
+  get current() {
+    return this.order[this.cursor];
+  }
+  /** Other models are shown, or the same in another order. @param {string[]} order */
+  show(order) {
+    const follow = (position) => {
+      const found = order.indexOf(this.order[position]);
+      return found >= 0 ? found : Math.min(position, Math.max(order.length - 1, 0));
+    };
+    [this.cursor, this.#anchor] = [follow(this.cursor), follow(this.#anchor)];
+    this.order = order;
+    this.#set(order.filter((model) => this.chosen.has(model)));
+  }
+  /** @param {number} position */
+  only(position) {
+    this.cursor = this.#anchor = position;
+    this.#set([this.order[position]]);
+  }
+  /** @param {number} position */
+  toggle(position) {
+    this.cursor = this.#anchor = position;
+    const model = this.order[position];
+    const without = [...this.chosen].filter((other) => other !== model);
+    this.#set(this.chosen.has(model) ? without : [...without, model]);
+  }
+  /** From where the last choice was made to a position. @param {number} position @param {boolean} keep what is chosen */
+  rangeTo(position, keep) {
+    this.cursor = position;
+    const [first, last] = [this.#anchor, position].sort((a, b) => a - b);
+    const range = this.order.slice(first, last + 1);
+    this.#set(keep ? [...this.chosen, ...range] : range);
+  }
+  /** The keyboard moves, and nothing else. @param {number} position */
+  moveTo(position) {
+    this.cursor = position;
+    this.#changed();
+  }
+  all() {
+    this.#set(this.order);
+  }
+  none() {
+    this.#set([]);
+  }
+  /** @param {Iterable<string>} models */
+  replace(models) {
+    this.#set(models);
+  }
+  /** @param {Iterable<string>} models */
+  #set(models) {
+    this.chosen = new Set(models);
+    this.#changed();
+  }
+};
+
+// source/status.js
+var PATIENCE = 8e3;
+var PASSING = 6e3;
+function makeStatus(page) {
+  const saved = element("span", { class: "gl-saved", role: "status" });
+  const banner = element("div", { class: "gl-banner", role: "alert", hidden: true });
+  const notes = element("div", { class: "gl-notes", "aria-live": "polite" });
+  const complaints = element("div", { class: "gl-notes", role: "alert" });
+  let given = false;
+  let lost = false;
+  const timer = setInterval(() => page.outbox.unsaved && update(), 1e3);
+  function update() {
+    const { unsaved, waiting } = page.outbox;
+    const { connected } = page.channel;
+    given ||= unsaved > 0;
+    saved.dataset.state = unsaved ? "saving" : "saved";
+    const text = unsaved ? connected && waiting < PATIENCE ? "saving…" : `${unsaved} not saved yet` : given ? "saved" : "";
+    if (saved.textContent !== text) saved.textContent = text;
+    tell(bannerOf(connected, unsaved, waiting));
+  }
+  function bannerOf(connected, unsaved, waiting) {
+    const kept = unsaved ? ` ${unsaved} ${unsaved === 1 ? "score is" : "scores are"} not saved yet; keep this page open, they will be sent again.` : "";
+    if (!connected && lost) return `The connection to Python is lost. Trying again; is grammarlab still running?${kept}`;
+    if (connected && unsaved && waiting > PATIENCE) return `Python does not answer.${kept} It may be busy, or the kernel has stopped.`;
+    return "";
+  }
+  function tell(text) {
+    banner.hidden = !text;
+    if (banner.textContent !== text) banner.textContent = text;
+  }
+  function note(where, text, style) {
+    const box = element("div", { class: `gl-note ${style}` }, element("span", {}, text), iconButton("close", "Dismiss", () => box.remove()));
+    where.append(box);
+    while (where.childElementCount > 3) where.firstElementChild?.remove();
+    return box;
+  }
+  return {
+    saved,
+    banner,
+    element: element("div", { class: "gl-corner" }, notes, complaints),
+    update,
+    /** @param {boolean} connected */
+    connection(connected) {
+      lost ||= !connected;
+      update();
+    },
+    /** @param {string} text */
+    say(text) {
+      const box = note(notes, text, "");
+      setTimeout(() => box.remove(), PASSING);
+    },
+    /** @param {unknown} error */
+    complain(error) {
+      note(complaints, error instanceof Error ? error.message : String(error), "gl-bad");
+    },
+    close: () => clearInterval(timer)
+  };
+}
+
+// source/toolbar.js
+var SIZES = [
+  { grids: 2, rows: 4, columns: 4, says: "to score" },
+  { grids: 1, rows: 6, columns: 6, says: "to compare" },
+  { grids: 2, rows: 6, columns: 6, says: "to score many" },
+  { grids: 1, rows: 10, columns: 10, says: "to check the result" }
+];
+function makeToolbar(page, display, pointer) {
+  const way = chooserButton("by");
+  const size = chooserButton("Grid");
+  const again = textButton("New models", () => void page.ask("populate", { way: page.state.way }), {
+    title: "Show other models, chosen as said beside"
+  });
+  const sort = element("button", { type: "button", class: "gl-button gl-chooser" }, "Sort");
+  const pan = toggle("hand", "Drag to pan", false, (on) => pointer.pan(on));
+  const bars = toggle("bars", "Bars of predicted score and uncertainty", page.preferences.bars, (on) => {
+    page.preferences.bars = on;
+    display.fit();
+  });
+  const bar2 = element(
+    "div",
+    { class: "gl-toolbar", role: "toolbar", "aria-label": "Display" },
+    element("span", { class: "gl-joined" }, again, menu(way.button, "How models are chosen", buildWays)),
+    menu(sort, "Sort", (close) => buildSort(page, close)),
+    menu(size.button, "Size of the grids", buildSizes),
+    element("span", { class: "gl-space" }),
+    legend(),
+    bars,
+    pan,
+    iconButton("minus", "Zoom out", () => display.zoomBy(0.8)),
+    iconButton("fit", "Show all", () => display.zoomBy(0)),
+    iconButton("plus", "Zoom in", () => display.zoomBy(1.25))
+  );
+  function buildWays(close) {
+    return page.state.ways.map(({ name, says }) => {
+      const populate = () => {
+        close();
+        void page.ask("populate", { way: name });
+      };
+      return choice(name, says, populate, { checked: name === page.state.way });
+    });
+  }
+  function buildSizes(close) {
+    const { grids, rows, columns } = page.state.layout;
+    const lay = (layout) => {
+      close();
+      void page.ask("layout", layout);
+    };
+    const [many, high, wide] = [number("grids", grids, 2), number("rows", rows, 10), number("columns", columns, 10)];
+    const own = element("form", {
+      class: "gl-row",
+      onsubmit: (event) => {
+        event.preventDefault();
+        lay({ grids: many.valueAsNumber, rows: high.valueAsNumber, columns: wide.valueAsNumber });
+      }
+    }, many, "of", high, "×", wide, element("button", { class: "gl-button" }, "Set"));
+    const presets = SIZES.map((each) => {
+      const checked = each.grids === grids && each.rows === rows && each.columns === columns;
+      return choice(nameOf(each), each.says, () => lay({ grids: each.grids, rows: each.rows, columns: each.columns }), { checked });
+    });
+    return [...presets, element("hr"), own];
+  }
+  function update(state) {
+    way.set(state.way);
+    size.set(nameOf(state.layout));
+  }
+  return { element: bar2, update };
+}
+function buildSort(page, close) {
+  const chosen = page.selection.models;
+  const sort = (order) => {
+    close();
+    void page.ask("sort", order);
+  };
+  const found = element("div", { class: "gl-found", role: "group", "aria-label": "Features found" });
+  const query = element("input", { class: "gl-input", type: "search", placeholder: "Search features", "aria-label": "Search features" });
+  let turn = 0;
+  const search = async () => {
+    const mine = turn += 1;
+    const { features } = await page.ask("features", { query: query.value }) ?? { features: [] };
+    if (mine !== turn) return;
+    const lines = features.map((feature) => choice(feature, "", () => sort({ by: "feature", feature })));
+    found.replaceChildren(...lines.length ? lines : [element("p", {}, "No feature is called so.")]);
+  };
+  query.addEventListener("input", search);
+  void search();
+  return [
+    choice("Predicted score", "highest first", () => sort({ by: "score" })),
+    choice("Uncertainty", "least known first", () => sort({ by: "uncertainty" })),
+    choice("Similarity", chosen.length ? `to the ${chosen.length} selected` : "select models first", () => sort({ by: "similarity", models: chosen }), {
+      disabled: !chosen.length
+    }),
+    choice("Random", "", () => sort({ by: "random" })),
+    choice("As chosen", "the order they came in", () => sort({ by: "shown" })),
+    element("hr"),
+    query,
+    found
+  ];
+}
+function legend() {
+  const key = (name, text) => element("span", { class: `gl-key ${name}` }, element("i"), text);
+  return element("span", { class: "gl-legend" }, key("gl-predicted", "predicted"), key("gl-uncertain", "uncertain"));
+}
+function nameOf({ grids, rows, columns }) {
+  return `${grids > 1 ? `${grids} of ` : ""}${rows} × ${columns}`;
+}
+function number(name, value, max) {
+  return element("input", { class: "gl-input gl-number", type: "number", min: "1", max: String(max), required: true, value: String(value), "aria-label": name });
+}
+function toggle(picture, label, on, changed) {
+  const button = iconButton(picture, label, () => {
+    const now = button.ariaPressed !== "true";
+    button.ariaPressed = String(now);
+    changed(now);
+  });
+  button.ariaPressed = String(on);
+  return button;
+}
+
+// source/transports.js
+var SHORTEST_PAUSE = 300;
+var LONGEST_PAUSE = 4e3;
+function socketTransport(url) {
+  let heard = () => {
+  };
+  let changed = () => {
+  };
+  let socket;
+  let pause = SHORTEST_PAUSE;
+  let timer = 0;
+  function open() {
+    socket = new WebSocket(url);
+    socket.binaryType = "arraybuffer";
+    const take = assembler((message, buffers) => heard(message, buffers));
+    socket.onmessage = ({ data }) => take(data);
+    socket.onopen = () => {
+      pause = SHORTEST_PAUSE;
+      changed(true);
+    };
+    socket.onclose = () => {
+      changed(false);
+      timer = window.setTimeout(open, pause);
+      pause = Math.min(2 * pause, LONGEST_PAUSE);
+    };
+  }
+  return {
+    send(message, buffers) {
+      socket.send(JSON.stringify({ ...message, buffers: buffers.length }));
+      for (const buffer of buffers) socket.send(buffer);
+    },
+    listen: (callback) => void (heard = callback),
+    watch(callback) {
+      changed = callback;
+      open();
+    },
+    close() {
+      clearTimeout(timer);
+      socket.onclose = null;
+      socket.close();
+    }
+  };
+}
+function assembler(done) {
+  let message = null;
+  let buffers = [];
+  return (frame) => {
+    if (typeof frame === "string") [message, buffers] = [JSON.parse(frame), []];
+    else buffers.push(frame);
+    if (buffers.length === (message.buffers ?? 0)) done(message, buffers);
+  };
+}
+function widgetTransport(model) {
+  let forward = () => {
+  };
+  const callback = (message, buffers) => forward(message, buffers);
+  model.on("msg:custom", callback);
+  return {
+    send: (message, buffers) => model.send(message, void 0, buffers),
+    listen(heard) {
+      forward = (message, buffers = []) => heard(message, buffers.map(bytesOf));
+    },
+    watch: (changed) => changed(true),
+    close: () => model.off("msg:custom", callback)
+  };
+}
+function bytesOf(view) {
+  if (view instanceof ArrayBuffer) return view;
+  return (
+    /** @type {ArrayBuffer} */
+    view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength)
+  );
+}
+
+// source/main.js
+var PROTOCOL = 1;
+var main_default = {
+  /** @param {{ model: any, el: HTMLElement }} widget */
+  render({ model, el }) {
+    return mount(el, widgetTransport(model));
+  }
+};
+function connect(element2, url) {
+  return mount(element2, socketTransport(url));
+}
+function mount(host, transport) {
+  const root = element("div", { class: "gl-page", "data-lm-suppress-shortcuts": "true" }, element("p", { class: "gl-wait", role: "status" }, "Growing the first models…"));
+  root.addEventListener("keydown", (event) => event.stopPropagation());
+  host.append(root);
+  const channel = new Channel(transport);
+  let built = null;
+  let lost = false;
+  function follow(state) {
+    if (state.protocol !== PROTOCOL) return void (root.textContent = "This page and Python speak different versions. Reload the page.");
+    built ??= build(root, channel, state);
+    built.update(state);
+  }
+  channel.on("state", ({ state }) => follow(state));
+  channel.on("progress", (progress) => built?.progress(progress));
+  channel.open(async (connected) => {
+    built?.connection(connected);
+    lost ||= !connected;
+    if (!connected) return;
+    try {
+      follow((await channel.request("state")).result);
+      if (lost) built?.reconnected();
+    } catch (error) {
+      if (channel.connected) root.textContent = error instanceof Error ? error.message : String(error);
+    }
+  });
+  return () => {
+    built?.close();
+    channel.close();
+    root.remove();
+  };
+}
+function build(root, channel, first) {
+  const redraw = () => {
+    display.drawSoon();
+    scoring.update();
+  };
+  const page = {
+    root,
+    state: first,
+    channel,
+    preferences: loadPreferences(),
+    selection: new Selection(() => redraw()),
+    outbox: new Outbox(channel, () => changed(), (error) => page.complain(new Error(`Not saved: ${error.message}`))),
+    ask: (command, parameters) => channel.request(command, parameters).then(({ result }) => result, (error) => void page.complain(error)),
+    score(models, score) {
+      if (page.state.view === "product") status.say("The product is only looked at: choose the factor that the score belongs to.");
+      else if (models.length) page.outbox.add(models, score, page.state.active);
+    },
+    look: (model) => void look.open(model),
+    say: (text) => status.say(text),
+    complain: (error) => status.complain(error)
+  };
+  const display = makeDisplay(page);
+  const pointer = listenToPointer(page, display);
+  const status = makeStatus(page);
+  const scoring = makeScoring(page, () => keys.handOn());
+  const keys = listenToKeys(page, display, scoring);
+  const look = makeLook(page);
+  const learning = makeLearning(page);
+  const results = makeResults(page);
+  const factors = makeFactors(page);
+  const toolbar = makeToolbar(page, display, pointer);
+  const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "U, Ctrl Z");
+  const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
+  const title = element("h1", { class: "gl-name" });
+  root.replaceChildren(
+    element("header", { class: "gl-header" }, title, factors.element, element("span", { class: "gl-space" }), status.saved, undo, redo, keyHelp()),
+    status.banner,
+    element(
+      "main",
+      { class: "gl-main" },
+      element("div", { class: "gl-left" }, toolbar.element, display.element, display.about),
+      element("aside", { class: "gl-side", "aria-label": "Score and learn" }, scoring.element, learning.element, results.element)
+    ),
+    status.element,
+    look.element
+  );
+  function changed() {
+    redraw();
+    look.update();
+    status.update();
+  }
+  const everywhere = (event) => {
+    const typing = event.target instanceof HTMLInputElement && event.target.type !== "range" && event.target.type !== "checkbox";
+    const command = event.ctrlKey || event.metaKey;
+    const key = event.key.toLowerCase();
+    if (command && key === "enter") void page.ask("update");
+    else if (typing) return;
+    else if (command && key === "z" && event.shiftKey || command && key === "y") void page.ask("redo");
+    else if (command && key === "z" || !command && key === "u") void page.ask("undo");
+    else return;
+    event.preventDefault();
+  };
+  root.addEventListener("keydown", everywhere);
+  const warn = (event) => page.outbox.unsaved && event.preventDefault();
+  addEventListener("beforeunload", warn);
+  return {
+    /** @param {State} state */
+    update(state) {
+      if (state.message && state.message !== page.state.message) page.say(state.message);
+      page.state = state;
+      page.outbox.settle(state.revision);
+      title.textContent = state.title;
+      title.title = state.session;
+      if (document.body.classList.contains("gl-alone")) document.title = `${state.title} – grammarlab`;
+      undo.disabled = !state.can_undo;
+      redo.disabled = !state.can_redo;
+      for (const part of [factors, toolbar, display, scoring, learning, look, status]) part.update(state);
+    },
+    /** @param {import("./types.js").Progress} progress */
+    progress(progress) {
+      if ((progress.of ?? "update") === "update") learning.progress(progress);
+    },
+    /** @param {boolean} connected */
+    connection(connected) {
+      root.classList.toggle("gl-offline", !connected);
+      status.connection(connected);
+    },
+    /** The state is there; whatever was under way when the connection was lost begins anew. */
+    reconnected() {
+      display.askAgain();
+      page.outbox.resend();
+    },
+    close() {
+      removeEventListener("beforeunload", warn);
+      for (const part of [display, results, look, status]) part.close();
+    }
+  };
+}
+function keyHelp() {
+  const button = element("button", { type: "button", class: "gl-button gl-quiet", title: "Keys", "aria-label": "Keys" }, icon("keys"));
+  return menu(button, "Keys", () => [
+    element("dl", { class: "gl-keys" }, ...KEYS.flatMap(([keys, says]) => [element("dt", {}, keys), element("dd", {}, says)]))
+  ]);
+}
+var alone = document.getElementById("grammarlab");
+if (alone && document.body.classList.contains("gl-alone")) {
+  const { protocol, host, search } = location;
+  connect(alone, `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`);
+}
+export {
+  connect,
+  main_default as default,
+  mount
+};

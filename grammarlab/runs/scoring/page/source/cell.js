@@ -1,0 +1,93 @@
+import { element } from "./element.js";
+
+/** @typedef {import("./pictures.js").Picture} Picture */
+/**
+ * @typedef {object} Look what a tile shows; a tile is touched only where this differs from before
+ * @property {string} model
+ * @property {string} label
+ * @property {Picture | undefined} picture
+ * @property {number | null} score
+ * @property {boolean} saved
+ * @property {number | null} predicted 0 to 100
+ * @property {number | null} uncertain points
+ * @property {boolean} chosen
+ * @property {boolean} cursor
+ */
+
+/** Points of standard deviation that fill the blue bar: scores of 0 and 100 alike often have 50. */
+const WIDEST = 50;
+
+/** One tile of a grid. */
+export class Cell {
+  #picture = element("div", { class: "gl-picture gl-empty" });
+  #score = element("span", { class: "gl-score" });
+  #predicted = bar("gl-predicted");
+  #uncertain = bar("gl-uncertain");
+  /** @type {Partial<Look>} */
+  #look = {};
+
+  element = element(
+    "div",
+    { class: "gl-cell", role: "option", tabindex: -1 },
+    this.#picture,
+    this.#score,
+    element("div", { class: "gl-bars", "aria-hidden": "true" }, this.#predicted.element, this.#uncertain.element),
+  );
+
+  /** @param {Look} look */
+  draw(look) {
+    const before = this.#look;
+    this.#look = look;
+    if (look.picture !== before.picture) this.#drawPicture(look.picture);
+    if (look.score !== before.score || look.saved !== before.saved) this.#drawScore(look);
+    if (look.predicted !== before.predicted) this.#predicted.set(look.predicted, 100);
+    if (look.uncertain !== before.uncertain) this.#uncertain.set(look.uncertain, WIDEST);
+    if (look.chosen !== before.chosen) this.element.setAttribute("aria-selected", String(look.chosen));
+    if (look.cursor !== before.cursor) this.element.tabIndex = look.cursor ? 0 : -1;
+    const words = inWords(look);
+    if (before.label === undefined || words !== inWords(/** @type {Look} */ (before))) this.element.ariaLabel = words;
+  }
+
+  /** @param {Picture | undefined} picture */
+  #drawPicture(picture) {
+    const { style } = this.#picture;
+    style.backgroundImage = picture?.image ?? "";
+    style.backgroundSize = picture?.extent ?? "";
+    style.backgroundPosition = picture?.place ?? "";
+    this.#picture.classList.toggle("gl-empty", !picture);
+  }
+
+  /** @param {Look} look */
+  #drawScore({ score, saved }) {
+    this.#score.textContent = score === null ? "" : shortly(score);
+    this.#score.classList.toggle("gl-unsaved", !saved);
+  }
+}
+
+/** What a tile says, for the line below the grids and for screen readers. @param {Look} look */
+export function inWords({ label, score, saved, predicted, uncertain }) {
+  const parts = [label, score === null ? "no score" : `scored ${shortly(score)}${saved ? "" : ", not saved yet"}`];
+  if (predicted !== null) {
+    parts.push(`predicted ${Math.round(predicted)}${uncertain === null ? "" : ` ± ${Math.round(uncertain)}`}`);
+  }
+  return parts.join(", ");
+}
+
+/** @param {number} score */
+export function shortly(score) {
+  return String(Math.round(score * 10) / 10);
+}
+
+/** @param {string} name */
+function bar(name) {
+  const fill = element("i");
+  const number = element("b");
+  return {
+    element: element("div", { class: `gl-bar ${name}` }, element("span", {}, fill), number),
+    /** @param {number | null} value @param {number} full */
+    set(value, full) {
+      fill.style.transform = `scaleX(${Math.min(Math.max((value ?? 0) / full, 0), 1)})`;
+      number.textContent = value === null ? "" : String(Math.round(value));
+    },
+  };
+}

@@ -1,0 +1,172 @@
+import { Cell, inWords } from "./cell.js";
+import { element } from "./element.js";
+import { Pictures } from "./pictures.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").State} State */
+
+const SMALLEST = 26;
+const LARGEST = 640;
+const ROOMY = 104; // pixels of a tile from which on numbers fit beside its bars
+const NARROW = 620; // pixels of width below which grids stand one above the other
+
+/**
+ * The grids of thumbnails, which zoom and pan together.
+ *
+ * Tiles are made once and drawn again: another population, another order or 200 new scores only change what differs.
+ * @param {Page} page
+ */
+export function makeDisplay(page) {
+  /** @type {{ element: HTMLElement, title: HTMLElement, list: HTMLElement, cells: Cell[] }[]} */
+  const grids = [];
+  const board = element("div", { class: "gl-board" });
+  const stage = element("div", { class: "gl-stage" }, board);
+  const about = element("p", { class: "gl-about" });
+  const pictures = new Pictures(page.channel, drawSoon);
+  let zoom = 1;
+  let size = 0;
+  let frame = 0;
+
+  new ResizeObserver(() => fit()).observe(stage);
+
+  /** @param {State} state */
+  function update(state) {
+    page.selection.show(state.grids.flatMap((grid) => grid.models));
+    while (grids.length < state.grids.length) grids.push(makeGrid(grids.length));
+    board.replaceChildren(...state.grids.map((_, index) => grids[index].element));
+    state.grids.forEach((grid, index) => fill(grids[index], grid.title, grid.models.length));
+    fit();
+    draw();
+  }
+
+  /** @param {typeof grids[number]} grid @param {string} title @param {number} count */
+  function fill({ title: heading, list, cells }, title, count) {
+    heading.textContent = title;
+    while (cells.length < count) cells.push(new Cell());
+    if (list.childElementCount !== count) list.replaceChildren(...cells.slice(0, count).map((cell) => cell.element));
+  }
+
+  /** As large as the room allows, times the zoom. */
+  function fit() {
+    const { grids: count, rows, columns } = page.state.layout;
+    const { clientWidth: width, clientHeight: height } = stage;
+    if (!width) return;
+    const stacked = count > 1 && width < NARROW;
+    const across = stacked ? columns : count * columns;
+    const bars = page.preferences.bars ? 12 : 0;
+    const gap = columns > 6 ? 4 : 8;
+    const wide = (width - 34 - (stacked ? 0 : (count - 1) * 24)) / across - gap;
+    const high = (height - 56) / rows - gap - bars;
+    const fitting = stacked || height < 260 ? wide : Math.min(wide, high);
+    size = Math.min(Math.max(Math.floor(fitting * zoom), SMALLEST), LARGEST);
+    stage.classList.toggle("gl-stacked", stacked);
+    stage.classList.toggle("gl-roomy", size >= ROOMY);
+    stage.classList.toggle("gl-no-bars", !page.preferences.bars);
+    stage.style.setProperty("--gl-size", `${size}px`);
+    stage.style.setProperty("--gl-gap", `${gap}px`);
+    stage.style.setProperty("--gl-columns", String(columns));
+    pictures.want(page.selection.order, pixelsFor(size));
+  }
+
+  function drawSoon() {
+    frame ||= requestAnimationFrame(() => {
+      frame = 0;
+      draw();
+    });
+  }
+
+  function draw() {
+    let position = 0;
+    page.state.grids.forEach((grid, index) => {
+      const first = position;
+      const here = page.selection.cursor - first;
+      const keyboard = here >= 0 && here < grid.models.length ? here : 0;
+      grid.models.forEach((model, place) => {
+        const chosen = page.selection.chosen.has(model);
+        grids[index].cells[place].draw({ ...look(model), chosen, cursor: place === keyboard });
+      });
+      position += grid.models.length;
+    });
+    describe(page.selection.current);
+  }
+
+  /** @param {string} model */
+  function look(model) {
+    const { models, active, view } = page.state;
+    const known = models[model];
+    const product = view === "product";
+    const { score, saved } = page.outbox.find(model, active) ?? { score: known.score, saved: true };
+    return {
+      model,
+      label: known.label,
+      picture: pictures.find(model),
+      score,
+      saved,
+      predicted: product ? (known.product ?? null) : known.mean,
+      uncertain: product ? null : known.std,
+      chosen: false,
+      cursor: false,
+    };
+  }
+
+  /** Says below the grids what is known of a model. @param {string | undefined} model */
+  function describe(model) {
+    about.textContent = model && page.state.models[model] ? inWords(look(model)) : "";
+  }
+
+  /**
+   * @param {number} factor to zoom by; 0 fits all again
+   * @param {{ clientX: number, clientY: number }} [at] what stays where it is; the middle if not given
+   */
+  function zoomBy(factor, at) {
+    const room = stage.getBoundingClientRect();
+    const { clientX, clientY } = at ?? { clientX: room.x + room.width / 2, clientY: room.y + room.height / 2 };
+    const before = board.getBoundingClientRect();
+    const [x, y] = [(clientX - before.x) / before.width, (clientY - before.y) / before.height];
+    zoom = factor ? Math.min(Math.max(zoom * factor, 0.5), 10) : 1;
+    fit();
+    const after = board.getBoundingClientRect();
+    stage.scrollLeft += after.x + x * after.width - clientX;
+    stage.scrollTop += after.y + y * after.height - clientY;
+  }
+
+  /** The position of the tile that an element lies in, or -1. @param {EventTarget | null} target */
+  function positionOf(target) {
+    const tile = target instanceof Element ? target.closest(".gl-cell") : null;
+    return tile ? tiles().indexOf(tile) : -1;
+  }
+
+  /** @returns {Element[]} all tiles, by position */
+  function tiles() {
+    return page.state.grids.flatMap((_, index) => [...grids[index].list.children]);
+  }
+
+  /** Brings the keyboard to where the selection's cursor is. */
+  function focus() {
+    const tile = /** @type {HTMLElement | undefined} */ (tiles()[page.selection.cursor]);
+    tile?.focus({ preventScroll: true });
+    tile?.scrollIntoView({ block: "nearest", inline: "nearest" });
+  }
+
+  function askAgain() {
+    pictures.askAgain();
+    fit();
+  }
+
+  return { element: stage, about, update, draw, drawSoon, fit, describe, zoomBy, positionOf, tiles, focus, askAgain, close: () => pictures.close() };
+}
+
+/** @param {number} index */
+function makeGrid(index) {
+  const id = `gl-grid-${Math.random().toString(36).slice(2, 8)}-${index}`;
+  const title = element("h2", { id, class: "gl-title" });
+  const list = element("div", { class: "gl-grid", role: "listbox", "aria-multiselectable": "true", "aria-labelledby": id });
+  /** @type {Cell[]} */
+  const cells = [];
+  return { element: element("section", { class: "gl-section" }, title, list), title, list, cells };
+}
+
+/** The size of the pictures for tiles of a size on screen. @param {number} size */
+function pixelsFor(size) {
+  return size * Math.min(globalThis.devicePixelRatio || 1, 2) > 200 ? 320 : 160;
+}

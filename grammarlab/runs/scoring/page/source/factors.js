@@ -1,0 +1,87 @@
+import { element, iconButton } from "./element.js";
+import { menu, textButton } from "./menu.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").State} State */
+
+/**
+ * The factors: one is active, scores belong to it; the product of all is one more view.
+ * @param {Page} page
+ * @returns {import("./types.js").Part}
+ */
+export function makeFactors(page) {
+  const list = element("div", { class: "gl-factors", role: "group", "aria-label": "Factor that scores belong to" });
+  const edit = menu(iconButton("more", "Rename or delete this factor", () => {}), "This factor", buildEdit);
+  const create = menu(iconButton("plus", "New factor", () => {}), "New factor", buildCreate);
+
+  /** @param {State} state */
+  function update({ factors, active, view }) {
+    const single = factors.length === 1;
+    const tabs = factors.map(({ name, labels }) => tab(name, labels, view === "active" && name === active, () => activate(name)));
+    const product = single ? null : tab("product", null, view === "product", () => void page.ask("view", { kind: "product" }));
+    product?.setAttribute("title", "The score of all factors together; new scores still belong to " + active);
+    const focused = [...list.children].indexOf(/** @type {Element} */ (document.activeElement));
+    list.replaceChildren(...tabs, ...(product ? [product] : []));
+    /** @type {HTMLElement | undefined} */ (list.children[focused])?.focus();
+  }
+
+  /** @param {string} name */
+  async function activate(name) {
+    if (name !== page.state.active) await page.ask("factor_activate", { name });
+    if (page.state.view !== "active") await page.ask("view", { kind: "active" });
+  }
+
+  /** @param {() => void} close */
+  function buildCreate(close) {
+    return [
+      element("p", {}, "A factor is one aspect of what you like, such as shape or colour. The density is the product of all factors."),
+      nameForm("Create", "", async (name) => {
+        close();
+        await page.ask("factor_create", { name });
+        await page.ask("factor_activate", { name });
+      }),
+    ];
+  }
+
+  /** @param {() => void} close */
+  function buildEdit(close) {
+    const { active, factors } = page.state;
+    const labels = factors.find(({ name }) => name === active)?.labels ?? 0;
+    const remove = textButton(`Delete “${active}” and its ${labels} scores`, () => {
+      close();
+      void page.ask("factor_delete", { name: active });
+    }, { class: "gl-button gl-danger", disabled: factors.length === 1 });
+    return [
+      nameForm("Rename", active, (to) => {
+        close();
+        if (to !== active) void page.ask("factor_rename", { name: active, to });
+      }),
+      element("hr"),
+      remove,
+    ];
+  }
+
+  return { element: element("div", { class: "gl-row" }, list, edit, create), update };
+}
+
+/** @param {string} name @param {number | null} labels @param {boolean} pressed @param {() => void} onclick */
+function tab(name, labels, pressed, onclick) {
+  return element(
+    "button",
+    { type: "button", class: "gl-tab", "aria-pressed": String(pressed), onclick },
+    element("span", {}, name),
+    labels === null ? null : element("small", { "aria-label": `${labels} scores` }, String(labels)),
+  );
+}
+
+/** @param {string} verb @param {string} value @param {(name: string) => void} done */
+function nameForm(verb, value, done) {
+  const input = element("input", { class: "gl-input", value, maxLength: 60, required: true, "aria-label": "Name of the factor", placeholder: "name" });
+  return element("form", {
+    class: "gl-row",
+    onsubmit: (/** @type {Event} */ event) => {
+      event.preventDefault();
+      if (input.value.trim()) done(input.value.trim());
+    },
+  }, input, element("button", { class: "gl-button gl-primary" }, verb));
+}

@@ -1,0 +1,141 @@
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {ReturnType<typeof import("./display.js").makeDisplay>} Display */
+
+/** What the keys do, for the person who asks. */
+export const KEYS = [
+  ["0 … 9", "score 0 … 90 for all selected models"],
+  ["H", "score 100"],
+  ["S", "type any score, then Enter"],
+  ["Delete", "take the score away"],
+  ["Arrows, Home, End", "move; with Shift, select a range; with Ctrl, move only"],
+  ["Space", "select or deselect"],
+  ["Ctrl A, Escape", "select all, select none"],
+  ["Enter", "look at the model in 3D; there ← and → show its neighbours"],
+  ["U or Ctrl Z, Ctrl Shift Z", "undo, redo"],
+  ["Ctrl Enter", "update"],
+  ["+ − =", "zoom in, zoom out, show all; also Ctrl with the wheel"],
+];
+
+/**
+ * The keys in the grids.
+ * @param {Page} page
+ * @param {Display} display
+ * @param {{ typeScore: () => void }} panel
+ */
+export function listenToKeys(page, display, panel) {
+  const { selection } = page;
+  const stage = display.element;
+
+  stage.addEventListener("keydown", (event) => {
+    if (display.positionOf(event.target) < 0 || event.altKey) return;
+    const command = event.ctrlKey || event.metaKey;
+    if (!(command ? withCommand(event) : plain(event))) return;
+    event.preventDefault();
+  });
+
+  // A click focuses through `display.focus`; Tab focuses by itself.
+  stage.addEventListener("focusin", (event) => {
+    const position = display.positionOf(event.target);
+    if (position >= 0 && position !== selection.cursor) selection.moveTo(position);
+  });
+
+  /** @param {KeyboardEvent} event @returns {boolean} whether the key means something here */
+  function withCommand(event) {
+    if (event.key === "a") selection.all();
+    else if (event.key === " ") selection.toggle(selection.cursor);
+    else return move(event);
+    return true;
+  }
+
+  /** @param {KeyboardEvent} event */
+  function plain(event) {
+    const { key } = event;
+    const score = scoreOfKey(key);
+    if (score !== undefined) scoreSelected(score);
+    else if (key === "s") panel.typeScore();
+    else if (key === " ") selection.toggle(selection.cursor);
+    else if (key === "Enter" && selection.current) page.look(selection.current);
+    else if (key === "Escape") selection.none();
+    else if (key === "+") display.zoomBy(1.25);
+    else if (key === "-") display.zoomBy(0.8);
+    else if (key === "=") display.zoomBy(0);
+    else return move(event);
+    return true;
+  }
+
+  /** @param {KeyboardEvent} event */
+  function move(event) {
+    const to = destination(page, event.key);
+    if (to === undefined) return false;
+    if (event.ctrlKey || event.metaKey) selection.moveTo(to);
+    else if (event.shiftKey) selection.rangeTo(to, false);
+    else selection.only(to);
+    display.focus();
+    return true;
+  }
+
+  /** What is selected, or else where the keyboard is, gets a score; one model hands on to the next. @param {number | null} score */
+  function scoreSelected(score) {
+    if (!selection.chosen.size && selection.current) selection.only(selection.cursor);
+    page.score(selection.models, score);
+    handOn();
+  }
+
+  /** After a single model the next one is selected, if the person likes that. */
+  function handOn() {
+    if (page.preferences.advance && selection.models.length === 1 && selection.cursor + 1 < selection.order.length) {
+      selection.only(selection.cursor + 1);
+    }
+    display.focus();
+  }
+
+  return { handOn };
+}
+
+/**
+ * The score that a key stands for; undefined for other keys.
+ * @param {string} key
+ * @returns {number | null | undefined}
+ */
+export function scoreOfKey(key) {
+  if (/^\d$/.test(key)) return 10 * Number(key);
+  if (key === "h" || key === "H") return 100;
+  return key === "Delete" || key === "Backspace" ? null : undefined;
+}
+
+/**
+ * The position that a key leads to. Grids stand side by side, so right of the first one comes the second.
+ * @param {Page} page
+ * @param {string} key
+ * @returns {number | undefined}
+ */
+function destination({ state, selection }, key) {
+  const { columns } = state.layout;
+  let first = 0;
+  let index = 0;
+  while (index + 1 < state.grids.length && selection.cursor >= first + state.grids[index].models.length) {
+    first += state.grids[index].models.length;
+    index += 1;
+  }
+  const count = state.grids[index].models.length;
+  const here = selection.cursor - first;
+  const column = here % columns;
+  const row = here - column;
+  const within = (/** @type {number} */ place) => (place >= 0 && place < count ? first + place : selection.cursor);
+  const end = Math.min(row + columns, count) - 1;
+  switch (key) {
+    case "ArrowUp": return within(here - columns);
+    case "ArrowDown": return within(here + columns);
+    case "ArrowLeft":
+      if (column > 0) return within(here - 1);
+      if (index === 0) return selection.cursor;
+      return first - state.grids[index - 1].models.length + Math.min(row + columns, state.grids[index - 1].models.length) - 1;
+    case "ArrowRight":
+      if (here < end) return within(here + 1);
+      if (index + 1 >= state.grids.length) return selection.cursor;
+      return first + count + Math.min(row, state.grids[index + 1].models.length - 1);
+    case "Home": return first;
+    case "End": return first + count - 1;
+    default: return undefined;
+  }
+}

@@ -1,0 +1,115 @@
+import { inWords } from "./cell.js";
+import { element, iconButton } from "./element.js";
+import { textButton } from "./menu.js";
+import { scoreOfKey } from "./keyboard.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {ReturnType<typeof import("../viewer/viewer.js").show>} View */
+
+/**
+ * The large 3D view of one model. Its code comes over the channel when it is first needed.
+ * @param {Page} page
+ */
+export function makeLook(page) {
+  /** @type {Promise<{ show: typeof import("../viewer/viewer.js").show }> | null} */
+  let code = null;
+  /** @type {View | null} */
+  let view = null;
+  let model = "";
+  let canvas = element("canvas", { class: "gl-canvas", tabIndex: 0, "aria-label": "Model in 3D: drag to turn, wheel to zoom" });
+  const room = element("div", { class: "gl-room" }, canvas);
+  const title = element("h2", { class: "gl-look-title" });
+  const note = element("p", { class: "gl-look-note", role: "status" });
+  const dialog = element("dialog", { class: "gl-look", "aria-label": "Model in 3D" },
+    element("header", { class: "gl-row" },
+      iconButton("previous", "Previous model", () => go(-1), "←"),
+      iconButton("next", "Next model", () => go(1), "→"),
+      title,
+      element("span", { class: "gl-space" }),
+      iconButton("fit", "Whole model", () => view?.reset()),
+      iconButton("close", "Close", () => dialog.close(), "Esc"),
+    ),
+    room,
+    note,
+    element("footer", { class: "gl-steps", role: "group", "aria-label": "Score of this model" },
+      ...Array.from({ length: 11 }, (_, step) => textButton(String(10 * step), () => page.score([model], 10 * step), { class: "gl-step" })),
+    ),
+  );
+  const resizes = new ResizeObserver(() => view?.resize());
+  resizes.observe(room);
+
+  dialog.addEventListener("close", () => {
+    view?.dispose();
+    view = null;
+    canvas = /** @type {HTMLCanvasElement} */ (canvas.cloneNode()); // a canvas serves one view only
+    room.replaceChildren(canvas);
+    page.selection.only(Math.max(page.selection.order.indexOf(model), 0));
+    /** @type {HTMLElement | null} */ (page.root.querySelector(".gl-cell[tabindex='0'][aria-selected=true]"))?.focus();
+  });
+
+  dialog.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const score = scoreOfKey(event.key);
+    if (event.key === "ArrowLeft") void go(-1);
+    else if (event.key === "ArrowRight") void go(1);
+    else if (score !== undefined) page.score([model], score);
+    else return;
+    event.preventDefault();
+  });
+
+  /** @param {string} id */
+  async function open(id) {
+    model = id;
+    if (!dialog.open) dialog.showModal();
+    canvas.focus();
+    update();
+    note.textContent = "loading…";
+    try {
+      code ??= loadCode(page);
+      const [{ buffers }, { show }] = await Promise.all([page.channel.request("model", { model: id }), code]);
+      if (!dialog.open || model !== id) return;
+      view ??= show(canvas, { damping: !matchMedia("(prefers-reduced-motion: reduce)").matches });
+      await view.load(buffers[0]);
+      note.textContent = "";
+    } catch (error) {
+      code = view ? code : null;
+      if (model === id) note.textContent = `No 3D view: ${error instanceof Error ? error.message : error}`;
+    }
+  }
+
+  /** @param {number} step */
+  function go(step) {
+    const order = [...new Set(page.selection.order)];
+    const next = order[order.indexOf(model) + step];
+    if (next) return open(next);
+  }
+
+  function update() {
+    if (!dialog.open) return;
+    const known = page.state.models[model];
+    const { score, saved } = page.outbox.find(model, page.state.active) ?? { score: known?.score ?? null, saved: true };
+    title.textContent = known ? inWords({ ...known, score, saved, predicted: known.mean, uncertain: known.std, model, picture: undefined, chosen: false, cursor: false }) : "";
+    [...dialog.querySelectorAll(".gl-step")].forEach((step, index) => step.classList.toggle("gl-on", score === 10 * index));
+  }
+
+  return {
+    element: dialog,
+    open,
+    update,
+    close() {
+      resizes.disconnect();
+      dialog.close();
+    },
+  };
+}
+
+/** @param {Page} page */
+async function loadCode(page) {
+  const { buffers } = await page.channel.request("viewer");
+  const url = URL.createObjectURL(new Blob(buffers, { type: "text/javascript" }));
+  try {
+    return await import(/* @vite-ignore */ url);
+  } finally {
+    URL.revokeObjectURL(url);
+  }
+}

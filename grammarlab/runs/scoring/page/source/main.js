@@ -1,0 +1,199 @@
+import { Channel } from "./channel.js";
+import { makeDisplay } from "./display.js";
+import { element, icon, iconButton } from "./element.js";
+import { makeFactors } from "./factors.js";
+import { KEYS, listenToKeys } from "./keyboard.js";
+import { makeLearning } from "./learning.js";
+import { makeLook } from "./look.js";
+import { menu } from "./menu.js";
+import { Outbox } from "./outbox.js";
+import { listenToPointer } from "./pointer.js";
+import { loadPreferences } from "./preferences.js";
+import { makeResults } from "./results.js";
+import { makeScoring } from "./scoring.js";
+import { Selection } from "./selection.js";
+import { makeStatus } from "./status.js";
+import { makeToolbar } from "./toolbar.js";
+import { socketTransport, widgetTransport } from "./transports.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").State} State */
+/** @typedef {import("./types.js").Transport} Transport */
+
+const PROTOCOL = 1;
+
+/** The page as a widget of a notebook. */
+export default {
+  /** @param {{ model: any, el: HTMLElement }} widget */
+  render({ model, el }) {
+    return mount(el, widgetTransport(model));
+  },
+};
+
+/** The page on its own, over the server of `grammarlab score`. @param {HTMLElement} element @param {string} url of the socket */
+export function connect(element, url) {
+  return mount(element, socketTransport(url));
+}
+
+/**
+ * The page itself: waits for the first state, builds, and from then on follows.
+ *
+ * @param {HTMLElement} host
+ * @param {Transport} transport
+ * @returns {() => void} takes the page away
+ */
+export function mount(host, transport) {
+  // Notebooks have their own meaning for single keys, and must not see those typed here.
+  const root = element("div", { class: "gl-page", "data-lm-suppress-shortcuts": "true" }, element("p", { class: "gl-wait", role: "status" }, "Growing the first models…"));
+  root.addEventListener("keydown", (event) => event.stopPropagation());
+  host.append(root);
+
+  const channel = new Channel(transport);
+  /** @type {ReturnType<typeof build> | null} */
+  let built = null;
+  let lost = false;
+
+  /** @param {State} state */
+  function follow(state) {
+    if (state.protocol !== PROTOCOL) return void (root.textContent = "This page and Python speak different versions. Reload the page.");
+    built ??= build(root, channel, state);
+    built.update(state);
+  }
+
+  channel.on("state", ({ state }) => follow(state));
+  channel.on("progress", (progress) => built?.progress(progress));
+  channel.open(async (connected) => {
+    built?.connection(connected);
+    lost ||= !connected;
+    if (!connected) return;
+    try {
+      follow((await channel.request("state")).result);
+      if (lost) built?.reconnected();
+    } catch (error) {
+      if (channel.connected) root.textContent = error instanceof Error ? error.message : String(error);
+    }
+  });
+
+  return () => {
+    built?.close();
+    channel.close();
+    root.remove();
+  };
+}
+
+/** @param {HTMLElement} root @param {Channel} channel @param {State} first */
+function build(root, channel, first) {
+  const redraw = () => {
+    display.drawSoon();
+    scoring.update();
+  };
+  /** @type {Page} */
+  const page = {
+    root,
+    state: first,
+    channel,
+    preferences: loadPreferences(),
+    selection: new Selection(() => redraw()),
+    outbox: new Outbox(channel, () => changed(), (error) => page.complain(new Error(`Not saved: ${error.message}`))),
+    ask: (command, parameters) => channel.request(command, parameters).then(({ result }) => result, (error) => void page.complain(error)),
+    score(models, score) {
+      if (page.state.view === "product") status.say("The product is only looked at: choose the factor that the score belongs to.");
+      else if (models.length) page.outbox.add(models, score, page.state.active);
+    },
+    look: (model) => void look.open(model),
+    say: (text) => status.say(text),
+    complain: (error) => status.complain(error),
+  };
+  const display = makeDisplay(page);
+  const pointer = listenToPointer(page, display);
+  const status = makeStatus(page);
+  const scoring = makeScoring(page, () => keys.handOn());
+  const keys = listenToKeys(page, display, scoring);
+  const look = makeLook(page);
+  const learning = makeLearning(page);
+  const results = makeResults(page);
+  const factors = makeFactors(page);
+  const toolbar = makeToolbar(page, display, pointer);
+  const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "U, Ctrl Z");
+  const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
+  const title = element("h1", { class: "gl-name" });
+
+  root.replaceChildren(
+    element("header", { class: "gl-header" }, title, factors.element, element("span", { class: "gl-space" }), status.saved, undo, redo, keyHelp()),
+    status.banner,
+    element("main", { class: "gl-main" },
+      element("div", { class: "gl-left" }, toolbar.element, display.element, display.about),
+      element("aside", { class: "gl-side", "aria-label": "Score and learn" }, scoring.element, learning.element, results.element),
+    ),
+    status.element,
+    look.element,
+  );
+
+  function changed() {
+    redraw();
+    look.update();
+    status.update();
+  }
+
+  const everywhere = (/** @type {KeyboardEvent} */ event) => {
+    const typing = event.target instanceof HTMLInputElement && event.target.type !== "range" && event.target.type !== "checkbox";
+    const command = event.ctrlKey || event.metaKey;
+    const key = event.key.toLowerCase();
+    if (command && key === "enter") void page.ask("update");
+    else if (typing) return;
+    else if ((command && key === "z" && event.shiftKey) || (command && key === "y")) void page.ask("redo");
+    else if ((command && key === "z") || (!command && key === "u")) void page.ask("undo");
+    else return;
+    event.preventDefault();
+  };
+  root.addEventListener("keydown", everywhere);
+
+  const warn = (/** @type {BeforeUnloadEvent} */ event) => page.outbox.unsaved && event.preventDefault();
+  addEventListener("beforeunload", warn);
+
+  return {
+    /** @param {State} state */
+    update(state) {
+      if (state.message && state.message !== page.state.message) page.say(state.message);
+      page.state = state;
+      page.outbox.settle(state.revision);
+      title.textContent = state.title;
+      title.title = state.session;
+      if (document.body.classList.contains("gl-alone")) document.title = `${state.title} – grammarlab`;
+      undo.disabled = !state.can_undo;
+      redo.disabled = !state.can_redo;
+      for (const part of [factors, toolbar, display, scoring, learning, look, status]) part.update(state);
+    },
+    /** @param {import("./types.js").Progress} progress */
+    progress(progress) {
+      if ((progress.of ?? "update") === "update") learning.progress(progress);
+    },
+    /** @param {boolean} connected */
+    connection(connected) {
+      root.classList.toggle("gl-offline", !connected);
+      status.connection(connected);
+    },
+    /** The state is there; whatever was under way when the connection was lost begins anew. */
+    reconnected() {
+      display.askAgain();
+      page.outbox.resend();
+    },
+    close() {
+      removeEventListener("beforeunload", warn);
+      for (const part of [display, results, look, status]) part.close();
+    },
+  };
+}
+
+function keyHelp() {
+  const button = element("button", { type: "button", class: "gl-button gl-quiet", title: "Keys", "aria-label": "Keys" }, icon("keys"));
+  return menu(button, "Keys", () => [
+    element("dl", { class: "gl-keys" }, ...KEYS.flatMap(([keys, says]) => [element("dt", {}, keys), element("dd", {}, says)])),
+  ]);
+}
+
+const alone = document.getElementById("grammarlab");
+if (alone && document.body.classList.contains("gl-alone")) {
+  const { protocol, host, search } = location;
+  connect(alone, `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`);
+}

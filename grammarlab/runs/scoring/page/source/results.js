@@ -1,0 +1,99 @@
+import { element } from "./element.js";
+import { choice, menu, textButton } from "./menu.js";
+
+/** @typedef {import("./types.js").Page} Page */
+
+const FORMATS = { csv: "opens in any spreadsheet", jsonl: "one JSON object a line", parquet: "for Arrow, pandas and Polars" };
+const SHEET = 16;
+
+/**
+ * What a session is for: a grammar, pictures of its samples, and the scores as a file.
+ * @param {Page} page
+ */
+export function makeResults(page) {
+  const learn = textButton("Learn grammar", () => busyWith(learn, learnGrammar), { title: "Write a grammar that samples what you like" });
+  const sheet = textButton("Check sheet", () => busyWith(sheet, drawSheet), { title: `Pictures of ${SHEET} samples of the learned grammar` });
+  const picker = element("input", { type: "file", accept: ".csv,.jsonl,.parquet", hidden: true, onchange: importScores });
+  const outcome = element("div", { class: "gl-outcome", role: "status" });
+  const section = element("section", { class: "gl-card", "aria-label": "Result" },
+    element("h2", {}, "Result"),
+    element("div", { class: "gl-row gl-wrap" }, learn, sheet, menu(textButton("Scores", () => {}, { class: "gl-button gl-chooser" }), "Scores as a file", buildScores)),
+    outcome,
+    picker,
+  );
+
+  async function learnGrammar() {
+    const { file, js, rules_before: before, rules_after: after, text } = (await page.channel.request("learn")).result;
+    const told = [`${file}: ${before} rules became ${after}`, typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "", "."].join("");
+    outcome.replaceChildren(element("p", {}, told), saveLink(file, [text], "text/plain"));
+    outcome.querySelector("a")?.click();
+  }
+
+  async function drawSheet() {
+    const { result, buffers } = await page.channel.request("sheet", { num: SHEET });
+    const link = saveLink(result.file, buffers, "image/png");
+    outcome.replaceChildren(element("img", { src: link.href, alt: `${SHEET} samples of the learned grammar` }), link);
+  }
+
+  /** @param {() => void} close */
+  function buildScores(close) {
+    const formats = Object.entries(FORMATS).map(([format, says]) => choice(`Export ${format.toUpperCase()}`, says, () => {
+      close();
+      void exportScores(format);
+    }));
+    const bring = choice("Import …", "a file that was exported, or made by grammarlab label", () => {
+      close();
+      picker.click();
+    });
+    return [...formats, element("hr"), bring];
+  }
+
+  /** @param {string} format */
+  async function exportScores(format) {
+    try {
+      const { result, buffers } = await page.channel.request("export", { format });
+      saveLink(result.file, buffers, "application/octet-stream").click();
+    } catch (error) {
+      page.complain(error);
+    }
+  }
+
+  async function importScores() {
+    const [file] = picker.files ?? [];
+    picker.value = "";
+    if (!file) return;
+    try {
+      const format = file.name.split(".").pop()?.toLowerCase();
+      const { result } = await page.channel.request("import", { format }, [await file.arrayBuffer()]);
+      page.say(`${result.added} scores imported`);
+    } catch (error) {
+      page.complain(error);
+    }
+  }
+
+  /** @param {HTMLButtonElement} button @param {() => Promise<void>} work */
+  async function busyWith(button, work) {
+    button.disabled = true;
+    button.classList.add("gl-working");
+    try {
+      await work();
+    } catch (error) {
+      page.complain(error);
+    } finally {
+      button.disabled = false;
+      button.classList.remove("gl-working");
+    }
+  }
+
+  /** @type {string[]} */
+  const urls = [];
+
+  /** @param {string} file @param {BlobPart[]} content @param {string} type */
+  function saveLink(file, content, type) {
+    const href = URL.createObjectURL(new Blob(content, { type }));
+    urls.push(href);
+    return element("a", { href, download: file }, `Save ${file}`);
+  }
+
+  return { element: section, close: () => urls.forEach((url) => URL.revokeObjectURL(url)) };
+}

@@ -1,0 +1,90 @@
+/**
+ * Which of the models shown are selected, and where the keyboard is.
+ *
+ * Models are counted through all grids: a position is an index into `order`. A model that stands in two grids is one
+ * model with two positions.
+ */
+export class Selection {
+  /** @type {string[]} */
+  order = [];
+  /** @type {Set<string>} */
+  chosen = new Set();
+  /** Position of the keyboard. */
+  cursor = 0;
+  /** Position that a range begins at. */
+  #anchor = 0;
+  #changed;
+
+  /** @param {() => void} changed */
+  constructor(changed) {
+    this.#changed = changed;
+  }
+
+  /** The models chosen, in the order shown. */
+  get models() {
+    return [...new Set(this.order)].filter((model) => this.chosen.has(model));
+  }
+
+  /** @returns {string | undefined} */
+  get current() {
+    return this.order[this.cursor];
+  }
+
+  /** Other models are shown, or the same in another order. @param {string[]} order */
+  show(order) {
+    const follow = (/** @type {number} */ position) => {
+      const found = order.indexOf(this.order[position]);
+      return found >= 0 ? found : Math.min(position, Math.max(order.length - 1, 0));
+    };
+    [this.cursor, this.#anchor] = [follow(this.cursor), follow(this.#anchor)];
+    this.order = order;
+    this.#set(order.filter((model) => this.chosen.has(model)));
+  }
+
+  /** @param {number} position */
+  only(position) {
+    this.cursor = this.#anchor = position;
+    this.#set([this.order[position]]);
+  }
+
+  /** @param {number} position */
+  toggle(position) {
+    this.cursor = this.#anchor = position;
+    const model = this.order[position];
+    const without = [...this.chosen].filter((other) => other !== model);
+    this.#set(this.chosen.has(model) ? without : [...without, model]);
+  }
+
+  /** From where the last choice was made to a position. @param {number} position @param {boolean} keep what is chosen */
+  rangeTo(position, keep) {
+    this.cursor = position;
+    const [first, last] = [this.#anchor, position].sort((a, b) => a - b);
+    const range = this.order.slice(first, last + 1);
+    this.#set(keep ? [...this.chosen, ...range] : range);
+  }
+
+  /** The keyboard moves, and nothing else. @param {number} position */
+  moveTo(position) {
+    this.cursor = position;
+    this.#changed();
+  }
+
+  all() {
+    this.#set(this.order);
+  }
+
+  none() {
+    this.#set([]);
+  }
+
+  /** @param {Iterable<string>} models */
+  replace(models) {
+    this.#set(models);
+  }
+
+  /** @param {Iterable<string>} models */
+  #set(models) {
+    this.chosen = new Set(models);
+    this.#changed();
+  }
+}

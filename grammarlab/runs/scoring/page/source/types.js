@@ -1,0 +1,67 @@
+/**
+ * What the page and Python say to each other, and what the parts of the page share.
+ *
+ * A request is `{id, command, …}`, its answer `{id, ok: true, result}` or `{id, ok: false, error}`; what nobody asked
+ * for is `{event, …}`. Bytes travel beside a message, as buffers.
+ *
+ * @typedef {object} Model
+ * @property {number | null} score given for the active factor, 0 to 100
+ * @property {number | null} mean predicted for the active factor
+ * @property {number | null} std standard deviation of that prediction, in points
+ * @property {number | null} [product] predicted over all factors, 0 to 100
+ * @property {string} label in words
+ *
+ * @typedef {{ name: string, labels: number }} Factor
+ * @typedef {{ title: string, models: string[] }} Grid
+ * @typedef {{ grids: number, rows: number, columns: number }} Layout
+ * @typedef {{ name: string, says: string }} Way how to choose the models to show
+ * @typedef {{ of?: string, stage: string, done: number, total: number }} Progress
+ * @typedef {{ labels: number, js: number }} Movement JS divergence between the densities before and after an update, nats
+ * @typedef {{ name: string, level: string, share: number }} Relevance
+ *
+ * @typedef {object} State everything Python tells, whole each time it changes
+ * @property {number} protocol
+ * @property {string} title
+ * @property {string} session
+ * @property {number} revision number of the last event stored
+ * @property {Factor[]} factors
+ * @property {string} active
+ * @property {"active" | "product"} view
+ * @property {Layout} layout
+ * @property {string} way
+ * @property {Grid[]} grids
+ * @property {Record<string, Model>} models
+ * @property {number} scored
+ * @property {boolean} can_undo
+ * @property {boolean} can_redo
+ * @property {Movement[]} chart
+ * @property {Relevance[]} relevance
+ * @property {Progress | null} updating
+ * @property {boolean} fresh whether the predictions know all scores
+ * @property {Way[]} ways
+ * @property {string | null} message
+ *
+ * @typedef {object} Transport
+ * @property {(message: object, buffers: ArrayBuffer[]) => void} send
+ * @property {(heard: (message: any, buffers: ArrayBuffer[]) => void) => void} listen
+ * @property {(changed: (connected: boolean) => void) => void} watch is told when the connection comes or goes
+ * @property {() => void} close
+ *
+ * @typedef {object} Part a part of the page
+ * @property {HTMLElement} element
+ * @property {(state: State) => void} update draws what changed
+ *
+ * @typedef {object} Page what the parts share
+ * @property {HTMLElement} root
+ * @property {State} state
+ * @property {import("./channel.js").Channel} channel
+ * @property {import("./outbox.js").Outbox} outbox
+ * @property {import("./selection.js").Selection} selection
+ * @property {import("./preferences.js").Preferences} preferences of this browser
+ * @property {(command: string, parameters?: object) => Promise<any>} ask sends a command; a refusal is shown
+ * @property {(models: string[], score: number | null) => void} score
+ * @property {(text: string) => void} say a passing note, also for screen readers
+ * @property {(error: unknown) => void} complain something that a person has to know
+ * @property {(model: string) => void} look opens the 3D view
+ */
+export {};

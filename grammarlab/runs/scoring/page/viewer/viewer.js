@@ -1,0 +1,154 @@
+/**
+ * One interactive 3D view of a model. Built with three.js into `../viewer.js`, which the page loads when first used.
+ */
+import {
+  ACESFilmicToneMapping,
+  Box3,
+  CircleGeometry,
+  DirectionalLight,
+  HemisphereLight,
+  Mesh,
+  PCFShadowMap,
+  PerspectiveCamera,
+  Scene,
+  ShadowMaterial,
+  Sphere,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+
+/** Where the camera stands to begin with, seen from the model: as in the thumbnails. */
+const BEGIN = new Vector3(0.8, 0.55, 1);
+const SUN = new Vector3(-0.45, 1, 0.6);
+
+/**
+ * A view that draws onto a canvas, and only when something moved.
+ *
+ * @param {HTMLCanvasElement} canvas
+ * @param {{ damping?: boolean }} [options] damping: let a movement run out softly (default: yes)
+ */
+export function show(canvas, { damping = true } = {}) {
+  const renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
+  renderer.toneMapping = ACESFilmicToneMapping;
+  renderer.shadowMap.enabled = true;
+  renderer.shadowMap.type = PCFShadowMap;
+
+  const scene = new Scene();
+  const sun = new DirectionalLight(0xfff4e5, 2.6);
+  sun.castShadow = true;
+  sun.shadow.mapSize.set(2048, 2048);
+  sun.shadow.bias = -0.0005;
+  const ground = new Mesh(new CircleGeometry(1, 48), new ShadowMaterial({ opacity: 0.28 }));
+  ground.rotation.x = -Math.PI / 2;
+  ground.receiveShadow = true;
+  scene.add(new HemisphereLight(0xdfeaff, 0x8a8378, 1.9), sun, sun.target, ground);
+
+  const camera = new PerspectiveCamera(35, 1, 0.1, 1000);
+  const controls = new OrbitControls(camera, canvas);
+  controls.enableDamping = damping;
+  controls.dampingFactor = 0.12;
+  controls.addEventListener("change", draw);
+
+  /** @type {import("three").Object3D | null} */
+  let model = null;
+  let frame = 0;
+  let loads = 0;
+
+  function draw() {
+    frame ||= requestAnimationFrame(() => {
+      frame = 0;
+      controls.update(); // announces a change, and so another frame, until the movement has run out
+      renderer.render(scene, camera);
+    });
+  }
+
+  function resize() {
+    const { clientWidth: width, clientHeight: height } = canvas;
+    if (!width || !height) return;
+    renderer.setPixelRatio(Math.min(globalThis.devicePixelRatio || 1, 2));
+    renderer.setSize(width, height, false);
+    camera.aspect = width / height;
+    camera.updateProjectionMatrix();
+    draw();
+  }
+
+  /** The whole model in view, from where the thumbnails look. */
+  function reset() {
+    if (!model) return;
+    const box = new Box3().setFromObject(model);
+    const { center, radius } = box.getBoundingSphere(new Sphere());
+    const narrow = Math.min(camera.aspect, 1);
+    const distance = radius / Math.sin((camera.fov * Math.PI) / 360) / narrow;
+    controls.target.copy(center);
+    camera.position.copy(BEGIN).setLength(distance).add(center);
+    camera.near = radius / 100;
+    camera.far = distance + 20 * radius;
+    camera.updateProjectionMatrix();
+    controls.minDistance = radius / 10;
+    controls.maxDistance = 6 * distance;
+    light(center, radius, box.min.y);
+    draw();
+  }
+
+  /** @param {Vector3} center @param {number} radius @param {number} floor */
+  function light(center, radius, floor) {
+    sun.target.position.copy(center);
+    sun.position.copy(SUN).setLength(3 * radius).add(center);
+    const { camera: shadow } = sun.shadow;
+    shadow.left = shadow.bottom = -1.6 * radius;
+    shadow.right = shadow.top = 1.6 * radius;
+    shadow.far = 6 * radius;
+    shadow.updateProjectionMatrix();
+    ground.position.set(center.x, floor - 0.001 * radius, center.z);
+    ground.scale.setScalar(6 * radius);
+  }
+
+  /**
+   * Shows a model instead of the one before. When two loads cross, the later call wins.
+   * @param {ArrayBuffer} glb
+   */
+  async function load(glb) {
+    const turn = ++loads;
+    const loaded = (await new GLTFLoader().parseAsync(glb, "")).scene;
+    if (turn !== loads) return discard(loaded);
+    clear();
+    loaded.traverse((part) => {
+      part.castShadow = part.receiveShadow = part instanceof Mesh;
+    });
+    model = loaded;
+    scene.add(model);
+    resize();
+    reset();
+  }
+
+  function clear() {
+    if (!model) return;
+    scene.remove(model);
+    discard(model);
+    model = null;
+  }
+
+  function dispose() {
+    loads += 1;
+    cancelAnimationFrame(frame);
+    clear();
+    controls.dispose();
+    renderer.dispose();
+  }
+
+  return { load, resize, reset, dispose };
+}
+
+/** Frees what a model holds on the graphics card. @param {import("three").Object3D} object */
+function discard(object) {
+  object.traverse((part) => {
+    if (!(part instanceof Mesh)) return;
+    part.geometry.dispose();
+    for (const material of [part.material].flat()) {
+      for (const value of Object.values(material)) if (value?.isTexture) value.dispose();
+      material.dispose();
+    }
+  });
+}

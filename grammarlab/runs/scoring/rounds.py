@@ -1,0 +1,356 @@
+"""Scoring rounds: everything that a session can do, for one thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.evaluation.seeds import derived_seed
+from grammarlab.runs.scoring.addresses import Address, shown
+from grammarlab.runs.scoring.crew import Crew, Outcome
+from grammarlab.runs.scoring.events import Body, Grid, Record
+from grammarlab.runs.scoring.knowledge import Knowledge, ModelPool
+from grammarlab.runs.scoring.populate import WAYS, fresh_samples, laid_out, number_to_choose
+from grammarlab.runs.scoring.sorting import Order, sorted_grids
+from grammarlab.runs.scoring.store import Store
+from grammarlab.runs.scoring.tasks import (
+    Choice,
+    Choose,
+    DrawSheet,
+    Factors,
+    LearnedFile,
+    LearnGrammar,
+    MakeGlb,
+    Prepare,
+    ReadLabels,
+    Update,
+    WriteLabels,
+)
+from grammarlab.runs.scoring.thumbnails import Thumbnails
+from grammarlab.runs.scoring.windows import Message
+
+Answer = Callable[[Message, Sequence[bytes]], None]
+"""Gives the result of a command."""
+Refuse = Callable[[str], None]
+"""Says why there is none."""
+
+_HERE = "grammarlab.runs.scoring"
+_LAST = 5
+"""How far pictures go before what takes long anyway."""
+_SEEDS = 3
+"""Place below the seed of a session that choices of models have their seeds from."""
+_UNLEARNED = ("default", "grammar", "density", "uncertainty")
+"""Ways that mean samples of the grammar as long as nothing has been learned."""
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far something is that takes long."""
+
+    stage: str
+    done: int
+    total: int
+
+    def as_json(self) -> Message:
+        return {"stage": self.stage, "done": self.done, "total": self.total}
+
+
+class Rounds:
+    """A session at work. All methods are for one thread, on which callbacks run, too."""
+
+    def __init__(
+        self,
+        path: Path,
+        store: Store,
+        assets: Path,
+        artists: Crew,
+        tell: Callable[[Message], None],
+    ) -> None:
+        """Begins to work on an open session.
+
+        Args:
+            path: the session file.
+            store: the same, open.
+            assets: folder of meshes and images.
+            artists: what draws.
+            tell: sends a message to all windows.
+        """
+        self.path, self.store = path, store
+        about = store.about
+        self.pool = ModelPool(about.seed, about.size)
+        self.knowledge = Knowledge()
+        self.message: str | None = None
+        self.updating: Progress | None = None
+        self.is_changed = False
+        self._tell = tell
+        place, deliver = (about.grammar, about.title, str(assets)), artists.deliver
+        self._artists = artists
+        self._learners = Crew(f"{_HERE}.learner:learner", (*place, about.seed, about.size), 1, deliver, _LAST)
+        self._makers = Crew(f"{_HERE}.maker:maker", (*place, str(path)), 1, deliver, _LAST)
+        self.thumbnails = Thumbnails(self._artists)
+        self._is_prepared, self._is_resumed = False, bool(self.record.num_labels)
+        self._ticket = 0
+        if not self.record.grids:
+            self._show("default", fresh_samples(self.pool, self.record, self.record.layout.models))
+
+    @property
+    def record(self) -> Record:
+        """What was done so far."""
+        return self.store.record
+
+    @property
+    def factor(self) -> str:
+        """What is looked at: the active factor, or the product, whose name is empty."""
+        return "" if self.record.view == "product" else self.record.active
+
+    def do(self, kind: str, body: Body) -> int:
+        """Adds an event, and gives its number.
+
+        Raises:
+            UsageError: when it cannot happen now.
+            AssetError: when it cannot be written.
+        """
+        self.message = None
+        self.is_changed = True
+        return self.store.append(kind, body).number
+
+    def score(self, models: list[str], score: float | None) -> int:
+        """Scores models for the active factor.
+
+        Raises:
+            UsageError: when the product is looked at, which has no scores of its own.
+        """
+        if self.record.view == "product":
+            raise UsageError("the product of all factors is shown, which has no scores of its own; choose a factor.")
+        return self.do("score", {"factor": self.record.active, "score": score, "models": models})
+
+    def poll(self) -> None:
+        """Takes in what other processes did."""
+        self.is_changed |= self.store.poll()
+
+    def close(self) -> None:
+        """Ends everything."""
+        for crew in (self._learners, self._makers):
+            crew.close()
+        self.store.close()
+
+    def layout(self, layout: Body) -> None:
+        """Changes the size of the grids, and fills them.
+
+        Raises:
+            UsageError: when it is out of range.
+        """
+        before = self.record.layout
+        self.do("layout", layout)
+        after = self.record.layout
+        if after.grids == before.grids and after.rows * after.columns <= before.rows * before.columns:
+            size = after.rows * after.columns
+            self._arrange([Grid(grid.title, grid.models[:size]) for grid in self.record.grids])
+        else:
+            self.populate(self.record.way)
+
+    def populate(self, way: str) -> None:
+        """Shows other models, at once or when they have been chosen.
+
+        Raises:
+            UsageError: for an unknown way.
+        """
+        if way not in WAYS:
+            raise UsageError(f"way: expected one of {', '.join(WAYS)}, found {shown(way)}.")
+        self.message = None
+        if way == "grammar" or (way in _UNLEARNED and self.knowledge.of(self.factor) is None):
+            self._show(way, fresh_samples(self.pool, self.record, self.record.layout.models))
+            return
+        self.prepare()
+        choice = self._choice(way)
+        if self.updating is None:
+            self._progress("choosing models", 0, 1)
+        self._learners.submit(Choose(self._factors(), choice), partial(self._chosen, choice, self.record.num_shown))
+
+    def sort(self, order: Order) -> None:
+        """Sorts the models that are shown.
+
+        Raises:
+            UsageError: when it cannot be done; says why.
+        """
+        seed = derived_seed(self.store.about.seed, _SEEDS, self.record.num_shown)
+        self._arrange(sorted_grids(order, self.record, self.knowledge, self.pool, self.factor, seed))
+
+    def update(self) -> None:
+        """Learns from all scores, then shows other models.
+
+        Raises:
+            UsageError: when there is nothing to learn from, or it is being done.
+        """
+        if self._ticket:
+            raise UsageError("an update is under way; wait for it, or cancel it.")
+        if not self.record.num_labels:
+            raise UsageError("there are no scores to learn from; score some models first.")
+        self.message = None
+        self.prepare()
+        self._learn(self._choice(self.record.way))
+
+    def cancel(self) -> None:
+        """Leaves an update unfinished."""
+        if self._ticket:
+            self._learners.cancel(self._ticket)
+            self._ticket, self.updating, self.is_changed = 0, None, True
+            self.message = "The update was cancelled; predictions are as they were."
+
+    def prepare(self) -> None:
+        """Begins to count features, and to learn from the scores that there are, unless it was done."""
+        if not self._is_prepared:
+            self._is_prepared = True
+            self._learners.submit(Prepare(), self._prepared, on_progress=self._progress)
+            if self._is_resumed:
+                self._learn(None)
+
+    def prepare_if_free(self) -> None:
+        """The same, once the first pictures are there."""
+        if self.thumbnails.shows_something and not self.thumbnails.is_hurried:
+            self.prepare()
+
+    def glb(self, model: str, answer: Answer, refuse: Refuse) -> None:
+        """Makes a model as a GLB file."""
+        address = Address.parse(model)
+        done = partial(_answered, answer, refuse, lambda value: ({"label": label_of(address)}, [value]))
+        self._artists.submit(MakeGlb(model), done, first=True)
+
+    def export(self, suffix: str, answer: Answer, refuse: Refuse) -> None:
+        """Makes all scores a label file."""
+        file = f"{self.path.stem}{suffix}"
+        done = partial(_answered, answer, refuse, lambda content: ({"file": file}, [content]))
+        self._makers.submit(WriteLabels(self._factors(), suffix), done)
+
+    def read(self, content: bytes, suffix: str, answer: Answer, refuse: Refuse) -> None:
+        """Adds the scores of a label file; all of them can be undone at once."""
+
+        def add(outcome: Outcome) -> None:
+            try:
+                if outcome.value is None:
+                    raise UsageError(outcome.error)
+                self.do("import", {"scores": outcome.value})
+                answer({"added": sum(map(len, outcome.value.values()))}, ())
+            except GrammarlabError as error:
+                refuse(str(error))
+
+        self._makers.submit(ReadLabels(content, suffix), add)
+
+    def learn_grammar(self, answer: Answer, refuse: Refuse) -> None:
+        """Learns a grammar from all scores, into a file beside the session."""
+
+        def result(found: LearnedFile) -> tuple[Message, Sequence[bytes]]:
+            numbers = {"js": found.js, "rules_before": found.rules_before, "rules_after": found.rules_after}
+            return {"file": found.file, "text": found.text, "notes": list(found.findings), **numbers}, ()
+
+        done = partial(_answered, answer, refuse, result)
+        self._makers.submit(LearnGrammar(self._factors()), done, on_progress=self._announce)
+
+    def sheet(self, num: int, answer: Answer, refuse: Refuse) -> None:
+        """Draws samples of the learned grammar."""
+        file = f"{self.path.stem}-learned.png"
+        done = partial(_answered, answer, refuse, lambda content: ({"file": file}, [content]))
+        self._makers.submit(DrawSheet(num, self.store.about.seed), done, on_progress=self._announce)
+
+    def _learn(self, choice: Choice | None) -> None:
+        factors, revision = self._factors(), (self.record.num_shown, self.record.judgements)
+        self._progress("waiting", 0, 1)
+        done = partial(self._learned, choice, revision)
+        ticket = self._learners.submit(Update(factors, choice), done, on_progress=self._progress)
+        if choice is not None:
+            self._ticket = ticket
+
+    def _learned(self, choice: Choice | None, revision: tuple[int, int], outcome: Outcome) -> None:
+        if outcome.cancelled:
+            return
+        if choice is not None:
+            self._ticket = 0
+        self._progress_ended()
+        if outcome.value is None:
+            self.message = outcome.error
+            return
+        found = outcome.value
+        self.knowledge.take(found, revision[1])
+        self.message = " ".join(found.left_out) or None
+        if choice is not None:
+            self._note("learned", {"labels": sum(map(len, self._factors().values())), "js": found.js})
+        if choice is not None and found.chosen is not None:
+            if revision == (self.record.num_shown, self.record.judgements):
+                self._show(choice.way, [self.pool.names[index] for index in found.chosen])
+            else:
+                self.message = "Predictions are new; the models stay, since you went on meanwhile. Populate for others."
+
+    def _prepared(self, outcome: Outcome) -> None:
+        self.knowledge.features = outcome.value
+        self._progress_ended()
+        if outcome.error:
+            self.message = outcome.error
+
+    def _chosen(self, choice: Choice, num_shown: int, outcome: Outcome) -> None:
+        self._progress_ended()
+        if outcome.value is None:
+            self.message = outcome.error
+        elif self.record.num_shown == num_shown:
+            self._show(choice.way, [self.pool.names[index] for index in outcome.value])
+
+    def _progress(self, stage: str, done: int, total: int) -> None:
+        self.updating = Progress(stage, done, total)
+        self._announce(stage, done, total)
+
+    def _announce(self, stage: str, done: int, total: int) -> None:
+        self._tell({"event": "progress", "stage": stage, "done": done, "total": total})
+
+    def _progress_ended(self) -> None:
+        self.is_changed = True
+        if not self._ticket:
+            self.updating = None
+
+    def _choice(self, way: str) -> Choice:
+        seed = derived_seed(self.store.about.seed, _SEEDS, self.record.num_shown)
+        return Choice(way, self.factor, number_to_choose(way, self.record.layout), seed)
+
+    def _factors(self) -> Factors:
+        return {name: dict(scores) for name, scores in self.record.factors.items()}
+
+    def _show(self, way: str, models: Sequence[str]) -> None:
+        if not models:
+            self.message = "There are no models to show in this way."
+            self.is_changed = True
+            return
+        self._note("shown", {"way": way, "grids": _as_json(laid_out(way, models, self.record.layout))})
+
+    def _arrange(self, grids: Sequence[Grid]) -> None:
+        self._note("shown", {"way": self.record.way, "grids": _as_json(grids)})
+
+    def _note(self, kind: str, body: Body) -> None:
+        """Adds an event that keeps the message."""
+        try:
+            self.store.append(kind, body)
+        except GrammarlabError as error:
+            self.message = str(error)
+        self.is_changed = True
+
+
+def label_of(address: Address) -> str:
+    """What a model is called."""
+    return f"model {address.model} of seed {address.seed}" + (" with equal percentages" if address.flat else "")
+
+
+def _as_json(grids: Sequence[Grid]) -> list[Message]:
+    return [{"title": grid.title, "models": list(grid.models)} for grid in grids]
+
+
+def _answered(
+    answer: Answer,
+    refuse: Refuse,
+    result: Callable[[Any], tuple[Message, Sequence[bytes]]],
+    outcome: Outcome,
+) -> None:
+    if outcome.value is None:
+        refuse(outcome.error or "cancelled.")
+    else:
+        answer(*result(outcome.value))

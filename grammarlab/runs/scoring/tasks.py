@@ -1,0 +1,160 @@
+"""What a session asks other processes to do, and what they answer. Light, since every process loads it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Singles = NDArray[np.float32]
+Factors = dict[str, dict[str, float]]
+"""Scores by factor and address."""
+
+
+@dataclass(frozen=True, slots=True)
+class Begin:
+    """Asks whether the grammar can be derived; an error says why not."""
+
+
+@dataclass(frozen=True, slots=True)
+class Draw:
+    """Asks for pictures: [size, size, 3] of each model."""
+
+    models: tuple[str, ...]
+    """Addresses."""
+    size: int
+    """Pixels along each side."""
+    samples: int
+    """Along each side of a pixel: 1 is quick, 2 good."""
+
+
+@dataclass(frozen=True, slots=True)
+class MakeGlb:
+    """Asks for a model as the bytes of a GLB file."""
+
+    model: str
+    """Address."""
+
+
+@dataclass(frozen=True, slots=True)
+class Prepare:
+    """Asks for the features of the pool: `Features`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """How to choose models."""
+
+    way: str
+    """See `grammarlab.preference.queries`."""
+    factor: str
+    """Whose labels and preference are looked at; empty for the product of all."""
+    num: int
+    seed: int
+
+
+@dataclass(frozen=True, slots=True)
+class Choose:
+    """Asks for models of the pool to show: [num] their numbers."""
+
+    factors: Factors
+    choice: Choice
+
+
+@dataclass(frozen=True, slots=True)
+class Update:
+    """Asks to learn from all scores: `Learned`."""
+
+    factors: Factors
+    choice: Choice | None
+    """What to show then; None for nothing new."""
+
+
+@dataclass(frozen=True, slots=True)
+class Features:
+    """What models of the pool are told apart by."""
+
+    rows: Singles
+    """[m, F] scaled."""
+    names: tuple[str, ...]
+    """[F] all different."""
+
+
+@dataclass(frozen=True, slots=True)
+class Predicted:
+    """What is expected of the models of the pool."""
+
+    mean: Singles
+    """[m] 0 to 100, or a little beyond."""
+    std: Singles
+    """[m]"""
+    weights: Singles | None
+    """[F] of the kernel, where it has such."""
+    relevance: tuple[tuple[str, str, float], ...]
+    """Name, level and share of what matters most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Learned:
+    """What an update found."""
+
+    features: Features | None
+    """Where they have changed."""
+    factors: Mapping[str, Predicted]
+    """Of the factors that have labels."""
+    product: Predicted | None
+    """Of the factors that have a score above 0; None where there are none."""
+    left_out: tuple[str, ...]
+    """Why factors are not part of the product."""
+    js: float
+    """How far the density moved since the update before, or since the grammar itself, in nats."""
+    chosen: tuple[int, ...] | None
+    """Numbers of the models to show."""
+
+
+@dataclass(frozen=True, slots=True)
+class WriteLabels:
+    """Asks for the bytes of a label file."""
+
+    factors: Factors
+    suffix: str
+    """Such as ``.csv``."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReadLabels:
+    """Asks for what is in a label file: `Factors`."""
+
+    content: bytes
+    suffix: str
+
+
+@dataclass(frozen=True, slots=True)
+class LearnGrammar:
+    """Asks for a grammar learned from scores, beside the session file: `LearnedFile`."""
+
+    factors: Factors
+
+
+@dataclass(frozen=True, slots=True)
+class LearnedFile:
+    """A learned grammar."""
+
+    file: str
+    """Name, without a folder."""
+    text: str
+    js: float
+    """Divergence in nats from what was learned."""
+    rules_before: int
+    rules_after: int
+    findings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DrawSheet:
+    """Asks for a picture of samples of the learned grammar, as the bytes of a PNG file."""
+
+    num: int
+    seed: int

@@ -1,0 +1,10 @@
+"""How a session talks to those who look at it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+Message = dict[str, Any]
+Send = Callable[[Message, Sequence[bytes]], None]
+"""Sends a message and binary buffers to one window. Called on the session's thread; it must not block."""

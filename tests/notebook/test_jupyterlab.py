@@ -1,0 +1,123 @@
+"""The widget in JupyterLab, in a real browser."""
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+
+import nbformat
+import pytest
+
+CHROMIUM = shutil.which("chromium")
+ACCESS = "for-this-test-only"
+ARGUMENTS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+CELL = """
+from grammarlab.notebook import ScoringSession
+session = ScoringSession("toy", path="toys.db", size=200, jobs=1)
+session
+"""
+KERNEL_IS_IDLE = """() => {
+    const kernel = window.jupyterapp.shell.currentWidget?.context?.sessionContext?.session?.kernel;
+    return kernel?.status === "idle" && kernel.connectionStatus === "connected";
+}"""
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here: apt-get install chromium")
+
+
+def write_notebook(folder):
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(CELL)])
+    notebook.metadata.kernelspec = {"name": "python3", "display_name": "Python 3", "language": "python"}
+    nbformat.write(notebook, folder / "scoring.ipynb")
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """Address of a running JupyterLab whose folder holds a notebook with the widget."""
+    notebooks = tmp_path / "notebooks"
+    notebooks.mkdir()
+    write_notebook(notebooks)
+    port = free_port()
+    folders = (
+        "JUPYTER_CONFIG_DIR",
+        "JUPYTER_RUNTIME_DIR",
+        "IPYTHONDIR",
+        "JUPYTERLAB_SETTINGS_DIR",
+        "JUPYTERLAB_WORKSPACES_DIR",
+    )
+    environment = os.environ | {name: str(tmp_path / name.lower()) for name in folders}
+    options = [
+        "--no-browser",
+        "--allow-root",
+        f"--port={port}",
+        "--ServerApp.ip=127.0.0.1",
+        f"--IdentityProvider.token={ACCESS}",
+        f"--ServerApp.root_dir={notebooks}",
+        "--LabApp.expose_app_in_browser=True",
+        "--LabApp.news_url=None",
+        "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
+    ]
+    log = (tmp_path / "lab.log").open("w")
+    server = subprocess.Popen(
+        [sys.executable, "-m", "jupyterlab", *options], env=environment, stdout=log, stderr=subprocess.STDOUT
+    )
+    address = f"http://127.0.0.1:{port}"
+    deadline = time.monotonic() + 90
+    while True:
+        try:
+            with socket.create_connection(("127.0.0.1", port), 1):
+                break
+        except OSError:
+            assert time.monotonic() < deadline, (tmp_path / "lab.log").read_text()
+            time.sleep(0.2)
+    yield f"{address}/lab/tree/scoring.ipynb?token={ACCESS}"
+    server.terminate()
+    server.wait(30)
+    log.close()
+
+
+@pytest.fixture
+def page():
+    """A page of Chromium that remembers every address it asked for."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
+        page = browser.new_page(viewport={"width": 1500, "height": 1100})
+        yield page
+        browser.close()
+
+
+def test_a_score_given_in_jupyterlab_is_in_the_session_file(lab, page, tmp_path):
+    from grammarlab.runs.scoring.labels import read_labels_or_session
+
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(lab)
+    page.wait_for_function("window.jupyterapp?.restored", timeout=60_000)
+    page.wait_for_function(KERNEL_IS_IDLE, timeout=60_000)
+    page.evaluate("window.jupyterapp.commands.execute('notebook:run-all-cells')")
+    cell = page.locator(".gl-cell").first
+    cell.wait_for(timeout=60_000)
+    cell.click()
+    page.keyboard.press("7")
+    page.get_by_text("saved").first.wait_for(timeout=20_000)
+    labels = read_labels_or_session(tmp_path / "notebooks" / "toys.db")
+    assert labels.scores.tolist() == [70]
+    hosts = {url.split("/")[2] for url in asked if url.startswith(("http", "ws"))}
+    assert {host.split(":")[0] for host in hosts} == {"127.0.0.1"}

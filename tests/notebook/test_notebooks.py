@@ -1,0 +1,45 @@
+"""All notebooks run, at a small size."""
+
+import re
+from pathlib import Path
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+FOLDER = Path(__file__).parents[2] / "notebooks"
+NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
+SMALL = {
+    "GRAMMAR": '"toy"',
+    "NUM_MODELS": "4",
+    "NUM_LABELS": "64",
+    "SCENARIO": '"S2"',
+    "NUM_SEEDS": "1",
+    "MAX_LABELS": "32",
+}
+"""Values for the cells that are marked as parameters."""
+
+
+def small(notebook):
+    """The notebook with small parameters; each that it has must be known here."""
+    for cell in notebook.cells:
+        if "parameters" in cell.metadata.get("tags", ()):
+            names = re.findall(r"^(\w+) = ", cell.source, re.MULTILINE)
+            cell.source = "\n".join(f"{name} = {SMALL[name]}" for name in names)
+    return notebook
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_every_notebook_runs(path, tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONWARNINGS", "default")
+    monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
+    monkeypatch.setenv("JUPYTER_RUNTIME_DIR", str(tmp_path / "runtime"))
+    notebook = small(nbformat.read(path, as_version=4))
+    NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebooks_are_kept_without_outputs(path):
+    for cell in nbformat.read(path, as_version=4).cells:
+        assert not cell.get("outputs")
+        assert cell.get("execution_count") is None

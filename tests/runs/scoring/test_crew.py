@@ -1,0 +1,161 @@
+"""Processes that work for a session."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+import pytest
+
+from grammarlab.errors import UsageError
+from grammarlab.runs.scoring.crew import Crew, Handler, Outcome, Report
+
+PATIENCE = 60.0
+
+
+def maker(greeting: str) -> Handler:
+    """Made in each process."""
+    if greeting == "bad":
+        raise UsageError("bad greeting")
+
+    def do(request: Any, report: Report) -> Any:
+        if request == "fail":
+            raise UsageError("asked to fail")
+        if request == "break":
+            return 1 // 0
+        if request == "die":
+            os.kill(os.getpid(), signal.SIGKILL)
+        if request == "long":
+            for done in range(2_000):
+                report("waiting", done, 2_000)
+                time.sleep(0.01)
+        return f"{greeting} {request}"
+
+    return do
+
+
+class Thread:
+    """What runs a crew: calls what is delivered, until something holds."""
+
+    def __init__(self, greeting: str, size: int) -> None:
+        self.inbox: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self.crew = Crew(f"{__name__}:maker", (greeting,), size, self.inbox.put)
+        self.outcomes: dict[str, Outcome] = {}
+        self.progress: list[tuple[str, int, int]] = []
+
+    def submit(self, request: str, **options: Any) -> int:
+        return self.crew.submit(
+            request, lambda outcome: self.outcomes.__setitem__(request, outcome), on_progress=self.note, **options
+        )
+
+    def note(self, stage: str, done: int, total: int) -> None:
+        self.progress.append((stage, done, total))
+
+    def until(self, holds: Callable[[], Any]) -> None:
+        while not holds():
+            self.inbox.get(timeout=PATIENCE)()
+
+
+@pytest.fixture
+def thread() -> Iterator[Thread]:
+    thread = Thread("hello", 1)
+    yield thread
+    thread.crew.close()
+
+
+def test_tasks_end_with_a_value_or_with_words(thread: Thread):
+    for request in ("world", "fail", "break"):
+        thread.submit(request)
+    thread.until(lambda: len(thread.outcomes) == 3)
+    assert thread.outcomes["world"] == Outcome("hello world")
+    assert thread.outcomes["fail"] == Outcome(error="asked to fail")
+    assert "ZeroDivisionError" in thread.outcomes["break"].error
+
+
+def test_a_task_that_cannot_be_made_says_why():
+    thread = Thread("bad", 1)
+    thread.submit("world")
+    thread.until(lambda: thread.outcomes)
+    assert thread.outcomes["world"] == Outcome(error="bad greeting")
+    thread.crew.close()
+
+
+def test_a_lost_process_is_told_and_replaced(thread: Thread):
+    thread.submit("die")
+    thread.submit("world")
+    thread.until(lambda: len(thread.outcomes) == 2)
+    assert "ended unasked" in thread.outcomes["die"].error
+    assert thread.outcomes["world"].value == "hello world"
+
+
+def test_processes_that_cannot_live_are_given_up():
+    thread = Thread("hello", 1)
+    thread.crew.make = "tests.no_such_module:maker"
+    thread.submit("world")
+    thread.until(lambda: thread.outcomes)
+    thread.submit("more")
+    thread.until(lambda: "more" in thread.outcomes)
+    assert "ended unasked" in thread.outcomes["more"].error
+    thread.crew.close()
+
+
+def test_tasks_are_cancelled_while_they_wait_and_while_they_run(thread: Thread):
+    long = thread.submit("long")
+    waiting = thread.submit("world")
+    thread.until(lambda: thread.progress)
+    thread.crew.cancel(waiting)
+    assert thread.outcomes == {"world": Outcome(cancelled=True)}
+    thread.crew.cancel(long)
+    thread.until(lambda: "long" in thread.outcomes)
+    assert thread.outcomes["long"].cancelled
+    assert len(thread.progress) < 1_500
+
+
+def test_what_is_first_is_first_and_what_nobody_wants_is_dropped(thread: Thread):
+    thread.submit("one")
+    thread.submit("two")
+    thread.submit("three", first=True)
+    thread.submit("four", is_wanted=lambda: False)
+    thread.until(lambda: "two" in thread.outcomes)
+    assert list(thread.outcomes) == ["one", "three", "two"]
+
+
+def test_processes_end_when_the_session_is_killed(tmp_path: Path):
+    code = f"""
+import time
+from queue import SimpleQueue
+from grammarlab.runs.scoring.crew import Crew
+inbox = SimpleQueue()
+crew = Crew("{__name__}:maker", ("hello",), 2, inbox.put)
+crew.submit("world", lambda outcome: None)
+inbox.get()()
+print(*(worker.process.pid for worker in crew._workers), flush=True)
+time.sleep(100)
+"""
+    script = tmp_path / "run.py"
+    script.write_text(f"if __name__ == '__main__':\n{''.join(f'    {line}' for line in code.splitlines(True))}")
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True, env=environment) as process:
+        assert process.stdout is not None
+        workers = [int(pid) for pid in process.stdout.readline().split()]
+        process.kill()
+    assert len(workers) == 2
+    end = time.monotonic() + PATIENCE
+    while any(is_running(pid) for pid in workers):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def is_running(pid: int) -> bool:
+    """Whether there is such a process that has not ended."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
