@@ -11,9 +11,14 @@ from time import process_time
 import numpy as np
 import pytest
 
+from grammarlab.density.choices import Choices
 from grammarlab.density.compile import compile_score
+from grammarlab.density.contexts import Contexts, NoContext
 from grammarlab.density.learned import LearnedGrammar
-from grammarlab.density.skeleton import ENOUGH_MODELS
+from grammarlab.density.mixture import Cells, fit_mixture
+from grammarlab.density.rejection import reject
+from grammarlab.density.skeleton import ENOUGH_MODELS, TreeGrammar
+from grammarlab.density.target import Target
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.evaluation.flattening import flattened
@@ -70,6 +75,43 @@ def test_sampling_beside_the_original(benchmark, name, num_models):
     ratio = min(seconds[0]) / min(seconds[1])
     benchmark.extra_info["times as fast"] = ratio
     assert ratio >= 0.8
+
+
+@pytest.mark.parametrize(("name", "num_models"), [("F1", 2000), ("B1", 200)])
+def test_sampling_beside_rejection(benchmark, name, num_models):
+    """A compiled grammar rejects nothing, so it gains what rejection throws away, and the counting of features.
+
+    That bounds the gain: 1 / (share accepted) for the models, times what counting adds to deriving.
+    """
+    scenario, grammar = source(name)
+    target = Target.of_score(grammar, scenario.score, assets=examples_folder() / "assets")
+    sampler = reject(target, num_pilot=300)
+    program = compile_grammar(learned_from(name).grammar)
+    samples = (lambda: derive(program, num_models, 1, assets=ASSETS)), (lambda: sampler.sample(num_models, 1))
+    seconds = [[], []]
+
+    def both():
+        for sample, found in zip(samples, seconds, strict=True):
+            begun = process_time()
+            sample()
+            found.append(process_time() - begun)
+
+    benchmark.pedantic(both, rounds=3)
+    benchmark.extra_info |= {"times as fast": min(seconds[1]) / min(seconds[0]), "accepted": sampler.pilot.rate}
+
+
+def test_em_of_5000_models_and_80_components(benchmark):
+    """Every step is a matrix product of counts and log-probabilities, and another one back."""
+    _, grammar = source("B1")
+    tree = TreeGrammar.of(grammar)
+    choices = Choices.of(Contexts.of(tree, NoContext()))
+    cells = Cells(choices.original, choices.choice)
+    forest = derive(flattened(grammar).program, 5_000, 0, assets=ASSETS)
+    counts = choices.count(grammar, forest)
+    first = np.random.default_rng(0).integers(0, 80, 5_000)
+    fit = benchmark.pedantic(fit_mixture, args=(cells, counts, np.ones(5_000), first), rounds=1)
+    benchmark.extra_info |= {"steps": len(fit.log_likelihoods), "components": len(fit.mixture.weights)}
+    assert len(fit.mixture.weights) > 40
 
 
 @pytest.mark.parametrize("name", ["F1", "B1", "A1"])

@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.grammars import FACADES, chain
 from grammarlab.derivation import compile_grammar, derive
+from grammarlab.derivation.selection import select_models
 from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
@@ -34,11 +35,29 @@ def test_derive_1000_buildings_with_log_probability(benchmark, building):
     benchmark(lambda: derive(program, 1000, 1, assets=assets).log_probability())
 
 
-def test_merge_1000_buildings_into_triangles(benchmark, building):
+@pytest.fixture(scope="module")
+def buildings_of_340_leaves(building):
+    """The 1,000 buildings nearest to 340 leaves among 4,000; the mean of all is about 520."""
     program, assets = building
-    scene = realize(derive(program, 1000, 1, assets=assets))
-    batch = benchmark(triangles, scene)
+    forest = derive(program, 4000, 1, assets=assets)
+    leaves = np.bincount(forest.nodes.model[forest.leaves.node], minlength=4000)
+    return select_models(forest, np.sort(np.argsort(np.abs(leaves - 340), kind="stable")[:1000]))
+
+
+def test_merge_1000_buildings_of_340_leaves(benchmark, buildings_of_340_leaves):
+    """From the forest to merged vertices, normals and triangles: at most 150 ms."""
+    batch = benchmark(lambda: triangles(realize(buildings_of_340_leaves)))
     assert np.isfinite(batch.vertices).all()
+    benchmark.extra_info |= {
+        "leaves per model": len(buildings_of_340_leaves.leaves) / 1000,
+        "vertices per model": len(batch.vertices) / 1000,
+    }
+
+
+def test_write_as_many_bytes_as_1000_merged_buildings(benchmark, buildings_of_340_leaves):
+    """What the memory alone costs: the merged arrays once more."""
+    batch = triangles(realize(buildings_of_340_leaves))
+    benchmark(lambda: (batch.vertices.copy(), batch.normals.copy(), batch.triangles.copy()))
 
 
 def test_derive_one_model_of_3000_leaves(benchmark):

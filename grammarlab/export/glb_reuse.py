@@ -109,8 +109,9 @@ def _placements(scene: Scene, shaded: ShadedMeshes, mesh: NDArray[np.integer]) -
     np.logical_or.at(extends, row_of_value(np.diff(shaded.mesh_vertices)), shaded.points != 0)
     # A mesh that lies in the plane 0 of an axis is the same at any size along it.
     scale = np.where(~extends[mesh] & (scene.size < THINNEST), 1.0, np.maximum(scene.size, THINNEST))
-    quaternion = Rotation.from_matrix(scene.rotation).as_quat() if len(scene) else np.zeros((0, 4))
-    return Placements(scene.position.astype(np.float32), quaternion.astype(np.float32), scale.astype(np.float32))
+    quaternion = Rotation.from_matrix(scene.frames).as_quat() if len(scene.frames) else np.zeros((0, 4))
+    turned = quaternion.astype(np.float32)[scene.frame]
+    return Placements(scene.position.astype(np.float32), turned, scale.astype(np.float32))
 
 
 def _nodes(document: GltfDocument, mesh: int, placements: Placements, places: NDArray[np.int64]) -> list[int]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.render.look import Look, ambient, mirrored_surroundings
+from grammarlab.render.look import Look, ambient, mirrored_surroundings, mixed
 from grammarlab.render.rays import Tracer
 from grammarlab.render.surfaces import Model, Surfaces, dot
 
@@ -45,7 +45,8 @@ def sun_visibility(blockers: Tracer, points: Floats, normals: Floats, sun: Float
     angle = spot * np.float32(36.0 * GOLDEN_ANGLE)
     distance = np.float32(look.sun_softness) * np.sqrt(spot)
     directions = _beside(sun, distance * np.cos(angle), distance * np.sin(angle))
-    visible[lit] = ~blockers.is_blocked(points[lit] + LIFT * normals[lit], directions)
+    start = points.take(lit, axis=0) + LIFT * normals.take(lit, axis=0)
+    visible[lit] = ~blockers.is_blocked(start, directions)
     return visible
 
 
@@ -65,22 +66,24 @@ def openness(blockers: Tracer, points: Floats, normals: Floats, sample: NDArray[
 
     Each sample sends `num_rays` rays, its own part of a pattern of which 16 samples make up the whole.
     """
-    tangent, other = _frames(normals)
+    tangent, other = (axis.T.copy() for axis in _frames(normals))
+    up = normals.T.copy()
+    along, across, height = _hemisphere(16 * num_rays).T.copy()
     free = np.zeros(len(points), np.float32)
     start = points + LIFT * normals
-    total = 16 * num_rays
     for ray in range(num_rays):
-        index = (ray * 16 + (sample * 7) % 16).astype(np.float32)
-        angle = index * np.float32(GOLDEN_ANGLE)
-        radius = np.sqrt((index + np.float32(0.5)) / np.float32(total))
-        height = np.sqrt(1.0 - radius * radius)
-        directions = (
-            (radius * np.cos(angle))[:, None] * tangent
-            + (radius * np.sin(angle))[:, None] * other
-            + height[:, None] * normals
-        )
-        free += ~blockers.is_blocked(start, directions, OPENNESS_REACH)
+        index = ray * 16 + (sample * 7) % 16
+        directions = along[index] * tangent + across[index] * other + height[index] * up
+        free += ~blockers.is_blocked(start, directions.T, OPENNESS_REACH)
     return free / np.float32(num_rays)
+
+
+def _hemisphere(num_directions: int) -> Floats:
+    """[K, 3] unit vectors about +z, spread evenly when weighted by cosine."""
+    index = np.arange(num_directions, dtype=np.float32)
+    angle = index * np.float32(GOLDEN_ANGLE)
+    radius = np.sqrt((index + np.float32(0.5)) / np.float32(num_directions))
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1.0 - radius * radius)], axis=1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,19 +113,18 @@ def shade(
     facing = np.clip(seen.normal @ sun, 0.0, None) * shadow
     skylight = ambient(look, seen.normal)
     closed = look.bounce * np.array(look.ground, np.float32)
-    received = facing[:, None] * np.array(look.sun, np.float32) + free[:, None] * skylight
-    received += (1.0 - free)[:, None] * closed
+    received = free[:, None] * skylight + mixed((facing, 1.0 - free), (look.sun, closed))
 
-    color, metallic = model.color[seen.material], model.metallic[seen.material][:, None]
+    color, metallic = model.color.take(seen.material, axis=0), model.metallic[seen.material][:, None]
     roughness, opacity = model.roughness[seen.material], model.opacity[seen.material]
-    mirrored = _mirrored(seen, directions, model, sun, look, shadow, free, roughness)
+    mirrored = _mirrored(seen, directions, model, sun, look, exposure, skylight, roughness)
     facing_eye = np.clip(-dot(seen.normal, directions), 0.0, 1.0)
     polished = DIELECTRIC + (POLISHED - DIELECTRIC) * (1.0 - roughness[:, None]) ** 4
     at_normal = polished + (color - polished) * metallic
     grazing = (1.0 - roughness) * (1.0 - facing_eye) ** 5
     fresnel = at_normal + (1.0 - at_normal) * grazing[:, None]
     diffuse = color * received * (1.0 - metallic) * (1.0 - fresnel)
-    light = opacity[:, None] * diffuse + fresnel * mirrored + model.emissive[seen.material] * 2.0
+    light = opacity[:, None] * diffuse + fresnel * mirrored + 2.0 * model.emissive.take(seen.material, axis=0)
     through = (1.0 - opacity) * (1.0 - fresnel.mean(axis=1))
     return light, through
 
@@ -133,20 +135,20 @@ def _mirrored(
     model: Model,
     sun: Floats,
     look: Look,
-    shadow: Floats,
-    free: Floats,
+    exposure: Exposure,
+    skylight: Floats,
     roughness: Floats,
 ) -> Floats:
     """[N, 3] what a surface mirrors: sky, sun, and in smooth surfaces the model itself."""
     along = directions - 2.0 * dot(directions, seen.normal)[:, None] * seen.normal
     image = mirrored_surroundings(look, along)
     blur = roughness[:, None]
-    image = image + blur * (ambient(look, seen.normal) - image)
-    image *= (free + (1.0 - free) * look.bounce)[:, None]
+    image = image + blur * (skylight - image)
+    image *= (exposure.free + (1.0 - exposure.free) * look.bounce)[:, None]
     smooth = np.flatnonzero(roughness < 0.35)
     if len(smooth):
-        start = seen.point[smooth] + LIFT * seen.flat[smooth]
-        hits = model.tracer.first_hit(start, along[smooth])
+        start = seen.point.take(smooth, axis=0) + LIFT * seen.flat.take(smooth, axis=0)
+        hits = model.tracer.first_hit(start, along.take(smooth, axis=0))
         met = hits.triangle >= 0
         other = model.material[hits.triangle[met]]
         image[smooth[met]] = model.color[other] * (0.55 * np.array(look.sky, np.float32)) + model.emissive[other]
@@ -156,14 +158,14 @@ def _mirrored(
     closeness = np.clip(along @ sun, 0.0, 1.0)
     half_cosine = (1.0 + closeness) * 0.5
     spread = half_cosine * (alpha * alpha - 1.0) + 1.0
-    highlight = np.minimum(alpha * alpha / (4.0 * spread * spread * alpha), MOST_GLARE) * shadow
-    return image + highlight[:, None] * np.array(look.sun, np.float32)
+    highlight = np.minimum(alpha * alpha / (4.0 * spread * spread * alpha), MOST_GLARE) * exposure.sun
+    return image + mixed((highlight,), (look.sun,))
 
 
 def _beside(direction: Floats, along: Floats, across: Floats) -> Floats:
     """[N, 3] directions beside one [3], by distances [N] along two axes at right angles to it."""
     (tangent,), (other,) = _frames(direction[None])
-    return (direction + along[:, None] * tangent + across[:, None] * other).astype(np.float32)
+    return mixed((np.ones_like(along), along, across), (direction, tangent, other))
 
 
 def _frames(normals: Floats) -> tuple[Floats, Floats]:

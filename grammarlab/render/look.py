@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,18 +63,25 @@ def mirrored_surroundings(look: Look, directions: Floats) -> Floats:
 
     Below the horizon the sky is repeated, darker: seen from above, a window mirrors the ground, but people expect sky.
     """
-    height = directions[:, 1:2]
+    height = directions[:, 1]
     above = np.sqrt(np.abs(height))
     horizon, sky = np.array(look.horizon, np.float32), np.array(look.sky, np.float32)
-    light = horizon + above * (sky * np.array((0.55, 0.75, 1.0), np.float32) - horizon)
-    return light * np.where(height < 0, np.float32(1.1), np.float32(1.4))
+    strength = np.where(height < 0, np.float32(1.1), np.float32(1.4))
+    return mixed((strength, strength * above), (horizon, sky * np.array((0.55, 0.75, 1.0), np.float32) - horizon))
 
 
 def ambient(look: Look, normals: Floats) -> Floats:
     """[N, 3] light that an open surface with these unit normals receives from sky and ground."""
-    upward = normals[:, 1:2] * np.float32(0.5) + np.float32(0.5)
-    sky, ground = np.array(look.sky, np.float32), np.array(look.ground, np.float32)
-    return ground + upward * (sky - ground)
+    upward = normals[:, 1] * np.float32(0.5) + np.float32(0.5)
+    return mixed((upward, 1 - upward), (look.sky, look.ground))
+
+
+def mixed(amounts: Sequence[Floats], colors: Sequence[Color | Floats]) -> Floats:
+    """[N, 3] the sum of K colours [3], each in its own amounts [N].
+
+    One matrix product: multiplying rows of three by a colour is five times slower.
+    """
+    return np.stack(amounts, axis=1) @ np.array(colors, np.float32)
 
 
 def background(look: Look, y: Floats) -> Floats:

@@ -61,7 +61,8 @@ def _shown(shot: Shot, rays: Samples, behind: Floats) -> Floats:
     hits = shot.model.tracer.first_hit(rays.origins, rays.directions)
     met = hits.triangle >= 0
     on_model = np.flatnonzero(met)
-    seen = surfaces(shot.model, rays.origins[on_model], rays.directions[on_model], _at(hits, on_model))
+    origins, directions = rays.origins.take(on_model, axis=0), rays.directions.take(on_model, axis=0)
+    seen = surfaces(shot.model, origins, directions, _at(hits, on_model))
     on_ground, ground = ground_at(shot, rays, np.flatnonzero(~met))
 
     drawn = outlines(shot, rays, on_model, seen)
@@ -74,7 +75,8 @@ def _shown(shot: Shot, rays: Samples, behind: Floats) -> Floats:
     lit_model, lit_ground = np.split(light.sun, [len(on_model)])
     shown = behind.copy()
     shown[on_ground] *= ground_light(shot.options.look, Exposure(lit_ground, free[on_ground]))
-    shown[on_model] = _looked_through(shot, rays, on_model, seen, Exposure(lit_model, free[on_model]), behind[on_model])
+    exposure = Exposure(lit_model, free[on_model])
+    shown[on_model] = _looked_through(shot, rays, on_model, seen, exposure, behind.take(on_model, axis=0))
     return drawn.darken(shown, shot.options)
 
 
@@ -85,7 +87,8 @@ def _exposure(shot: Shot, rays: Samples, rows: NDArray[np.int64], points: Floats
     free = np.ones(len(rows), np.float32)
     if options.openness_rays:
         near = np.flatnonzero(shot.ground.is_near(points[:, 0], points[:, 2]))
-        free[near] = openness(blockers, points[near], normals[near], rays.pattern[rows[near]], options.openness_rays)
+        points, normals = points.take(near, axis=0), normals.take(near, axis=0)
+        free[near] = openness(blockers, points, normals, rays.pattern[rows[near]], options.openness_rays)
     return Exposure(lit, free)
 
 
@@ -97,7 +100,7 @@ def _looked_through(
     light, remaining = np.zeros_like(behind), np.ones(len(rows), np.float32)
     active = np.arange(len(rows))
     for layer in range(MOST_LAYERS):
-        directions = rays.directions[rows[active]]
+        directions = rays.directions.take(rows[active], axis=0)
         sent, through = shade(model, seen, exposure, directions, shot.sun, look)
         # The light on what stands behind glass has come through it, too.
         light[active] += (remaining[active] ** (1 if layer == 0 else 2))[:, None] * sent

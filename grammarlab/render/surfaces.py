@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
-from grammarlab.render.rays import Hits, Tracer
+from grammarlab.render.rays import Hits, Tracer, welded
 from grammarlab.scene import TriangleBatch
 from grammarlab.scene.color import linear_from_srgb
 
@@ -83,13 +83,15 @@ def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> Model:
     table = batch.materials
     opacity = np.clip(table.opacity, 0.0, 1.0).astype(np.float32)
     triangles = batch.triangles if for_rays else batch.triangles[:0]
-    tracer = Tracer(vertices, triangles)
+    points, point = welded(vertices)
+    corners_of_rays = point.take(triangles)
+    tracer = Tracer(points, corners_of_rays)
     opaque = opacity[material] >= SEE_THROUGH
-    corners = vertices[batch.triangles]
+    corners = vertices.take(batch.triangles, axis=0)
     return Model(
         vertices,
         unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])),
-        batch.normals[batch.triangles],
+        batch.normals.take(batch.triangles, axis=0),
         material,
         linear_from_srgb(table.color).astype(np.float32),
         opacity,
@@ -101,15 +103,15 @@ def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> Model:
         (low - origin) / radius,
         (high - origin) / radius,
         tracer,
-        tracer if opaque.all() or not for_rays else Tracer(vertices, triangles[opaque]),
+        tracer if opaque.all() or not for_rays else Tracer(points, corners_of_rays[opaque]),
     )
 
 
 def surfaces(model: Model, origins: Floats, directions: Floats, hits: Hits) -> Surfaces:
     """The surfaces at hits that all met a triangle, for rays [N, 3]."""
-    flat = model.flat_normals[hits.triangle]
+    flat = model.flat_normals.take(hits.triangle, axis=0)
     flat *= side_of_viewer(flat, directions)
-    normals = model.corner_normals[hits.triangle]
+    normals = model.corner_normals.take(hits.triangle, axis=0)
     u, v = hits.u[:, None], hits.v[:, None]
     normal = unit((1 - u - v) * normals[:, 0] + u * normals[:, 1] + v * normals[:, 2])
     # A shading normal belongs to the same side as its triangle, seen from the back or the front.

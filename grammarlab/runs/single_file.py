@@ -48,14 +48,17 @@ def load_scene(folder: Path, batches: tuple[Batch, ...]) -> Scene:
 
 def join_scenes(scenes: list[Scene]) -> Scene:
     """All models of several scenes, in order; at least one scene."""
-    first_model, first_mesh, first_material = 0, 0, 0
+    first_model, first_mesh, first_material, first_frame = 0, 0, 0, 0
     shifted = []
     for scene in scenes:
-        shifted.append((scene.model + first_model, scene.mesh + first_mesh, scene.material + first_material))
+        firsts = (first_model, first_mesh, first_material, first_frame)
+        columns = (scene.model, scene.mesh, scene.material, scene.frame)
+        shifted.append([column + first for column, first in zip(columns, firsts, strict=True)])
         first_model += scene.num_models
         first_mesh += len(scene.meshes)
         first_material += len(scene.materials)
-    model, mesh, material = (np.concatenate(column).astype(np.int32) for column in zip(*shifted, strict=True))
+        first_frame += len(scene.frames)
+    model, mesh, material, frame = (np.concatenate(column).astype(np.int32) for column in zip(*shifted, strict=True))
     return Scene(
         first_model,
         Meshes.concatenate([scene.meshes for scene in scenes]),
@@ -68,5 +71,6 @@ def join_scenes(scenes: list[Scene]) -> Scene:
         material,
         np.concatenate([scene.position for scene in scenes]),
         np.concatenate([scene.size for scene in scenes]),
-        np.concatenate([scene.rotation for scene in scenes]),
+        frame,
+        np.concatenate([scene.frames for scene in scenes]),
     )

@@ -17,14 +17,16 @@ def require_finite(scene: Scene) -> None:
     Raises:
         DerivationError: naming the first model with a coordinate that is NaN, infinite or beyond `FARTHEST`.
     """
-    for name, values in (("position", scene.position), ("size", scene.size), ("rotation", scene.rotation)):
-        _require_within(scene, name, values)
+    _require_within(scene, "position", scene.position)
+    _require_within(scene, "size", scene.size)
+    if not _within(scene.frames):
+        _require_within(scene, "rotation", scene.frames[scene.frame])
     if not np.isfinite(scene.materials.channels).all():
         raise DerivationError(
             "a material has a colour or another number that is not finite", hint="check for divisions by zero"
         )
     points = scene.meshes.points
-    if len(points) and not (np.abs(points).max() <= FARTHEST):
+    if not _within(points):
         raise DerivationError(
             "a mesh has a point that is not a finite number of metres",
             hint="check for divisions by zero and for broken assets",
@@ -43,10 +45,10 @@ def require_proper(scene: Scene) -> None:
     Raises:
         DerivationError: naming the first model with an orientation that is not a proper rotation.
     """
-    axes = scene.rotation
+    axes = scene.frames
     handed = np.einsum("ij,ij->i", np.cross(axes[:, :, 0], axes[:, :, 1]), axes[:, :, 2])
     skewed = np.abs(np.einsum("nij,nik->njk", axes, axes) - np.eye(3)).max(axis=(1, 2), initial=0.0)
-    wrong = np.flatnonzero((handed < 0.5) | (skewed > 1e-6))
+    wrong = np.flatnonzero(((handed < 0.5) | (skewed > 1e-6))[scene.frame])
     if len(wrong):
         raise DerivationError(
             f"model {int(scene.model[wrong[0]])} has a shape whose axes are not a right-handed rotation",
@@ -54,8 +56,13 @@ def require_proper(scene: Scene) -> None:
         )
 
 
+def _within(values: np.ndarray) -> bool:
+    """Whether all are finite and within `FARTHEST`; NaN is neither above nor below anything."""
+    return values.size == 0 or bool(values.min() >= -FARTHEST and values.max() <= FARTHEST)
+
+
 def _require_within(scene: Scene, name: str, values: np.ndarray) -> None:
-    if len(values) == 0 or np.abs(values).max() <= FARTHEST:
+    if _within(values):
         return
     wrong = np.flatnonzero(~(np.abs(values).reshape(len(values), -1).max(axis=1) <= FARTHEST))[0]
     raise DerivationError(

@@ -16,7 +16,10 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """I instances of meshes over `num_models` models, world y up, metres, right-handed."""
+    """I instances of meshes over `num_models` models, world y up, metres, right-handed.
+
+    Instance i's points are ``position + rotation @ (size * point)``, its rotation ``frames[frame[i]]``.
+    """
 
     num_models: int
     meshes: Meshes
@@ -28,21 +31,23 @@ class Scene:
     material: NDArray[np.int32]
     """[I] index into `materials`."""
     position: Floats
-    """[I, 3] an instance's points are ``position + rotation @ (size * point)``."""
+    """[I, 3] metres."""
     size: Floats
-    """[I, 3] >= 0."""
-    rotation: Floats
-    """[I, 3, 3] proper rotations."""
+    """[I, 3] metres, >= 0."""
+    frame: NDArray[np.int32]
+    """[I] index into `frames`."""
+    frames: Floats
+    """[K, 3, 3] proper rotations."""
 
     def __len__(self) -> int:
         return len(self.model)
 
 
 def realize(forest: Forest) -> Scene:
-    """The scene of a forest: its leaves, ordered by model."""
-    model = forest.nodes.model[forest.leaves.node]
-    order = np.argsort(model, kind="stable")
+    """The scene of a forest: its leaves, ordered by model, then by material."""
     leaves = forest.leaves
+    model = forest.nodes.model[leaves.node]
+    order = stable_order(model, leaves.material)
     return Scene(
         forest.num_models,
         forest.meshes,
@@ -50,10 +55,29 @@ def realize(forest: Forest) -> Scene:
         model[order],
         leaves.mesh[order],
         leaves.material[order],
-        leaves.position[order],
-        leaves.size[order],
-        forest.frames[leaves.frame[order]],
+        leaves.position.take(order, axis=0),
+        leaves.size.take(order, axis=0),
+        leaves.frame[order],
+        forest.frames,
     )
+
+
+def stable_order(first: NDArray[np.integer], second: NDArray[np.integer]) -> NDArray[np.intp]:
+    """The rows [N] ordered by one column of numbers >= 0, then by another; equal rows keep their order.
+
+    >>> stable_order(np.array([1, 0, 1, 0]), np.array([5, 7, 4, 7])).tolist()
+    [1, 3, 2, 0]
+    """
+    num_seconds = int(second.max(initial=0)) + 1
+    if (int(first.max(initial=0)) + 1) * num_seconds <= 2**16:
+        return np.argsort(_narrow(first.astype(np.int32) * num_seconds + second), kind="stable")
+    order = np.argsort(_narrow(second), kind="stable")
+    return order[np.argsort(_narrow(first)[order], kind="stable")]
+
+
+def _narrow(column: NDArray[np.integer]) -> NDArray[np.integer]:
+    """The same numbers in 16 bits where they fit: NumPy sorts these by their digits, five times faster."""
+    return column.astype(np.uint16) if column.max(initial=0) < 2**16 else column
 
 
 def only(scene: Scene, model: int) -> Scene:
@@ -73,5 +97,6 @@ def chosen(scene: Scene, rows: slice | NDArray[np.integer] | NDArray[np.bool_]) 
         scene.material[rows],
         scene.position[rows],
         scene.size[rows],
-        scene.rotation[rows],
+        scene.frame[rows],
+        scene.frames,
     )

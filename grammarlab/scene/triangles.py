@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Ints, offsets_from_counts, row_of_value, take_rows
 from grammarlab.derivation.materials import Materials
+from grammarlab.geometry.triangulate import triangulate
 from grammarlab.scene.checks import require_finite
-from grammarlab.scene.instances import Scene
+from grammarlab.scene.instances import Scene, chosen, stable_order
 from grammarlab.scene.placement import place
 from grammarlab.scene.shading import shade
 
@@ -110,20 +111,19 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
     require_finite(scene)
     used = np.bincount(scene.mesh, minlength=len(scene.meshes)) > 0
     shaded = shade(scene.meshes.take(np.flatnonzero(used)), crease_angle)
-    mesh = (np.cumsum(used) - 1)[scene.mesh]
+    place_of_mesh = np.cumsum(used) - 1
+    scene = _in_groups(scene, (np.diff(shaded.mesh_triangles) > 0)[place_of_mesh[scene.mesh]])
+    mesh = place_of_mesh[scene.mesh]
+    is_first = np.empty(len(scene), dtype=bool)
+    is_first[:1] = True
+    is_first[1:] = (scene.model[1:] != scene.model[:-1]) | (scene.material[1:] != scene.material[:-1])
+    starts = np.flatnonzero(is_first)
+    vertex_offsets = offsets_from_counts(np.diff(shaded.mesh_vertices)[mesh])
+    triangle_offsets = offsets_from_counts(np.diff(shaded.mesh_triangles)[mesh])
+    placed = place(scene, shaded, mesh, vertex_offsets, triangle_offsets)
 
-    group_of_instance = scene.model.astype(np.int64) * max(len(scene.materials), 1) + scene.material
-    order = np.argsort(group_of_instance, kind="stable")
-    order = order[np.diff(shaded.mesh_triangles)[mesh[order]] > 0]
-    keys = group_of_instance[order]
-    starts = np.flatnonzero(np.diff(keys, prepend=-1))
-    num_vertices = np.diff(shaded.mesh_vertices)[mesh[order]]
-    num_triangles = np.diff(shaded.mesh_triangles)[mesh[order]]
-    vertex_offsets, triangle_offsets = offsets_from_counts(num_vertices), offsets_from_counts(num_triangles)
-    placed = place(scene, shaded, mesh, order, vertex_offsets, triangle_offsets)
-
-    ends = np.append(starts, len(keys))
-    group_model = scene.model[order][starts]
+    ends = np.append(starts, len(scene))
+    group_model = scene.model[starts]
     return TriangleBatch(
         scene.num_models,
         scene.materials,
@@ -131,8 +131,27 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
         placed.normals,
         placed.triangles,
         group_model,
-        scene.material[order][starts],
+        scene.material[starts],
         vertex_offsets[ends],
         triangle_offsets[ends],
         np.searchsorted(group_model, np.arange(scene.num_models + 1)),
     )
+
+
+def count_triangles(scene: Scene) -> Ints:
+    """[num_models] how many triangles each model has, without placing any."""
+    used, mesh = np.unique(scene.mesh, return_inverse=True)
+    meshes = scene.meshes.take(used)
+    _, face = triangulate(meshes)
+    per_mesh = np.bincount(meshes.mesh_of_face()[face], minlength=len(meshes))
+    return np.bincount(scene.model, weights=per_mesh[mesh], minlength=scene.num_models).astype(np.int64)
+
+
+def _in_groups(scene: Scene, has_triangles: NDArray[np.bool_]) -> Scene:
+    """The instances with triangles, ordered by model, then by material."""
+    model, material = scene.model, scene.material
+    ordered = (model[1:] > model[:-1]) | ((model[1:] == model[:-1]) & (material[1:] >= material[:-1]))
+    if ordered.all():
+        return scene if has_triangles.all() else chosen(scene, has_triangles)
+    order = stable_order(model, material)
+    return chosen(scene, order[has_triangles[order]])

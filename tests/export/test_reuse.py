@@ -17,7 +17,7 @@ from tests.export.gltf import INSTANCING, Glb, Surface, node_matrices, read_glb,
 from tests.scene.buildings import STONE, TILE, house, materials, scene_of, street
 
 WAYS = ("nodes", "instancing")
-PLACES = ("model", "material", "position", "size", "rotation")
+PLACES = ("model", "material", "position", "size", "frame")
 
 
 def textured(folder: Path) -> tuple[Scene, Path]:

@@ -13,7 +13,7 @@ def face_area_vectors(scene: Scene, instance: int) -> np.ndarray:
     """[F, 3] the outward normal of each face of an instance in the world, as long as its area (Newell's formula)."""
     meshes, mesh = scene.meshes, int(scene.mesh[instance])
     points = meshes.points[slice(*meshes.mesh_points[mesh : mesh + 2])]
-    world = scene.position[instance] + (scene.size[instance] * points) @ scene.rotation[instance].T
+    world = scene.position[instance] + (scene.size[instance] * points) @ scene.frames[scene.frame[instance]].T
     vectors = []
     for face in range(*meshes.mesh_faces[mesh : mesh + 2].tolist()):
         corners = world[meshes.corners[slice(*meshes.face_offsets[face : face + 2])]]
@@ -35,6 +35,6 @@ def bounds(scene: Scene, model: int) -> np.ndarray:
     world = []
     for instance in np.flatnonzero(scene.model == model):
         points = scene.meshes.points[slice(*scene.meshes.mesh_points[scene.mesh[instance] : scene.mesh[instance] + 2])]
-        world.append(scene.position[instance] + (scene.size[instance] * points) @ scene.rotation[instance].T)
+        world.append(scene.position[instance] + (scene.size[instance] * points) @ scene.frames[scene.frame[instance]].T)
     stacked = np.concatenate(world)
     return np.array([stacked.min(axis=0), stacked.max(axis=0)])

@@ -112,6 +112,7 @@ def scene_of(models: list[list[Row]], table: Materials | None = None) -> Scene:
         np.array([row[1] for row in rows], dtype=np.int32),
         np.array([row[2] for row in rows], dtype=float).reshape(-1, 3),
         np.array([row[3] for row in rows], dtype=float).reshape(-1, 3),
+        np.arange(len(rows), dtype=np.int32),
         np.array([row[4] for row in rows], dtype=float).reshape(-1, 3, 3),
     )
 

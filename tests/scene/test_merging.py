@@ -14,6 +14,7 @@ from grammarlab.errors import DerivationError
 from grammarlab.scene import Scene, TriangleBatch, placement, triangles
 from grammarlab.scene.checks import require_proper
 from grammarlab.scene.instances import only
+from grammarlab.scene.triangles import count_triangles
 from tests.scene import brute_force
 from tests.scene.buildings import BOX, UPRIGHT, house, scene_of, street
 
@@ -31,7 +32,8 @@ def random_scene(seed: int, num_models: int, num_instances: int, thin: bool = Fa
         material=rng.integers(0, 6, num_instances).astype(np.int32),
         position=rng.normal(0, 10, (num_instances, 3)),
         size=size,
-        rotation=Rotation.random(num_instances, rng=rng).as_matrix(),
+        frame=rng.integers(0, 12, num_instances).astype(np.int32),
+        frames=Rotation.random(12, rng=rng).as_matrix(),
     )
 
 
@@ -77,7 +79,7 @@ def test_rows_are_ordered_by_model_then_material_and_cover_everything(recipe):
     last = np.repeat(batch.group_vertices[1:], np.diff(batch.group_triangles))[:, None]
     assert ((batch.triangles >= first) & (batch.triangles < last)).all()
     counts = [len(batch.model(index).triangles) for index in range(scene.num_models)]
-    assert batch.triangles_per_model().tolist() == counts
+    assert batch.triangles_per_model().tolist() == count_triangles(scene).tolist() == counts
 
 
 @few
@@ -168,12 +170,12 @@ def test_a_very_thin_pole_keeps_the_normals_of_its_ends():
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e12])
-@pytest.mark.parametrize("column", ["position", "size", "rotation"])
-def test_numbers_that_are_not_metres_are_refused_with_their_model(column, value):
+@pytest.mark.parametrize(("column", "name"), [("position", "position"), ("size", "size"), ("frames", "rotation")])
+def test_numbers_that_are_not_metres_are_refused_with_their_model(column, name, value):
     scene = scene_of([house(), house()])
     values = getattr(scene, column).copy()
     values[-1].flat[0] = value
-    with pytest.raises(DerivationError, match=rf"model 1 .*{column}"):
+    with pytest.raises(DerivationError, match=rf"model 1 .*{name}"):
         triangles(replace(scene, **{column: values}))
 
 
@@ -208,7 +210,7 @@ def test_axes_that_are_no_rotation_are_refused(axes):
 def test_a_scene_of_nothing_has_no_triangles():
     batch = triangles(scene_of([[], []]))
     assert batch.triangles.shape == batch.vertices.shape == (0, 3)
-    assert batch.triangles_per_model().tolist() == [0, 0]
+    assert batch.triangles_per_model().tolist() == count_triangles(scene_of([[], []])).tolist() == [0, 0]
     assert len(batch.model(1).triangles) == 0
 
 
