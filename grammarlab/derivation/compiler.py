@@ -9,8 +9,9 @@ from grammarlab.derivation.addresses import number_sites
 from grammarlab.derivation.expressions import CompiledFunction, ExpressionCompiler, Names
 from grammarlab.derivation.forest import RuleName
 from grammarlab.derivation.functions import BUILTINS
-from grammarlab.derivation.functions.attributes import STATE_DEFAULTS
+from grammarlab.derivation.functions.attributes import ASK_FOR_PIVOT, STATE_DEFAULTS
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
+from grammarlab.derivation.pivots import PIVOT_POSITION
 from grammarlab.derivation.program import CompiledAttribute, CompiledRule, Program
 from grammarlab.derivation.sequences import Operations, SequenceCompiler, Successors
 from grammarlab.derivation.sites import describe_sites, function_name
@@ -142,8 +143,9 @@ class _Compilation:
             for node in invoked
             if node.name == "set" and node.arguments and isinstance(node.arguments[0], Name)
         }
-        pivot = {"pivot.px", "pivot.py", "pivot.pz"} if any(node.name == "setPivot" for node in invoked) else set()
-        return frozenset(read | (changed & {a.name for a in self._attributes}) | pivot)
+        asks = any(isinstance(node, Name) and node.identifier in ASK_FOR_PIVOT for node in _walk(tree))
+        pivot = PIVOT_POSITION if asks or any(node.name == "translate" for node in invoked) else ()
+        return frozenset(read | (changed & {a.name for a in self._attributes}) | set(pivot))
 
 
 def _walk(root: object) -> Iterator[Node]:

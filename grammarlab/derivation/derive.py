@@ -107,6 +107,7 @@ def derive(
         rotations,
         workspace.meshes.freeze(),
         workspace.materials.freeze(),
+        tuple(recorder.prints),
     )
 
 

@@ -166,7 +166,7 @@ class ExpressionCompiler:
             return SHAPE_ATTRIBUTES[name]
         if name in BUILTINS and BUILTINS[name].num_arguments[0] == 0:
             return self._call_builtin(BUILTINS[name], name, node, ())
-        return _refusal(f"nothing is called {name} here", node.location)
+        return _refusal(_unknown(name), node.location)
 
     def _call(self, node: Call) -> Code:
         builtin = BUILTINS.get(node.function)
@@ -219,6 +219,16 @@ class ExpressionCompiler:
                 workspace.call_depth -= 1
 
         return call
+
+
+def _unknown(name: str) -> str:
+    """What is wrong with a name that leads to nothing."""
+    prefix = name.partition(".")[0]
+    if prefix == name:
+        return f"nothing is called {name} here"
+    if any(known.startswith(f"{prefix}.") for known in SHAPE_ATTRIBUTES):
+        return f"the shape attribute {name} is not supported"
+    return f"{name} comes from an imported file, which is not supported"
 
 
 def _refusal(message: str, location: Location) -> Code:

@@ -142,6 +142,8 @@ class Forest:
     """[K, 3, 3] proper rotations; columns are a scope's axes in the world."""
     meshes: Meshes
     materials: Materials
+    prints: tuple[str, ...] = ()
+    """The texts that ``print`` showed while these models were derived, at most 10,000; no part of a stored forest."""
 
     def log_probability(self) -> Floats:
         """[num_models] natural logarithm of the density of each model's draws."""

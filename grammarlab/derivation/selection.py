@@ -90,6 +90,7 @@ def join_forests(forests: Sequence[Forest]) -> Forest:
             np.concatenate([forest.materials.channels for forest in forests]),
             tuple(texture for forest in forests for texture in forest.materials.textures),
         ),
+        prints=tuple(text for forest in forests for text in forest.prints),
     )
 
 

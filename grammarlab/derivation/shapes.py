@@ -67,6 +67,10 @@ class Shapes(NamedTuple):
         node, model, key, _, _, _, pivot, _, material, state, parameters = self
         return Shapes(node, model, key, position, size, frame, pivot, mesh, material, state, parameters)
 
+    def resized(self, size: Floats) -> Shapes:
+        """The same shapes with scopes of another size."""
+        return self.rescoped(self.position, size, self.frame, self.mesh)
+
     def random_key(self) -> Keys:
         """[N] the key of shapes that draw; the compiler sees to it that these have one."""
         return cast("Keys", self.key)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -119,8 +120,9 @@ def read_text(path: Path) -> str:
         raise _unreadable(path, "missing-file", f"cannot read the rule file {path}: {reason}") from error
     if len(content) > 4 * MAX_CHARACTERS:
         raise _unreadable(path, "file-too-large", f"{path} is larger than {4 * MAX_CHARACTERS:,} bytes")
+    encoding = "utf-16" if content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
     try:
-        return content.decode("utf-8-sig")
+        return content.decode(encoding)
     except UnicodeDecodeError:
         return content.decode("latin-1")
 

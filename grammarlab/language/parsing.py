@@ -16,6 +16,7 @@ from grammarlab.language.building import TreeBuilder
 from grammarlab.language.mistakes import explain
 from grammarlab.language.outline import Chunk, outline
 from grammarlab.language.pieces import MistakeError, Version
+from grammarlab.language.sizes import with_sizes
 from grammarlab.language.syntax import Definition, RuleFile
 from grammarlab.language.tokens import MAX_FINDINGS, Comment, Token, tokenize
 
@@ -74,15 +75,16 @@ def _parse_definition(chunk: Chunk) -> Definition | Version | Finding | None:
     """The definition, or what is wrong with it; None where a finding already says so."""
     if chunk.damaged:
         return None
-    last = chunk.tokens[-1]
+    tokens = with_sizes(chunk.tokens)
+    last = tokens[-1]
     end = Token("$END", "", last.location, last.end, last.end)
     state = _parser().parse_interactive()
     result: Any = None
-    for position, token in enumerate((*chunk.tokens, end)):
+    for position, token in enumerate((*tokens, end)):
         try:
             result = state.feed_token(cast(LarkToken, token))
         except UnexpectedToken:
-            return explain(chunk.tokens, position, frozenset(state.accepts()))
+            return explain(tokens, position, frozenset(state.accepts()))
         except MistakeError as mistake:
             return mistake.finding
     return result

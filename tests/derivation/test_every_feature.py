@@ -58,14 +58,17 @@ SEQUENCES = [
     *(
         "roofHip(30) comp(e) { hip : A | valley : B | ridge : C | eave : A }",
         "setback(1) { front : A | remainder : B }",
+        "setback(1) { streetSide : A | noStreetSide = B | remainder : B }",
     ),
     *("setback('0.1) { left || right = A | remainder : B }", "shapeL(1, 2) { shape : A | remainder : B }"),
     *("shapeU(1, 2, 1) { shape : A }", "shapeO(1, 1, 1, 1) { shape : A | remainder = B }"),
     *("innerRectangle(edge) { shape : A | remainder : B }", "innerRectangle(scope) { shape = A }"),
+    "set(scope.tx, 1) set(scope.ry, 3) set(scope.sz, 2) set(pivot.pz, 1) set(pivot.oy, 9) A",
     *("[ t(0, 1, 0) A ] B.", "NIL", "Wall(3) Wall(1, 2)", "case p(0.5) : A else : 30% : B 30% : C else : NIL"),
 ]
 VALUES = [
     *("rand()", "rand(2)", "rand(1, 2)", "p(0.3)", 'fileRandom("*.png")', 'listRandom("a;b;")', "scope.tx + scope.ry"),
+    *("scope.tx + pivot.px * pivot.oy", "print(scope.sx) + 1", 'fileSearch("*" + scope.sx) + fileExists("a")'),
     *("scope.sx * scope.elevation", "split.index / split.total", "comp.index + comp.total", "comp.sel"),
     *("geometry.area + geometry.area(top)", "geometry.volume", "geometry.isRectangular(1)", "geometry.angle(maxSlope)"),
     *("geometry.height()", "geometry.nVertices + geometry.nFaces + geometry.nEdges + geometry.nHoles"),

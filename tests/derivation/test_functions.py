@@ -18,6 +18,15 @@ def reported(expression: str, attributes: str = "", num_models: int = 1) -> list
     return derive(grammar, num_models, seed=1, footprint=(3.0, 4.0)).reports.value.tolist()
 
 
+def test_print_shows_its_value_as_an_operation_and_passes_it_on_as_a_function():
+    grammar = Grammar.parse(
+        'attr h = print(3) + 4\nLot --> print("wide: " + scope.sx) extrude(h) print(print(h) > 5) A'
+    )
+    forest = derive(grammar, 2, seed=1, footprint=(3.0, 4.0))
+    assert forest.prints == ("wide: 3", "wide: 3", "3", "3", "7", "7", "true", "true")
+    assert forest.leaves.size[:, 1].tolist() == [7.0, 7.0]
+
+
 @pytest.mark.parametrize(
     ("expression", "expected"),
     [
@@ -160,3 +169,13 @@ def test_draws_of_two_calls_of_one_function_differ():
 def test_an_attribute_is_drawn_once_for_each_model():
     values = reported("h - h", "attr h = rand(1, 2)", 8)
     assert np.array_equal(values, np.zeros(8))
+
+
+def test_files_are_searched_with_a_pattern_that_differs_from_model_to_model(tmp_path):
+    for name in ("a1.png", "a2.png", "b1.png"):
+        (tmp_path / name).write_bytes(b"")
+    text = """attr kind = 50%: "a" else: "b"
+        Lot --> report("found", listSize(fileSearch(kind + "*.png"))) report("is", fileExists(kind + "2.png")) A"""
+    reports = derive(Grammar.parse(text), 20, seed=1, assets=tmp_path).reports
+    found, there = (reports.value[reports.key == reports.keys.index(key)] for key in ("found", "is"))
+    assert set(zip(found.tolist(), there.tolist(), strict=True)) == {(2.0, 1.0), (1.0, 0.0)}

@@ -121,3 +121,17 @@ def test_a_diamond_of_imports_reads_each_file_once(tmp_path):
     (tmp_path / "level30.cga").write_text("X --> NIL")
     library = load(tmp_path / "level0.cga").libraries
     assert library["a"] is library["b"]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+def test_files_are_read_in_the_encodings_that_editors_write(tmp_path, encoding):
+    file = tmp_path / "rules.cga"
+    file.write_bytes("// Höhe\nLot --> extrude(3) Dach".encode(encoding))
+    assert load(file) == Grammar.parse("// Höhe\nLot --> extrude(3) Dach")
+
+
+def test_half_a_character_of_two_bytes_is_no_crash(tmp_path):
+    file = tmp_path / "rules.cga"
+    file.write_bytes("Lot --> A".encode("utf-16")[:-1])
+    with pytest.raises(LanguageError):
+        load(file)

@@ -2,6 +2,7 @@
 
 import pytest
 
+from grammarlab.errors import LanguageError
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import (
     Annotation,
@@ -400,3 +401,25 @@ def test_locations_underline_what_they_name():
     name = operation.arguments[1]
     assert (operation.location.line, operation.location.column, operation.location.length) == (2, 3, 24)
     assert (name.location.line, name.location.column, name.location.length) == (2, 21, 5)
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("split(y) { split(y) { ~2 : A | ~2 : B }* }", "split(y) { ~1 : split(y) { ~2 : A | ~2 : B }* }"),
+        ("split(x) { 1 : A | split(y) { 2 : B } | 1 : C }", "split(x) { 1 : A | ~1 : split(y) { 2 : B } | 1 : C }"),
+        ("split(x) { { comp(f) { top : A } | 1 : B }* }", "split(x) { { ~1 : comp(f) { top : A } | 1 : B }* }"),
+        ("split(x) { setback(1) { all : A } }", "split(x) { ~1 : setback(1) { all : A } }"),
+    ],
+)
+def test_a_part_of_split_that_is_a_block_without_a_size_takes_the_room_that_is_left(written, meant):
+    assert items(written) == items(meant)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["split(x) { A }", "split(x) { split(y) { 1 : A } B }", "comp(f) { split(x) { 1 : A } }", "split(x) { split }"],
+)
+def test_other_parts_need_a_size_or_a_selector(text):
+    with pytest.raises(LanguageError):
+        items(text)

@@ -70,6 +70,7 @@ def edge_components(shape: Shape) -> list[Component]:
             position=shape.to_world(mesh.points[start]),
             rotation=shape.rotation @ frame,
             pivot=shape.rotation @ frame,
+            pivot_position=shape.to_world(mesh.points[start]),
             size=segment.points[1],
             mesh=segment,
         )
@@ -90,6 +91,7 @@ def vertex_components(shape: Shape) -> list[Component]:
             position=shape.to_world(mesh.points[i]),
             rotation=shape.rotation @ frame_from_z(mean, NOWHERE),
             pivot=shape.rotation @ frame_from_z(mean, NOWHERE),
+            pivot_position=shape.to_world(mesh.points[i]),
             size=NOWHERE,
             mesh=point,
         )
@@ -104,6 +106,7 @@ def in_frame(shape: Shape, mesh: Mesh, origin: Vector, frame: np.ndarray) -> Sha
         position=shape.to_world(origin),
         rotation=shape.rotation @ frame,
         pivot=shape.rotation @ frame,
+        pivot_position=shape.to_world(origin),
         mesh=mesh.moved(lambda p: without_dust(frame.T @ (p - origin), mesh)),
     )
     return moved.fitted()

@@ -170,9 +170,14 @@ def shape_attribute(name: str, scope: Scope) -> Value | None:
             case "s":
                 return float(shape.size[axis])
             case "t":
-                return float((root.rotation.T @ (shape.position - root.position))[axis])
+                return float((shape.pivot.T @ (shape.position - shape.pivot_position))[axis])
             case "r":
-                return euler_angles(root.rotation.T @ shape.rotation)[axis]
+                return euler_angles(shape.pivot.T @ shape.rotation)[axis]
+    if family == "pivot" and len(member) == 2 and member[1] in AXES:
+        axis = AXES.index(member[1])
+        if member[0] == "p":
+            return float((root.rotation.T @ (shape.pivot_position - root.position))[axis])
+        return euler_angles(root.rotation.T @ shape.pivot)[axis]
     if name in {f"initialShape.origin.p{axis}" for axis in AXES}:
         return float(root.position[AXES.index(name[-1])])
     return None

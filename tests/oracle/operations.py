@@ -131,8 +131,13 @@ def axes_of(system: str, call: Call) -> tuple[Vector, np.ndarray]:
     root = call.scope.model.root
     if system == "world":
         return np.zeros(3), np.eye(3)
-    axes = {"scope": call.shape.rotation, "pivot": call.shape.pivot, "object": root.rotation}
-    return root.position, axes[system]
+    shape = call.shape
+    systems = {
+        "scope": (shape.position, shape.rotation),
+        "pivot": (shape.pivot_position, shape.pivot),
+        "object": (root.position, root.rotation),
+    }
+    return systems[system]
 
 
 def translate(call: Call) -> Shape:

@@ -89,6 +89,8 @@ class Shape:
     mesh: Mesh
     pivot: np.ndarray
     """3x3; columns are the axes in the world that the angles of ``r`` are about."""
+    pivot_position: Vector
+    """Where the pivot stands in the world."""
     material: dict[str, float | str] = field(default_factory=lambda: dict(FRESH_MATERIAL))
     state: dict[str, Value] = field(default_factory=lambda: dict(FRESH_STATE))
     """``split.index`` and its like."""
@@ -149,10 +151,11 @@ def initial_shape(footprint: tuple[float, float] | np.ndarray, key: np.ndarray) 
     if isinstance(footprint, tuple):
         width, depth = footprint
         size = np.array([width, 0.0, depth])
-        return Shape(np.zeros(3), np.eye(3), size, rectangle(width, depth), np.eye(3), key=key)
+        return Shape(np.zeros(3), np.eye(3), size, rectangle(width, depth), np.eye(3), np.zeros(3), key=key)
     x = footprint[1] - footprint[0]
     x = x / np.linalg.norm(x)
     up = np.array([0.0, 1.0, 0.0])
     rotation = np.column_stack([x, up, np.cross(x, up)])
     local = Mesh(tuple(p @ rotation for p in footprint), (tuple(range(len(footprint))),))
-    return Shape(np.zeros(3), rotation, np.zeros(3), local, rotation, key=key).fitted()
+    fitted = Shape(np.zeros(3), rotation, np.zeros(3), local, rotation, np.zeros(3), key=key).fitted()
+    return replace(fitted, pivot_position=fitted.position)

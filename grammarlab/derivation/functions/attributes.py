@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from grammarlab.derivation.choices import Code
 from grammarlab.derivation.functions.colors import to_hex
 from grammarlab.derivation.materials import CHANNELS, MaterialPool
-from grammarlab.derivation.shapes import Shapes, Value
+from grammarlab.derivation.pivots import PIVOT_POSITION, pivot_position
+from grammarlab.derivation.shapes import Ids, Shapes, Value
 
 if TYPE_CHECKING:
     from grammarlab.derivation.workspace import Workspace
@@ -22,13 +23,14 @@ STATE_DEFAULTS: dict[str, float | str] = {
     "comp.index": 0.0,
     "comp.total": 0.0,
     "comp.sel": "",
-    "pivot.px": 0.0,
-    "pivot.py": 0.0,
-    "pivot.pz": 0.0,
+    **dict.fromkeys(PIVOT_POSITION, 0.0),
 }
 """Entries of `Shapes.state` that operations keep up to date, and their values on an initial shape."""
 
 _AXES = "xyz"
+
+ASK_FOR_PIVOT = frozenset({*PIVOT_POSITION, *(f"{kind}{axis}" for kind in ("scope.t", "pivot.o") for axis in _AXES)})
+"""Shape attributes that depend on where the pivot stands, to be read or set."""
 
 
 def euler_angles(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -43,22 +45,26 @@ def _size(axis: int) -> Code:
     return lambda shapes, workspace: shapes.size[:, axis]
 
 
-def _in_initial_axes(shapes: Shapes, workspace: Workspace) -> NDArray[np.float64]:
-    roots = workspace.roots
-    return workspace.frames.to_local(roots.frame[shapes.model], shapes.position - roots.position[shapes.model])
-
-
 def _translation(axis: int) -> Code:
-    return lambda shapes, workspace: _in_initial_axes(shapes, workspace)[:, axis]
+    def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
+        offset = shapes.position - pivot_position(shapes, workspace)
+        return workspace.frames.to_local(shapes.pivot, offset)[:, axis]
+
+    return evaluate
 
 
 def _rotation(axis: int) -> Code:
-    def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
-        initial = workspace.frames.rotations(workspace.roots.frame[shapes.model])
-        relative = np.einsum("nji,njk->nik", initial, workspace.frames.rotations(shapes.frame))
-        return euler_angles(relative)[:, axis]
+    return lambda shapes, workspace: turn_angles(shapes.pivot, shapes.frame, workspace)[:, axis]
 
-    return evaluate
+
+def _orientation(axis: int) -> Code:
+    return lambda shapes, workspace: turn_angles(workspace.roots.frame[shapes.model], shapes.pivot, workspace)[:, axis]
+
+
+def turn_angles(reference: Ids, frames: Ids, workspace: Workspace) -> NDArray[np.float64]:
+    """[N, 3] by which angles in degrees frames [N] are turned against others [N]."""
+    pool = workspace.frames
+    return euler_angles(np.einsum("nji,njk->nik", pool.rotations(reference), pool.rotations(frames)))
 
 
 def _state(name: str) -> Code:
@@ -92,6 +98,7 @@ SHAPE_ATTRIBUTES: dict[str, Code] = {
     **{f"scope.s{_AXES[axis]}": _size(axis) for axis in range(3)},
     **{f"scope.t{_AXES[axis]}": _translation(axis) for axis in range(3)},
     **{f"scope.r{_AXES[axis]}": _rotation(axis) for axis in range(3)},
+    **{f"pivot.o{_AXES[axis]}": _orientation(axis) for axis in range(3)},
     "scope.elevation": lambda shapes, workspace: shapes.position[:, 1],
     **{name: _state(name) for name in STATE_DEFAULTS},
     **{f"material.{name}": _channel(name) for name in CHANNELS},

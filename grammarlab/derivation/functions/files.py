@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
+from functools import partial
 from itertools import islice
 from pathlib import Path, PurePosixPath
 
 from grammarlab.derivation.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.text import text_function
 from grammarlab.derivation.shapes import Value
-from grammarlab.errors import DerivationError
 
 _MOST_FILES = 20_000
 
@@ -37,17 +37,13 @@ def root_of(call: FunctionCall) -> Path | None:
 
 
 def _search(call: FunctionCall) -> Value:
-    pattern = call.arguments[0]
-    if not isinstance(pattern, str):
-        raise DerivationError("fileSearch expects one string for all shapes", call.location)
-    return "".join(f"{name};" for name in matching_files(root_of(call), pattern))
+    found = partial(matching_files, root_of(call))
+    return text_function(lambda pattern: "".join(f"{name};" for name in found(pattern))).evaluate(call)
 
 
 def _exists(call: FunctionCall) -> Value:
-    name = call.arguments[0]
-    if not isinstance(name, str):
-        raise DerivationError("fileExists expects one string for all shapes", call.location)
-    return name in matching_files(root_of(call), name)
+    found = partial(matching_files, root_of(call))
+    return text_function(lambda name: name in found(name)).evaluate(call)
 
 
 BUILTINS: dict[str, Builtin] = {

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import isfinite
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from grammarlab.derivation.calls import Builtin, FunctionCall
 from grammarlab.derivation.operators import number_text, value_texts
-from grammarlab.derivation.shapes import Value, kind_of
+from grammarlab.derivation.shapes import Shapes, Value, kind_of
 from grammarlab.errors import DerivationError
 from grammarlab.language.builtins import functions
+
+if TYPE_CHECKING:
+    from grammarlab.derivation.workspace import Workspace
 
 
 def text_function(apply: Callable[..., str | float | bool], num_arguments: tuple[int, int] = (1, 1)) -> Builtin:
@@ -108,6 +112,18 @@ def _convert_to_text(call: FunctionCall) -> Value:
     return value_texts(call.arguments[0], call.workspace.strings)
 
 
+def print_value(value: Value, shapes: Shapes, workspace: Workspace) -> None:
+    """Collect what ``print`` shows, a text for each shape."""
+    texts = value_texts(value, workspace.strings)
+    shown = [texts] * shapes.num if isinstance(texts, str) else [workspace.strings[text] for text in texts.tolist()]
+    workspace.recorder.add_prints(shown)
+
+
+def _print(call: FunctionCall) -> Value:
+    print_value(call.arguments[0], call.shapes, call.workspace)
+    return call.arguments[0]
+
+
 def whole(number: float) -> int:
     """A number without its fraction; 0 for one that is not finite."""
     return int(number) if isfinite(number) else 0
@@ -164,6 +180,7 @@ BUILTINS: dict[str, Builtin] = {
     "isNull": Builtin(_is_null, (1, 1)),
     "isnull": Builtin(_is_null, (1, 1)),
     "len": text_function(lambda text: float(len(text))),
+    "print": Builtin(_print, (1, 1)),
     "replace": text_function(_replace, (3, 3)),
     "str": Builtin(_convert_to_text, (1, 1)),
     "substring": text_function(_substring, (3, 3)),

@@ -10,6 +10,7 @@ from grammarlab.derivation.frames import cube_indices
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.meshes import add_faces, normalized
 from grammarlab.derivation.operations.scope import euler
+from grammarlab.derivation.pivots import with_pivot
 from grammarlab.derivation.shapes import BOX, EMPTY, FACE, Floats, Shapes
 from grammarlab.geometry.measure import corner_edges, face_areas, face_normals
 from grammarlab.geometry.mesh import Meshes
@@ -58,9 +59,9 @@ def reframed(call: Call, turn: Floats) -> Shapes:
 
 
 def repivoted(call: Call, turn: Floats) -> Shapes:
-    """As `reframed`, and the pivot with it."""
+    """As `reframed`, and the pivot with it, at the origin of the new scope."""
     shapes = reframed(call, turn)
-    return shapes._replace(pivot=shapes.frame)
+    return with_pivot(shapes, shapes.position, shapes.frame, call.workspace)
 
 
 def rotate_scope(call: Call) -> Shapes:
@@ -87,7 +88,7 @@ def align_to_axes(call: Call) -> Shapes:
     axis = "xyz".index(word)
     fixed = np.broadcast_to(np.eye(3)[axis], (shapes.num, 3))
     if np.abs(rotations[:, :, axis] - fixed).max() < _STRAIGHT:
-        return call.shapes._replace(pivot=call.shapes.frame)
+        return with_pivot(shapes, shapes.position, shapes.frame, call.workspace)
     neighbour = 0 if axis != 0 else 2
     wanted = _axes(fixed, axis, rotations[:, :, neighbour], neighbour, rotations[:, :, 2 - neighbour])
     return repivoted(call, np.swapaxes(rotations, 1, 2) @ wanted)

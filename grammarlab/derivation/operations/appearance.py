@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.calls import Argument, Call, Operation
 from grammarlab.derivation.functions.colors import parse_color
+from grammarlab.derivation.functions.text import print_value
 from grammarlab.derivation.materials import CHANNELS
-from grammarlab.derivation.operators import value_texts
+from grammarlab.derivation.operations.placement import PLACEMENT, set_placement
 from grammarlab.derivation.shapes import Shapes, kind_of, number_column
 
 _COLOR = ("color.r", "color.g", "color.b")
@@ -60,14 +61,21 @@ def texture(call: Call) -> Shapes:
 
 
 def set_attribute(call: Call) -> Shapes:
-    """``set(name, value)``: an attribute of the grammar or a part of the material, from here on and below."""
+    """``set(name, value)``: an attribute of the grammar, a part of the material or of the shape's placement.
+
+    From here on and below.
+    """
     name, argument = str(call.arguments[0].value), call.arguments[1]
     if name in call.workspace.program.attributes:
         return call.shapes._replace(state={**call.shapes.state, name: argument.value})
     if name.startswith("material."):
         return _set_material(call, name.removeprefix("material."), argument)
+    if name in PLACEMENT:
+        return set_placement(call, name, argument)
     if name.startswith(_WITHOUT_EFFECT):
         return call.shapes
+    if "." in name:
+        raise call.error(f"{name} cannot be set: it is no part of the material, and imported files are not supported")
     raise call.error(
         f"set expects an attribute of this grammar or a material attribute, found {name}",
         "attributes are declared with attr; of the material there are " + ", ".join(CHANNELS),
@@ -114,14 +122,9 @@ def report(call: Call) -> Shapes:
     return call.shapes
 
 
-def print_value(call: Call) -> Shapes:
+def show(call: Call) -> Shapes:
     """``print(value)``: collect a text."""
-    texts = value_texts(call.arguments[0].value, call.workspace.strings)
-    recorder, strings = call.workspace.recorder, call.workspace.strings
-    if isinstance(texts, str):
-        recorder.add_prints([texts] * call.shapes.num)
-    else:
-        recorder.add_prints([strings[text] for text in texts.tolist()])
+    print_value(call.arguments[0].value, call.shapes, call.workspace)
     return call.shapes
 
 
@@ -134,7 +137,7 @@ def label(call: Call) -> Shapes:
 OPERATIONS: dict[str, Operation] = {
     "color": Operation(color, num_arguments=(1, 4)),
     "label": Operation(label, num_arguments=(1, 1)),
-    "print": Operation(print_value, num_arguments=(1, 1)),
+    "print": Operation(show, num_arguments=(1, 1)),
     "report": Operation(report, num_arguments=(2, 2)),
     "set": Operation(set_attribute, num_arguments=(2, 2), names_target=True),
     "texture": Operation(texture, num_arguments=(1, 1)),

@@ -17,6 +17,7 @@ from grammarlab.derivation.calls import BlockOperation, Call, Head, Part, select
 from grammarlab.derivation.frames import cube_index
 from grammarlab.derivation.functions.geometry import local_meshes, oriented
 from grammarlab.derivation.meshes import add_faces, normalized
+from grammarlab.derivation.pivots import with_pivot
 from grammarlab.derivation.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
 from grammarlab.geometry import components as parts_of
 from grammarlab.geometry.component_sets import connected_faces, joined, unaligned, upwards
@@ -54,6 +55,8 @@ class Placed(NamedTuple):
     mesh: Ids
     first: Rows
     """[K] which of the chosen components each one is, or begins with."""
+    pivot: Floats
+    """[K, 3] its first corner, where the bounding box need not begin; world metres."""
 
 
 Join = Literal["each", "all", "connected"]
@@ -114,7 +117,8 @@ class _BoxFaces(AbstractComponents):
         mesh = np.full(len(row), np.int32(FACE))
         each = np.arange(len(chosen))
         if self._kind == FACE:
-            return Placed(row, shapes.position[row], whole * [1.0, 1.0, 0.0], parent, mesh, each)
+            position = shapes.position[row]
+            return Placed(row, position, whole * [1.0, 1.0, 0.0], parent, mesh, each, position)
         first = face[0] if len(face) else 0
         if (face == first).all():
             frame = frames.turned(parent, int(_BOX_CUBES[first]))
@@ -127,7 +131,7 @@ class _BoxFaces(AbstractComponents):
         if self._kind == FOOTPRINT:
             origin[:, 1] = 0.0
         position = shapes.position[row] + frames.to_world(parent, origin)
-        return Placed(row, position, size, frame, mesh, each)
+        return Placed(row, position, size, frame, mesh, each, position)
 
 
 class _MeshComponents(AbstractComponents):
@@ -168,7 +172,9 @@ class _MeshComponents(AbstractComponents):
         position = shapes.position[row] + workspace.frames.to_world(shapes.frame[row], components.origin)
         frame = workspace.frames.rotated(shapes.frame[row], components.rotation)
         unit, _, _ = normalized(components.shapes)
-        return Placed(row, position, components.size, frame, add_faces(workspace.meshes, unit), first)
+        mesh = add_faces(workspace.meshes, unit)
+        corner = shapes.position[row] + workspace.frames.to_world(shapes.frame[row], components.pivot)
+        return Placed(row, position, components.size, frame, mesh, first, corner)
 
 
 class _MixedComponents(AbstractComponents):
@@ -247,7 +253,7 @@ def _chosen(call: Call, components: AbstractComponents, head: Head, available: F
         if len(left) == 0:
             return left
         placed = components.place(left, "each", aligned=False)
-        shapes, number = call.shapes.place(*placed[:-1]), components.index[left]
+        shapes, number = call.shapes.place(*placed[:5]), components.index[left]
         flags = selected(call, head.condition, shapes, number, lambda word: components.picked(word)[left])
         return left[flags]
     value = head.argument.value
@@ -264,8 +270,8 @@ def _part(call: Call, components: AbstractComponents, chosen: Rows, head: Head) 
     join: Join = "connected" if head.connected else "all" if head.joined else "each"
     aligned = "noAlign" not in call.words
     placed = components.place(chosen, join, aligned, head.text)
-    made = shapes.place(*placed[:-1])
-    made = made._replace(pivot=made.frame) if aligned else made
+    made = shapes.place(*placed[:5])
+    made = with_pivot(made, placed.pivot, made.frame, call.workspace) if aligned else made
     return Part(_indexed(call, made, placed.row, head), components.index[chosen[placed.first]])
 
 
@@ -295,7 +301,7 @@ def edges_of_faces(call: Call) -> tuple[Shapes, Rows]:
     """Every edge of every face of shapes as a shape in their axes, and the number of each within its shape."""
     components = _MeshComponents(call, call.shapes, "fe")
     placed = components.place(np.arange(len(components.row)), "each", aligned=False)
-    return call.shapes.place(*placed[:-1]), components.index
+    return call.shapes.place(*placed[:5]), components.index
 
 
 BLOCKS: dict[str, BlockOperation] = {

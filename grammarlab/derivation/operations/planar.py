@@ -26,7 +26,9 @@ Rows = NDArray[np.int64]
 
 _KEEP = frozenset({"all", "inside", "border"})
 _PARTS = frozenset({"shape", "remainder"})
-_EDGES = frozenset({*ORIENTATIONS, "all", "remainder"})
+_OLDER = {"streetSide": ("street.front",), "noStreetSide": ("street.back", "street.left", "street.right")}
+"""Selectors of older rule files, and those that pick the same edges."""
+_EDGES = frozenset({*ORIENTATIONS, *_OLDER, "all", "remainder"})
 
 
 def offset(call: Call) -> Shapes:
@@ -77,7 +79,10 @@ def _edges(call: Call, head: Head, meshes: Meshes, outward: NDArray[np.float64],
     def picked(selector: str) -> NDArray[np.bool_]:
         if selector == "all":
             return np.ones(len(outward), dtype=bool)
-        return oriented(selector, outward, mesh, call.shapes, call.workspace)
+        flags = [
+            oriented(name, outward, mesh, call.shapes, call.workspace) for name in _OLDER.get(selector, (selector,))
+        ]
+        return np.logical_or.reduce(flags)
 
     if head.condition is not None:
         # Between an outline and its hole there is no edge to choose.

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls import Argument, Call, Operation
+from grammarlab.derivation.pivots import pivot_position
 from grammarlab.derivation.shapes import Shapes
 
 Floats = NDArray[np.float64]
@@ -51,7 +52,7 @@ def s(call: Call) -> Shapes:
                 )
             length = np.maximum(length, 0.0)
         size[:, axis] = length
-    return call.shapes._replace(size=size)
+    return call.shapes.resized(size)
 
 
 def center(call: Call) -> Shapes:
@@ -106,14 +107,12 @@ def _turn(call: Call) -> Floats:
 
 
 def translate(call: Call) -> Shapes:
-    """``translate(rel|abs, scope|pivot|object|world, x, y, z)``: move in another system of axes."""
+    """``translate(rel|abs, scope|pivot|object|world, x, y, z)``: move along, or to a place in, a system of axes."""
     mode, system = _mode_and_system(call)
     lengths = np.stack([np.broadcast_to(call.length(a, i), call.shapes.num) for i, a in enumerate(call.values)], axis=1)
     shapes, frames = call.shapes, call.workspace.frames
     offset = frames.to_world(_axes(call, system), lengths)
-    if mode == "rel":
-        return shapes._replace(position=shapes.position + offset)
-    start = np.zeros(3) if system == "world" else call.workspace.roots.position[shapes.model]
+    start = shapes.position if mode == "rel" else _origin(call, system)
     return shapes._replace(position=start + offset)
 
 
@@ -135,6 +134,16 @@ def _mode_and_system(call: Call) -> tuple[str, str]:
             f"for example {call.name}(rel, world, 0, 1, 0)",
         )
     return words[0], words[1]
+
+
+def _origin(call: Call, system: str) -> Floats:
+    """The origins [N, 3] of a coordinate system."""
+    shapes = call.shapes
+    if system == "world":
+        return np.zeros((shapes.num, 3))
+    if system == "object":
+        return call.workspace.roots.position[shapes.model]
+    return shapes.position if system == "scope" else pivot_position(shapes, call.workspace)
 
 
 def _axes(call: Call, system: str) -> NDArray[np.int32]:

@@ -25,11 +25,13 @@ def split(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     Boxes and rectangles stay what they are; any other geometry is clipped, cuts through closed meshes are closed, and
     with ``adjust`` (the default) the scope of a part is fitted to what is left.
     """
-    axis = _AXES.get(call.words[0] if call.words else "")
+    words = call.words
+    axis = _AXES.get(words[0] if words else "")
     if axis is None:
         raise call.error("split expects x, y or z first", "for example split(x) { 2 : A | ~1 : B }")
     shapes = upright(call.shapes, call.workspace.meshes, call.workspace.frames) if axis == 1 else call.shapes
-    call = call._replace(shapes=shapes)
+    if shapes is not call.shapes:
+        call = call._replace(shapes=shapes)
     length = shapes.size[:, axis]
     elements = _elements(call, heads, axis)
     if any(isinstance(element, Repeat) for element in elements):

@@ -215,6 +215,48 @@ def test_the_angles_of_a_scope_are_those_it_was_turned_by():
     assert np.allclose(forest.reports.value, [-10, 70, 25])
 
 
+PLACE = 'report("x", scope.tx) report("y", scope.ty) report("z", scope.tz)'
+PIVOT = 'report("x", pivot.px) report("y", pivot.py) report("z", pivot.pz)'
+ANGLES = 'report("x", scope.rx) report("y", scope.ry) report("z", scope.rz)'
+
+
+@pytest.mark.parametrize(
+    ("operations", "expected"),
+    [
+        (PLACE, [0, 0, 0]),
+        (f"t(1, 2, 3) {PLACE}", [1, 2, 3]),
+        (f"r(0, 90, 0) t(1, 2, 3) {PLACE}", [3, 2, -1]),
+        (f"extrude(5) split(x) {{ 4 : NIL | 3 : {PLACE} A }}", [4, 0, 0]),
+        (f"extrude(5) split(y) {{ 2 : NIL | 1 : {PLACE} A }}", [0, 2, 0]),
+        (f"extrude(5) comp(f) {{ front : {PLACE} A }}", [0, 0, 0]),
+        (f"extrude(5) comp(f) {{ front : {ANGLES} A }}", [0, 0, 0]),
+        (f"extrude(5) comp(f) {{ back : t(1, 2, 3) {PLACE} A }}", [1, 2, 3]),
+        (f"extrude(5) comp(f) {{ right : {PIVOT} A }}", [10, 0, 8]),
+        (f"extrude(5) comp(f, noAlign) {{ right : {PLACE} A }}", [10, 0, 0]),
+        (f"extrude(5) comp(f) {{ right : split(x) {{ 3 : NIL | 1 : {PLACE} A }} }}", [3, 0, 0]),
+        (f"t(1, 2, 3) setPivot(xyz, 2) {PLACE}", [0, 0, 0]),
+        (f"extrude(5) t(1, 2, 3) setPivot(xyz, 2) {PIVOT}", [11, 2, 11]),
+        (f"r(0, 30, 0) t(1, 0, 0) alignScopeToAxes(y) {ANGLES}", [0, 0, 0]),
+        (f"r(0, 30, 0) {ANGLES}", [0, 30, 0]),
+        (f"t(1, 2, 3) translate(abs, pivot, 4, 5, 6) {PLACE}", [4, 5, 6]),
+        (f"t(1, 2, 3) translate(abs, object, 4, 5, 6) {PLACE}", [4, 5, 6]),
+        (f"t(1, 2, 3) translate(abs, scope, 4, 5, 6) {PLACE}", [5, 7, 9]),
+        (f"extrude(5) comp(f) {{ right : translate(abs, pivot, 1, 2, 3) {PLACE} A }}", [1, 2, 3]),
+        (f"extrude(5) comp(f) {{ right : translate(abs, object, 0, 0, 0) {PLACE} A }}", [8, 0, -10]),
+    ],
+)
+def test_scopes_are_placed_relative_to_their_pivots(operations, expected):
+    forest = sampled(f"Lot --> {operations}", footprint=(10.0, 8.0))
+    assert np.allclose(forest.reports.value, expected, atol=1e-9)
+
+
+def test_the_pivot_of_a_face_is_its_first_corner_wherever_its_bounding_box_begins():
+    # The first edge of this footprint is the scope's x axis; the polygon reaches to the left of where that begins.
+    leaning = np.array([[0.0, 0, 0], [4, 0, 0], [4, 0, -4], [-3, 0, -4]])
+    forest = sampled(f"Lot --> comp(f) {{ all : {PLACE} A }}", footprint=leaning)
+    assert np.allclose(forest.reports.value, [-3, 0, 0], atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("before", "of_its_own"),
     [
@@ -273,3 +315,47 @@ def test_a_solid_over_a_lot_with_courts_is_closed_and_has_no_wall_on_the_bridge(
     }
     if rule.startswith("extrude"):
         assert volumes_by_symbol(forest)["A"] == pytest.approx(3 * 92.0)
+
+
+def test_the_older_selectors_of_streets_pick_the_front_and_all_the_rest():
+    def areas(selector: str) -> list[float]:
+        forest = sampled(f"Lot --> setback(2) {{ {selector} : A | remainder : B }}", footprint=(10.0, 8.0))
+        return measure.areas(world_meshes(forest)).tolist()
+
+    assert areas("streetSide") == areas("street.front")
+    assert areas("noStreetSide") == areas("street.back || street.left || street.right")
+
+
+READ = " ".join(
+    f'report("{kind}{axis}", {kind}{axis})'
+    for kind in ("scope.t", "scope.r", "scope.s", "pivot.p", "pivot.o")
+    for axis in "xyz"
+)
+
+
+@pytest.mark.parametrize("axis", "xyz")
+@pytest.mark.parametrize("kind", ["scope.t", "scope.r", "scope.s", "pivot.p", "pivot.o"])
+def test_setting_one_number_of_the_placement_changes_it_and_no_other(kind, axis):
+    before = "extrude(5) r(10, 20, 30) comp(f) { right : t(1, 2, 0) s('1, '1, 1) r(5, 0, 0) t(0, 1, 2)"
+    forest = sampled(f"Lot --> {before} {READ} set({kind}{axis}, 2.5) {READ} A }}", footprint=(10.0, 8.0))
+    names = np.array(forest.reports.keys)[forest.reports.key]
+    old, new = forest.reports.value.reshape(2, -1)
+    changed = names[: len(old)] == f"{kind}{axis}"
+    assert np.allclose(new[~changed], old[~changed], atol=1e-9)
+    assert new[changed] == pytest.approx(2.5)
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("set(scope.tx, 3)", "translate(abs, pivot, 3, 2, 1)"),
+        ("set(scope.rz, 40)", "rotate(abs, pivot, 0, 20, 40)"),
+        ("set(scope.sz, 4)", "s('1, '1, 4)"),
+        ("set(pivot.px, 3)", "translate(rel, object, 3, 0, 0)"),
+        ("set(scope.sx, '0.5)", "s('0.5, '1, '1)"),
+    ],
+)
+def test_setting_the_placement_is_what_the_operations_do(written, meant):
+    leaves = [sampled(f"Lot --> extrude(5) t(2, 2, 1) r(0, 20, 0) {operation} A") for operation in (written, meant)]
+    one, other = (world_meshes(forest).points for forest in leaves)
+    assert np.allclose(one, other, atol=1e-9)
