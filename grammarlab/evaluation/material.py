@@ -58,6 +58,8 @@ class Material:
     """[n] > 0, how much each labelled model stands for (`agreement`)."""
     pool_scores: Floats
     """[m, K] what the person answers, 0 to 100."""
+    pool_weights: Floats
+    """[m] >= 0, how much of the grammar's density each of them stands for: the density by that of the whole pool."""
     pool_from_grammar: NDArray[np.bool_]
     """[m] whether the model is a sample of the grammar itself; the others come from a flattened one."""
     table: Callable[[Columns], Table]

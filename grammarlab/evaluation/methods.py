@@ -33,8 +33,8 @@ class Method:
     """One of `FITS`."""
     query: Way = "default"
     """One of `QUERIES`."""
-    batch: int = 16
-    """Models a round, 1 to `MAX_BATCH`."""
+    batch: int = 8
+    """Models a round, 1 to `MAX_BATCH`: the fewer, the more each of them is chosen with what the others told."""
     path_length: int = 0
     """Edges of the longest paths to begin with, 1 to `MAX_PATH_LENGTH`; 0 for what the scenario says."""
     grows: bool = True

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from grammarlab.evaluation.seeds import derived_seed
 
 FLATTENED_PART = 5
@@ -13,6 +16,18 @@ _LANES = 1, 2
 def pool_sizes(size: int) -> tuple[int, int]:
     """How many models of a pool are samples of the grammar, and how many of the flattened grammar."""
     return size - size // FLATTENED_PART, size // FLATTENED_PART
+
+
+def pool_log_weights(log_ratios: NDArray[np.float64], sizes: tuple[int, int]) -> NDArray[np.float64]:
+    """[m] log of the grammar's density by the density that the models of a pool were drawn from, both parts together.
+
+    Args:
+        log_ratios: [m] log of the grammar's density by that of the flattened grammar, of each model.
+        sizes: as of `pool_sizes`.
+    """
+    share = sizes[1] / sum(sizes)
+    with np.errstate(divide="ignore"):
+        return -np.logaddexp(np.log1p(-share), np.log(share) - log_ratios)
 
 
 def pool_seeds(seed: int) -> tuple[int, int]:

@@ -25,7 +25,7 @@ from grammarlab.derivation.program import Program
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.flattening import Flattened, flattened
 from grammarlab.evaluation.material import Bound, Columns, Ints, Material, Table
-from grammarlab.evaluation.pool import pool_seeds, pool_sizes
+from grammarlab.evaluation.pool import pool_log_weights, pool_seeds, pool_sizes
 from grammarlab.evaluation.scenario import FAMILIES, FeatureOptions, Scenario
 from grammarlab.features.counting import count
 from grammarlab.features.pattern import Feature
@@ -96,7 +96,7 @@ def prepare(source: Source, keep: Keep = make_always) -> Material:
         UsageError: the preference does not fit the grammar, or no model of the labelled set is liked.
         DerivationError: a rule cannot be carried out.
     """
-    arrays = keep(f"scores-{source.key}", lambda: _scores(source))
+    arrays = keep(f"truth-{source.key}", lambda: _scores(source))
     factors = tuple(factor.name for factor in source.scenario.factors)
     tables = _Tables(source, keep)
     material = Material(
@@ -104,6 +104,7 @@ def prepare(source: Source, keep: Keep = make_always) -> Material:
         arrays["scores"],
         arrays["weights"],
         arrays["pool_scores"],
+        arrays["pool_weights"],
         np.arange(sum(source.pool_sizes)) < source.pool_sizes[0],
         tables.table,
         tables.examples,
@@ -140,10 +141,13 @@ def _scores(source: Source) -> Arrays:
     scenario.check(program.symbols, program.rule_names, program.sites)
     labelled = [(score(forest), _log_weight(scenario, flat, forest)) for forest in _labelled(source)]
     log_weights = np.concatenate([weights for _, weights in labelled])
+    pool = [(score(forest), flat.log_ratio(forest)) for forest in _pool(source, flat)]
+    ratios = np.concatenate([ratio for _, ratio in pool])
     return {
         "scores": np.concatenate([values for values, _ in labelled]),
         "weights": np.exp(log_weights - log_weights.max()),
-        "pool_scores": np.concatenate([score(forest) for forest in _pool(source, flat)]),
+        "pool_scores": np.concatenate([values for values, _ in pool]),
+        "pool_weights": np.exp(pool_log_weights(ratios, source.pool_sizes)),
     }
 
 

@@ -56,7 +56,7 @@ class Learner:
     """Rows [n, F], scores [n], groups [F], a seed and the preference of the round before give a preference."""
     propose: Callable[[Situation, int, int], Ints]
     """A situation, a number of models and a seed give as many different pool indices, none of which was asked about."""
-    batch: int = 16
+    batch: int = 8
     """Models a round, >= 1."""
     path_length: int = 2
     """Edges of the longest paths to begin with, >= 1."""
@@ -178,7 +178,14 @@ def _answer(
     num_labels = min(num_labels, len(table.pool) - len(factor.asked))
     near = [between(material.margins(b), factor.asked, num_labels // 2 // len(columns.bounds)) for b in columns.bounds]
     near = np.unique(np.concatenate([np.zeros(0, np.int64), *near]))
-    known = Situation(table.pool, material.pool_from_grammar, factor.asked, factor.scores, factor.preference)
+    known = Situation(
+        table.pool,
+        material.pool_from_grammar,
+        factor.asked,
+        factor.scores,
+        factor.preference,
+        material.pool_weights,
+    )
     proposed = np.asarray(learner.propose(known, num_labels, seed), np.int64)
     chosen = np.concatenate([near, proposed[~np.isin(proposed, near)]])[:num_labels]
     asked = np.concatenate([factor.asked, chosen])

@@ -72,12 +72,18 @@ class Meaning:
                 return "next", self._labels.symbol_of(one), self._labels.symbol_of(other)
             case ("branch", name, _):
                 return "draw", name
+            case ("symbol", symbol) if self.is_alternative(key):
+                return "either", self._labels.exchangeable[self._labels.symbols[symbol]]
             case _:
                 return key
 
     def is_choice(self, key: Key) -> bool:
         """Whether a column counts how often a drawn rule was taken."""
         return key[0] == "rule" and bool(self._labels.chosen[key[2]])
+
+    def is_alternative(self, key: Key) -> bool:
+        """Whether a column counts a symbol that choices are between."""
+        return key[0] == "symbol" and self._labels.symbols[key[1]] in self._labels.exchangeable
 
     def place(self, key: Key) -> Key:
         """Where a key stands among those of its kind: paths by what they are made of, from the top."""

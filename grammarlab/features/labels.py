@@ -91,6 +91,24 @@ class Labels:
         return np.array(flags + [False] * (len(self.symbols) + 1))
 
     @cached_property
+    def exchangeable(self) -> Mapping[str, str]:
+        """Symbols that choices are between, each with one of those that it is exchangeable for, the same for all.
+
+        A drawn rule that makes a single node leaves the choice to that node's symbol. Two such choices with a symbol in
+        common are about the same thing: the roof of an office and the roof of a house.
+        """
+        choices: dict[tuple, set[str]] = {}
+        for label in np.flatnonzero(self.chosen).tolist():
+            if len(self.successors[label]) == 1:
+                choices.setdefault(_key(self.rules[label])[:2], set()).update(self.successors[label].values())
+        classes: list[set[str]] = []
+        for symbols in choices.values():
+            if len(symbols) > 1:
+                joined = symbols.union(*(found for found in classes if found & symbols))
+                classes = [found for found in classes if not found & symbols] + [joined]
+        return {symbol: min(found) for found in classes for symbol in found}
+
+    @cached_property
     def telling(self) -> NDArray[np.bool_]:
         """[unknown + 1] whether an edge below a label says more than the edges around it."""
         forks = [len(found) > 1 for found in self.successors] + [False] * (len(self.symbols) + 1)

@@ -41,6 +41,9 @@ class Names:
                 return f"{one} then {other}"
             case ("draw", name):
                 return name
+            case ("either", name):
+                symbols = sorted(s for s, first in self._labels.exchangeable.items() if first == name)
+                return f"number of {' / '.join(symbol.removesuffix('.') for symbol in symbols)}"
             case _:
                 return self._key(group, self._meaning.feature(group))
 

@@ -46,8 +46,9 @@ Floats = NDArray[np.float64]
 MOST_LENGTH = 20
 """Longest paths that can be asked for."""
 
-_KINDS = ("extra", "rule", "symbol", "edge", "branch", "far", "next", "draw")
-"""Which of several columns that say the same is kept: the first; among rules, those that are drawn."""
+_KINDS = ("extra", "choice", "alternative", "rule", "symbol", "edge", "branch", "far", "next", "draw")
+"""Which of several columns that say the same is kept: the first. Rules that are drawn, and symbols that choices are
+between, stand for what else follows from them, and share the group of their alternatives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +146,7 @@ def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sp
     present = repeated & (options.repeats == "present")
     meaning = Meaning(labels, index.keys, options.extra)
     flat = _flattened(counts, present)
-    order = sorted(range(len(index)), key=lambda column: _rank(index.keys[column], meaning))
+    order = sorted(range(len(index)), key=lambda column: (bool(present[column]), *_rank(index.keys[column], meaning)))
     columns = distinguishable(flat, np.array(order, dtype=np.int64))
     keys = [index.keys[column] for column in columns]
     features = tuple(_wrapped(meaning.feature(key), bool(present[c])) for key, c in zip(keys, columns, strict=True))
@@ -170,7 +171,8 @@ def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sp
 def _rank(key: Key, meaning: Meaning) -> tuple:
     """Which column comes first, whatever the order in which they were met."""
     own = meaning.place(key)
-    return _KINDS.index(key[0]), not meaning.is_choice(key), len(own), own
+    kind = "choice" if meaning.is_choice(key) else "alternative" if meaning.is_alternative(key) else key[0]
+    return _KINDS.index(kind), len(own), own
 
 
 def _wrapped(feature: Feature, present: bool) -> Feature:

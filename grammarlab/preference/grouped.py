@@ -49,6 +49,8 @@ MAX_ROWS_TO_KEEP = 4096
 """Distinct rows that predictions rest on; chosen likewise."""
 
 NUM_RANDOM_STARTS = 3
+NUM_WARM_STARTS = 4
+"""The best explanations of the round before that are searched from again: new labels may favour another one."""
 _LEAST_SHARE = 1e-3
 """Explanations of less weight are left out of predictions."""
 
@@ -147,7 +149,7 @@ def _warm_starts(warm: AbstractPreference | None, num_columns: int, groups: Ints
             f'warm: expected a preference that method="grouped" found on the same {num_columns} columns and groups, '
             f"found {type(warm).__name__} on {warm.num_columns}. Leave it out when the columns have changed."
         )
-    return [warm.explanations[0].kernel]
+    return [explanation.kernel for explanation in warm.explanations[:NUM_WARM_STARTS]]
 
 
 def _best(problem: Problem, starts: list[Kernel]) -> list[Kernel]:

@@ -35,6 +35,9 @@ NOISE = 1e-2
 _CANDIDATES = (800, 200)
 """Models from the grammar and from elsewhere that `default` looks at, at most."""
 
+_TOGETHER = 256
+"""Known models that distances are measured to at a time."""
+
 
 @dataclass(frozen=True, slots=True)
 class Situation:
@@ -50,6 +53,13 @@ class Situation:
     """[n] their scores, 0 to 100."""
     preference: AbstractPreference | None
     """What is learned so far; None before the first label."""
+    weights: Floats | None = None
+    """[m] >= 0, how much of the grammar's density each model stands for; None for samples of the grammar all alike and
+    nothing for the others."""
+
+    def stands_for(self, models: Ints) -> Floats:
+        """How much of the grammar's density some models of the pool stand for."""
+        return (self.from_grammar.astype(np.float64) if self.weights is None else self.weights)[models]
 
 
 def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
@@ -87,12 +97,13 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     if not isinstance(preference, GroupedPreference):
         return _mixed(preference, situation, num, randomness)
     candidates = _candidates(situation, num, randomness)
-    rows, typical = situation.pool[candidates], situation.from_grammar[candidates].astype(np.float64)
+    rows, typical = situation.pool[candidates], situation.stands_for(candidates)
     noise, open_ = NOISE * preference.highest**2, np.ones(len(candidates), dtype=bool)
     known = situation.pool[situation.asked]
     liked = known[situation.scores > 0.0]
     mean, covariance = joint(preference, rows, doubtful_weights(preference, liked if len(liked) else known))
-    stakes = np.maximum(mean, 0.0) * typical if len(liked) else 1.0 - typical
+    elsewhere = (~situation.from_grammar[candidates]).astype(np.float64)
+    stakes = np.maximum(mean, 0.0) * typical if len(liked) else elsewhere
     first = most_doubtful(covariance, round(LIKED_SHARE * num), noise, stakes, open_)
     open_[first] = False
     _, covariance = joint(preference, rows, cautious_weights(preference, rows))
@@ -165,11 +176,13 @@ def _uniform(situation: Situation, num: int, randomness: np.random.Generator) ->
     spread = np.ptp(rows, axis=0)
     weights = np.divide(1.0, spread**2, out=np.zeros(rows.shape[1]), where=spread > 0.0)
     learned = preference.column_weights() if isinstance(preference, GroupedPreference) else None
-    scaled = rows * np.sqrt(weights if learned is None or not learned.any() else learned)
+    weights = weights if learned is None or not learned.any() else learned
+    scaled = rows[:, weights > 0.0] * np.sqrt(weights[weights > 0.0])
     chosen = np.empty(num, dtype=np.int64)
     nearest = np.full(len(rows), np.inf)
-    for index in situation.asked:
-        nearest = np.minimum(nearest, squared_distances(scaled, scaled[[index]])[:, 0])
+    for start in range(0, len(situation.asked), _TOGETHER):
+        some = situation.asked[start : start + _TOGETHER]
+        nearest = np.minimum(nearest, squared_distances(scaled, scaled[some]).min(axis=1))
     # Equal distances are common among counts; the seed decides between them.
     order = randomness.permutation(len(rows))
     open_ = _unasked(situation)

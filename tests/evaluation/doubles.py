@@ -31,6 +31,7 @@ def world(num_factors=1, seed=0, weights=None):
         scores(labelled),
         np.ones(LABELLED) if weights is None else weights,
         scores(pool),
+        np.ones(POOL),
         np.ones(POOL, bool),
         table,
         examples=lambda _indices: (),

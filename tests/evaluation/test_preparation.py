@@ -59,6 +59,15 @@ def test_the_pool_holds_other_models_and_rare_ones_from_the_flattened_grammar():
     assert not np.array_equal(material.scores[:1600], material.pool_scores[plain])
 
 
+def test_weighted_models_of_both_parts_of_the_pool_stand_for_the_grammar():
+    material = prepare(source(num_models=2000))
+    liked = material.pool_scores[:, 0] == 100
+    assert material.pool_weights.mean() == pytest.approx(1.0, abs=0.05)
+    assert (material.pool_weights * liked).mean() == pytest.approx(0.01, abs=0.002)
+    assert material.pool_weights.max() <= 1.25
+    assert material.pool_weights[liked].max() < material.pool_weights[~liked].max()
+
+
 def test_equal_rows_have_equal_scores_where_the_features_tell():
     table, material = prepare(source()).table(Columns(1)), prepare(source())
     together = np.concatenate([table.labelled, table.pool])

@@ -176,6 +176,24 @@ def test_alternatives_of_one_choice_in_one_context_share_a_group():
     assert len(members) == len(table.group_names) == int(table.groups.max()) + 1
 
 
+def test_symbols_that_choices_are_between_share_a_group():
+    text = """
+    Lot --> 50% : Old Roof else : New Roof
+    Old --> color("#ff0000") OnOld
+    New --> color("#00ff00") OnNew
+    OnOld --> 80% : Brick else : Glass
+    OnNew --> 20% : Brick 70% : Glass else : Steel
+    Brick --> color("#0000ff") Wall
+    Roof --> 50% : Flat else : Wall Wall
+    """
+    table = extract([derive(Grammar.parse(text), 500, seed=1)])
+    groups = dict(zip(table.names, (table.group_names[group] for group in table.groups), strict=True))
+    materials = "number of Brick / Glass / Steel"
+    assert [name for name, group in groups.items() if group == materials] == ["number of Brick", "number of Glass"]
+    assert groups["OnOld → Brick"] == "OnOld"
+    assert groups["Roof → Flat"] == "Roof"
+
+
 def test_scales_bring_draws_to_one():
     table = extract(towers(300), Options(1))
     rows = table.rows()

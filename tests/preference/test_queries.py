@@ -109,6 +109,20 @@ def test_the_default_looks_elsewhere_for_rare_models_while_nothing_is_liked():
     assert known.from_grammar[chosen].any()
 
 
+def test_the_default_goes_on_with_rare_models_where_they_hold_all_that_is_liked():
+    rows = np.array([[i >> k & 1 for k in range(5)] for i in range(32)], dtype=float)
+    pool = np.concatenate([rows[[0] * 40], rows])
+    scores = 100.0 * (pool.sum(axis=1) == 5)
+    rare = np.arange(len(pool)) >= 40
+    asked = np.array([0, 1, 2, 3, len(pool) - 1, len(pool) - 2])
+    preference = grouped.fit(pool[asked], scores[asked], groups=np.arange(5))
+    weights = 0.9 ** (5 - pool.sum(axis=1)) * 0.1 ** pool.sum(axis=1)
+    known = Situation(pool, ~rare, asked, scores[asked], preference, weights)
+    chosen = propose("default", known, 8, seed=0)
+    assert rare[chosen].sum() >= round(queries.LIKED_SHARE * 8)
+    assert not rare[propose("default", replace(known, weights=None), 8, seed=0)].all()
+
+
 def test_the_default_asks_about_what_lowers_the_error_more_than_chance():
     def error(way, seed):
         rows, truth = styled_rows(300, seed=20 + seed)
