@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from grammarlab.runs.compare import Comparison
 
 _SHOWN = 8
-"""Symbols of one grammar alone that are named."""
+"""Branches of a choice, and symbols of one grammar alone, that are named."""
 
 
 def compare(
@@ -37,11 +38,14 @@ def compare(
 
         result = compare_grammars(first, second, num_models=number, seed=seed)
         if picture is not None:
-            from grammarlab.runs.learn.report import draw_side_by_side
+            from grammarlab.density.sampler import GrammarSampler
+            from grammarlab.runs.learn.side_by_side import draw_side_by_side
             from grammarlab.runs.workers import available_cores
 
-            shown = list(zip((first, second), result.grammars, (s.assets for s in result.sources), strict=True))
-            draw_side_by_side(shown, picture, seed=seed, jobs=available_cores())
+            pairs = zip(result.grammars, result.sources, strict=True)
+            samplers = [GrammarSampler(grammar, source.assets) for grammar, source in pairs]
+            shown = list(zip((first, second), samplers, strict=True))
+            draw_side_by_side(shown, picture, side=4, seed=seed, jobs=available_cores())
         if as_json:
             print_json(_as_json(result))
         else:
@@ -52,10 +56,10 @@ def _as_json(result: Comparison) -> dict[str, Any]:
     return {
         "js": result.js,
         "js_at_least": result.at_least,
-        "differences": [
-            {"symbol": found.symbol, "first": found.first, "second": found.second, "js": found.js}
-            for found in result.differences
-        ],
+        "origin": result.origin,
+        "choices": [asdict(found) for found in result.choices],
+        "numbers": [asdict(found) for found in result.numbers],
+        "differences": [asdict(found) for found in result.differences],
         "only_first": list(result.only_first),
         "only_second": list(result.only_second),
     }
@@ -63,17 +67,23 @@ def _as_json(result: Comparison) -> dict[str, Any]:
 
 def _tell(result: Comparison) -> None:
     if result.js is not None:
-        say(f"divergence: {result.js:.4g} nats, computed from the percentages of both")
+        say(f"divergence: {result.js:.4g} nats, as trees of {result.origin}")
     else:
         say(
-            f"divergence: about {result.at_least:.3g} nats or more, which the numbers of one shared symbol show; the "
-            "trees of the two grammars are not the same, so that the whole cannot be computed"
+            f"divergence: about {result.at_least:.3g} nats or more, which the numbers of one shared symbol show; "
+            "neither was made from the other, nor both from a grammar that is known, so the whole cannot be computed"
         )
-    if not result.differences:
-        say("no symbol that both have is more common in one of them, beyond chance")
-    for found in result.differences:
-        shares = f"{found.first:.1%} of the first, {found.second:.1%} of the second"
-        say(f"  {found.js:.3f} nats  {found.symbol}: in {shares}")
+    if not (result.choices or result.numbers or result.differences):
+        say("no choice is made differently, beyond chance")
+    for found in result.choices:
+        say(f"  {found.js:.3f} nats  {found.symbol} (line {found.line})")
+        for branch in sorted(found.branches, key=lambda branch: -abs(branch.second - branch.first))[:_SHOWN]:
+            say(f"      {branch.first:6.1%} -> {branch.second:6.1%}  {branch.makes}")
+    for number in result.numbers:
+        say(f"  {number.js:.3f} nats  {number.attribute}: {number.first:.4g} on average -> {number.second:.4g}")
+    for symbol in () if result.choices or result.numbers else result.differences:
+        shares = f"{symbol.first:.1%} of the first, {symbol.second:.1%} of the second"
+        say(f"  {symbol.js:.3f} nats  {symbol.symbol}: in {shares}")
     for which, symbols in (("first", result.only_first), ("second", result.only_second)):
         if symbols:
             more = f" and {len(symbols) - _SHOWN} more" if len(symbols) > _SHOWN else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +13,7 @@ from grammarlab.cli.report import friendly_errors, print_json, say
 if TYPE_CHECKING:
     from grammarlab.runs.evaluate.evaluate import EvaluationResult
     from grammarlab.runs.evaluate.report import ScenarioResults
+    from grammarlab.runs.evaluate.request import EvaluationRequest
 
 
 def complete_scenario(incomplete: str) -> list[str]:
@@ -43,6 +45,13 @@ def evaluate(
             "--grids", help="Also draw models with their scores, and samples before and after, 4x4 and 10x10."
         ),
     ] = False,
+    density: Annotated[
+        bool, typer.Option("--density", help="Also measure the ways to make a density of a known preference.")
+    ] = False,
+    grammar_labels: Annotated[
+        str,
+        typer.Option("--grammar-labels", help="Also make a grammar after so many scores: 128, or F1=288,B1=160."),
+    ] = "",
     folder: Annotated[Path, typer.Option("-o", "--output", help="Folder for curves, tables and pictures.")] = Path(
         "out/evaluation"
     ),
@@ -75,6 +84,8 @@ def evaluate(
             max_labels=max_labels,
             figures=figures,
             grids=grids,
+            density=density,
+            grammar_labels=grammar_labels,
         )
         with progress() as on_progress:
             result = evaluate_run(
@@ -84,23 +95,28 @@ def evaluate(
                 cache=cache,
                 jobs=workers or available_cores(),
                 fresh=not resume,
-                command=_command(scenarios, methods, seeds, max_labels, batch, figures, grids),
+                command=_command(scenarios, request),
                 on_progress=on_progress,
             )
         _tell(result, as_json)
 
 
-def _command(scenarios: str, methods: str, seeds: int, max_labels: int, batch: int, figures: str, grids: bool) -> str:
+def _command(scenarios: str, request: EvaluationRequest) -> str:
     """The command that makes the same numbers again."""
-    words = ["grammarlab evaluate", scenarios, *([f"--methods {methods}"] * bool(methods))]
-    words += [f"--seeds {seeds} --max-labels {max_labels}"]
-    words += [f"--batch {batch}"] * bool(batch) + [f"--figures {figures}"] * bool(figures) + ["--grids"] * grids
+    words = ["grammarlab evaluate", scenarios]
+    words += [f"--methods {request.methods}"] if request.methods else []
+    words += [f"--seeds {request.seeds} --max-labels {request.max_labels}"]
+    words += [f"--batch {request.batch}"] if request.batch else []
+    words += [f"--figures {','.join(figure.name for figure in request.figures)}"] if request.figures else []
+    words += ["--grids"] * request.grids + ["--density"] * request.density
+    numbers = [f"{name}={number}" if name else f"{number}" for name, number in request.grammar_labels.items()]
+    words += [f"--grammar-labels {','.join(numbers)}"] if numbers else []
     return " ".join(words)
 
 
 def _tell(result: EvaluationResult, as_json: bool) -> None:
     if as_json:
-        objects = [_as_json(results) for results in result.scenarios]
+        objects = [_as_json(results, result) for results in result.scenarios]
         print_json(objects[0] if len(objects) == 1 else {"scenarios": objects})
         return
     for results in result.scenarios:
@@ -113,10 +129,15 @@ def _tell(result: EvaluationResult, as_json: bool) -> None:
                 f"{results.scenario.name} {method}: JS {results.js_original:.3f} at first; "
                 f"at most {js:g} after {text} ({len(found)} of {len(reached)} seeds)"
             )
+    for row in result.densities:
+        say(f"{row.scenario} {row.method}: JS {row.js:.3g}, {row.rules_after} rules ({row.rules_before} before)")
+    for grammar in result.grammars:
+        say(f"{grammar.scenario}, person {grammar.seed}, {grammar.labels} scores: JS of the grammar {grammar.js:.3g}")
     say(f"tables and pictures: {result.page}")
 
 
-def _as_json(results: ScenarioResults) -> dict[str, Any]:
+def _as_json(results: ScenarioResults, result: EvaluationResult) -> dict[str, Any]:
+    name = results.scenario.name
     return {
         "scenario": results.scenario.name,
         "grammar": results.scenario.grammar,
@@ -133,4 +154,8 @@ def _as_json(results: ScenarioResults) -> dict[str, Any]:
             }
             for record in results.records
         ],
+        **(
+            {"densities": [asdict(row) for row in result.densities if row.scenario == name]} if result.densities else {}
+        ),
+        **({"grammars": [asdict(row) for row in result.grammars if row.scenario == name]} if result.grammars else {}),
     }

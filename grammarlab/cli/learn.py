@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -11,8 +11,21 @@ from grammarlab.cli.report import friendly_errors, print_json, say
 from grammarlab.cli.sample import complete_grammar
 
 if TYPE_CHECKING:
+    from grammarlab.runs.learn.examples import ExamplesResult
     from grammarlab.runs.learn.labels import LabelsResult
+    from grammarlab.runs.learn.measure import Learned, Truth
+    from grammarlab.runs.learn.report import Report
     from grammarlab.runs.learn.scenario import LearnResult
+
+
+class _Told(NamedTuple):
+    """What is said about a result."""
+
+    values: dict[str, Any]
+    """As one object, for programs."""
+    lines: list[str]
+    """For people."""
+    page: Report
 
 
 def learn(
@@ -21,117 +34,178 @@ def learn(
     ],
     scenario: Annotated[
         Path | None,
-        typer.Option("--scenario", help="A scenario file: what is liked, known exactly; with labels, to compare with."),
+        typer.Option("--scenario", help="What is liked, known exactly; with labels or examples, to compare with."),
     ] = None,
-    labels: Annotated[Path | None, typer.Option("--labels", help="Scores of models: .csv, .jsonl or .parquet.")] = None,
+    labels: Annotated[
+        Path | None, typer.Option("--labels", help="Scores of models: .csv, .jsonl, .parquet, or a session (.db).")
+    ] = None,
+    examples: Annotated[
+        Path | None,
+        typer.Option("--examples", help="Good models: what grammarlab sample wrote, a folder or a Parquet file."),
+    ] = None,
     method: Annotated[
-        str, typer.Option("--method", help="compile, parameters, structure, tied or rejection.")
-    ] = "compile",
+        str,
+        typer.Option(
+            "--method", help="compile, parameters, structure, tied or rejection; compile, or tied for examples."
+        ),
+    ] = "",
     samples: Annotated[int, typer.Option("--samples", help="Models to learn from; compile needs none.")] = 5_000,
     file: Annotated[Path | None, typer.Option("-o", "--output", help="The new rule file.")] = None,
     report: Annotated[
-        Path | None, typer.Option("--report", help="With labels: folder for a page with tables and pictures.")
+        Path | None, typer.Option("--report", help="Folder for a page with tables, and pictures before and after.")
     ] = None,
     base: Annotated[str, typer.Option("--base", help="With labels: what scores multiply, grammar or uniform.")] = (
         "grammar"
     ),
-    seed: Annotated[int, typer.Option("--seed", help="With labels: of fits and of the models looked at.", min=0)] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Of fits and of the models looked at.", min=0)] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:
     """Make a grammar that samples models in proportion to how much they are liked."""
     with friendly_errors():
         from grammarlab.errors import UsageError
-        from grammarlab.runs.learn.scenario import learn_from_scenario
+        from grammarlab.runs.learn import pages
 
-        liked = labels or scenario
-        if liked is None:
-            raise UsageError("learn from what? Give --labels FILE, or --scenario FILE.")
-        wanted = file or Path(f"{Path(grammar).stem}_{liked.stem}.cga")
+        if base not in ("grammar", "uniform"):
+            raise UsageError(f"no base is called {base!r}; those there are: grammar, uniform")
+        if labels is not None and examples is not None:
+            raise UsageError("learn from labels or from examples? Give one of --labels and --examples.")
+        source = labels or examples or scenario
+        if source is None:
+            raise UsageError("learn from what? Give --labels FILE, --examples FOLDER or --scenario FILE.")
+        wanted = file or Path(f"{Path(grammar).stem}_{source.stem}.cga")
         if labels is not None:
-            from_labels = _from_labels(grammar, labels, wanted, scenario=scenario, base=base, seed=seed, report=report)
-            if as_json:
-                print_json(_labels_as_json(from_labels))
-            else:
-                _tell_labels(from_labels)
-            return
-        result = learn_from_scenario(grammar, liked, method, wanted, samples)
-        if as_json:
-            print_json(_as_json(result))
+            from grammarlab.runs.learn.labels import learn_from_labels
+
+            options: dict[str, Any] = {"method": method or "compile", "base": base, "num_samples": samples}
+            found = learn_from_labels(grammar, labels, wanted, seed=seed, scenario=scenario, **options)
+            told = _Told(_labels_as_json(found), _labels_as_lines(found), pages.page_of_labels(found))
+        elif examples is not None:
+            from grammarlab.runs.learn.examples import learn_from_files
+
+            given = learn_from_files(grammar, examples, wanted, method=method or "tied", seed=seed, scenario=scenario)
+            told = _Told(_examples_as_json(given), _examples_as_lines(given), pages.page_of_examples(given))
         else:
-            _tell(result)
+            from grammarlab.runs.learn.scenario import learn_from_scenario
+
+            known = learn_from_scenario(grammar, source, method or "compile", wanted, samples)
+            told = _Told(_as_json(known), _as_lines(known), pages.page_of_scenario(known))
+        _tell(told, report, seed, as_json)
 
 
-def _from_labels(
-    grammar: str, labels: Path, file: Path, *, scenario: Path | None, base: str, seed: int, report: Path | None
-) -> LabelsResult:
-    from grammarlab.errors import UsageError
-    from grammarlab.runs.learn.labels import learn_from_labels
-
-    if base not in ("grammar", "uniform"):
-        raise UsageError(f"no base is called {base!r}; those there are: grammar, uniform")
-    result = learn_from_labels(grammar, labels, file, base=base, seed=seed, scenario=scenario)
+def _tell(told: _Told, report: Path | None, seed: int, as_json: bool) -> None:
+    if as_json:
+        print_json(told.values)
+    else:
+        for line in told.lines:
+            say(line)
     if report is not None:
         from grammarlab.runs.learn.report import write_report
         from grammarlab.runs.workers import available_cores
 
-        say(f"table and pictures: {write_report(result, report, seed=seed, jobs=available_cores())}")
-    return result
+        say(f"table and pictures: {write_report(told.page, report, seed=seed, jobs=available_cores())}")
 
 
-def _labels_as_json(result: LabelsResult) -> dict[str, Any]:
-    values: dict[str, Any] = {
-        "labels": result.num_labels,
-        "method": result.learned.method,
-        "js": result.js,
-        "js_before": result.js_before,
-        "steps": [{"name": step.name, "js": step.js} for step in result.steps],
-        "features": [str(feature) for feature in result.features],
-        "effective_models": result.effective_models,
-        "rules_before": result.learned.rules_before,
-        "rules_after": result.learned.rules_after,
-        "seconds": result.seconds,
-        "findings": list(result.learned.findings),
-    }
-    if result.truth is not None:
-        values["scenario"] = {
-            "name": result.truth.scenario,
-            "js": result.truth.after.js,
-            "js_before": result.truth.before.js,
-            "correlation": result.truth.after.correlation,
-        }
-    return values
+def _rules(learned: Learned, file: Path | None) -> list[str]:
+    return [] if file is None else [f"{file}: {learned.rules_after} rules, {learned.rules_before} before"]
 
 
-def _tell_labels(result: LabelsResult) -> None:
-    learned = result.learned
-    say(f"{result.file}: {learned.rules_after} rules, {learned.rules_before} before; from {result.num_labels} labels")
-    say(f"divergence from what was learned: {result.js:.3g} nats, {result.js_before:.3g} before")
-    for step in result.steps:
-        say(f"  {step.js:.3g} {step.name}")
-    if result.truth is not None:
-        after, before = result.truth.after.js, result.truth.before.js
-        say(f"divergence from scenario {result.truth.scenario}: {after:.3g} nats, {before:.3g} before")
-    say(f"looked at: {', '.join(result.feature_names) or 'nothing: all models are liked alike'}")
-    for finding in learned.findings:
-        say(f"note: {finding}")
+def _notes(learned: Learned) -> list[str]:
+    return [f"note: {finding}" for finding in learned.findings]
+
+
+def _truth_as_json(truth: Truth | None) -> dict[str, Any]:
+    if truth is None:
+        return {}
+    after, before = truth.after, truth.before
+    values = {"name": truth.scenario, "js": after.js, "js_before": before.js, "correlation": after.correlation}
+    return {"scenario": values}
+
+
+def _truth_as_lines(truth: Truth | None) -> list[str]:
+    if truth is None:
+        return []
+    after, before = truth.after.js, truth.before.js
+    return [f"divergence from scenario {truth.scenario}: {after:.3g} nats, {before:.3g} before"]
 
 
 def _as_json(result: LearnResult) -> dict[str, Any]:
     return {
-        "scenario": result.scenario,
+        "scenario": result.source.scenario.name,
         "method": result.learned.method,
         "js": result.js,
-        "correlation": result.correlation,
+        "correlation": result.measured.after.correlation,
         "rules_before": result.learned.rules_before,
         "rules_after": result.learned.rules_after,
         "seconds": result.seconds,
     }
 
 
-def _tell(result: LearnResult) -> None:
-    learned = result.learned
-    if result.file is not None:
-        say(f"{result.file}: {learned.rules_after} rules, {learned.rules_before} before")
-    say(f"divergence from what is liked: {result.js:.3g} nats, {result.js_before:.3g} before")
-    for finding in learned.findings:
-        say(f"note: {finding}")
+def _as_lines(result: LearnResult) -> list[str]:
+    return [
+        *_rules(result.learned, result.file),
+        f"divergence from what is liked: {result.js:.3g} nats, {result.js_before:.3g} before",
+        *_notes(result.learned),
+    ]
+
+
+def _labels_as_json(result: LabelsResult) -> dict[str, Any]:
+    measured = result.measured
+    return {
+        "labels": result.num_labels,
+        "method": result.learned.method,
+        "js": measured.after.js,
+        "js_before": measured.before.js,
+        "steps": [{"name": step.name, "js": step.js} for step in result.steps],
+        "features": [str(feature) for feature in result.features],
+        "effective_models": measured.effective_models,
+        "acceptance": measured.acceptance,
+        "rules_before": result.learned.rules_before,
+        "rules_after": result.learned.rules_after,
+        "seconds": result.seconds,
+        "findings": list(result.learned.findings),
+        **_truth_as_json(result.truth),
+    }
+
+
+def _labels_as_lines(result: LabelsResult) -> list[str]:
+    after, before = result.measured.after.js, result.measured.before.js
+    return [
+        *_rules(result.learned, result.file),
+        f"divergence from what {result.num_labels} labels taught: {after:.3g} nats, {before:.3g} before",
+        *(f"  {step.js:.3g} {step.name}" for step in result.steps),
+        *_truth_as_lines(result.truth),
+        f"looked at: {', '.join(result.feature_names) or 'nothing: all models are liked alike'}",
+        *_notes(result.learned),
+    ]
+
+
+def _examples_as_json(result: ExamplesResult) -> dict[str, Any]:
+    held = result.held_out
+    return {
+        "examples": result.num_examples,
+        "method": result.learned.method,
+        "js_before": result.measured.before.js,
+        "components": len(result.learned.components),
+        "held_out": None
+        if held is None
+        else {"examples": held.num_models, "possible": held.possible, "gain": held.gain},
+        "effective_models": result.measured.effective_models,
+        "acceptance": result.measured.acceptance,
+        "rules_before": result.learned.rules_before,
+        "rules_after": result.learned.rules_after,
+        "seconds": result.seconds,
+        "findings": list(result.learned.findings),
+        **_truth_as_json(result.truth),
+    }
+
+
+def _examples_as_lines(result: ExamplesResult) -> list[str]:
+    held = result.held_out
+    moved = f"divergence of the grammar as it was from what {result.num_examples:,} examples taught"
+    lines = [*_rules(result.learned, result.file), f"{moved}: {result.measured.before.js:.3g} nats"]
+    if held is not None:
+        lines.append(
+            f"of {held.num_models:,} examples kept back it can make {held.possible:,}, which are "
+            f"{held.gain:.3g} nats likelier than before on average"
+        )
+    return [*lines, *_truth_as_lines(result.truth), *_notes(result.learned)]

@@ -34,7 +34,7 @@ def score(
         try:
             from grammarlab.runs.scoring.server import serve
         except ModuleNotFoundError as error:
-            if error.name != "tornado":
+            if (error.name or "").partition(".")[0] != "tornado":
                 raise
             raise UsageError("the page needs the package tornado: pip install 'grammarlab[score]'.") from error
         path = session or Path(f"{Path(grammar).stem}.db")

@@ -56,12 +56,6 @@ def compile_score(
     return compile_density(grammar, reads, preference, base=base, forest=forest, header=header, assets=assets)
 
 
-def compile_base(grammar: Grammar, score: Score, base: Base, forest: Forest | None = None) -> LearnedGrammar:
-    """The density that a score multiplies under a base, as a grammar of its own; see `compile_density`."""
-    reads, _ = read(score.expression)
-    return compile_density(grammar, reads, lambda values: np.ones(len(values)), base=base, forest=forest)
-
-
 def compile_density(
     grammar: Grammar,
     reads: Sequence[Read],

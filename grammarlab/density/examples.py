@@ -1,17 +1,19 @@
 """Learning from finished models: the grammar that is likeliest to have made them.
 
-Nobody says what matters, so the examples must. With S tied, a choice is learned where its branches occur with other
-frequencies than in the grammar, or where they go with those of another choice; all others stay. With *structure*,
-symbols are moreover split by the edge above them where their choices differ between edges. How many components the
-mixture has, held-out examples decide. Differences must be worth their numbers by the Bayesian information criterion
-(Schwarz, Estimating the dimension of a model, 1978).
+Nobody says what matters, so the examples must. Symbols are split by the edge above them where their choices differ
+between edges. With S tied, a choice is learned where its branches occur with other frequencies than in the grammar, or
+where they go with those of another choice; all others stay. Choices that go together share a mixture, and how many
+components it has, held-out examples decide. Differences must be worth their numbers by the Bayesian information
+criterion (Schwarz, Estimating the dimension of a model, 1978). With *structure*, all choices are learned; with
+*parameters* too, but nothing is split, and one component has the examples' frequencies.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +22,12 @@ from scipy.special import xlogy
 
 from grammarlab.density.attributes import AttributeParts, attribute_parts, drawn_range, parts_taken
 from grammarlab.density.automaton import InexactError
+from grammarlab.density.blocks import BlockFit, fit_blocks, going_together
 from grammarlab.density.choices import Choices
 from grammarlab.density.contexts import Contexts, NoContext, ParentEdges
 from grammarlab.density.learned import LearnedGrammar
-from grammarlab.density.mixture import Cells, dense, fit_mixture
-from grammarlab.density.sampled import Sample, chosen_components, kinds, written
+from grammarlab.density.mixture import Cells, Mixture, fit_mixture
+from grammarlab.density.sampled import written
 from grammarlab.density.skeleton import SymbolKey, TreeGrammar
 from grammarlab.density.target import Target
 from grammarlab.derivation.compiler import compile_grammar
@@ -35,14 +38,13 @@ from grammarlab.language.grammar import Grammar
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-ExampleMethod: TypeAlias = Literal["structure", "tied"]
+ExampleMethod: TypeAlias = Literal["tied", "structure", "parameters"]
+EXAMPLE_METHODS: tuple[ExampleMethod, ...] = get_args(ExampleMethod)
 
 _BINS = (1, 2, 4, 8, 16)
 """Into how many equal ranges a drawn number may be cut."""
 _FEW = 20.0
 """So many more derivations are assumed when numbers are weighed: a handful of examples proves little."""
-_TOGETHER = 5.0
-"""Standard deviations from which on two choices go together."""
 
 
 def learn_from_examples(
@@ -72,25 +74,55 @@ def learn_from_examples(
     attributes = [found for name in grammar.attributes if (found := _histogram(grammar, name, forest, mass))]
     tree = TreeGrammar.of(grammar).observed(forest)
     plain = Choices.of(Contexts.of(tree, NoContext()), attributes)
-    if method == "structure":
-        split = _split_symbols(grammar, tree, forest, mass)
+    fits = [_fitted(plain, grammar, forest, mass, method)]
+    split = _split_symbols(grammar, tree, forest, mass) if method != "parameters" else []
+    if split:
         patterns = [Pattern(below=(Below((Pattern(symbol=name),)),)) for name, _ in split]
-        plain = Choices.of(Contexts.of(tree, ParentEdges(tree, patterns)), attributes)
-    counts = plain.count(grammar, forest)
-    chosen = _informative(Cells(plain.original, plain.choice), counts, mass)
-    choices = _only(plain, chosen)
-    cells = Cells(choices.original, choices.choice)
-    counts = choices.count(grammar, forest)
-    sample = Sample(counts, np.zeros((len(mass), 0)), np.zeros((len(mass), 0)), mass)
-    fit = fit_mixture(cells, counts, mass, chosen_components(cells, sample, [kinds(counts)]))
-    number, of = len(np.unique(choices.choice)), int(plain.choice.max(initial=-1)) + 1
-    likelier = np.exp(fit.log_likelihoods[-1])
+        contexts = Contexts.of(tree, ParentEdges(tree, patterns))
+        fits.append(_fitted(Choices.of(contexts, attributes), grammar, forest, mass, method))
+    best = max(fits, key=lambda fit: fit.worth)
     findings = (
-        f"learned from {forest.num_models:,} examples: {number} of {of} choices, {len(fit.mixture.weights)} components",
-        f"on average, an example is {likelier:.3g} times as likely as before",
+        f"choices learned from {forest.num_models:,} examples: {best.learned} of {best.number}",
+        f"components: {len(best.mixture.weights)}",
+        f"on average, an example is {np.exp(best.likelier):.3g} times as likely as before",
     )
     target = Target(grammar, (), lambda values: np.ones(len(values)), assets=assets)
-    return written(target, choices, fit.mixture, f"examples ({method})", 1.0, findings, header)
+    return written(target, best.choices, best.mixture, method, 1.0, findings, header)
+
+
+@dataclass(frozen=True, slots=True)
+class _Fit:
+    """What was learned when symbols were split in one way."""
+
+    choices: Choices
+    mixture: Mixture
+    number: int
+    """How many choices there are."""
+    likelier: float
+    """Mean log of the density by the original density, in nats."""
+    worth: float
+    """The same of all examples together, less what the numbers are worth by BIC."""
+
+    @property
+    def learned(self) -> int:
+        """How many choices are learned."""
+        return len(np.unique(self.choices.choice))
+
+
+def _fitted(choices: Choices, grammar: Grammar, forest: Forest, weights: Floats, method: ExampleMethod) -> _Fit:
+    number, counts = int(choices.choice.max(initial=-1)) + 1, choices.count(grammar, forest)
+    cells = Cells(choices.original, choices.choice)
+    if method == "tied":
+        choices = _only(choices, _informative(cells, counts, weights))
+        cells, counts = Cells(choices.original, choices.choice), choices.count(grammar, forest)
+    if method == "parameters":
+        fit = BlockFit(fit_mixture(cells, counts, weights, np.zeros(len(weights), dtype=np.int64)).mixture, 0)
+    else:
+        fit = fit_blocks(cells, counts, weights, going_together(cells, counts, weights))
+    counted, total = weights > 0.0, float(weights.sum())
+    likelier = float(weights[counted] @ fit.mixture.log_ratio(cells, counts)[counted]) / total
+    worth = total * likelier - 0.5 * fit.numbers * np.log(total + _FEW)
+    return _Fit(choices, fit.mixture, number, likelier, worth)
 
 
 def _check(grammar: Grammar, forest: Forest, weights: Floats) -> None:
@@ -104,7 +136,14 @@ def _check(grammar: Grammar, forest: Forest, weights: Floats) -> None:
 
 
 def _histogram(grammar: Grammar, name: str, forest: Forest, weights: Floats) -> AttributeParts | None:
-    """The parts of a drawn attribute, a number cut into as many ranges as the examples justify; None without draws."""
+    """The parts of a drawn attribute, a number cut into as many ranges as the examples justify.
+
+    None where it is not drawn, or was given another value in some examples.
+    """
+    sites = [i for i, site in enumerate(forest.sites) if site.definition == name]
+    drawn = forest.nodes.model[forest.draws.node[np.isin(forest.draws.site, sites)]]
+    if len(np.unique(drawn)) < forest.num_models:
+        return None
     ends = drawn_range(grammar.attributes[name].value)
     best, chosen = -np.inf, None
     for bins in _BINS if ends is not None else (1,):
@@ -152,16 +191,7 @@ def _informative(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Fla
     size = int(cells.choice.max(initial=-1)) + 1
     total = np.asarray(weights @ counts)
     chosen = np.array([_gain(total[cells.choice == i], cells.original[cells.choice == i]) > 0.0 for i in range(size)])
-    table = dense(counts)
-    spread = np.zeros((size, len(cells.choice)))
-    spread[cells.choice, np.arange(len(cells.choice))] = 1.0
-    # How far each count is from what is expected where the choice is made: without correlation in a grammar.
-    rest = (table - (table @ spread.T @ spread) * cells.normalised(total[None])) * np.sqrt(weights)[:, None]
-    product, scale = rest.T @ rest, (rest**2).T @ (rest**2)
-    score = np.abs(product) / np.sqrt(np.where(scale > 0.0, scale, np.inf))
-    score[cells.choice[:, None] == cells.choice[None]] = 0.0
-    together = np.bincount(cells.choice, weights=score.max(axis=1, initial=0.0) > _TOGETHER, minlength=size) > 0.0
-    return chosen.astype(bool) | together
+    return chosen.astype(bool) | going_together(cells, counts, weights).any(axis=1)
 
 
 def _only(choices: Choices, chosen: Flags) -> Choices:

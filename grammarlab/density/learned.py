@@ -126,8 +126,8 @@ class LearnedGrammar(AbstractSampler):
 
     @cached_property
     def _trees(self) -> TreeRatio:
-        mixed = len(self.components) > 1
-        starts = [Start(self.start, i if mixed else None) for i in range(len(self.components))]
+        branching = len({component.start for component in self.components}) > 1
+        starts = [Start(self.start, i if branching else None) for i in range(len(self.components))]
         learned = TreeGrammar.of(self.grammar, self.start[0])
         return TreeRatio(TreeGrammar.of(self.original), learned, self.origins, starts)
 

@@ -20,8 +20,12 @@ from grammarlab.errors import GrammarlabError
 
 Floats = NDArray[np.float64]
 
-MOST_STEPS = 500
-TOLERANCE = 1e-9
+MOST_STEPS = 250
+TOLERANCE = 1e-6
+_NEVER = -1e30
+"""In place of the logarithm of 0, which a product with 0 derivations would make no number of."""
+_MOST_DENSE = 50_000_000
+"""Tables of counts up to this size are multiplied as they are, which is faster than leaving their zeros out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +53,13 @@ class Mixture:
     probabilities: Floats
     """[K, A] of each cell."""
 
-    def log_ratios(self, cells: Cells, counts: sparse.csr_array) -> Floats:
+    def log_ratios(self, cells: Cells, counts: sparse.csr_array | Floats) -> Floats:
         """[N, K] log of weight times density of derivations under each component, by their original density."""
         with np.errstate(divide="ignore"):
             ratio = np.log(self.probabilities) - np.log(np.where(cells.original > 0.0, cells.original, 1.0))
-            return dense(counts @ ratio.T) + np.log(self.weights)
+            each = dense(counts @ np.maximum(ratio, _NEVER).T)
+            each[each < 0.5 * _NEVER] = -np.inf
+            return each + np.log(self.weights)
 
     def log_ratio(self, cells: Cells, counts: sparse.csr_array) -> Floats:
         """[N] log of the density of derivations by their original density (Eq. 4.9); -inf where it is 0."""
@@ -69,7 +75,7 @@ class Fit:
     """Mean log of the density by the original density, in nats, before each step and after the last."""
 
 
-def maximised(cells: Cells, counts: sparse.csr_array, responsibilities: Floats) -> Mixture:
+def maximised(cells: Cells, counts: sparse.csr_array | Floats, responsibilities: Floats) -> Mixture:
     """The mixture that is likeliest when it is known how far each component made each derivation (Eq. 4.11).
 
     Args:
@@ -103,15 +109,18 @@ def fit_mixture(
     share = np.zeros((len(weights), int(component.max()) + 1))
     share[np.arange(len(weights)), component] = weights
     mixture = maximised(cells, counts, share)
+    table = counts.toarray() if np.prod(counts.shape) <= _MOST_DENSE else counts
     found: list[float] = []
     for _ in range(MOST_STEPS):
-        each = mixture.log_ratios(cells, counts)
-        total = np.logaddexp.reduce(each, axis=1)[:, None]
-        found.append(float(weights @ total[:, 0] / weights.sum()))
+        each = mixture.log_ratios(cells, table)
+        most = each.max(axis=1)
+        share = np.exp(each - most[:, None])
+        total = share.sum(axis=1)
+        found.append(float(weights @ (np.log(total) + most) / weights.sum()))
         if len(mixture.weights) == 1 or (len(found) > 1 and found[-1] - found[-2] < tolerance):
             break
         # Eq. 4.10
-        mixture = maximised(cells, counts, np.exp(each - total) * weights[:, None])
+        mixture = maximised(cells, table, share * (weights / total)[:, None])
     return Fit(mixture, tuple(found))
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from grammarlab.density.learned import LearnedGrammar, num_alternatives
 from grammarlab.density.sampler import AbstractSampler
+from grammarlab.density.splitting import Base
 from grammarlab.density.target import Target
 from grammarlab.density.thinning import MOST_PROPOSALS, Acceptance, Thinned, thin
 from grammarlab.derivation.compiler import compile_grammar
@@ -68,6 +69,11 @@ class RejectionSampler(AbstractSampler):
     def method(self) -> str:
         """The name of the method."""
         return "rejection"
+
+    @property
+    def base(self) -> Base:
+        """What the preference multiplies."""
+        return self.target.base
 
     @property
     def rules_before(self) -> int:

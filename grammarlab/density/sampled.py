@@ -32,6 +32,7 @@ from grammarlab.density.contexts import Contexts, NoContext, OpenPatterns, Paren
 from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.mixing import ContextNames, as_splitting
 from grammarlab.density.mixture import Cells, Mixture, dense, fit_mixture
+from grammarlab.density.ranges import even_cuts, range_ends
 from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.density.target import Target, pattern_of
 from grammarlab.density.thinning import MOST_PROPOSALS, Acceptance, thin
@@ -55,6 +56,8 @@ MOST_COMPONENTS = 128
 """A mixture begins with no more."""
 HELD_OUT = 5
 """One model in so many is held out to choose the number of components."""
+RANGES = 12
+"""Into how many a drawn number is cut that the preference reads by its value."""
 _ROUGHLY = 1e-4
 """Tolerance of EM, in nats, where only the better of several mixtures is wanted."""
 _SMOOTHING = 0.5
@@ -198,10 +201,17 @@ class _Learner:
         for feature in self.target.features:
             if isinstance(feature, Threshold | Draw):
                 named.setdefault(feature.site, []).append(feature)
+            elif isinstance(feature, HalfSpace):
+                for site in feature.sites:
+                    named.setdefault(site, []).append(Draw(site))
         found: list[AttributeParts] = []
+        grammar = self.target.grammar
         for name, features in named.items():
+            bounds = [feature for feature in features if isinstance(feature, Threshold)]
+            by_value = range_ends(grammar, name) and len(bounds) < len(features)
             try:
-                found.append(attribute_parts(self.target.grammar, name, features))
+                cuts = even_cuts(grammar, name, RANGES, bounds) if by_value else features
+                found.append(attribute_parts(grammar, name, cuts))
             except InexactError as error:
                 self.findings.append(f"${name} keeps its density: {error}")
         return found
@@ -256,7 +266,7 @@ class _Learner:
 
 
 def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) -> Ints:
-    """As many components as with which one part of a sample explains the rest of it best.
+    """As few components as with which one part of a sample explains the rest of it, up to chance, as well as any.
 
     Args:
         cells: what is learned.
@@ -270,7 +280,7 @@ def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) ->
     if not held.any() or not sample.weights[held].any():
         return np.zeros(len(held), dtype=np.int64)
     counts, weights = sample.counts[~held], sample.weights[~held]
-    best, chosen = -np.inf, np.zeros(len(held), dtype=np.int64)
+    tried: list[tuple[int, Floats, Ints]] = []
     paths = (merged(cells, counts, weights, consecutive(found[~held]), MOST_COMPONENTS) for found in clusters)
     for labels in chain.from_iterable(paths):
         if not _is_tried(int(labels.max()) + 1):
@@ -278,11 +288,17 @@ def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) ->
         fit = fit_mixture(cells, counts, weights, labels, _ROUGHLY)
         mixture = _smoothed(cells, fit.mixture, float(weights.sum()))
         each = mixture.log_ratios(cells, sample.counts)
-        score = float(sample.weights[held] @ np.logaddexp.reduce(each[held], axis=1))
-        # Of equally good ones those of the end of a path, which are fewer.
-        if score >= best - 1e-9:
-            best, chosen = score, consecutive(each.argmax(axis=1))
-    return chosen
+        explained = sample.weights[held] * np.logaddexp.reduce(each[held], axis=1)
+        tried.append((len(mixture.weights), explained, consecutive(each.argmax(axis=1))))
+    best = max(tried, key=lambda found: float(found[1].sum()))[1]
+    # The rule of one standard error: what is better by less than that may be chance.
+    near = [found for found in tried if (best - found[1]).sum() <= _spread(best - found[1])]
+    return min(near, key=lambda found: (found[0], -float(found[1].sum())))[2]
+
+
+def _spread(values: Floats) -> float:
+    """Standard deviation of the sum of independent values, and a little for rounding."""
+    return float(np.sqrt(len(values)) * values.std()) + 1e-9
 
 
 def merged_to(cells: Cells, sample: Sample, clusters: Ints, number: int) -> Ints:

@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from grammarlab.arrays import Ints
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.errors import Location, UsageError
@@ -27,6 +28,8 @@ Branch: TypeAlias = tuple[int, ...]
 
 ENOUGH_DERIVATIONS = 30
 """From so many derivations on, what was always so is taken to be so."""
+_MOST_COUNTERS = 8_000_000
+"""So many values are counted one by one; of more, those that occur are sorted."""
 ENOUGH_MODELS = 300
 """More models of a sample are not looked at."""
 
@@ -228,7 +231,7 @@ class _Copies:
         places = int(nodes.child.max(initial=0)) + 1
         at = nodes.rule[nodes.parent[below]].astype(np.int64) * places + nodes.child[below]
         made = nodes.parent[below].astype(np.int64) * places + nodes.child[below]
-        pairs, per_parent = np.unique(made, return_counts=True)
+        pairs, per_parent = _counted(made)
         parents, children = np.divmod(pairs, places)
         group = nodes.rule[parents].astype(np.int64) * places + children
         size = len(forest.rules) * places
@@ -251,6 +254,15 @@ class _Copies:
         at = rule * self._places + place
         count, most = int(self._derivations[rule]), int(self._most[at])
         return most if self._total[at] == most * count and self._parents[at] in (0, count) else None
+
+
+def _counted(values: Ints) -> tuple[Ints, Ints]:
+    """The different values, >= 0, and how often each occurs."""
+    if values.max(initial=0) > _MOST_COUNTERS:
+        return np.unique(values, return_counts=True)
+    counts = np.bincount(values)
+    found = np.flatnonzero(counts)
+    return found, counts[found]
 
 
 def _settled(body: Body, key: SymbolKey, counts: _Copies) -> Body:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from grammarlab.density.compile import Preference, compile_density
 from grammarlab.density.components import Reading
 from grammarlab.density.learned import LearnedGrammar
+from grammarlab.density.ranges import with_ranges
 from grammarlab.density.reading import Read, read
 from grammarlab.density.skeleton import ENOUGH_MODELS
 from grammarlab.density.splitting import Base
@@ -94,7 +95,8 @@ class Target:
         if self.base == "grammar":
             return None
         options: dict[str, Any] = {"forest": self.first_look, "assets": self.assets}
-        return compile_density(self.grammar, self.reads, _ones, base="uniform", **options)
+        reads, _ = with_ranges(self.grammar, self.reads, _ones, 1)
+        return compile_density(self.grammar, reads, _ones, base="uniform", **options)
 
 
 def pattern_of(feature: Feature) -> Iterator[Pattern]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -25,13 +26,12 @@ from grammarlab.language.rewriting import (
     likely_last,
     rewrite,
 )
-from grammarlab.language.syntax import Call, Invoke, Name
-from grammarlab.language.walking import walk
 
 Floats = NDArray[np.float64]
 
 _SAME = 1e-13
 """Probabilities that differ by no more, relatively, are left as they stand."""
+_WORD = re.compile(r"[^\W\d]\w*")
 _MOST_PARENTS = 3
 """So many rules are named in the comment of a split symbol."""
 
@@ -68,7 +68,7 @@ class Written:
     start: SymbolKey
     """The rule that derivations start with."""
     components: tuple[Mixed, ...]
-    """With several, the start rule has one branch for each."""
+    """Where their starts differ, the start rule has one branch for each."""
 
 
 def write(
@@ -98,6 +98,8 @@ class _Writer:
         self.tree = splitting.automaton.components.tree
         self.components = tuple(_components(splitting, weights))
         self.mixed = len(self.components) > 1
+        self.branching = len({component.start for component in self.components}) > 1
+        """Whether the start rule has a branch for each component; else they differ in attributes only."""
         self.plain: dict[SymbolKey, None] = {}
         """Symbols that occur as they were."""
         self.parents: dict[int, dict[int, None]] = {}
@@ -185,19 +187,19 @@ class _Writer:
         for number in sorted({*self.parents, *self._lone_start()}):
             by_key.setdefault(self.splitting.variants[number].key, []).append(number)
         for key, numbers in by_key.items():
-            free = key not in self.plain and not (key == start and self.mixed)
+            free = key not in self.plain and not (key == start and self.branching)
             for number in sorted(numbers, key=lambda n: n not in self._lone_start()):
                 alone = free and (len(numbers) == 1 or number in self._lone_start())
                 self.name[number] = key[0] if alone else self.words.name(self.splitting.variants[number])
-        if self.mixed:
+        if self.branching:
             self.start_name = self.words.fresh(f"{start[0]}_mixture") if start in self.plain else start[0]
         else:
             self.start_name = self.name.get(self.components[0].start, start[0])
 
     def _lone_start(self) -> tuple[int, ...]:
-        """The variant to start with, where there is one component only."""
-        starts = [component.start for component in self.components if component.start != PLAIN]
-        return () if self.mixed else tuple(starts)
+        """The variant to start with, where it is the same in all components."""
+        starts = dict.fromkeys(component.start for component in self.components if component.start != PLAIN)
+        return () if self.branching else tuple(starts)
 
     # Rules
 
@@ -206,11 +208,11 @@ class _Writer:
         numbers = [number for number in self.name if self.splitting.variants[number].key == key]
         changed = [number for number in numbers if not self._unchanged(number)]
         is_start = key == self.tree.start
-        if not changed and not (is_start and self.mixed):
+        if not changed and not (is_start and self.branching):
             return []
         moved = is_start and self.start_name != key[0]
         made = [RuleCopy(key[0])] if key in self.plain else []
-        if is_start and self.mixed:
+        if is_start and self.branching:
             bodies = [self._start_body(component.start) for component in self.components]
             cases = Conditions(tuple((f"{self.mixture} == {i + 1}", body) for i, body in enumerate(bodies)))
             made.append(RuleCopy(self.start_name, cases, start=moved))
@@ -343,13 +345,5 @@ def _origins(body: Body, path: Branch) -> Iterator[tuple[Branch, Branch | None]]
 
 
 def _identifiers(grammar: Grammar) -> set[str]:
-    """Every name in a rule file."""
-    names: set[str] = {*grammar.attributes, *(name for name, _ in (*grammar.rules, *grammar.functions))}
-    for node in walk(grammar.tree):
-        if isinstance(node, Invoke):
-            names.add(node.name)
-        elif isinstance(node, Name):
-            names.add(node.identifier)
-        elif isinstance(node, Call):
-            names.add(node.function)
-    return names
+    """Every word of a rule file, those of comments too: looking at the text takes a fraction of looking at the tree."""
+    return set(_WORD.findall(grammar.text))

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.limits import objection
 from grammarlab.language.syntax import Boolean, Number, String, alternatives
 from grammarlab.runs.request import AttributeValue
 
@@ -24,7 +25,8 @@ def read_attributes(texts: Iterable[str], grammar: Grammar) -> dict[str, Attribu
         grammar: says what kinds of value its attributes have.
 
     Raises:
-        UsageError: when a text has no name or no ``=``, a name comes twice, or a value does not fit its attribute.
+        UsageError: when a text has no name or no ``=``, a name comes twice, or a value does not fit its attribute or
+            is none that its annotations allow.
 
     >>> grammar = Grammar.parse('attr height = rand(3) attr style = "new" attr shops = false Lot --> NIL')
     >>> read_attributes(["height=12.5", "shops=true", "style=1900"], grammar)
@@ -38,6 +40,9 @@ def read_attributes(texts: Iterable[str], grammar: Grammar) -> dict[str, Attribu
         if name in values:
             raise UsageError(f"attribute {name!r} is given twice.")
         values[name] = _fitted(name, _unquoted(value), grammar)
+        problem = objection(grammar.attributes[name], values[name]) if name in grammar.attributes else ""
+        if problem:
+            raise UsageError(f"attribute {name!r}: {problem}.")
     return values
 
 

@@ -21,7 +21,8 @@ from grammarlab.runs.examples import SUFFIX
 from grammarlab.runs.records import BatchRecord, ModelRecord, batch_folder, write_record
 from grammarlab.runs.request import SampleRequest
 from grammarlab.runs.single_file import save_options, single_file_name
-from grammarlab.scene import realize, triangles
+from grammarlab.scene import realize
+from grammarlab.scene.triangles import count_triangles
 
 
 @lru_cache(maxsize=4)
@@ -68,7 +69,7 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> tuple[in
     columns = zip(
         files,
         forest.shapes_per_model().tolist(),
-        triangles(scene).triangles_per_model().tolist(),
+        count_triangles(scene).tolist(),
         forest.log_probability().tolist(),
         strict=True,
     )

@@ -27,7 +27,7 @@ class LabelResult:
 
 
 def label_models_of(
-    scenario: Path, file: Path, num_labels: int, *, seed: int = 0, method: str = "default"
+    scenario: Path, file: Path, num_labels: int, *, seed: int = 0, method: str = "default", cache: Path | None = None
 ) -> LabelResult:
     """Lets a simulated person score models, chosen round after round as they would be for a real person.
 
@@ -37,6 +37,7 @@ def label_models_of(
         num_labels: how many scores, all factors together.
         seed: of the person, 0 <= seed < 2**64.
         method: of `grammarlab.evaluation.methods.METHODS`: how models are chosen.
+        cache: folder for counted features that later calls use again.
 
     Raises:
         UsageError: for an unknown method or kind of file.
@@ -45,9 +46,9 @@ def label_models_of(
         raise UsageError(f"no method is called {method!r}; those there are: {', '.join(METHODS)}")
     source = load_source(scenario)
     file.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as cache:
-        save_labels(Labels(), Path(cache, file.name))  # a wrong suffix is better told before the work than after it
-        task = Task(scenario, source.key, METHODS[method], seed, num_labels, Path(cache))
+    with tempfile.TemporaryDirectory() as scratch:
+        save_labels(Labels(), Path(scratch, file.name))  # a wrong suffix is better told before the work than after it
+        task = Task(scenario, source.key, METHODS[method], seed, num_labels, cache or Path(scratch))
         material, state, curve = run_protocol(task)
     single = len(material.factors) == 1
     hashes = (source.grammar.hash, flattened_hash(source.grammar))

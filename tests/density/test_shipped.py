@@ -7,11 +7,13 @@ import pytest
 
 from grammarlab.density.compile import compile_score
 from grammarlab.density.learned import num_alternatives
-from grammarlab.derivation.derive import derive
+from grammarlab.derivation.compiler import compile_grammar
+from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.errors import InexactError
 from grammarlab.evaluation.flattening import flattened
 from grammarlab.evaluation.scenario import load
 from grammarlab.features.counting import count
+from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.checks import findings_of
 from grammarlab.runs.evaluate.find import shipped_scenarios
@@ -46,3 +48,27 @@ def test_a_shipped_scenario_compiles_exactly(name):
     sampled = learned.sample(30, 5)
     assert (scenario.score.evaluate(count(sampled, scenario.score.features)) > 0).all()
     assert np.isfinite(learned.log_density(sampled)).all()
+
+
+@pytest.mark.parametrize(("name", "number"), [("F1", 10_000), ("B1", 1_500), ("A1", 10_000)])
+def test_many_samples_hold_nothing_that_is_not_liked(name, number):
+    scenario = load(shipped_scenarios()[name])
+    grammar, forest = source(scenario.grammar)
+    learned = compile_score(grammar, scenario.score, forest=forest, assets=ASSETS)
+    program = compile_grammar(learned.grammar)
+    liked = total = 0
+    for chunk in derive_chunks(program, number, 11, assets=AssetFolder(ASSETS)):
+        original = learned.as_original(chunk)
+        liked += int((scenario.score.evaluate(count(original, scenario.score.features)) > 0).sum())
+        total += original.num_models
+    assert (liked, total) == (number, number)
+
+
+def test_a_wanted_style_of_one_in_a_hundred_thousand_is_all_that_is_sampled():
+    scenario = load(shipped_scenarios()["L5"])
+    grammar, forest = source(scenario.grammar)
+    learned = compile_score(grammar, scenario.score, forest=forest, assets=ASSETS)
+    assert learned.mean_preference == pytest.approx(100 * 1e-5)
+    assert learned.rules_after <= 1.5 * learned.rules_before
+    sampled = learned.sample(2_000, 5)
+    assert (scenario.score.evaluate(count(sampled, scenario.score.features)) == 100).all()

@@ -1,7 +1,8 @@
 """Learning curves of scenarios, methods and seeds, and a folder with tables and pictures of them.
 
 A folder of results holds ``curves.jsonl`` (every curve as soon as it is finished), ``results.parquet`` (one row a
-round), ``results.md``, ``plots/`` and, on request, ``grids/``; and ``cache/``, which may be deleted at any time.
+round), ``results.md``, ``plots/`` and, on request, ``grids/``, ``density.jsonl`` and ``grammars.jsonl``; and
+``cache/``, which may be deleted at any time.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from grammarlab.runs.evaluate.pictures import copied_beside, draw_figure, draw_r
 from grammarlab.runs.evaluate.report import PAGE, TABLE, ScenarioResults, write_page, write_table
 from grammarlab.runs.evaluate.request import EvaluationRequest
 from grammarlab.runs.evaluate.task import Task, load_source, make_curve, prepare_material
+from grammarlab.runs.learn.persons import Person, PersonRow, person_rows, person_table
+from grammarlab.runs.learn.table import DensityRow, density_rows, density_tables
 from grammarlab.runs.sample import Progress
 
 PLOTS, GRIDS, CACHE = "plots", "grids", "cache"
@@ -31,6 +34,10 @@ class EvaluationResult:
     """In the order of the request."""
     table: Path
     page: Path
+    densities: tuple[DensityRow, ...] = ()
+    """How near the ways to make a density come."""
+    grammars: tuple[PersonRow, ...] = ()
+    """Grammars made of the scores of persons."""
 
 
 def evaluate_run(
@@ -84,11 +91,30 @@ def evaluate_run(
         pictures.append(draw_figure(figure, lines, folder / PLOTS))
     if request.grids:
         pictures += draw_samples([part[0] for part in plain.values()], folder / GRIDS, jobs, on_progress)
+    scenarios = [item.scenario for item in results]
+    densities: tuple[DensityRow, ...] = ()
+    if request.density:
+        known = [path for path in request.scenarios if load_source(path).scenario.paper.original is not None]
+        densities = density_rows(known or request.scenarios, folder, fresh=fresh, on_progress=on_progress)
+    people = _persons(request, cache)
+    grammars = person_rows(people, folder, jobs=jobs, fresh=fresh, on_progress=on_progress) if people else ()
+    sections = [density_tables(densities, scenarios)] if densities else []
+    sections += [person_table(grammars, scenarios)] if grammars else []
     for page in (folder / PAGE, *([report] if report else [])):
         own = page == folder / PAGE
         beside = pictures if own else [copied_beside(picture, page) for picture in pictures if picture.small]
-        write_page(page, results, beside, command)
-    return EvaluationResult(results, folder / TABLE, folder / PAGE)
+        write_page(page, results, beside, command, sections)
+    return EvaluationResult(results, folder / TABLE, folder / PAGE, densities, grammars)
+
+
+def _persons(request: EvaluationRequest, cache: Path) -> list[Person]:
+    """The persons whose scores grammars are to be made of."""
+    return [
+        Person(path, seed, labels, cache)
+        for path in request.scenarios
+        if (labels := request.grammar_labels_of(load_source(path).scenario.name)) is not None
+        for seed in range(request.seeds)
+    ]
 
 
 def _tasks(path: Path, methods: Sequence[Method], seeds: int, max_labels: int, cache: Path) -> list[Task]:

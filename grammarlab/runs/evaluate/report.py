@@ -71,7 +71,13 @@ def write_table(path: Path, records: Sequence[CurveRecord]) -> None:
         pq.write_table(pa.table(columns), part)
 
 
-def write_page(path: Path, results: Sequence[ScenarioResults], pictures: Sequence[Picture], command: str) -> None:
+def write_page(
+    path: Path,
+    results: Sequence[ScenarioResults],
+    pictures: Sequence[Picture],
+    command: str,
+    sections: Sequence[str] = (),
+) -> None:
     """Write everything as one Markdown page.
 
     Args:
@@ -79,12 +85,14 @@ def write_page(path: Path, results: Sequence[ScenarioResults], pictures: Sequenc
         results: in the order of the page.
         pictures: likewise.
         command: the command that writes the page again.
+        sections: Markdown to put below the tables.
     """
     parts = [
         "# Results\n",
         f"Written by `{command}`; never edited by hand.\n",
         _original_table(results),
         _labels_table(results),
+        *sections,
         *(_picture(picture, path.parent) for picture in pictures),
     ]
     write_text(path, "\n".join(parts))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from grammarlab.errors import UsageError
@@ -14,6 +14,10 @@ from grammarlab.runs.evaluate.task import load_source
 
 ENOUGH_LABELS = 128
 """Scores after which most of what is asked of a learner has been seen."""
+
+
+MOST_LABELS = 100_000
+"""That a person gives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +38,12 @@ class EvaluationRequest:
     """Experiments to draw besides."""
     grids: bool = False
     """Whether to draw samples before and after."""
+    density: bool = False
+    """Whether to measure the ways to make a density of a known preference: for the scenarios that the paper measures
+    it for, or for all where there is none of these."""
+    grammar_labels: Mapping[str, int] = field(default_factory=dict)
+    """By name of a scenario, after how many labels of each person to measure the grammar that comes out; under the
+    empty name for all others. Where there is none, it is not measured."""
 
     @classmethod
     def of(
@@ -46,6 +56,8 @@ class EvaluationRequest:
         max_labels: int = 256,
         figures: str = "",
         grids: bool = False,
+        density: bool = False,
+        grammar_labels: str = "",
     ) -> EvaluationRequest:
         """A request, checked.
 
@@ -58,6 +70,9 @@ class EvaluationRequest:
                 at least.
             figures: ``all``, or names with commas between, of the experiments beside the scenarios; empty for none.
             grids: whether to draw samples before and after.
+            density: whether to measure the ways to make a density of a known preference.
+            grammar_labels: after how many labels to make a grammar too: ``128``, ``F1=288``, or several of these with
+                commas between.
 
         Raises:
             UsageError: a number out of range, an unknown method or figure, a file that is no scenario, two scenarios of
@@ -67,11 +82,16 @@ class EvaluationRequest:
             if number < least:
                 raise UsageError(f"{what} is a number from {least}, not {number}.")
         planned = load_figures(scenarios[0].parent / FIGURES, figures) if figures else ()
-        request = cls(scenarios, methods, batch, seeds, max_labels, planned, grids)
+        numbers = _label_numbers(grammar_labels)
+        request = cls(scenarios, methods, batch, seeds, max_labels, planned, grids, density, numbers)
         _check_names(scenarios)
         for path in scenarios:
             request.methods_of(path)
         return request
+
+    def grammar_labels_of(self, scenario: str) -> int | None:
+        """After how many labels the grammar of a scenario is measured; None for not at all."""
+        return self.grammar_labels.get(scenario, self.grammar_labels.get(""))
 
     def methods_of(self, scenario: Path) -> tuple[Method, ...]:
         """The methods to compare on a scenario."""
@@ -80,6 +100,19 @@ class EvaluationRequest:
     def labels_of(self, scenario: Path) -> int:
         """How many scores each person gives on a scenario."""
         return self.max_labels or max(load_source(scenario).scenario.target.labels or 0, ENOUGH_LABELS)
+
+
+def _label_numbers(text: str) -> dict[str, int]:
+    """Numbers by the name of what they are for: ``128,F1=288``."""
+    found: dict[str, int] = {}
+    for word in filter(None, (word.strip() for word in text.split(","))):
+        name, _, number = word.rpartition("=")
+        if not (number.strip().isdecimal() and 0 < int(number) <= MOST_LABELS):
+            raise UsageError(
+                f"expected numbers of labels from 1 to {MOST_LABELS:,}, such as 128,F1=288; found {word!r}."
+            )
+        found[name.strip()] = int(number)
+    return found
 
 
 def _check_names(scenarios: Sequence[Path]) -> None:

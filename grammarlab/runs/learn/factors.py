@@ -122,7 +122,7 @@ def tables_of(
         far_pairs="skips" in families,
         adjacent_pairs="siblings" in families,
     )
-    options = replace(_grown(labelled, answers, options), extra=_searched(labelled, answers, features))
+    options = replace(grown(labelled, answers, options), extra=searched(labelled, answers, features))
     vocabulary = Vocabulary.find([*pool.forests, *labelled.forests], options)
     of_pool, rows = vocabulary.apply(pool.forests), vocabulary.apply(labelled.forests).rows()
     exact = np.flatnonzero([is_exact(feature) for feature in of_pool.features])
@@ -140,7 +140,7 @@ def _num_conflicts(rows: Floats, answers: Sequence[Answers]) -> int:
     return found
 
 
-def _grown(labelled: LabelledModels, answers: Sequence[Answers], options: Options) -> Options:
+def grown(labelled: LabelledModels, answers: Sequence[Answers], options: Options) -> Options:
     """The options with the shortest paths that leave the fewest models with equal rows and different scores."""
     fewest, best = -1, options
     for length in range(options.length, max(options.length, MAX_PATH_LENGTH) + 1):
@@ -153,18 +153,19 @@ def _grown(labelled: LabelledModels, answers: Sequence[Answers], options: Option
     return best
 
 
-def _searched(labelled: LabelledModels, answers: Sequence[Answers], features: FeatureOptions) -> tuple[Feature, ...]:
+def searched(labelled: LabelledModels, answers: Sequence[Answers], features: FeatureOptions) -> tuple[Feature, ...]:
+    """The features that are searched for in the labelled models, of the families that say so."""
     search = learner_of(METHODS["default"], features).search
     found: dict[Feature, None] = {}
     if search is not None:
         for factor in answers:
             models, scores = factor.per_model()
             if np.ptp(scores) > 0.0:
-                found |= dict.fromkeys(search(_selected(labelled.forests, models), scores))
+                found |= dict.fromkeys(search(selected(labelled.forests, models), scores))
     return tuple(found)
 
 
-def _selected(forests: Sequence[Forest], models: Ints) -> tuple[Forest, ...]:
+def selected(forests: Sequence[Forest], models: Ints) -> tuple[Forest, ...]:
     """Some models, counted through all forests, in ascending order."""
     found, first = [], 0
     for forest in forests:

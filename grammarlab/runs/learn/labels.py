@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 
@@ -11,30 +11,26 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from grammarlab import __version__
 from grammarlab.density import sampled
-from grammarlab.density.compile import compile_density
 from grammarlab.density.exactness import Exactness
 from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.skeleton import ENOUGH_MODELS
 from grammarlab.density.splitting import Base
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
-from grammarlab.derivation.forest import Forest
-from grammarlab.errors import GrammarlabError, InexactError
-from grammarlab.evaluation.agreement import Agreement, agreement
+from grammarlab.errors import GrammarlabError
+from grammarlab.evaluation.agreement import agreement
 from grammarlab.evaluation.scenario import FeatureOptions
 from grammarlab.features.pattern import Feature
-from grammarlab.language.grammar import Grammar
 from grammarlab.preference.base import MAX_SCORE, Relevance
-from grammarlab.preference.label_files import read_labels
-from grammarlab.runs.atomic import write_text
 from grammarlab.runs.derive_batch import compiled
 from grammarlab.runs.examples import RuleSource, find_rules
 from grammarlab.runs.learn.factors import LearnedFactor, Tables, answers_of, learn_factor, tables_of
 from grammarlab.runs.learn.labelled_models import labelled_models
+from grammarlab.runs.learn.measure import Learned, Measured, Truth, measured
 from grammarlab.runs.learn.pool import Pool
-from grammarlab.runs.learn.scenario import measure, put_assets_beside, scenario_of
+from grammarlab.runs.learn.scenario import check_method, learn_target, origin_line, scenario_of, write_learned
+from grammarlab.runs.scoring.labels import read_labels_or_session
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -52,37 +48,26 @@ class Step:
     """Divergence in nats between the density before it and after it, on the pool."""
 
 
-@dataclass(frozen=True, slots=True)
-class Truth:
-    """A learned grammar compared with a scenario, on its labelled set."""
-
-    scenario: str
-    after: Agreement
-    before: Agreement
-    """The same of the original grammar."""
-
-
 @dataclass(frozen=True)
 class LabelsResult:
     """A grammar learned from labels, and what was learned."""
 
-    learned: LearnedGrammar
-    file: Path
+    learned: Learned
+    file: Path | None
+    """The new rule file; None where the method makes no grammar."""
     labels: Path
     source: RuleSource
     num_labels: int
+    target: Target
+    """The density that was learned, as a function of few features."""
     factors: tuple[LearnedFactor, ...]
     features: tuple[Feature, ...]
     """What the preference reads in the end: the relevant features."""
     feature_names: tuple[str, ...]
     """The same in words."""
     steps: tuple[Step, ...]
-    js: float
-    """Divergence in nats of the grammar's density from the predicted one, on the pool."""
-    js_before: float
-    """That of the original grammar."""
-    effective_models: float
-    """Of how many models of the pool the predicted density is made: (sum w)^2 / sum w^2."""
+    measured: Measured
+    """Beside the predicted density, on the pool."""
     seconds: float
     """From the label file to the text of the grammar."""
     truth: Truth | None = None
@@ -106,7 +91,9 @@ def learn_from_labels(
     labels: Path,
     file: Path,
     *,
+    method: str = "compile",
     base: Base = "grammar",
+    num_samples: int = sampled.NUM_SAMPLES,
     features: FeatureOptions | None = None,
     seed: int = 0,
     scenario: Path | None = None,
@@ -115,9 +102,11 @@ def learn_from_labels(
 
     Args:
         grammar: a rule file or the name of a shipped grammar: that of the labels.
-        labels: a label file (`grammarlab.preference.label_files`).
+        labels: a label file (`grammarlab.preference.label_files`), or a session file (.db).
         file: where to write the new rule file; assets that it names are put beside it.
+        method: of `grammarlab.runs.learn.scenario.METHODS`: how the grammar is made of what was learned.
         base: what the preference multiplies.
+        num_samples: models to learn from, for the methods that need them.
         features: what may be relevant; by default what the scenario says, or else `FEATURES`.
         seed: of the fit, and of the models that the preference is looked at on.
         scenario: a scenario file to compare the result with; nothing is learned from it.
@@ -127,8 +116,9 @@ def learn_from_labels(
         AssetError: for a label file that cannot be read.
         GrammarlabError: when the density cannot be made.
     """
+    check_method(method)
     begun = perf_counter()
-    table = read_labels(labels)
+    table = read_labels_or_session(labels)
     source = find_rules(grammar)
     parsed, _ = compiled(source.text(), source.name)
     known = None if scenario is None else scenario_of(scenario, grammar, parsed)
@@ -144,68 +134,38 @@ def learn_from_labels(
         factors = tuple(learn_factor(factor, tables, pool.weights, seed=seed) for factor in answers)
         preference = _Product.of(factors, tables)
         target = Target(parsed, preference.reads, preference, base, MAX_SCORE, source.assets)
-        learned = _made(target, forest, _header(source, parsed, labels, len(table), base), seed)
+        lines = [origin_line(source.name, parsed), f"Labels {labels.name}: {len(table)} scores"]
+        learned = learn_target(target, method, forest, lines, seed, num_samples)
     seconds = perf_counter() - begun
-    file.parent.mkdir(parents=True, exist_ok=True)
-    write_text(file, learned.text)
-    put_assets_beside(file, parsed, source.assets)
-    weights = pool.weights * _base_ratio(target, pool)
+    if isinstance(learned, LearnedGrammar):
+        write_learned(file, learned, source.assets)
     predicted = _product([factor.predicted for factor in factors])
     drawn = _product([factor.drawn for factor in factors])
     few = preference(tables.pool.counts.toarray()[:, preference.columns])
     ratio = np.concatenate([learned.ratio(part) for part in pool.forests])
-    even = np.ones(len(weights))
-    relative = ratio * pool.weights / np.where(weights > 0.0, weights, 1.0)
+    base_ratio = _base_ratio(target, pool)
+    weights = pool.weights * base_ratio
+    relative = np.divide(ratio, base_ratio, out=np.zeros(len(ratio)), where=base_ratio > 0.0)
     steps = (
         Step("scores drawn to the levels that were given", agreement(predicted, drawn, weights).js),
         Step("features left out", agreement(drawn, few, weights).js),
         Step("made into a grammar", agreement(few, relative, weights).js),
     )
-    liked = weights * predicted
     return LabelsResult(
         learned,
-        file,
+        file if isinstance(learned, LearnedGrammar) else None,
         labels,
         source,
         len(table),
+        target,
         factors,
         preference.reads,
         tuple(tables.pool.names[column] for column in preference.columns),
         steps,
-        agreement(predicted, relative, weights).js,
-        agreement(predicted, even, weights).js,
-        float(liked.sum() ** 2 / (liked**2).sum()),
+        measured(predicted * base_ratio, ratio, pool.weights),
         seconds,
-        None if known is None else Truth(known.scenario.name, *measure(known, learned, forest)),
+        None if known is None else Truth.of(known, learned),
     )
-
-
-def _header(source: RuleSource, grammar: Grammar, labels: Path, num_labels: int, base: str) -> list[str]:
-    return [
-        f"Learned by grammarlab {__version__} from {source.name}.cga (SHA-256 {grammar.hash[:16]})",
-        f"Labels {labels.name}: {num_labels} scores",
-        f"Method compile, base {base}",
-    ]
-
-
-def _made(target: Target, forest: Forest, header: Sequence[str], seed: int) -> LearnedGrammar:
-    """The exact grammar, or where there is none, one that is learned from samples of the density."""
-    try:
-        return compile_density(
-            target.grammar,
-            target.reads,
-            target.preference,
-            base=target.base,
-            forest=forest,
-            header=header,
-            assets=target.assets,
-        )
-    except InexactError as error:
-        reason = str(error)
-    changed = [line.replace("Method compile", "Method tied") for line in header]
-    learned = sampled.learn(target, "tied", seed=seed, header=changed)
-    finding = f"no exact grammar, so one was learned from samples: {reason}"
-    return replace(learned, findings=(finding, *learned.findings))
 
 
 @dataclass(frozen=True)

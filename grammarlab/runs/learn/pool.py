@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest
 from grammarlab.evaluation.flattening import flattened
-from grammarlab.evaluation.pool import pool_sizes
+from grammarlab.evaluation.pool import pool_log_weights, pool_sizes
 from grammarlab.evaluation.preparation import pool_models, without_geometry
 from grammarlab.evaluation.scenario import DEFAULT_MODELS
 from grammarlab.language.grammar import Grammar
@@ -44,8 +44,7 @@ class Pool:
         for forest in pool_models(grammar, flat, sizes, seed, assets):
             forests.append(without_geometry(forest))
             ratios.append(flat.log_ratio(forest))
-        share = sizes[1] / size
-        return cls(tuple(forests), -np.logaddexp(np.log1p(-share), np.log(share) - np.concatenate(ratios)))
+        return cls(tuple(forests), pool_log_weights(np.concatenate(ratios), sizes))
 
     @cached_property
     def weights(self) -> Floats:

@@ -3,37 +3,32 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import cast
 
-import numpy as np
-from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from grammarlab import __version__
 from grammarlab.density import sampled
-from grammarlab.density.compile import compile_base, compile_score
 from grammarlab.density.learned import LearnedGrammar
-from grammarlab.density.rejection import RejectionSampler, reject
+from grammarlab.density.nearest import compile_nearest
+from grammarlab.density.rejection import reject
 from grammarlab.density.skeleton import ENOUGH_MODELS
 from grammarlab.density.target import Target
-from grammarlab.derivation.derive import derive, derive_chunks
+from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
-from grammarlab.evaluation.agreement import Agreement, agreement
-from grammarlab.evaluation.flattening import flattened
-from grammarlab.evaluation.preparation import Source, labelled_program
-from grammarlab.features.counting import count
+from grammarlab.evaluation.preparation import Source
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import String
 from grammarlab.language.walking import walk
 from grammarlab.runs.atomic import write_text
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.examples import find_rules
-
-Floats = NDArray[np.float64]
+from grammarlab.runs.learn.measure import LabelledSet, Learned, Measured
 
 METHODS = ("compile", *sampled.METHODS, "rejection")
 """Of these, rejection makes no grammar."""
@@ -43,18 +38,24 @@ METHODS = ("compile", *sampled.METHODS, "rejection")
 class LearnResult:
     """A learned grammar and how good it is."""
 
-    learned: LearnedGrammar | RejectionSampler
-    scenario: str
+    learned: Learned
+    source: Source
     file: Path | None
     """The new rule file; None where the method makes no grammar."""
-    js: float
-    """Divergence from the wanted density on the scenario's labelled set, in nats."""
-    js_before: float
-    """That of the grammar as it was."""
-    correlation: float
-    """Of the weights of the two densities on that set."""
+    measured: Measured
+    """On the labelled set of the scenario."""
     seconds: float
     """From the preference to the text of the grammar."""
+
+    @property
+    def js(self) -> float:
+        """Divergence from the wanted density, in nats."""
+        return self.measured.after.js
+
+    @property
+    def js_before(self) -> float:
+        """That of the grammar as it was."""
+        return self.measured.before.js
 
 
 def learn_from_scenario(
@@ -73,22 +74,79 @@ def learn_from_scenario(
         UsageError: for an unknown method, or a grammar that the scenario is not about.
         GrammarlabError: when the density cannot be made.
     """
-    if method not in METHODS:
-        raise UsageError(f"no method is called {method!r}; those there are: {', '.join(METHODS)}")
+    check_method(method)
     source = scenario_of(scenario, grammar, Grammar.parse(find_rules(grammar).text()))
-    found = source.scenario
-    source_forest = derive(source.grammar, ENOUGH_MODELS, found.seed, assets=source.assets)
-    found.check(source_forest.symbols, source_forest.rules, source_forest.sites)
-    begun = perf_counter()
-    learned = _learned(source, method, source_forest, num_samples)
-    seconds = perf_counter() - begun
+    learned, seconds = learned_of(source, method, num_samples)
     if isinstance(learned, LearnedGrammar):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        write_text(file, learned.text)
-        put_assets_beside(file, source.grammar, source.assets)
-    after, before = measure(source, learned, source_forest)
+        write_learned(file, learned, source.assets)
     written = file if isinstance(learned, LearnedGrammar) else None
-    return LearnResult(learned, found.name, written, after.js, before.js, after.correlation, seconds)
+    return LearnResult(learned, source, written, LabelledSet.of(source).measure(learned), seconds)
+
+
+def learned_of(source: Source, method: str, num_samples: int = sampled.NUM_SAMPLES) -> tuple[Learned, float]:
+    """What a method makes of a scenario, and how many seconds it took.
+
+    Args:
+        source: the scenario with its grammar.
+        method: of `METHODS`.
+        num_samples: models to learn from; others than those of the labelled set.
+
+    Raises:
+        GrammarlabError: when the density cannot be made.
+    """
+    grammar, found = source.grammar, source.scenario
+    forest = derive(grammar, ENOUGH_MODELS, found.seed, assets=source.assets)
+    found.check(forest.symbols, forest.rules, forest.sites)
+    target = Target.of_score(grammar, found.score, found.base, source.assets)
+    lines = [origin_line(find_rules(found.grammar).name, grammar), f"Scenario {found.name}: {found.title}"]
+    begun = perf_counter()
+    learned = learn_target(target, method, forest, lines, (found.seed + 1) % 2**64, num_samples)
+    return learned, perf_counter() - begun
+
+
+def learn_target(
+    target: Target, method: str, forest: Forest, lines: Sequence[str], seed: int, num_samples: int = sampled.NUM_SAMPLES
+) -> Learned:
+    """What a method makes of a wanted density.
+
+    Args:
+        target: the density.
+        method: of `METHODS`.
+        forest: derivations of the grammar.
+        lines: of a comment at the top of the new file.
+        seed: of samples.
+        num_samples: models to learn from.
+
+    Raises:
+        GrammarlabError: when the density cannot be made.
+    """
+
+    def header(made_by: str) -> list[str]:
+        return [*lines, f"Method {made_by}, base {target.base}"]
+
+    # At these sizes several threads are slower than one.
+    with threadpool_limits(1):
+        if method == "compile":
+            return compile_nearest(target, forest, header, num_samples=num_samples, seed=seed)
+        if method == "rejection":
+            return reject(target, num_pilot=num_samples, seed=seed)
+        chosen = cast(sampled.Method, method)
+        return sampled.learn(target, chosen, num_samples=num_samples, seed=seed, header=header(method))
+
+
+def check_method(method: str, known: Sequence[str] = METHODS) -> None:
+    """Makes sure that there is a method of this name.
+
+    Raises:
+        UsageError: when there is not.
+    """
+    if method not in known:
+        raise UsageError(f"no method is called {method!r}; those there are: {', '.join(known)}")
+
+
+def origin_line(name: str, grammar: Grammar) -> str:
+    """The line of a learned file that says what it was made from, which `grammarlab compare` reads."""
+    return f"Learned by grammarlab {__version__} from {name}.cga (SHA-256 {grammar.hash[:16]})"
 
 
 def scenario_of(scenario: Path, name: str, grammar: Grammar) -> Source:
@@ -110,69 +168,11 @@ def scenario_of(scenario: Path, name: str, grammar: Grammar) -> Source:
     return source
 
 
-def measure(source: Source, learned: LearnedGrammar | RejectionSampler, forest: Forest) -> tuple[Agreement, Agreement]:
-    """How near a learned density comes to the wanted one on the labelled set of a scenario, and the original one.
-
-    Args:
-        source: the scenario with its grammar.
-        learned: a density over the trees of the grammar.
-        forest: some derivations of the grammar.
-    """
-    base = compile_base(source.grammar, source.scenario.score, source.scenario.base, forest)
-    wanted, weights, ratio = _labelled(source, learned, base)
-    return agreement(wanted, ratio, weights), agreement(wanted, np.ones(len(wanted)), weights)
-
-
-def _learned(source: Source, method: str, forest: Forest, num_samples: int) -> LearnedGrammar | RejectionSampler:
-    """What a method makes of a scenario. Samples are others than those of the labelled set."""
-    grammar, found, header = source.grammar, source.scenario, _header(source, method)
-    if method == "compile":
-        options = {"forest": forest, "header": header, "assets": source.assets}
-        return compile_score(grammar, found.score, base=found.base, **options)
-    target = Target.of_score(grammar, found.score, found.base, source.assets)
-    seed = (found.seed + 1) % 2**64
-    if method == "rejection":
-        return reject(target, num_pilot=num_samples, seed=seed)
-    return sampled.learn(target, cast(sampled.Method, method), num_samples=num_samples, seed=seed, header=header)
-
-
-def _header(source: Source, method: str) -> list[str]:
-    found = source.scenario
-    name = Path(found.grammar).name.removesuffix(".cga")
-    return [
-        f"Learned by grammarlab {__version__} from {name}.cga (SHA-256 {source.grammar.hash[:16]})",
-        f"Scenario {found.name}: {found.title}",
-        f"Method {method}, base {found.base}",
-    ]
-
-
-def _labelled(
-    source: Source, learned: LearnedGrammar | RejectionSampler, base: LearnedGrammar
-) -> tuple[Floats, Floats, Floats]:
-    """Of each labelled model the wanted and the learned density by that of the original, and what it stands for."""
-    rows = [_measured(source, learned, base, forest) for forest in _labelled_set(source)]
-    wanted, log_weights, ratio = (np.concatenate(column) for column in zip(*rows, strict=True))
-    if not wanted.any():
-        raise UsageError(
-            f"scenario {source.scenario.name}: none of its {len(wanted):,} labelled models has a score above 0, so "
-            'there is no density to compare with. Raise num_models, or set draws = "flattened".'
-        )
-    return wanted, np.exp(log_weights - log_weights.max()), ratio
-
-
-def _measured(
-    source: Source, learned: LearnedGrammar | RejectionSampler, base: LearnedGrammar, forest: Forest
-) -> tuple[Floats, Floats, Floats]:
-    score = source.scenario.score
-    flat = source.scenario.draws == "flattened"
-    log_weights = flattened(source.grammar).log_ratio(forest) if flat else np.zeros(forest.num_models)
-    wanted = score.evaluate(count(forest, score.features)) * base.ratio(forest)
-    return wanted, log_weights, learned.ratio(forest)
-
-
-def _labelled_set(source: Source) -> Iterator[Forest]:
-    found = source.scenario
-    yield from derive_chunks(labelled_program(source), found.num_models, found.seed, assets=source.assets)
+def write_learned(file: Path, learned: LearnedGrammar, assets: Path) -> None:
+    """Writes the rule file of a learned grammar, and puts the assets that it needs beside it."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_text(file, learned.text)
+    put_assets_beside(file, learned.original, assets)
 
 
 def put_assets_beside(file: Path, grammar: Grammar, assets: Path) -> None:

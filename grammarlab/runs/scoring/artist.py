@@ -14,16 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.program import Program
 from grammarlab.errors import GrammarlabError
 from grammarlab.evaluation.flattening import flattened
 from grammarlab.export.glb import merged_glb
+from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 from grammarlab.render.camera import View, frame
 from grammarlab.render.raycast import RaycastRenderer
 from grammarlab.render.renderer import RenderOptions
-from grammarlab.runs.derive_batch import asset_folder, compiled
+from grammarlab.runs.checks import grammar_to_run
+from grammarlab.runs.examples import SUFFIX
 from grammarlab.runs.scoring.addresses import Address
 from grammarlab.runs.scoring.crew import Handler, Report
 from grammarlab.runs.scoring.tasks import Begin, Draw, MakeGlb
@@ -44,7 +47,8 @@ Pictures: TypeAlias = list[NDArray[np.uint8]]
 
 def artist(text: str, name: str, assets: str) -> Handler:
     """What does `Draw` and `MakeGlb` tasks for a grammar."""
-    return _Studio(*compiled(text, name), Path(assets)).do
+    grammar = grammar_to_run(text, f"{name}{SUFFIX}")
+    return _Studio(grammar, compile_grammar(grammar), Path(assets), AssetFolder(Path(assets))).do
 
 
 @dataclass
@@ -54,6 +58,8 @@ class _Studio:
     grammar: Grammar
     program: Program
     assets: Path
+    known_assets: AssetFolder
+    """The same, with what was read of it."""
     models: OrderedDict[str, TriangleBatch] = field(default_factory=OrderedDict)
 
     @cached_property
@@ -99,8 +105,8 @@ class _Studio:
         for run in _runs(addresses):
             first = run[0]
             program = self.flattened if first.flat else self.program
-            assets = asset_folder(self.assets)
-            batch = triangles(realize(derive(program, len(run), first.seed, first_model=first.model, assets=assets)))
+            forest = derive(program, len(run), first.seed, first_model=first.model, assets=self.known_assets)
+            batch = triangles(realize(forest))
             self.models |= {str(address): batch.model(index) for index, address in enumerate(run)}
         vertices = sum(len(model.vertices) for model in self.models.values())
         while len(self.models) > KEPT or (vertices > MAX_VERTICES and len(self.models) > len(addresses)):

@@ -112,7 +112,8 @@ def _state(rounds: Rounds, _request: Request) -> Message:
 
 def _score(rounds: Rounds, request: Request) -> Message:
     models = checked_models(request.values.get("models"))
-    revision = rounds.score(models, checked_score(request.values.get("score")))
+    score, factor, key = checked_score(request.values.get("score")), request.text("factor", ""), request.text("key", "")
+    revision = rounds.score(models, score, factor, key)
     return {"saved": True, "revision": revision}
 
 
@@ -128,18 +129,18 @@ def _event(kind: str, *names: str) -> Callable[[Rounds, Request], Message]:
 
 def _layout(rounds: Rounds, request: Request) -> Message:
     rounds.layout({name: request.values.get(name) for name in ("grids", "rows", "columns")})
-    return {}
+    return {"revision": rounds.record.revision}
 
 
 def _populate(rounds: Rounds, request: Request) -> Message:
     rounds.populate(request.text("way", rounds.record.way))
-    return {}
+    return {"revision": rounds.record.revision}
 
 
 def _sort(rounds: Rounds, request: Request) -> Message:
     models = tuple(checked_models(request.values.get("models", []), MAX_PICTURES))
     rounds.sort(Order(request.text("by"), request.text("feature", ""), models))
-    return {}
+    return {"revision": rounds.record.revision}
 
 
 def _features(rounds: Rounds, request: Request) -> Message:

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from ctypes import c_ulonglong
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
 from itertools import count
@@ -56,7 +56,7 @@ class Task:
     """Asked before it begins; what is not wanted any more is dropped."""
 
 
-@dataclass
+@dataclass(eq=False)
 class _Worker:
     """A process, and what it is doing."""
 
@@ -64,6 +64,7 @@ class _Worker:
     connection: Connection
     cancelled: Any
     """Tasks with tickets up to this one are cancelled."""
+    listener: Thread = field(default_factory=Thread)
     task: Task | None = None
 
 
@@ -97,8 +98,9 @@ class Crew:
             process.start()
             there.close()
             worker = _Worker(process, here, cancelled)
+            worker.listener = Thread(target=self._listen, args=(worker,), daemon=True)
+            worker.listener.start()
             self._workers.append(worker)
-            Thread(target=self._listen, args=(worker,), daemon=True).start()
 
     def submit(
         self,
@@ -131,15 +133,18 @@ class Crew:
         return task.ticket
 
     def cancel(self, ticket: int) -> None:
-        """Cancels a task: one that waits ends at once, one that runs when it next reports."""
+        """Cancels a task, which ends at once; a process that is at it goes on until it next reports."""
         for task in self._waiting:
             if task.ticket == ticket:
                 self._waiting.remove(task)
                 task.then(Outcome(cancelled=True))
                 return
         for worker in self._workers:
-            if worker.task is not None and worker.task.ticket == ticket:
+            task = worker.task
+            if task is not None and task.ticket == ticket:
                 worker.cancelled.value = ticket
+                worker.task = replace(task, then=_ignore, on_progress=None)
+                task.then(Outcome(cancelled=True))
 
     def close(self) -> None:
         """Ends the processes; tasks are dropped."""
@@ -147,9 +152,9 @@ class Crew:
         self._waiting.clear()
         for worker in self._workers:
             worker.process.terminate()
-            worker.connection.close()
         for worker in self._workers:
             worker.process.join(5.0)
+            worker.listener.join(5.0)
 
     def _dispatch(self) -> None:
         for worker in list(self._workers):
@@ -162,8 +167,11 @@ class Crew:
                         worker.connection.send((task.ticket, task.request))
 
     def _listen(self, worker: _Worker) -> None:
-        """Passes on what a process says, in a thread of its own."""
-        with suppress(EOFError, OSError):
+        """Passes on what a process says, in a thread of its own.
+
+        It alone closes the connection: another thread would take the file away from under it.
+        """
+        with worker.connection, suppress(EOFError, OSError):
             while True:
                 self.deliver(partial(self._hear, worker, worker.connection.recv()))
         self.deliver(partial(self._lose, worker))
@@ -174,7 +182,7 @@ class Crew:
         if task is None or self._is_closed:
             return
         if kind == "progress":
-            if task.on_progress is not None and worker.cancelled.value != task.ticket:
+            if task.on_progress is not None:
                 task.on_progress(*value)
             return
         worker.task = None
@@ -194,6 +202,10 @@ class Crew:
             self._dispatch()
         while self._waiting and not self._workers:
             self._waiting.popleft().then(Outcome(error=_GONE))
+
+
+def _ignore(_outcome: Outcome) -> None:
+    """What becomes of a task that was cancelled."""
 
 
 class _CancelledError(Exception):

@@ -108,6 +108,8 @@ class Record:
     """Labels, and how far the density moved in nats, at each update."""
     done: list[_Scored | _Refactored] = field(default_factory=list)
     undone: list[_Scored | _Refactored] = field(default_factory=list)
+    keys: set[str] = field(default_factory=set)
+    """Names that windows gave their scores, so that one that is sent again counts once."""
     judgements: int = 0
     """Changes whenever scores or factors may have changed."""
 
@@ -211,11 +213,16 @@ def _check_score(record: Record, body: Body) -> None:
     if not checked_models(body.get("models")):
         raise UsageError("models: expected at least one; select what to score.")
     checked_score(body.get("score"))
+    key = body.get("key", "")
+    if not isinstance(key, str) or len(key) > MAX_NAME or (key and key in record.keys):
+        raise UsageError(f"key: expected a new text of at most {MAX_NAME} characters, found {shown(key)}.")
 
 
 def _score(record: Record, body: Body) -> None:
     known, score = record.factors[body["factor"]], checked_score(body["score"])
     before = {model: known.get(model) for model in body["models"]}
+    if key := body.get("key"):
+        record.keys.add(key)
     record._do(_Scored(body["factor"], before, dict.fromkeys(body["models"], score)))
 
 

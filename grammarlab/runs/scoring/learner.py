@@ -44,9 +44,10 @@ class _Learner:
     def __init__(self, pool: ModelPool, models: Models) -> None:
         self._pool, self._models = pool, models
         self._options = options_of(FEATURES, FEATURES.path_length)
-        self._sent: Options | None = None
+        self._version = 0
         self._rows: Rows | None = None
         self._preferences: dict[str, AbstractPreference] = {}
+        self._product: ProductPreference | None = None
         self._density: Floats | None = None
 
     def do(self, request: Prepare | Update | Choose, report: Report) -> Any:
@@ -60,8 +61,8 @@ class _Learner:
         report("deriving models", 0, 2)
         size = len(self._models.pool.weights)
         report(f"counting features of {size:,} models", 1, 2)
-        self._rows = self._models.rows(self._options)
-        return self._changed_features()
+        self._learn_from(self._options, self._models.rows(self._options))
+        return self._features(0)
 
     def _update(self, request: Update, report: Report) -> Learned:
         factors = {name: scores for name, scores in request.factors.items() if scores}
@@ -79,24 +80,24 @@ class _Learner:
             preferences[answer.name] = fit(rows.scored[answer.model], answer.scores, groups=rows.groups)
         report("choosing models", total - 1, total)
         # From here on nothing is left half done.
-        self._options, self._rows, self._preferences = options, rows, preferences
+        self._learn_from(options, rows)
+        self._preferences = preferences
         liked = [name for name, scores in factors.items() if any(scores.values())]
-        product = ProductPreference({name: preferences[name] for name in liked}) if liked else None
-        predicted = None if product is None else self._predicted(product, rows)
-        return Learned(
-            self._changed_features(),
-            {name: self._predicted(preference, rows) for name, preference in preferences.items()},
-            predicted,
-            _left_out(request.factors, liked),
-            self._moved(predicted),
-            None if request.choice is None else self._choose(request.factors, request.choice),
-        )
+        self._product = ProductPreference({name: preferences[name] for name in liked}) if liked else None
+        product = None if self._product is None else self._predicted(self._product, rows)
+        chosen = None if request.choice is None else self._choose(request.factors, request.choice)
+        found = {name: self._predicted(preference, rows) for name, preference in preferences.items()}
+        left_out = _left_out(request.factors, liked)
+        return Learned(self._features(request.known), found, product, left_out, self._moved(product), chosen)
 
-    def _changed_features(self) -> Features | None:
-        if self._rows is None or self._options == self._sent:
+    def _learn_from(self, options: Options, rows: Rows) -> None:
+        self._version += options != self._options or not self._version
+        self._options, self._rows = options, rows
+
+    def _features(self, known: int) -> Features | None:
+        if self._rows is None or self._version == known:
             return None
-        self._sent = self._options
-        return Features(self._rows.pool.astype(np.float32), self._rows.names)
+        return Features(self._version, self._rows.pool.astype(np.float32), self._rows.names)
 
     def _predicted(self, preference: AbstractPreference, rows: Rows) -> Predicted:
         found = preference.predict(rows.pool)
@@ -119,22 +120,20 @@ class _Learner:
 
     def _choose(self, factors: Factors, choice: Choice) -> tuple[int, ...]:
         rows = self._models.rows(self._options) if self._rows is None else self._rows
-        scores = factors.get(choice.factor, {}) if choice.factor else _product(factors, list(self._preferences))
+        kept = [] if self._product is None else list(self._product.factors)
+        scores = factors.get(choice.factor, {}) if choice.factor else _product(factors, kept)
+        preference = self._preferences.get(choice.factor) if choice.factor else self._product
         known = {name: score for name, score in scores.items() if name in self._pool.index}
         situation = Situation(
             rows.pool,
             np.arange(len(rows.pool)) < self._pool.sizes[0],
             self._pool.indices(list(known)),
             np.array(list(known.values()), dtype=np.float64),
-            self._preference(choice.factor),
+            preference,
+            self._models.pool.weights,
         )
         way: Way = choice.way  # type: ignore[assignment]
         return tuple(propose(way, situation, choice.num, choice.seed).tolist())
-
-    def _preference(self, factor: str) -> AbstractPreference | None:
-        if factor:
-            return self._preferences.get(factor)
-        return ProductPreference(self._preferences) if self._preferences else None
 
 
 def _answers(name: str, scores: dict[str, float], scored: Scored) -> Answers:

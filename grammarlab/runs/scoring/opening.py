@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -52,7 +53,8 @@ def open_session(
     """
     _check(path, seed, size)
     source = find_rules(grammar, assets)
-    found = About(source.name, source.text().removeprefix("\ufeff"), seed, size)
+    title = re.sub(r"[^\w ().-]", "_", source.name)[:200]
+    found = About(title, source.text().removeprefix("\ufeff"), seed, size)
     if not path.exists():
         if stored_grammar:
             raise UsageError(f"{path}: no such session, so it has no stored grammar; leave --stored-grammar out.")

@@ -118,15 +118,24 @@ class Rounds:
         self.is_changed = True
         return self.store.append(kind, body).number
 
-    def score(self, models: list[str], score: float | None) -> int:
-        """Scores models for the active factor.
+    def score(self, models: list[str], score: float | None, factor: str, key: str) -> int:
+        """Scores models, and gives the number of the event.
+
+        Args:
+            models: addresses.
+            score: 0 to 100; None for none.
+            factor: whose score it is; empty for the active one.
+            key: a name for this act; if it is known, nothing is done again.
 
         Raises:
-            UsageError: when the product is looked at, which has no scores of its own.
+            UsageError: when it cannot be done, such as without a factor while the product is looked at.
         """
-        if self.record.view == "product":
+        if key and key in self.record.keys:
+            return self.record.revision
+        if not factor and self.record.view == "product":
             raise UsageError("the product of all factors is shown, which has no scores of its own; choose a factor.")
-        return self.do("score", {"factor": self.record.active, "score": score, "models": models})
+        body = {"factor": factor or self.record.active, "score": score, "models": models}
+        return self.do("score", body | ({"key": key} if key else {}))
 
     def poll(self) -> None:
         """Takes in what other processes did."""
@@ -198,8 +207,6 @@ class Rounds:
         """Leaves an update unfinished."""
         if self._ticket:
             self._learners.cancel(self._ticket)
-            self._ticket, self.updating, self.is_changed = 0, None, True
-            self.message = "The update was cancelled; predictions are as they were."
 
     def prepare(self) -> None:
         """Begins to count features, and to learn from the scores that there are, unless it was done."""
@@ -214,10 +221,15 @@ class Rounds:
         if self.thumbnails.shows_something and not self.thumbnails.is_hurried:
             self.prepare()
 
+    def label_of(self, model: str) -> str:
+        """What a model is called."""
+        address = Address.parse(model)
+        seed = "" if model in self.pool.index else f" of seed {address.seed}"
+        return f"model {address.model}{seed}" + (" with equal percentages" if address.flat else "")
+
     def glb(self, model: str, answer: Answer, refuse: Refuse) -> None:
         """Makes a model as a GLB file."""
-        address = Address.parse(model)
-        done = partial(_answered, answer, refuse, lambda value: ({"label": label_of(address)}, [value]))
+        done = partial(_answered, answer, refuse, lambda value: ({"label": self.label_of(model)}, [value]))
         self._artists.submit(MakeGlb(model), done, first=True)
 
     def export(self, suffix: str, answer: Answer, refuse: Refuse) -> None:
@@ -248,30 +260,31 @@ class Rounds:
             return {"file": found.file, "text": found.text, "notes": list(found.findings), **numbers}, ()
 
         done = partial(_answered, answer, refuse, result)
-        self._makers.submit(LearnGrammar(self._factors()), done, on_progress=self._announce)
+        self._makers.submit(LearnGrammar(self._factors()), done, on_progress=partial(self._announce, "learn"))
 
     def sheet(self, num: int, answer: Answer, refuse: Refuse) -> None:
         """Draws samples of the learned grammar."""
         file = f"{self.path.stem}-learned.png"
         done = partial(_answered, answer, refuse, lambda content: ({"file": file}, [content]))
-        self._makers.submit(DrawSheet(num, self.store.about.seed), done, on_progress=self._announce)
+        task = DrawSheet(num, self.store.about.seed)
+        self._makers.submit(task, done, on_progress=partial(self._announce, "sheet"))
 
     def _learn(self, choice: Choice | None) -> None:
         factors, revision = self._factors(), (self.record.num_shown, self.record.judgements)
+        features = self.knowledge.features
+        known = 0 if features is None else features.version
         self._progress("waiting", 0, 1)
         done = partial(self._learned, choice, revision)
-        ticket = self._learners.submit(Update(factors, choice), done, on_progress=self._progress)
+        ticket = self._learners.submit(Update(factors, choice, known), done, on_progress=self._progress)
         if choice is not None:
             self._ticket = ticket
 
     def _learned(self, choice: Choice | None, revision: tuple[int, int], outcome: Outcome) -> None:
-        if outcome.cancelled:
-            return
         if choice is not None:
             self._ticket = 0
         self._progress_ended()
         if outcome.value is None:
-            self.message = outcome.error
+            self.message = outcome.error or "The update was cancelled; predictions are as they were."
             return
         found = outcome.value
         self.knowledge.take(found, revision[1])
@@ -299,10 +312,10 @@ class Rounds:
 
     def _progress(self, stage: str, done: int, total: int) -> None:
         self.updating = Progress(stage, done, total)
-        self._announce(stage, done, total)
+        self._announce("update", stage, done, total)
 
-    def _announce(self, stage: str, done: int, total: int) -> None:
-        self._tell({"event": "progress", "stage": stage, "done": done, "total": total})
+    def _announce(self, what: str, stage: str, done: int, total: int) -> None:
+        self._tell({"event": "progress", "of": what, "stage": stage, "done": done, "total": total})
 
     def _progress_ended(self) -> None:
         self.is_changed = True
@@ -333,11 +346,6 @@ class Rounds:
         except GrammarlabError as error:
             self.message = str(error)
         self.is_changed = True
-
-
-def label_of(address: Address) -> str:
-    """What a model is called."""
-    return f"model {address.model} of seed {address.seed}" + (" with equal percentages" if address.flat else "")
 
 
 def _as_json(grids: Sequence[Grid]) -> list[Message]:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
+import re
 import secrets
 import socket
 from collections.abc import Callable, Sequence
@@ -17,7 +19,6 @@ from typing import Any
 
 from tornado.httpserver import HTTPServer
 from tornado.ioloop import IOLoop
-from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
@@ -29,6 +30,8 @@ ADDRESS = "127.0.0.1"
 PAGE = Path(__file__).parent / "page"
 FILES = {"page.js": "text/javascript", "page.css": "text/css"}
 """What the page consists of, beside index.html."""
+KEPT = "GRAMMARLAB_TOKEN"
+"""Environment variable with the token to use."""
 MAX_BYTES = 64 << 20
 """Of one message."""
 MAX_BUFFERS = 4
@@ -52,12 +55,13 @@ def serve(session: Session, port: int, on_ready: Callable[[str], None]) -> None:
         UsageError: when the port is in use.
         KeyboardInterrupt: when the person ends it.
     """
-    asyncio.run(_serve(session, port, on_ready))
+    asyncio.run(serving(session, port, on_ready))
 
 
-async def _serve(session: Session, port: int, on_ready: Callable[[str], None]) -> None:
-    token = secrets.token_urlsafe(24)
-    sockets = _listening(port)
+async def serving(session: Session, port: int, on_ready: Callable[[str], None]) -> None:
+    """The same on a loop that runs already, until it is cancelled."""
+    token = _token()
+    listening = _listening(port)
     shared = {"session": session, "token": token}
     application = Application(
         [
@@ -65,13 +69,15 @@ async def _serve(session: Session, port: int, on_ready: Callable[[str], None]) -
             (r"/socket", _SocketHandler, shared),
             (rf"/({'|'.join(map(_escaped, FILES))})", _FileHandler, shared),
         ],
+        default_handler_class=_NothingHandler,
+        default_handler_args=shared,
         websocket_max_message_size=MAX_BYTES,
         websocket_ping_interval=30,
         log_function=lambda handler: None,
     )
     server = HTTPServer(application, max_body_size=1024, max_header_size=16_384)
-    server.add_sockets(sockets)
-    on_ready(f"http://{ADDRESS}:{sockets[0].getsockname()[1]}/?token={token}")
+    server.add_socket(listening)
+    on_ready(f"http://{ADDRESS}:{listening.getsockname()[1]}/?token={token}")
     try:
         await asyncio.Event().wait()
     finally:
@@ -79,13 +85,23 @@ async def _serve(session: Session, port: int, on_ready: Callable[[str], None]) -
         await server.close_all_connections()
 
 
-def _listening(port: int) -> list[socket.socket]:
+def _token() -> str:
+    """A new one for each run, unless the person wants pages that are open to find the next run."""
+    given = os.environ.get(KEPT, "")
+    if given and not re.fullmatch(r"[\w-]{16,128}", given, re.ASCII):
+        raise UsageError(f"{KEPT}: expected 16 to 128 letters, digits, - and _.")
+    return given or secrets.token_urlsafe(24)
+
+
+def _listening(port: int) -> socket.socket:
     try:
-        return bind_sockets(port, ADDRESS, socket.AF_INET)
+        listening = socket.create_server((ADDRESS, port))
     except (OSError, OverflowError) as error:
         raise UsageError(
             f"port {port} cannot be used ({error}). Give another one, or leave --port out for any that is free."
         ) from error
+    listening.setblocking(False)
+    return listening
 
 
 def _escaped(name: str) -> str:
@@ -116,6 +132,14 @@ class _GuardedHandler(RequestHandler):
     def write_error(self, status_code: int, **_: Any) -> None:
         self.set_header("Content-Type", "text/plain; charset=utf-8")
         self.finish(f"{status_code} {self._reason}. Open the address that grammarlab score printed.\n")
+
+
+class _NothingHandler(_GuardedHandler):
+    """All other addresses."""
+
+    def prepare(self) -> None:
+        super().prepare()
+        raise HTTPError(404)
 
 
 class _IndexHandler(_GuardedHandler):

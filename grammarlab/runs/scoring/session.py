@@ -11,6 +11,7 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -66,6 +67,7 @@ class Session:
         about = opening.about
         self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._windows: dict[Send, None] = {}
+        self._is_closed = False
         place = (about.grammar, about.title, str(opening.assets))
         size = available_cores() if jobs is None else jobs
         self._artists = Crew(f"{__package__}.artist:artist", place, size, self._inbox.put)
@@ -84,6 +86,8 @@ class Session:
             send: gets the answer, and pictures that are asked for.
         """
         self._inbox.put(partial(self._handle, message, buffers, send))
+        if not self._thread.is_alive():
+            self._refuse_rest()
 
     def listen(self, send: Send) -> Callable[[], None]:
         """Has a window told whenever something changes, and once at first.
@@ -151,6 +155,15 @@ class Session:
                 self._tell({"event": "state", "state": state_of(rounds)})
         rounds.close()
         self._artists.close()
+        self._is_closed = True
+        self._refuse_rest()
+
+    def _refuse_rest(self) -> None:
+        """Answers those who came too late."""
+        with suppress(Empty):
+            while True:
+                if job := self._inbox.get_nowait():
+                    job()
 
     def _begin(self, opening: Opening) -> Store:
         """A new session file; none is made for a grammar with errors."""
@@ -174,9 +187,15 @@ class Session:
                 self._rounds.message, self._rounds.is_changed = str(error), True
 
     def _handle(self, message: object, buffers: Sequence[bytes], send: Send) -> None:
+        if self._is_closed:
+            number = message.get("id") if isinstance(message, dict) else None
+            send({"id": number, "ok": False, "error": "the session has been closed; open it again."}, ())
+            return
         run(self._rounds, message, buffers, send)
 
     def _open(self, send: Send) -> None:
+        if self._is_closed:
+            return
         self._windows[send] = None
         send({"event": "state", "state": state_of(self._rounds)}, ())
 

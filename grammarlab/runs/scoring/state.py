@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.runs.scoring.addresses import Address
 from grammarlab.runs.scoring.populate import WAYS
-from grammarlab.runs.scoring.rounds import Rounds, label_of
+from grammarlab.runs.scoring.rounds import Rounds
 from grammarlab.runs.scoring.tasks import Predicted, Singles
 from grammarlab.runs.scoring.windows import Message
 
@@ -61,7 +60,7 @@ def _models(rounds: Rounds, predicted: Predicted | None) -> dict[str, Message]:
             "score": scores.get(name),
             "mean": mean,
             "std": std,
-            "label": label_of(Address.parse(name)),
+            "label": rounds.label_of(name),
             "product": of_product,
         }
         for name, mean, std, of_product in columns

@@ -8,6 +8,7 @@ another layout of its tables, or an event that cannot have happened, is an error
 from __future__ import annotations
 
 import json
+import re
 import sqlite3
 import time
 from collections.abc import Iterator
@@ -34,6 +35,7 @@ MAX_FILE_BYTES = 1 << 30
 MAX_TEXT = 8 << 20
 """Characters of one value in a file."""
 MAX_EVENTS = 1_000_000
+TITLE = re.compile(r"[\w ().-]{1,200}")
 PATIENCE = 5.0
 """Seconds to wait for another process that is writing."""
 
@@ -46,7 +48,7 @@ class About:
     """What a session is about."""
 
     title: str
-    """Name of the grammar."""
+    """Name of the grammar: letters, digits, spaces and ``().-_``, since files are called after it."""
     grammar: str
     """Text of the rule file."""
     seed: int
@@ -198,7 +200,9 @@ class Store:
         seed, size = (_whole(found[name]) for name in ("seed", "size"))
         if not 0 <= seed < 1 << 64 or not 1 <= size <= 100_000:
             raise AssetError(f"{self._path}: a session file with seed {seed} and {size} models; it is broken.")
-        about = About(found["title"][:200], found["grammar"], seed, size)
+        if not TITLE.fullmatch(found["title"]):
+            raise AssetError(f"{self._path}: a session file with the title {shown(found['title'])}; it is broken.")
+        about = About(found["title"], found["grammar"], seed, size)
         if about.hash != found["hash"]:
             raise AssetError(f"{self._path}: the grammar in it is not what it was; the file is broken.")
         return about

@@ -70,12 +70,16 @@ class Update:
     factors: Factors
     choice: Choice | None
     """What to show then; None for nothing new."""
+    known: int = 0
+    """`Features.version` of the features that need not be sent again."""
 
 
 @dataclass(frozen=True, slots=True)
 class Features:
     """What models of the pool are told apart by."""
 
+    version: int
+    """1, 2, 3 …"""
     rows: Singles
     """[m, F] scaled."""
     names: tuple[str, ...]
@@ -101,7 +105,7 @@ class Learned:
     """What an update found."""
 
     features: Features | None
-    """Where they have changed."""
+    """Where they are others than those that are known."""
     factors: Mapping[str, Predicted]
     """Of the factors that have labels."""
     product: Predicted | None

@@ -21,6 +21,8 @@ SMALLEST, LARGEST = 32, 512
 """Pixels along each side of a picture."""
 MAX_PIXELS = 24_000_000
 """Of all pictures that are kept."""
+SHEET = 25
+"""Pictures on one sheet at most."""
 CHUNK = 4
 """Models drawn at a time, so that the first pictures come early."""
 MANY = 6
@@ -71,7 +73,9 @@ class Thumbnails:
         """
         self._wanted[send] = (size, frozenset(models))
         known = [model for model in models if (model, size) in self._kept]
-        _send_sheets(send, size, known, [self._use(model, size) for model in known])
+        for start in range(0, len(known), SHEET):
+            part = known[start : start + SHEET]
+            _send_sheet(send, size, part, [self._use(model, size) for model in part])
         missing = [model for model in models if (model, size) not in self._kept]
         poor = [model for model in known if self._kept[model, size].samples < GOOD]
         quick = missing if len(missing) >= MANY else []
@@ -106,7 +110,7 @@ class Thumbnails:
             self._keep(model, draw.size, _Kept(picture, draw.samples))
         for send, (size, models) in list(self._wanted.items()):
             here = [model for model in draw.models if size == draw.size and model in models]
-            _send_sheets(send, size, here, [self._use(model, size) for model in here])
+            _send_sheet(send, size, here, [self._use(model, size) for model in here])
 
     def _keep(self, model: str, size: int, kept: _Kept) -> None:
         known = self._kept.get((model, size))
@@ -127,7 +131,7 @@ def _chunks(models: Sequence[str], size: int, samples: int) -> Iterator[Draw]:
         yield Draw(tuple(models[start : start + CHUNK]), size, samples)
 
 
-def _send_sheets(send: Send, size: int, models: Sequence[str], pictures: Sequence[Picture]) -> None:
+def _send_sheet(send: Send, size: int, models: Sequence[str], pictures: Sequence[Picture]) -> None:
     if not models:
         return
     columns = math.ceil(math.sqrt(len(models)))

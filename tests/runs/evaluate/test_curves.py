@@ -108,7 +108,7 @@ def test_equal_curves_of_different_names_are_made_once(tmp_path):
     [
         {"source_key": "other"},
         {"seed": 5},
-        {"method": Method("default", batch=8)},
+        {"method": Method("default", batch=9)},
         {"method": Method("a", query="grammar")},
     ],
 )

@@ -3,16 +3,20 @@
 import numpy as np
 import pytest
 
+from grammarlab.density import nearest
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import AssetError, InexactError, UsageError
 from grammarlab.evaluation.flattening import flattened, flattened_hash
+from grammarlab.evaluation.scenario import FeatureOptions
 from grammarlab.features.counting import count
 from grammarlab.features.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import Label, Labels, label_models
+from grammarlab.runs.examples import find_rules
 from grammarlab.runs.learn import labels as module
 from grammarlab.runs.learn.labels import learn_from_labels
+from grammarlab.runs.learn.pages import page_of_labels
 from grammarlab.runs.learn.pool import Pool
 from grammarlab.runs.learn.report import report_text
 
@@ -49,6 +53,11 @@ def learn(tmp_path, labels, **options):
     return learn_from_labels(str(tmp_path / "house.cga"), tmp_path / "labels.csv", tmp_path / "new.cga", **options)
 
 
+def written(result):
+    """The text of the new rule file."""
+    return result.file.read_text()
+
+
 def red_below(forest):
     return 60.0 * count(forest, [BOTTOM_RED])[:, 0]
 
@@ -72,8 +81,8 @@ def test_labels_become_the_grammar_that_samples_in_proportion_to_them(grammar, t
     is_learned(result, grammar, red_below)
     assert [str(feature) for feature in result.features] in (["Lot:* > Part@0:0"], ["Lot > Part@0:0"])
     assert result.learned.method == "compile"
-    assert result.js < 1e-6
-    assert result.js_before > 0.1
+    assert result.measured.after.js < 1e-6
+    assert result.measured.before.js > 0.1
     assert sum(step.js for step in result.steps) < 1e-6
     text = (tmp_path / "new.cga").read_text()
     assert "Labels labels.csv: 80 scores" in text
@@ -81,7 +90,7 @@ def test_labels_become_the_grammar_that_samples_in_proportion_to_them(grammar, t
 
 
 def test_the_result_depends_on_nothing_but_its_arguments(grammar, tmp_path):
-    texts = {learn(tmp_path, scored(grammar, red_below)).learned.text for _ in range(2)}
+    texts = {written(learn(tmp_path, scored(grammar, red_below))) for _ in range(2)}
     assert len(texts) == 1
 
 
@@ -108,12 +117,12 @@ def test_what_no_exact_grammar_can_follow_is_learned_from_samples_with_the_reaso
     def refuse(*_arguments, **_options):
         raise InexactError("too many kinds of Lot")
 
-    monkeypatch.setattr(module, "compile_density", refuse)
+    monkeypatch.setattr(nearest, "compile_density", refuse)
     result = learn(tmp_path, scored(grammar, red_below))
     assert result.learned.method == "tied"
     assert "too many kinds of Lot" in result.learned.findings[0]
-    assert "// Method tied" in result.learned.text
-    assert result.js < 0.01
+    assert "// Method tied" in written(result)
+    assert result.measured.after.js < 0.01
 
 
 def test_what_the_scores_do_not_depend_on_is_left_alone(grammar, tmp_path):
@@ -130,6 +139,55 @@ def test_models_all_liked_alike_leave_the_grammar_as_it_is(grammar, tmp_path):
     forest = derive(grammar, 200, 1)
     np.testing.assert_allclose(result.learned.ratio(forest), 1.0)
     assert result.features == ()
+
+
+def test_an_even_base_makes_all_liked_trees_equally_likely(grammar, tmp_path):
+    result = learn(tmp_path, scored(grammar, red_below), base="uniform")
+    assert result.learned.base == "uniform"
+    forest = derive(grammar, 1000, 99)
+    density = np.exp(result.learned.log_density(forest))
+    liked = red_below(forest) > 0
+    # By hand: the bottom is red, its wall one of 3, the top 2 colours with 3 walls, and the height even over 6 m.
+    np.testing.assert_allclose(density[liked], 1.0 / (3 * 2 * 3) / 6.0, rtol=1e-6)
+    assert (density[~liked] == 0.0).all()
+    assert result.measured.after.js < 1e-6
+    assert result.measured.before.js > 0.1
+    sampled = result.learned.sample(900, 3)
+    glass = count(sampled, [parse("Wall:0"), parse("Wall:1")]).mean(axis=0)
+    assert glass == pytest.approx([2 / 3, 2 / 3], abs=0.08)
+
+
+def test_an_even_base_works_for_a_shipped_grammar(tmp_path):
+    source = find_rules("airplane")
+    shipped, assets = Grammar.parse(source.text()), source.assets
+    forest = derive(shipped, 40, 7, assets=assets)
+    scores = 80.0 * (count(forest, [parse("Wings:0")])[:, 0] > 0) + 10.0
+    save_labels(label_models(shipped.hash, 7, range(40), scores.tolist(), "overall"), tmp_path / "labels.csv")
+    features = FeatureOptions(1, ("paths",))
+    result = learn_from_labels(
+        "airplane", tmp_path / "labels.csv", tmp_path / "new.cga", base="uniform", features=features
+    )
+    assert result.learned.method == "compile"
+    assert result.measured.after.js < 0.02
+    assert result.measured.before.js > 0.1
+    assert "base uniform" in (tmp_path / "new.cga").read_text()
+    some = result.learned.sample(20, 1)
+    assert np.isfinite(result.learned.log_density(some)).all()
+
+
+@pytest.mark.parametrize(
+    ("method", "most"), [("parameters", 0.15), ("structure", 0.01), ("tied", 0.01), ("rejection", 1e-6)]
+)
+def test_other_methods_make_the_grammar_from_samples(grammar, tmp_path, method, most):
+    result = learn(tmp_path, scored(grammar, red_below), method=method, num_samples=400)
+    assert result.learned.method == method
+    assert result.measured.after.js < most < result.measured.before.js
+    assert (result.file is None) == (method == "rejection")
+
+
+def test_an_unknown_method_is_refused(grammar, tmp_path):
+    with pytest.raises(UsageError, match="no method is called 'magic'"):
+        learn(tmp_path, scored(grammar, red_below), method="magic")
 
 
 def test_contradicting_scores_are_averaged(grammar, tmp_path):
@@ -193,7 +251,8 @@ def test_too_many_models_are_refused_before_any_is_derived(grammar, tmp_path, mo
 
 
 def test_the_report_says_what_happened(grammar, tmp_path):
-    text = report_text(learn(tmp_path, scored(grammar, red_below)))
-    assert "| rules before | 6 |" in text
+    text = report_text(page_of_labels(learn(tmp_path, scored(grammar, red_below))))
+    assert "| rules | 6 | 7 |" in text
+    assert "| models that rejection would accept | " in text
     assert "- Lot › Part 1" in text
     assert "0, 60" in text

@@ -203,6 +203,8 @@ def test_undo_of_a_change_elsewhere_leaves_the_active_factor():
         ("score", {"factor": "overall", "models": ["g1-1"], "score": 101}, "from 0 to 100"),
         ("score", {"factor": "overall", "models": ["g1-1"], "score": True}, "from 0 to 100"),
         ("score", {"factor": "overall", "models": ["g1-1"], "score": float("nan")}, "from 0 to 100"),
+        ("score", {"factor": "overall", "models": ["g1-1"], "score": 5, "key": 5}, "key"),
+        ("score", {"factor": "overall", "models": ["g1-1"], "score": 5, "key": "x" * 61}, "key"),
         ("score", {"factor": "roof", "models": ["g1-1"], "score": 5}, "no factor is called 'roof'"),
         ("score", {"factor": {}, "models": ["g1-1"], "score": 5}, "no factor"),
         ("import", {"scores": {}}, "scores by factor"),

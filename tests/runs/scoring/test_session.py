@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -14,28 +12,8 @@ import pytest
 from grammarlab.errors import AssetError, GrammarlabError, UsageError
 from grammarlab.runs.scoring.session import Session
 from grammarlab.runs.scoring.store import Store
+from tests.runs.scoring.tower import TOWER
 from tests.runs.scoring.windows import Window, shown_models
-
-TOWER = """
-attr floors = 50% : 2 else : 5
-Lot --> 40% : extrude(floors * 3) Flat
-        30% : extrude(12) roofGable(30) Gable
-        else : extrude(6) comp(f) { top : Top | side : Side }
-Side --> 50% : color("#ff0000") Red else : color("#0000ff") Blue
-"""
-
-
-@pytest.fixture
-def rules(tmp_path: Path) -> str:
-    path = tmp_path / "tower.cga"
-    path.write_text(TOWER)
-    return str(path)
-
-
-@pytest.fixture
-def session(tmp_path: Path, rules: str) -> Iterator[Session]:
-    with closing(Session(rules, tmp_path / "towers.db", seed=3, size=200, jobs=0)) as session:
-        yield session
 
 
 def test_the_first_grid_shows_samples_of_the_grammar(session: Session):
@@ -74,6 +52,25 @@ def test_all_windows_agree(session: Session):
     one.state(lambda state: state["can_redo"])
     session.call("redo")
     assert not other.heard
+
+
+def test_a_closed_session_says_so(session: Session):
+    window = Window(session)
+    session.close()
+    with pytest.raises(GrammarlabError, match="has been closed"):
+        session.call("state")
+    window.ask({"id": 5, "command": "state"})
+    assert not window.wait(lambda message: message.get("id") == 5)[0]["ok"]
+    session.listen(window.send)
+    session.close()
+
+
+def test_files_of_any_name_begin_sessions(tmp_path: Path):
+    rules = tmp_path / "my 'tower' [2].cga"
+    rules.write_text(TOWER)
+    with closing(Session(str(rules), tmp_path / "a b.db", jobs=0)) as session:
+        assert session.call("state")[0]["title"] == "my _tower_ _2_"
+    Session(str(rules), tmp_path / "a b.db", jobs=0).close()
 
 
 def test_another_process_on_the_file_is_seen(session: Session, tmp_path: Path, rules: str):
@@ -151,6 +148,24 @@ def test_scores_belong_to_the_active_factor(session: Session):
     session.call("view", kind="product")
     with pytest.raises(GrammarlabError, match="the product of all factors"):
         session.call("score", models=[model], score=10)
+
+
+def test_a_score_that_is_sent_again_counts_once(session: Session, tmp_path: Path, rules: str):
+    models = shown_models(session.call("state")[0])
+    session.call("factor_create", name="roof")
+    sent: dict[str, Any] = {"models": models[:1], "score": 10, "factor": "overall", "key": "abc"}
+    session.call("view", kind="product")
+    first, _ = session.call("score", **sent)
+    session.call("score", models=models[:1], score=20, factor="overall", key="def")
+    again, _ = session.call("score", **sent)
+    assert again == first | {"revision": first["revision"] + 1}
+    session.call("undo")
+    session.close()
+    with closing(Session(rules, tmp_path / "towers.db", jobs=0)) as later:
+        assert later.call("score", **sent)[0]["revision"] == first["revision"] + 2
+        later.call("view", kind="active")
+        later.call("factor_activate", name="overall")
+        assert later.call("state")[0]["models"][models[0]]["score"] == 10.0
 
 
 def test_populate_leaves_scored_models_and_shows_others(session: Session):
@@ -294,61 +309,3 @@ def test_labels_of_other_models_are_refused(session: Session):
     with pytest.raises(GrammarlabError):
         session.call("import", buffers=[b"\xff" * 1000], format="parquet")
     assert session.call("state")[0]["scored"] == 1
-
-
-def test_rounds_of_scoring_move_the_density_less_and_less(session: Session, tmp_path: Path):
-    """The simplest person: likes flat models."""
-    liked = {"Flat"}
-    window = Window(session)
-    for _ in range(3):
-        window.forget()
-        state, _ = session.call("state")
-        for model in shown_models(state):
-            session.call("score", models=[model], score=100 if kind_of(tmp_path, model) in liked else 0)
-        session.call("update")
-        state = window.state(lambda state: state["fresh"] and not state["updating"])
-    assert [point["labels"] for point in state["chart"]] == [32, 64, 96]
-    assert state["chart"][0]["js"] > 0.05 > state["chart"][-1]["js"]
-    assert state["chart"][0]["js"] <= math.log(2)
-    assert 1 <= len(state["relevance"]) <= 8
-    assert state["relevance"][0]["level"] in ("strong", "medium")
-    for model, known in state["models"].items():
-        expected = 100 if kind_of(tmp_path, model) in liked else 0
-        assert abs(known["mean"] - expected) < 15
-        assert known["std"] >= 0
-        assert known["product"] == pytest.approx(max(known["mean"], 0.0), abs=0.02)
-    features, _ = session.call("features", query="lot")
-    assert features["features"]
-    assert session.call("features", query="no such feature")[0] == {"features": []}
-    session.call("sort", by="feature", feature=features["features"][0])
-    session.call("sort", by="uncertainty")
-    first = session.call("state")[0]["grids"][0]["models"]
-    deviations = [session.call("state")[0]["models"][model]["std"] for model in first]
-    assert deviations == sorted(deviations, reverse=True)
-    session.call("sort", by="similarity", models=[first[3]])
-    assert kind_of(tmp_path, session.call("state")[0]["grids"][0]["models"][0]) == kind_of(tmp_path, first[3])
-    for way in ("default", "uniform", "density", "uncertainty", "already ranked"):
-        window.forget()
-        session.call("populate", way=way)
-        state = window.state(lambda state, way=way: state["way"] == way and not state["updating"])
-        assert len(shown_models(state)) in (32, 96)
-    result, _ = session.call("learn")
-    assert result["file"] == "towers-learned.cga"
-    assert (tmp_path / result["file"]).read_text() == result["text"]
-    assert result["js"] < 0.02
-    _, (picture,) = session.call("sheet", num=2)
-    assert picture.startswith(b"\x89PNG")
-
-
-def kind_of(folder: Path, model: str) -> str:
-    """The symbol that the start rule made of a model."""
-    from grammarlab.derivation.derive import derive
-    from grammarlab.evaluation.flattening import flattened
-    from grammarlab.runs.derive_batch import compiled
-    from grammarlab.runs.scoring.addresses import Address
-
-    grammar, program = compiled(TOWER, "tower")
-    address = Address.parse(model)
-    program = flattened(grammar).program if address.flat else program
-    forest = derive(program, 1, address.seed, first_model=address.model)
-    return forest.symbols[forest.nodes.symbol[1]]

@@ -174,6 +174,8 @@ def test_tables_must_be_those_of_a_session(tmp_path: Path, statement: str):
         ("UPDATE events SET number = 1 << 62 WHERE number = 2", "expected 2"),
         ("UPDATE events SET number = -1 WHERE number = 1", "event 2: expected 1"),
         ("UPDATE events SET kind = 'undo'", "event 1"),
+        ("UPDATE about SET value = '../../x' WHERE name = 'title'", "with the title"),
+        ("UPDATE about SET value = '' WHERE name = 'title'", "with the title"),
         ("DELETE FROM about", "without title"),
         ("UPDATE about SET value = 'x' WHERE name = 'grammar'", "not what it was"),
         ("UPDATE about SET value = zeroblob(5) WHERE name = 'seed'", "without seed"),

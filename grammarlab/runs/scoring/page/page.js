@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 99d497db20361944 */
+/* Built from source/ by bundle.js; do not edit. Source 294f586df42ff9b0 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -110,6 +110,24 @@ function iconButton(name, label, onclick, keys) {
   return element("button", { type: "button", class: "gl-button gl-quiet", title, "aria-label": label, onclick }, icon(name));
 }
 
+// source/known.js
+function knownOf({ state, outbox }, model) {
+  const { score: stored2, mean, std, product, label } = state.models[model];
+  const { score, saved } = outbox.find(model, state.active) ?? { score: stored2, saved: true };
+  if (state.view === "product") return { label, score, saved, predicted: product ?? null, uncertain: null };
+  return { label, score, saved, predicted: mean, uncertain: std };
+}
+function inWords({ label, score, saved, predicted, uncertain }) {
+  const parts = [label, score === null ? "no score" : `scored ${shortly(score)}${saved ? "" : ", not saved yet"}`];
+  if (predicted !== null) {
+    parts.push(`predicted ${Math.round(predicted)}${uncertain === null ? "" : ` ± ${Math.round(uncertain)}`}`);
+  }
+  return parts.join(", ");
+}
+function shortly(score) {
+  return String(Math.round(score * 10) / 10);
+}
+
 // source/cell.js
 var WIDEST = 50;
 var Cell = class {
@@ -130,6 +148,7 @@ var Cell = class {
   draw(look) {
     const before = this.#look;
     this.#look = look;
+    if (look.model !== before.model) this.element.dataset.model = look.model;
     if (look.picture !== before.picture) this.#drawPicture(look.picture);
     if (look.score !== before.score || look.saved !== before.saved) this.#drawScore(look);
     if (look.predicted !== before.predicted) this.#predicted.set(look.predicted, 100);
@@ -156,16 +175,6 @@ var Cell = class {
     this.#score.classList.toggle("gl-unsaved", !saved);
   }
 };
-function inWords({ label, score, saved, predicted, uncertain }) {
-  const parts = [label, score === null ? "no score" : `scored ${shortly(score)}${saved ? "" : ", not saved yet"}`];
-  if (predicted !== null) {
-    parts.push(`predicted ${Math.round(predicted)}${uncertain === null ? "" : ` ± ${Math.round(uncertain)}`}`);
-  }
-  return parts.join(", ");
-}
-function shortly(score) {
-  return String(Math.round(score * 10) / 10);
-}
 function bar(name) {
   const fill = element("i");
   const number2 = element("b");
@@ -259,6 +268,8 @@ function percent(part, whole) {
 var SMALLEST = 26;
 var LARGEST = 640;
 var ROOMY = 104;
+var BARS = 12;
+var ROOMY_BARS = 27;
 var NARROW = 620;
 function makeDisplay(page) {
   const grids = [];
@@ -269,30 +280,36 @@ function makeDisplay(page) {
   let zoom = 1;
   let size = 0;
   let frame = 0;
-  new ResizeObserver(() => fit()).observe(stage);
+  const resizes = new ResizeObserver(() => fit());
+  resizes.observe(stage);
   function update(state) {
     page.selection.show(state.grids.flatMap((grid) => grid.models));
     while (grids.length < state.grids.length) grids.push(makeGrid(grids.length));
-    board.replaceChildren(...state.grids.map((_, index) => grids[index].element));
+    if (board.childElementCount !== state.grids.length) {
+      board.replaceChildren(...state.grids.map((_, index) => grids[index].element));
+    }
     state.grids.forEach((grid, index) => fill(grids[index], grid.title, grid.models.length));
     fit();
     draw();
   }
   function fill({ title: heading, list, cells }, title, count) {
-    heading.textContent = title;
+    heading.textContent = title || "more";
     while (cells.length < count) cells.push(new Cell());
-    if (list.childElementCount !== count) list.replaceChildren(...cells.slice(0, count).map((cell) => cell.element));
+    while (list.childElementCount > count) list.lastElementChild?.remove();
+    for (let next = list.childElementCount; next < count; next += 1) list.append(cells[next].element);
   }
   function fit() {
-    const { grids: count, rows, columns } = page.state.layout;
+    const { rows, columns } = page.state.layout;
+    const count = page.state.grids.length;
     const { clientWidth: width, clientHeight: height } = stage;
     if (!width) return;
     const stacked = count > 1 && width < NARROW;
     const across = stacked ? columns : count * columns;
-    const bars = page.preferences.bars ? 12 : 0;
     const gap = columns > 6 ? 4 : 8;
     const wide = (width - 34 - (stacked ? 0 : (count - 1) * 24)) / across - gap;
-    const high = (height - 56) / rows - gap - bars;
+    const tall = (height - 56) / rows - gap;
+    const bars = page.preferences.bars ? tall - ROOMY_BARS >= ROOMY ? ROOMY_BARS : BARS : 0;
+    const high = tall - bars;
     const fitting = stacked || height < 260 ? wide : Math.min(wide, high);
     size = Math.min(Math.max(Math.floor(fitting * zoom), SMALLEST), LARGEST);
     stage.classList.toggle("gl-stacked", stacked);
@@ -317,31 +334,15 @@ function makeDisplay(page) {
       const keyboard = here >= 0 && here < grid.models.length ? here : 0;
       grid.models.forEach((model, place) => {
         const chosen = page.selection.chosen.has(model);
-        grids[index].cells[place].draw({ ...look(model), chosen, cursor: place === keyboard });
+        const [picture, cursor] = [pictures.find(model), place === keyboard];
+        grids[index].cells[place].draw({ ...knownOf(page, model), model, picture, chosen, cursor });
       });
       position += grid.models.length;
     });
     describe(page.selection.current);
   }
-  function look(model) {
-    const { models, active, view } = page.state;
-    const known = models[model];
-    const product = view === "product";
-    const { score, saved } = page.outbox.find(model, active) ?? { score: known.score, saved: true };
-    return {
-      model,
-      label: known.label,
-      picture: pictures.find(model),
-      score,
-      saved,
-      predicted: product ? known.product ?? null : known.mean,
-      uncertain: product ? null : known.std,
-      chosen: false,
-      cursor: false
-    };
-  }
   function describe(model) {
-    about.textContent = model && page.state.models[model] ? inWords(look(model)) : "";
+    about.textContent = model && page.state.models[model] ? inWords(knownOf(page, model)) : "";
   }
   function zoomBy(factor, at) {
     const room = stage.getBoundingClientRect();
@@ -373,7 +374,11 @@ function makeDisplay(page) {
     pictures.askAgain();
     fit();
   }
-  return { element: stage, about, update, draw, drawSoon, fit, describe, zoomBy, positionOf, tiles, focus, askAgain, close: () => pictures.close() };
+  function close() {
+    resizes.disconnect();
+    pictures.close();
+  }
+  return { element: stage, about, update, drawSoon, fit, describe, zoomBy, positionOf, tiles, focus, askAgain, close };
 }
 function makeGrid(index) {
   const id = `gl-grid-${Math.random().toString(36).slice(2, 8)}-${index}`;
@@ -476,10 +481,9 @@ function makeFactors(page) {
   function buildCreate(close) {
     return [
       element("p", {}, "A factor is one aspect of what you like, such as shape or colour. The density is the product of all factors."),
-      nameForm("Create", "", async (name) => {
+      nameForm("Create", "", (name) => {
         close();
-        await page.ask("factor_create", { name });
-        await page.ask("factor_activate", { name });
+        void page.ask("factor_create", { name });
       })
     ];
   }
@@ -705,7 +709,7 @@ function drawChart(movements) {
 }
 
 // source/look.js
-function makeLook(page) {
+function makeLook(page, backToGrid) {
   let code = null;
   let view = null;
   let model = "";
@@ -743,7 +747,7 @@ function makeLook(page) {
     canvas.cloneNode();
     room.replaceChildren(canvas);
     page.selection.only(Math.max(page.selection.order.indexOf(model), 0));
-    page.root.querySelector(".gl-cell[tabindex='0'][aria-selected=true]")?.focus();
+    backToGrid();
   });
   dialog.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
@@ -778,11 +782,10 @@ function makeLook(page) {
     if (next) return open(next);
   }
   function update() {
-    if (!dialog.open) return;
-    const known = page.state.models[model];
-    const { score, saved } = page.outbox.find(model, page.state.active) ?? { score: known?.score ?? null, saved: true };
-    title.textContent = known ? inWords({ ...known, score, saved, predicted: known.mean, uncertain: known.std, model, picture: void 0, chosen: false, cursor: false }) : "";
-    [...dialog.querySelectorAll(".gl-step")].forEach((step, index) => step.classList.toggle("gl-on", score === 10 * index));
+    if (!dialog.open || !page.state.models[model]) return;
+    const known = knownOf(page, model);
+    title.textContent = inWords(known);
+    [...dialog.querySelectorAll(".gl-step")].forEach((step, index) => step.classList.toggle("gl-on", known.score === 10 * index));
   }
   return {
     element: dialog,
@@ -1018,16 +1021,13 @@ function makeResults(page) {
   const learn = textButton("Learn grammar", () => busyWith(learn, learnGrammar), { title: "Write a grammar that samples what you like" });
   const sheet = textButton("Check sheet", () => busyWith(sheet, drawSheet), { title: `Pictures of ${SHEET} samples of the learned grammar` });
   const picker = element("input", { type: "file", accept: ".csv,.jsonl,.parquet", hidden: true, onchange: importScores });
+  const give = menu(textButton("Export scores", () => {
+  }, { class: "gl-button gl-chooser" }), "Scores as a file", buildFormats);
+  const take = textButton("Import scores", () => picker.click(), { title: "A file that was exported, or made by grammarlab label" });
+  const stage = element("p", { class: "gl-hint" });
   const outcome = element("div", { class: "gl-outcome", role: "status" });
-  const section = element(
-    "section",
-    { class: "gl-card", "aria-label": "Result" },
-    element("h2", {}, "Result"),
-    element("div", { class: "gl-row gl-wrap" }, learn, sheet, menu(textButton("Scores", () => {
-    }, { class: "gl-button gl-chooser" }), "Scores as a file", buildScores)),
-    outcome,
-    picker
-  );
+  const buttons = element("div", { class: "gl-pairs" }, learn, sheet, give, take);
+  const section = element("section", { class: "gl-card", "aria-label": "Result" }, element("h2", {}, "Result"), buttons, stage, outcome, picker);
   async function learnGrammar() {
     const { file, js, rules_before: before, rules_after: after, text } = (await page.channel.request("learn")).result;
     const told = [`${file}: ${before} rules became ${after}`, typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "", "."].join("");
@@ -1039,16 +1039,11 @@ function makeResults(page) {
     const link = saveLink(result.file, buffers, "image/png");
     outcome.replaceChildren(element("img", { src: link.href, alt: `${SHEET} samples of the learned grammar` }), link);
   }
-  function buildScores(close) {
-    const formats = Object.entries(FORMATS).map(([format, says]) => choice(`Export ${format.toUpperCase()}`, says, () => {
+  function buildFormats(close) {
+    return Object.entries(FORMATS).map(([format, says]) => choice(format.toUpperCase(), says, () => {
       close();
       void exportScores(format);
     }));
-    const bring = choice("Import …", "a file that was exported, or made by grammarlab label", () => {
-      close();
-      picker.click();
-    });
-    return [...formats, element("hr"), bring];
   }
   async function exportScores(format) {
     try {
@@ -1080,6 +1075,7 @@ function makeResults(page) {
     } finally {
       button.disabled = false;
       button.classList.remove("gl-working");
+      stage.textContent = "";
     }
   }
   const urls = [];
@@ -1088,14 +1084,21 @@ function makeResults(page) {
     urls.push(href);
     return element("a", { href, download: file }, `Save ${file}`);
   }
-  return { element: section, close: () => urls.forEach((url) => URL.revokeObjectURL(url)) };
+  return {
+    element: section,
+    /** Of what any window asked for; said where it was asked. @param {import("./types.js").Progress} now */
+    progress(now) {
+      if (learn.disabled || sheet.disabled) stage.textContent = `${now.stage}…`;
+    },
+    close: () => urls.forEach((url) => URL.revokeObjectURL(url))
+  };
 }
 
 // source/scoring.js
 var STEPS = [0, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100];
 function makeScoring(page, backToGrid) {
   const heading = element("h2", {}, "Score");
-  const count = element("p", { class: "gl-count" });
+  const count = element("p", { class: "gl-count", role: "status" });
   const number2 = element("input", { class: "gl-input gl-typed", type: "number", min: "0", max: "100", step: "any", "aria-label": "Score of the selected models, 0 to 100", title: "S" });
   const slider = element("input", { class: "gl-slider", type: "range", min: "0", max: "100", "aria-label": "Score of the selected models" });
   const steps = STEPS.map((score) => textButton(String(score), () => give(score), { class: "gl-step", title: score === 100 ? "key H" : `key ${score / 10}` }));
@@ -1133,10 +1136,13 @@ function makeScoring(page, backToGrid) {
   }
   function update() {
     const chosen = page.selection.models;
-    const scores = new Set(chosen.map((model) => page.outbox.find(model, page.state.active)?.score ?? page.state.models[model]?.score ?? null));
+    const scores = new Set(chosen.map((model) => knownOf(page, model).score));
     const [shared] = scores.size === 1 ? scores : [null];
-    count.textContent = chosen.length ? `${chosen.length} selected` : "select models";
-    controls.disabled = look.disabled = chosen.length === 0;
+    const product = page.state.view === "product";
+    const words = product ? "choose a factor first" : chosen.length ? `${chosen.length} selected` : "select models";
+    if (count.textContent !== words) count.textContent = words;
+    look.disabled = chosen.length === 0;
+    controls.disabled = look.disabled || product;
     if (document.activeElement !== number2) number2.value = shared === null ? "" : shortly(shared);
     number2.placeholder = scores.size > 1 ? "mixed" : "0–100";
     if (document.activeElement !== slider) slider.value = String(shared ?? 50);
@@ -1545,7 +1551,7 @@ function build(root, channel, first) {
   const status = makeStatus(page);
   const scoring = makeScoring(page, () => keys.handOn());
   const keys = listenToKeys(page, display, scoring);
-  const look = makeLook(page);
+  const look = makeLook(page, () => display.focus());
   const learning = makeLearning(page);
   const results = makeResults(page);
   const factors = makeFactors(page);
@@ -1599,7 +1605,8 @@ function build(root, channel, first) {
     },
     /** @param {import("./types.js").Progress} progress */
     progress(progress) {
-      if ((progress.of ?? "update") === "update") learning.progress(progress);
+      const part = (progress.of ?? "update") === "update" ? learning : results;
+      part.progress(progress);
     },
     /** @param {boolean} connected */
     connection(connected) {

@@ -1,17 +1,11 @@
 import { element } from "./element.js";
+import { inWords, shortly } from "./known.js";
 
 /** @typedef {import("./pictures.js").Picture} Picture */
+/** @typedef {import("./known.js").Known} Known */
 /**
- * @typedef {object} Look what a tile shows; a tile is touched only where this differs from before
- * @property {string} model
- * @property {string} label
- * @property {Picture | undefined} picture
- * @property {number | null} score
- * @property {boolean} saved
- * @property {number | null} predicted 0 to 100
- * @property {number | null} uncertain points
- * @property {boolean} chosen
- * @property {boolean} cursor
+ * @typedef {Known & { model: string, picture: Picture | undefined, chosen: boolean, cursor: boolean }} Look
+ * what a tile shows; a tile is touched only where this differs from before
  */
 
 /** Points of standard deviation that fill the blue bar: scores of 0 and 100 alike often have 50. */
@@ -38,6 +32,7 @@ export class Cell {
   draw(look) {
     const before = this.#look;
     this.#look = look;
+    if (look.model !== before.model) this.element.dataset.model = look.model;
     if (look.picture !== before.picture) this.#drawPicture(look.picture);
     if (look.score !== before.score || look.saved !== before.saved) this.#drawScore(look);
     if (look.predicted !== before.predicted) this.#predicted.set(look.predicted, 100);
@@ -62,20 +57,6 @@ export class Cell {
     this.#score.textContent = score === null ? "" : shortly(score);
     this.#score.classList.toggle("gl-unsaved", !saved);
   }
-}
-
-/** What a tile says, for the line below the grids and for screen readers. @param {Look} look */
-export function inWords({ label, score, saved, predicted, uncertain }) {
-  const parts = [label, score === null ? "no score" : `scored ${shortly(score)}${saved ? "" : ", not saved yet"}`];
-  if (predicted !== null) {
-    parts.push(`predicted ${Math.round(predicted)}${uncertain === null ? "" : ` ± ${Math.round(uncertain)}`}`);
-  }
-  return parts.join(", ");
-}
-
-/** @param {number} score */
-export function shortly(score) {
-  return String(Math.round(score * 10) / 10);
 }
 
 /** @param {string} name */

@@ -1,5 +1,6 @@
-import { Cell, inWords } from "./cell.js";
+import { Cell } from "./cell.js";
 import { element } from "./element.js";
+import { inWords, knownOf } from "./known.js";
 import { Pictures } from "./pictures.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -8,6 +9,8 @@ import { Pictures } from "./pictures.js";
 const SMALLEST = 26;
 const LARGEST = 640;
 const ROOMY = 104; // pixels of a tile from which on numbers fit beside its bars
+const BARS = 12; // pixels that they take below a tile
+const ROOMY_BARS = 27;
 const NARROW = 620; // pixels of width below which grids stand one above the other
 
 /**
@@ -27,13 +30,17 @@ export function makeDisplay(page) {
   let size = 0;
   let frame = 0;
 
-  new ResizeObserver(() => fit()).observe(stage);
+  const resizes = new ResizeObserver(() => fit());
+  resizes.observe(stage);
 
   /** @param {State} state */
   function update(state) {
     page.selection.show(state.grids.flatMap((grid) => grid.models));
     while (grids.length < state.grids.length) grids.push(makeGrid(grids.length));
-    board.replaceChildren(...state.grids.map((_, index) => grids[index].element));
+    // Moving an element takes the keyboard away from what is in it, so only what has to move does.
+    if (board.childElementCount !== state.grids.length) {
+      board.replaceChildren(...state.grids.map((_, index) => grids[index].element));
+    }
     state.grids.forEach((grid, index) => fill(grids[index], grid.title, grid.models.length));
     fit();
     draw();
@@ -41,22 +48,25 @@ export function makeDisplay(page) {
 
   /** @param {typeof grids[number]} grid @param {string} title @param {number} count */
   function fill({ title: heading, list, cells }, title, count) {
-    heading.textContent = title;
+    heading.textContent = title || "more";
     while (cells.length < count) cells.push(new Cell());
-    if (list.childElementCount !== count) list.replaceChildren(...cells.slice(0, count).map((cell) => cell.element));
+    while (list.childElementCount > count) list.lastElementChild?.remove();
+    for (let next = list.childElementCount; next < count; next += 1) list.append(cells[next].element);
   }
 
   /** As large as the room allows, times the zoom. */
   function fit() {
-    const { grids: count, rows, columns } = page.state.layout;
+    const { rows, columns } = page.state.layout;
+    const count = page.state.grids.length;
     const { clientWidth: width, clientHeight: height } = stage;
     if (!width) return;
     const stacked = count > 1 && width < NARROW;
     const across = stacked ? columns : count * columns;
-    const bars = page.preferences.bars ? 12 : 0;
     const gap = columns > 6 ? 4 : 8;
     const wide = (width - 34 - (stacked ? 0 : (count - 1) * 24)) / across - gap;
-    const high = (height - 56) / rows - gap - bars;
+    const tall = (height - 56) / rows - gap;
+    const bars = page.preferences.bars ? (tall - ROOMY_BARS >= ROOMY ? ROOMY_BARS : BARS) : 0;
+    const high = tall - bars;
     const fitting = stacked || height < 260 ? wide : Math.min(wide, high);
     size = Math.min(Math.max(Math.floor(fitting * zoom), SMALLEST), LARGEST);
     stage.classList.toggle("gl-stacked", stacked);
@@ -83,35 +93,17 @@ export function makeDisplay(page) {
       const keyboard = here >= 0 && here < grid.models.length ? here : 0;
       grid.models.forEach((model, place) => {
         const chosen = page.selection.chosen.has(model);
-        grids[index].cells[place].draw({ ...look(model), chosen, cursor: place === keyboard });
+        const [picture, cursor] = [pictures.find(model), place === keyboard];
+        grids[index].cells[place].draw({ ...knownOf(page, model), model, picture, chosen, cursor });
       });
       position += grid.models.length;
     });
     describe(page.selection.current);
   }
 
-  /** @param {string} model */
-  function look(model) {
-    const { models, active, view } = page.state;
-    const known = models[model];
-    const product = view === "product";
-    const { score, saved } = page.outbox.find(model, active) ?? { score: known.score, saved: true };
-    return {
-      model,
-      label: known.label,
-      picture: pictures.find(model),
-      score,
-      saved,
-      predicted: product ? (known.product ?? null) : known.mean,
-      uncertain: product ? null : known.std,
-      chosen: false,
-      cursor: false,
-    };
-  }
-
   /** Says below the grids what is known of a model. @param {string | undefined} model */
   function describe(model) {
-    about.textContent = model && page.state.models[model] ? inWords(look(model)) : "";
+    about.textContent = model && page.state.models[model] ? inWords(knownOf(page, model)) : "";
   }
 
   /**
@@ -153,7 +145,12 @@ export function makeDisplay(page) {
     fit();
   }
 
-  return { element: stage, about, update, draw, drawSoon, fit, describe, zoomBy, positionOf, tiles, focus, askAgain, close: () => pictures.close() };
+  function close() {
+    resizes.disconnect();
+    pictures.close();
+  }
+
+  return { element: stage, about, update, drawSoon, fit, describe, zoomBy, positionOf, tiles, focus, askAgain, close };
 }
 
 /** @param {number} index */

@@ -35,10 +35,9 @@ export function makeFactors(page) {
   function buildCreate(close) {
     return [
       element("p", {}, "A factor is one aspect of what you like, such as shape or colour. The density is the product of all factors."),
-      nameForm("Create", "", async (name) => {
+      nameForm("Create", "", (name) => {
         close();
-        await page.ask("factor_create", { name });
-        await page.ask("factor_activate", { name });
+        void page.ask("factor_create", { name });
       }),
     ];
   }

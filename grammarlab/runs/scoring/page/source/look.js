@@ -1,7 +1,7 @@
-import { inWords } from "./cell.js";
 import { element, iconButton } from "./element.js";
-import { textButton } from "./menu.js";
 import { scoreOfKey } from "./keyboard.js";
+import { inWords, knownOf } from "./known.js";
+import { textButton } from "./menu.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {ReturnType<typeof import("../viewer/viewer.js").show>} View */
@@ -9,8 +9,9 @@ import { scoreOfKey } from "./keyboard.js";
 /**
  * The large 3D view of one model. Its code comes over the channel when it is first needed.
  * @param {Page} page
+ * @param {() => void} backToGrid
  */
-export function makeLook(page) {
+export function makeLook(page, backToGrid) {
   /** @type {Promise<{ show: typeof import("../viewer/viewer.js").show }> | null} */
   let code = null;
   /** @type {View | null} */
@@ -44,7 +45,7 @@ export function makeLook(page) {
     canvas = /** @type {HTMLCanvasElement} */ (canvas.cloneNode()); // a canvas serves one view only
     room.replaceChildren(canvas);
     page.selection.only(Math.max(page.selection.order.indexOf(model), 0));
-    /** @type {HTMLElement | null} */ (page.root.querySelector(".gl-cell[tabindex='0'][aria-selected=true]"))?.focus();
+    backToGrid();
   });
 
   dialog.addEventListener("keydown", (event) => {
@@ -85,11 +86,10 @@ export function makeLook(page) {
   }
 
   function update() {
-    if (!dialog.open) return;
-    const known = page.state.models[model];
-    const { score, saved } = page.outbox.find(model, page.state.active) ?? { score: known?.score ?? null, saved: true };
-    title.textContent = known ? inWords({ ...known, score, saved, predicted: known.mean, uncertain: known.std, model, picture: undefined, chosen: false, cursor: false }) : "";
-    [...dialog.querySelectorAll(".gl-step")].forEach((step, index) => step.classList.toggle("gl-on", score === 10 * index));
+    if (!dialog.open || !page.state.models[model]) return;
+    const known = knownOf(page, model);
+    title.textContent = inWords(known);
+    [...dialog.querySelectorAll(".gl-step")].forEach((step, index) => step.classList.toggle("gl-on", known.score === 10 * index));
   }
 
   return {

@@ -109,7 +109,7 @@ function build(root, channel, first) {
   const status = makeStatus(page);
   const scoring = makeScoring(page, () => keys.handOn());
   const keys = listenToKeys(page, display, scoring);
-  const look = makeLook(page);
+  const look = makeLook(page, () => display.focus());
   const learning = makeLearning(page);
   const results = makeResults(page);
   const factors = makeFactors(page);
@@ -166,7 +166,8 @@ function build(root, channel, first) {
     },
     /** @param {import("./types.js").Progress} progress */
     progress(progress) {
-      if ((progress.of ?? "update") === "update") learning.progress(progress);
+      const part = (progress.of ?? "update") === "update" ? learning : results;
+      part.progress(progress);
     },
     /** @param {boolean} connected */
     connection(connected) {

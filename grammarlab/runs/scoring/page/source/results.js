@@ -14,13 +14,12 @@ export function makeResults(page) {
   const learn = textButton("Learn grammar", () => busyWith(learn, learnGrammar), { title: "Write a grammar that samples what you like" });
   const sheet = textButton("Check sheet", () => busyWith(sheet, drawSheet), { title: `Pictures of ${SHEET} samples of the learned grammar` });
   const picker = element("input", { type: "file", accept: ".csv,.jsonl,.parquet", hidden: true, onchange: importScores });
+  const give = menu(textButton("Export scores", () => {}, { class: "gl-button gl-chooser" }), "Scores as a file", buildFormats);
+  const take = textButton("Import scores", () => picker.click(), { title: "A file that was exported, or made by grammarlab label" });
+  const stage = element("p", { class: "gl-hint" });
   const outcome = element("div", { class: "gl-outcome", role: "status" });
-  const section = element("section", { class: "gl-card", "aria-label": "Result" },
-    element("h2", {}, "Result"),
-    element("div", { class: "gl-row gl-wrap" }, learn, sheet, menu(textButton("Scores", () => {}, { class: "gl-button gl-chooser" }), "Scores as a file", buildScores)),
-    outcome,
-    picker,
-  );
+  const buttons = element("div", { class: "gl-pairs" }, learn, sheet, give, take);
+  const section = element("section", { class: "gl-card", "aria-label": "Result" }, element("h2", {}, "Result"), buttons, stage, outcome, picker);
 
   async function learnGrammar() {
     const { file, js, rules_before: before, rules_after: after, text } = (await page.channel.request("learn")).result;
@@ -36,16 +35,11 @@ export function makeResults(page) {
   }
 
   /** @param {() => void} close */
-  function buildScores(close) {
-    const formats = Object.entries(FORMATS).map(([format, says]) => choice(`Export ${format.toUpperCase()}`, says, () => {
+  function buildFormats(close) {
+    return Object.entries(FORMATS).map(([format, says]) => choice(format.toUpperCase(), says, () => {
       close();
       void exportScores(format);
     }));
-    const bring = choice("Import …", "a file that was exported, or made by grammarlab label", () => {
-      close();
-      picker.click();
-    });
-    return [...formats, element("hr"), bring];
   }
 
   /** @param {string} format */
@@ -82,6 +76,7 @@ export function makeResults(page) {
     } finally {
       button.disabled = false;
       button.classList.remove("gl-working");
+      stage.textContent = "";
     }
   }
 
@@ -95,5 +90,12 @@ export function makeResults(page) {
     return element("a", { href, download: file }, `Save ${file}`);
   }
 
-  return { element: section, close: () => urls.forEach((url) => URL.revokeObjectURL(url)) };
+  return {
+    element: section,
+    /** Of what any window asked for; said where it was asked. @param {import("./types.js").Progress} now */
+    progress(now) {
+      if (learn.disabled || sheet.disabled) stage.textContent = `${now.stage}…`;
+    },
+    close: () => urls.forEach((url) => URL.revokeObjectURL(url)),
+  };
 }

@@ -1,5 +1,5 @@
-import { shortly } from "./cell.js";
 import { element, icon } from "./element.js";
+import { knownOf, shortly } from "./known.js";
 import { textButton } from "./menu.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -13,7 +13,7 @@ const STEPS = [0, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100];
  */
 export function makeScoring(page, backToGrid) {
   const heading = element("h2", {}, "Score");
-  const count = element("p", { class: "gl-count" });
+  const count = element("p", { class: "gl-count", role: "status" });
   const number = element("input", { class: "gl-input gl-typed", type: "number", min: "0", max: "100", step: "any", "aria-label": "Score of the selected models, 0 to 100", title: "S" });
   const slider = element("input", { class: "gl-slider", type: "range", min: "0", max: "100", "aria-label": "Score of the selected models" });
   const steps = STEPS.map((score) => textButton(String(score), () => give(score), { class: "gl-step", title: score === 100 ? "key H" : `key ${score / 10}` }));
@@ -52,10 +52,13 @@ export function makeScoring(page, backToGrid) {
 
   function update() {
     const chosen = page.selection.models;
-    const scores = new Set(chosen.map((model) => page.outbox.find(model, page.state.active)?.score ?? page.state.models[model]?.score ?? null));
+    const scores = new Set(chosen.map((model) => knownOf(page, model).score));
     const [shared] = scores.size === 1 ? scores : [null];
-    count.textContent = chosen.length ? `${chosen.length} selected` : "select models";
-    controls.disabled = look.disabled = chosen.length === 0;
+    const product = page.state.view === "product";
+    const words = product ? "choose a factor first" : chosen.length ? `${chosen.length} selected` : "select models";
+    if (count.textContent !== words) count.textContent = words;
+    look.disabled = chosen.length === 0;
+    controls.disabled = look.disabled || product;
     if (document.activeElement !== number) number.value = shared === null ? "" : shortly(shared);
     number.placeholder = scores.size > 1 ? "mixed" : "0–100";
     if (document.activeElement !== slider) slider.value = String(shared ?? 50);

@@ -1,0 +1,299 @@
+"""Finished models to learn from: derivations on disk, made by anybody, checked against a grammar.
+
+Every number that a file says is checked before it is used: sizes are bounded, and the trees must be trees of the
+grammar, whose percentages may differ. Geometry is not read.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from grammarlab.density.skeleton import TreeGrammar
+from grammarlab.derivation.compiler import compile_grammar
+from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports
+from grammarlab.derivation.materials import CHANNELS, Materials
+from grammarlab.derivation.program import Program
+from grammarlab.derivation.selection import join_forests
+from grammarlab.errors import AssetError, UsageError
+from grammarlab.geometry.mesh import Meshes
+from grammarlab.language.grammar import Grammar
+from grammarlab.runs.derivations import HEADER
+from grammarlab.runs.records import DERIVATIONS
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+MAX_HEADER_BYTES = 16 << 20
+MAX_FILE_BYTES = 1 << 30
+MAX_MODELS = 200_000
+MAX_ROWS = 50_000_000
+"""Nodes, or draws, of all examples together."""
+MAX_FOLDERS = 20_000
+_NODES, _DRAWS = "nodes.parquet", "draws.parquet"
+_NODE_COLUMNS = ("model", "parent", "symbol", "rule", "child", "repeat")
+_DRAW_COLUMNS = {"node": True, "site": True, "value": False, "log_density": False}
+"""Whether each column holds whole numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Names:
+    """What the integers of a folder stand for in the grammar: indices into the columns of its program, -1 for none."""
+
+    num_models: int
+    symbols: Ints
+    rules: Ints
+    sites: Ints
+
+
+def example_models(path: Path, grammar: Grammar) -> Forest:
+    """The models at a place as trees of a grammar, without geometry.
+
+    Args:
+        path: what `grammarlab sample` wrote: its folder, ``derivations`` in it, or one batch of these; or a Parquet
+            file with a table of nodes. A file alone, without ``forest.json`` beside it, numbers symbols and rules as
+            the grammar does, and says nothing about drawn attributes.
+        grammar: the grammar that can make them.
+
+    Raises:
+        UsageError: when there is nothing of the kind, or the models are not of the grammar.
+        AssetError: for files that are damaged or too large.
+    """
+    program, tree = compile_grammar(grammar), TreeGrammar.of(grammar)
+    forests: list[Forest] = []
+    models = rows = 0
+    for nodes in _node_files(path):
+        try:
+            forest = _forest(nodes, program, _Slots.of(program, tree))
+        except (ValueError, LookupError, TypeError, OSError, RecursionError, pa.ArrowException) as error:
+            raise AssetError(
+                f"{nodes}: these derivations are damaged, or of another grammar ({error}). Sample them again."
+            ) from error
+        models, rows = models + forest.num_models, rows + len(forest.nodes)
+        if models > MAX_MODELS or rows > MAX_ROWS:
+            raise AssetError(
+                f"{path}: {models:,} models with {rows:,} nodes and more; {MAX_MODELS:,} with {MAX_ROWS:,} can be "
+                "learned from. Give a part of them."
+            )
+        forests.append(forest)
+    return join_forests(forests)
+
+
+def _node_files(path: Path) -> tuple[Path, ...]:
+    """The tables of nodes at a place."""
+    if path.is_file():
+        if path.suffix != ".parquet":
+            raise UsageError(f"{path}: expected a folder that grammarlab sample wrote, or a Parquet file.")
+        beside = path.with_name(_NODES)
+        return (beside if path.with_name(HEADER).is_file() and beside.is_file() else path,)
+    if not path.is_dir():
+        raise UsageError(f"no examples at {str(path)!r}: expected a folder that grammarlab sample wrote.")
+    for folder in (path / DERIVATIONS, path):
+        if (folder / _NODES).is_file():
+            return (folder / _NODES,)
+        found = sorted(folder.glob(f"*/{_NODES}"))
+        if len(found) > MAX_FOLDERS:
+            raise AssetError(f"{folder}: {len(found):,} batches; {MAX_FOLDERS:,} can be read.")
+        if found:
+            return tuple(found)
+    raise UsageError(f"{path}: expected derivations in this folder, as grammarlab sample writes them, found none.")
+
+
+def _forest(file: Path, program: Program, slots: _Slots) -> Forest:
+    columns = _read(file, dict.fromkeys(_NODE_COLUMNS, True))
+    header = file.with_name(HEADER)
+    alone = not header.is_file()
+    num_models = int(columns["model"].max(initial=-1)) + 1
+    names = _own_names(program, num_models) if alone else _names(header, program)
+    nodes = _nodes(columns, names, slots)
+    draws = {name: np.zeros(0) for name in _DRAW_COLUMNS}
+    if not alone and file.with_name(_DRAWS).is_file():
+        draws = _read(file.with_name(_DRAWS), _DRAW_COLUMNS)
+    none, empty = np.zeros(0, dtype=np.int32), np.zeros((0, 3))
+    zero = np.zeros(1, dtype=np.int64)
+    return Forest(
+        seed=0,
+        first_model=0,
+        num_models=names.num_models,
+        symbols=program.symbols,
+        rules=program.rule_names,
+        sites=program.sites,
+        nodes=nodes,
+        leaves=Leaves(none, empty, empty, none, none, none),
+        draws=_draws(draws, names, len(nodes), program),
+        reports=Reports(none, none, np.zeros(0), ()),
+        frames=np.zeros((0, 3, 3)),
+        meshes=Meshes(empty, zero[:0], zero, zero, zero, np.zeros(0, dtype=np.int8)),
+        materials=Materials(np.zeros((0, len(CHANNELS))), ()),
+    )
+
+
+# Names
+
+
+def _own_names(program: Program, num_models: int) -> _Names:
+    sizes = (len(program.symbols), len(program.rule_names), len(program.sites))
+    return _Names(num_models, *(np.arange(size) for size in sizes))
+
+
+def _names(header: Path, program: Program) -> _Names:
+    """What ``forest.json`` says."""
+    if header.stat().st_size > MAX_HEADER_BYTES:
+        raise ValueError(f"{header.name} has more than {MAX_HEADER_BYTES:,} bytes")
+    values = json.loads(header.read_text(encoding="utf-8"))
+    num_models = values["num_models"]
+    if not isinstance(num_models, int) or not 0 <= num_models <= MAX_MODELS:
+        raise ValueError(f"{num_models!r:.40} models")
+    own_rules = [(rule.symbol, rule.parameters, rule.branch) for rule in program.rule_names]
+    rules = [(str(rule[0]), rule[1], tuple(rule[2])) for rule in values["rules"]]
+    # Derivations of the first version name their sites otherwise: their draws are left out.
+    sites = [tuple(site[:3]) if isinstance(site, list) else () for site in values["sites"]]
+    own_sites = [(site.name, site.kind, site.definition) for site in program.sites]
+    return _Names(
+        num_models,
+        _places(program.symbols, [str(symbol) for symbol in values["symbols"]]),
+        _places(own_rules, rules),
+        _places(own_sites, sites),
+    )
+
+
+def _places(known: Sequence[object], found: Sequence[object]) -> Ints:
+    place = {item: i for i, item in enumerate(known)}
+    return np.array([place.get(item, -1) for item in found], dtype=np.int64)
+
+
+# Tables
+
+
+def _read(file: Path, kinds: Mapping[str, bool]) -> dict[str, NDArray[Any]]:
+    """Columns of numbers: whole ones where the kind says so."""
+    if file.stat().st_size > MAX_FILE_BYTES:
+        raise ValueError(f"{file.name} has more than {MAX_FILE_BYTES:,} bytes")
+    with pq.ParquetFile(file) as table:
+        if table.metadata.num_rows > MAX_ROWS:
+            raise ValueError(f"{file.name} has more than {MAX_ROWS:,} rows")
+        for name, whole in kinds.items():
+            kind = table.schema_arrow.field(name).type
+            if not (pa.types.is_integer(kind) if whole else pa.types.is_floating(kind)):
+                raise ValueError(f"column {name} of {file.name} holds {kind}")
+        found = table.read(columns=list(kinds), use_threads=False)
+    if any(found.column(name).null_count for name in kinds):
+        raise ValueError(f"{file.name} has cells without a value")
+    return {
+        name: found.column(name).cast(pa.int64() if whole else pa.float64()).to_numpy() for name, whole in kinds.items()
+    }
+
+
+def _within(values: Ints, low: int, high: int, what: str) -> None:
+    if len(values) and not (low <= values.min() and values.max() < high):
+        raise ValueError(f"expected {what} from {low} to {high - 1}, found {values.min()} to {values.max()}")
+
+
+def _nodes(columns: Mapping[str, Ints], names: _Names, slots: _Slots) -> Nodes:
+    """The nodes, if they are trees of the grammar."""
+    model, parent, rule = columns["model"], columns["parent"], columns["rule"]
+    size = len(model)
+    _within(model, 0, names.num_models, "models")
+    _within(columns["symbol"], 0, len(names.symbols), "symbols")
+    _within(rule, -1, len(names.rules), "rules")
+    _within(columns["repeat"], 0, 1 << 31, "repeats")
+    if (parent < -1).any() or (parent >= np.arange(size)).any():
+        raise ValueError("a node does not stand below its parent")
+    inner = np.flatnonzero(parent >= 0)
+    roots = np.bincount(model[parent < 0], minlength=names.num_models)
+    if (roots != 1).any() or (model[parent[inner]] != model[inner]).any():
+        raise ValueError("expected one tree a model")
+    symbol = names.symbols[columns["symbol"]]
+    own_rule = np.append(names.rules, -1)[rule]
+    slots.check(symbol, np.where((rule >= 0) & (own_rule < 0), slots.UNKNOWN, own_rule), parent, columns["child"])
+    return Nodes(
+        model.astype(np.int32),
+        parent.astype(np.int32),
+        symbol.astype(np.int16),
+        own_rule.astype(np.int16),
+        columns["child"].astype(np.int16),
+        columns["repeat"].astype(np.int32),
+    )
+
+
+def _draws(columns: Mapping[str, NDArray[Any]], names: _Names, num_nodes: int, program: Program) -> Draws:
+    """The draws of random expressions that the grammar has."""
+    node, site = columns["node"].astype(np.int64), columns["site"].astype(np.int64)
+    _within(node, 0, num_nodes, "nodes")
+    _within(site, 0, len(names.sites), "random expressions")
+    own = names.sites[site] if len(site) else site
+    kept = own >= 0
+    value, log_density = columns["value"][kept], columns["log_density"][kept]
+    if not np.isfinite(value).all() or np.isnan(log_density).any():
+        raise ValueError("a draw is not a number")
+    choices = np.array([found.choices for found in program.sites], dtype=np.int64)[own[kept]]
+    if ((choices > 0) & ((value < 0) | (value >= choices) | (value != np.floor(value)))).any():
+        raise ValueError("a choice has no branch of that number")
+    return Draws(node[kept].astype(np.int32), own[kept].astype(np.int16), value, log_density)
+
+
+@dataclass(frozen=True, slots=True)
+class _Slots:
+    """Which symbol stands where below which rule."""
+
+    UNKNOWN = -2
+    """In place of a rule that the grammar does not have."""
+
+    program: Program
+    symbol_of_rule: Ints
+    """[R + 1] the last one for leaves: any."""
+    first: Ints
+    """[R + 1] where the successors of each rule begin in `successor`."""
+    successor: Ints
+    """Symbols of successors, one rule after the other."""
+    start: int
+    """The symbol of a root."""
+
+    @classmethod
+    def of(cls, program: Program, tree: TreeGrammar) -> _Slots:
+        place = {name: i for i, name in enumerate(program.symbols)}
+        alternatives = {(key, found.branch): found for key in tree.bodies for found in tree.alternatives(key)}
+        below = [
+            [place[s.key[0]] for s in alternatives[(rule.symbol, rule.parameters), rule.branch].successors]
+            for rule in program.rule_names
+        ]
+        return cls(
+            program,
+            np.array([*(place[rule.symbol] for rule in program.rule_names), -1], dtype=np.int64),
+            np.cumsum([0, *map(len, below)]),
+            np.array([symbol for symbols in below for symbol in symbols], dtype=np.int64),
+            place[tree.start[0]],
+        )
+
+    def check(self, symbol: Ints, rule: Ints, parent: Ints, child: Ints) -> None:
+        """Makes sure that nodes hang together as the rules say.
+
+        Raises:
+            UsageError: when they do not.
+        """
+        inner = np.flatnonzero(parent >= 0)
+        above = rule[parent[inner]]
+        place = self.first[above] + child[inner]
+        fits = (
+            (symbol >= 0).all()
+            and (rule != self.UNKNOWN).all()
+            and ((rule < 0) | (self.symbol_of_rule[rule] == symbol)).all()
+            and (symbol[parent < 0] == self.start).all()
+            and (above >= 0).all()
+            and (child[inner] >= 0).all()
+            and (place < self.first[above + 1]).all()
+            and (self.successor[place] == symbol[inner]).all()
+        )
+        if not fits:
+            raise UsageError(
+                "the examples are not models of this grammar: its symbols or rules are others, or they begin with "
+                "another rule. Learn from models that the rule file itself can make; percentages may differ."
+            )

@@ -1,0 +1,120 @@
+"""From finished models to a learned grammar on disk, and how much better it explains them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from grammarlab.density.examples import EXAMPLE_METHODS, ExampleMethod, learn_from_examples
+from grammarlab.density.learned import LearnedGrammar
+from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.selection import select_models
+from grammarlab.language.grammar import Grammar
+from grammarlab.runs.derive_batch import compiled
+from grammarlab.runs.examples import RuleSource, find_rules
+from grammarlab.runs.learn.example_models import example_models
+from grammarlab.runs.learn.measure import Measured, Truth, measured
+from grammarlab.runs.learn.pool import Pool
+from grammarlab.runs.learn.scenario import check_method, origin_line, scenario_of, write_learned
+
+Floats = NDArray[np.float64]
+
+HELD_OUT = 5
+"""One example in so many is kept back to judge on, where there are at least `ENOUGH`."""
+ENOUGH = 50
+
+
+@dataclass(frozen=True, slots=True)
+class HeldOut:
+    """How well the examples that were kept back are explained by what the others teach."""
+
+    num_models: int
+    possible: int
+    """How many of them the learned grammar can make."""
+    gain: float
+    """Of these, the mean of the logarithm of how much likelier they are than under the original grammar, in nats."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExamplesResult:
+    """A grammar learned from finished models."""
+
+    learned: LearnedGrammar
+    file: Path
+    examples: Path
+    source: RuleSource
+    num_examples: int
+    held_out: HeldOut | None
+    """None for few examples."""
+    measured: Measured
+    """The learned density as the wanted one, beside the original one, on a pool of models."""
+    seconds: float
+    """From the examples to the text of the grammar."""
+    truth: Truth | None = None
+    """How near it comes to a scenario, where one is given to compare with."""
+
+
+def learn_from_files(
+    grammar: str, examples: Path, file: Path, *, method: str = "tied", seed: int = 0, scenario: Path | None = None
+) -> ExamplesResult:
+    """Learns the grammar that is likeliest to have made some finished models.
+
+    Args:
+        grammar: a rule file or the name of a shipped grammar that can make them.
+        examples: see `example_models`.
+        file: where to write the new rule file; assets that it names are put beside it.
+        method: of `EXAMPLE_METHODS`.
+        seed: of the models that the result is looked at on.
+        scenario: a scenario file to compare the result with; nothing is learned from it.
+
+    Raises:
+        UsageError: when there are no examples, or they are not of the grammar.
+        AssetError: for examples that cannot be read.
+    """
+    check_method(method, EXAMPLE_METHODS)
+    chosen = cast(ExampleMethod, method)
+    source = find_rules(grammar)
+    parsed, _ = compiled(source.text(), source.name)
+    known = None if scenario is None else scenario_of(scenario, grammar, parsed)
+    begun = perf_counter()
+    forest = example_models(examples, parsed)
+    header = [
+        origin_line(source.name, parsed),
+        f"Examples {examples.name}: {forest.num_models} models",
+        f"Method {method} from examples",
+    ]
+    # At these sizes several threads are slower than one.
+    with threadpool_limits(1):
+        learned = learn_from_examples(parsed, forest, chosen, header=header, assets=source.assets)
+        seconds = perf_counter() - begun
+        held_out = _held_out(parsed, forest, chosen)
+    write_learned(file, learned, source.assets)
+    pool = Pool.of(parsed, source.assets, seed)
+    ratio = np.concatenate([learned.ratio(part) for part in pool.forests])
+    return ExamplesResult(
+        learned,
+        file,
+        examples,
+        source,
+        forest.num_models,
+        held_out,
+        measured(ratio, ratio, pool.weights),
+        seconds,
+        None if known is None else Truth.of(known, learned),
+    )
+
+
+def _held_out(grammar: Grammar, forest: Forest, method: ExampleMethod) -> HeldOut | None:
+    if forest.num_models < ENOUGH:
+        return None
+    held = np.arange(forest.num_models) % HELD_OUT == HELD_OUT - 1
+    learned = learn_from_examples(grammar, select_models(forest, np.flatnonzero(~held)), method)
+    ratio = learned.ratio(select_models(forest, np.flatnonzero(held)))
+    possible = ratio[ratio > 0.0]
+    return HeldOut(len(ratio), len(possible), float(np.log(possible).mean()) if len(possible) else 0.0)

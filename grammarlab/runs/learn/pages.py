@@ -1,0 +1,121 @@
+"""What the page about a learned density says, for each thing it can be learned from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from grammarlab.density.sampler import GrammarSampler
+from grammarlab.runs.learn.examples import ExamplesResult
+from grammarlab.runs.learn.labels import LabelsResult
+from grammarlab.runs.learn.measure import Learned, Truth
+from grammarlab.runs.learn.report import Report, compared_rows, cost_facts, nats, table
+from grammarlab.runs.learn.scenario import LearnResult
+
+Rows = tuple[tuple[str, str, str], ...]
+
+
+def page_of_scenario(result: LearnResult) -> Report:
+    """The page about a density that is known exactly."""
+    found, learned = result.source.scenario, result.learned
+    facts = (
+        *cost_facts(learned, result.measured),
+        ("method", f"{learned.method}, base {found.base}"),
+        ("seconds", f"{result.seconds:.2f}"),
+    )
+    return Report(
+        _title(result.file, learned),
+        f"Learned by `grammarlab learn` from {found.grammar} and scenario {found.name}: {found.title}.",
+        (*compared_rows("what is liked", result.measured), _rules(learned)),
+        facts,
+        (),
+        learned.findings,
+        GrammarSampler(result.source.grammar, result.source.assets),
+        learned,
+    )
+
+
+def page_of_labels(result: LabelsResult) -> Report:
+    """The page about a density that was learned from scores."""
+    learned = result.learned
+    compared = (*compared_rows("what was learned", result.measured), *_truth(result.truth), _rules(learned))
+    facts = (
+        ("labels", f"{result.num_labels}"),
+        *cost_facts(learned, result.measured),
+        ("method", f"{learned.method}, base {result.target.base}"),
+        ("seconds", f"{result.seconds:.1f}"),
+    )
+    return Report(
+        _title(result.file, learned),
+        f"Learned by `grammarlab learn` from {result.source.name}.cga and {result.labels.name}.",
+        compared,
+        facts,
+        _label_sections(result),
+        learned.findings,
+        GrammarSampler(result.target.grammar, result.source.assets),
+        learned,
+    )
+
+
+def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
+    steps = table(("step", "moves the density by"), [(step.name, nats(step.js)) for step in result.steps])
+    factors = table(
+        ("factor", "labels", "score levels", "relevant features"),
+        [
+            (
+                factor.name,
+                f"{factor.num_labels}",
+                ", ".join(f"{level:g}" for level in factor.simplified.levels) or "continuous",
+                f"{len(factor.simplified.columns)}",
+            )
+            for factor in result.factors
+        ],
+    )
+    features = zip(result.feature_names, result.features, strict=True)
+    looked_at = "\n".join(f"- {name} (`{feature}`)" for name, feature in features)
+    depend = "\n".join(f"- {entry}" for entry in result.relevances)
+    return (
+        ("Steps", steps),
+        ("Factors", factors),
+        ("What the grammar looks at", looked_at or "Nothing: all models are liked alike."),
+        ("What the scores depend on", depend or "Nothing."),
+    )
+
+
+def page_of_examples(result: ExamplesResult) -> Report:
+    """The page about a density that was learned from finished models."""
+    learned, held = result.learned, result.held_out
+    moved = ("divergence from what was learned", nats(result.measured.before.js), nats(result.measured.after.js))
+    facts = [("examples", f"{result.num_examples:,}")]
+    if held is not None:
+        facts += [
+            ("examples kept back that it can make", f"{held.possible:,} of {held.num_models:,}"),
+            ("these are likelier than before by a factor of exp", f"{held.gain:.3f}"),
+        ]
+    facts += [
+        *cost_facts(learned, result.measured),
+        ("components", f"{len(learned.components)}"),
+        ("method", f"{learned.method}"),
+        ("seconds", f"{result.seconds:.1f}"),
+    ]
+    return Report(
+        _title(result.file, learned),
+        f"Learned by `grammarlab learn` from {result.source.name}.cga and the models in {result.examples.name}.",
+        (moved, *_truth(result.truth), _rules(learned)),
+        tuple(facts),
+        (),
+        learned.findings,
+        GrammarSampler(learned.original, result.source.assets),
+        learned,
+    )
+
+
+def _title(file: Path | None, learned: Learned) -> str:
+    return learned.method if file is None else file.name
+
+
+def _rules(learned: Learned) -> tuple[str, str, str]:
+    return "rules", f"{learned.rules_before}", f"{learned.rules_after}"
+
+
+def _truth(truth: Truth | None) -> Rows:
+    return () if truth is None else compared_rows(f"scenario {truth.scenario}", truth.measured)

@@ -1,0 +1,158 @@
+"""From the scores of simulated persons to grammars: how near these come to what the persons wanted."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grammarlab import __version__
+from grammarlab.evaluation.methods import METHODS
+from grammarlab.evaluation.scenario import Scenario
+from grammarlab.runs.evaluate.kept import Kept
+from grammarlab.runs.evaluate.task import load_source
+from grammarlab.runs.label import label_models_of
+from grammarlab.runs.learn.labels import learn_from_labels
+from grammarlab.runs.learn.measure import LabelledSet
+from grammarlab.runs.learn.report import table
+from grammarlab.runs.sample import Progress
+from grammarlab.runs.workers import map_unordered
+
+STORE = "grammars.jsonl"
+METHOD = "default"
+"""How the persons are asked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Person:
+    """What to do: one person, and how many scores."""
+
+    path: Path
+    """The scenario file."""
+    seed: int
+    labels: int
+    cache: Path
+    """Folder for features that other persons use again."""
+
+    @property
+    def key(self) -> str:
+        """Names the result: SHA-256 of everything that decides it."""
+        values = [__version__, load_source(self.path).key, METHODS[METHOD].as_json(), self.seed, self.labels]
+        return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True, slots=True)
+class PersonRow:
+    """A grammar that was made from the scores of one person."""
+
+    scenario: str
+    seed: int
+    labels: int
+    js: float
+    """Divergence of its density from the one that the person wanted, on the labelled set, in nats."""
+    js_predicted: float
+    """That of the predicted scores, after the last round."""
+    correlation: float
+    rules_before: int
+    rules_after: int
+    method: str
+    seconds: float
+
+
+def person_rows(
+    persons: Sequence[Person],
+    folder: Path,
+    *,
+    jobs: int = 1,
+    fresh: bool = False,
+    on_progress: Progress = lambda _what, _done, _total: None,
+) -> tuple[PersonRow, ...]:
+    """Makes a grammar for each person; those that the folder holds already are not made again.
+
+    Args:
+        persons: scenarios, seeds and numbers of labels.
+        folder: keeps each row as soon as it is there.
+        jobs: processes; no number but seconds depends on it.
+        fresh: forget what the folder holds.
+        on_progress: told about finished grammars.
+
+    Raises:
+        GrammarlabError: as the scenarios and the folder give reason to.
+    """
+    kept = Kept(folder / STORE, fresh=fresh)
+    keys = [person.key for person in persons]
+    missing = [person for person, key in zip(persons, keys, strict=True) if key not in kept]
+    done = len(persons) - len(missing)
+    on_progress("grammars", done, len(persons))
+    for key, values in map_unordered(made, missing, min(jobs, max(1, len(missing)))):
+        kept.put(key, values)
+        done += 1
+        on_progress("grammars", done, len(persons))
+    return tuple(PersonRow(**kept.get(key, dict)) for key in keys)
+
+
+def made(person: Person) -> tuple[str, Mapping[str, Any]]:
+    """The row of a person, by its key."""
+    source = load_source(person.path)
+    with tempfile.TemporaryDirectory() as scratch:
+        labels = Path(scratch, "labels.csv")
+        asked = label_models_of(person.path, labels, person.labels, seed=person.seed, method=METHOD, cache=person.cache)
+        grammar = source.scenario.grammar
+        result = learn_from_labels(
+            grammar, labels, Path(scratch, "new.cga"), features=source.feature_options, seed=person.seed
+        )
+    measured = LabelledSet.of(source).measure(result.learned)
+    row = PersonRow(
+        source.scenario.name,
+        person.seed,
+        person.labels,
+        measured.after.js,
+        asked.curve.points[-1].js,
+        measured.after.correlation,
+        result.learned.rules_before,
+        result.learned.rules_after,
+        result.learned.method,
+        result.seconds,
+    )
+    return person.key, asdict(row)
+
+
+def person_table(rows: Sequence[PersonRow], scenarios: Sequence[Scenario]) -> str:
+    """The rows as a section of a Markdown page: medians over persons.
+
+    Args:
+        rows: of some scenarios.
+        scenarios: the same, in the order of the page.
+    """
+    lines: list[tuple[str, ...]] = []
+    for scenario in scenarios:
+        own = [row for row in rows if row.scenario == scenario.name]
+        if own:
+            js = sorted(row.js for row in own)
+            lines.append(
+                (
+                    scenario.name,
+                    f"{own[0].labels}",
+                    f"{np.median(js):.5f}",
+                    f"{js[0]:.5f}–{js[-1]:.5f}",
+                    f"{np.median([row.js_predicted for row in own]):.5f}",
+                    f"{np.median([row.correlation for row in own]):.4f}",
+                    f"{own[0].rules_before}",
+                    f"{np.median([row.rules_after for row in own]):g}",
+                    f"{sum(row.method == 'compile' for row in own)}/{len(own)}",
+                )
+            )
+    head = ("scenario", "labels", "JS", "lowest–highest", "JS of scores", "correlation", "rules", "after", "exact")
+    return (
+        "## From scores to a grammar\n\n"
+        "A simulated person gives scores, a preference is learned from them, and a grammar is made of it. *JS* is the "
+        "divergence of the grammar from what the person wanted, *JS of scores* that of the predicted scores, both in "
+        "nats on the labelled set; *exact* says how many of the grammars follow the learned preference exactly. "
+        "Medians over persons.\n\n" + table(head, lines)
+    )

@@ -1,0 +1,46 @@
+"""Samples of several densities beside each other in one picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from grammarlab.density.sampler import AbstractSampler
+from grammarlab.runs.atomic import atomic_file
+from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
+from grammarlab.runs.tiles import draw_tiles
+from grammarlab.scene import realize, triangles
+
+WIDTH = 900
+"""About how many pixels the samples of one density are wide."""
+_MARGIN = 12
+
+
+def draw_side_by_side(
+    shown: Sequence[tuple[str, AbstractSampler]], file: Path, *, side: int, seed: int, jobs: int
+) -> None:
+    """Draws samples of some densities beside each other, each model filling its picture.
+
+    Args:
+        shown: for each what to write above its samples, and the density.
+        file: the picture.
+        side: models along each side of a grid.
+        seed: of the models.
+        jobs: processes; the picture does not depend on it.
+    """
+    number = side * side
+    batches = [triangles(realize(sampler.sample(number, seed))) for _, sampler in shown]
+    models = [batch.model(index) for batch in batches for index in range(number)]
+    tiles = draw_tiles(models, (WIDTH // side) ** 2, jobs)
+    layout = lay_out(number, side, tiles.width, tiles.height)
+    pages = []
+    for place, (name, _) in enumerate(shown):
+        own = tiles.pictures[place * number :][:number]
+        pages.append(draw_page(layout, own, [("", "")] * number, (name, f"{number} samples")))
+    gap = np.full((pages[0].shape[0], _MARGIN, 3), PAPER, np.uint8)
+    joined = [part for page in pages for part in (page, gap)][:-1]
+    with atomic_file(file) as part:
+        Image.fromarray(np.concatenate(joined, axis=1)).save(part, format="PNG")

@@ -1,0 +1,208 @@
+"""Table 4.3 of the paper, measured again: how near the ways to make a density come, and with how many rules."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+
+from threadpoolctl import threadpool_limits
+
+from grammarlab import __version__
+from grammarlab.density.examples import learn_from_examples
+from grammarlab.density.rejection import reject
+from grammarlab.density.target import Target
+from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.evaluation.preparation import Source, without_geometry
+from grammarlab.evaluation.scenario import Scenario
+from grammarlab.runs.evaluate.kept import Kept
+from grammarlab.runs.evaluate.task import load_source
+from grammarlab.runs.learn.measure import LabelledSet, Learned
+from grammarlab.runs.learn.report import table
+from grammarlab.runs.learn.scenario import learned_of
+from grammarlab.runs.sample import Progress
+
+NUM_SAMPLES = 5_000
+"""Models that all but the exact method learn from, as in the paper."""
+METHODS = ("parameters", "structure", "tied", "examples", "compile")
+"""The columns. *examples* is S tied where nobody says which features are relevant: the samples must."""
+STORE = "density.jsonl"
+
+
+@dataclass(frozen=True, slots=True)
+class DensityRow:
+    """One way to make the density of one scenario."""
+
+    scenario: str
+    method: str
+    js: float
+    """Divergence from the wanted density on the scenario's labelled set, in nats."""
+    js_original: float
+    correlation: float
+    """Of the weights of the two densities."""
+    correlation_original: float
+    rules_before: int
+    rules_after: int
+    seconds: float
+    findings: tuple[str, ...] = ()
+
+
+def density_rows(
+    scenarios: Sequence[Path],
+    folder: Path,
+    *,
+    fresh: bool = False,
+    on_progress: Progress = lambda _what, _done, _total: None,
+) -> tuple[DensityRow, ...]:
+    """Measures all methods on some scenarios; those that the folder holds already are not made again.
+
+    Args:
+        scenarios: scenario files.
+        folder: keeps each row as soon as it is measured.
+        fresh: forget what the folder holds.
+        on_progress: told about finished rows.
+
+    Raises:
+        GrammarlabError: as the scenarios and the folder give reason to. A method that makes no density of a scenario
+            has no row.
+    """
+    kept = Kept(folder / STORE, fresh=fresh)
+    rows: list[DensityRow] = []
+    for done, path in enumerate(scenarios):
+        on_progress("densities", done, len(scenarios))
+        source = load_source(path)
+        labelled: list[LabelledSet] = []
+        for method in METHODS:
+            values = kept.get(_key(source, method), partial(_measured, source, method, labelled))
+            rows += [DensityRow(**{**values, "findings": tuple(values["findings"])})] if values else []
+    on_progress("densities", len(scenarios), len(scenarios))
+    return tuple(rows)
+
+
+def _key(source: Source, method: str) -> str:
+    values = [__version__, source.key, method, NUM_SAMPLES]
+    return hashlib.sha256(json.dumps(values).encode()).hexdigest()
+
+
+def _measured(source: Source, method: str, labelled: list[LabelledSet]) -> dict[str, object]:
+    """A row; nothing where the method makes no density. The labelled set is derived once, when it is needed."""
+    if not labelled:
+        labelled.append(LabelledSet.of(source))
+    try:
+        learned, seconds = _from_examples(source) if method == "examples" else learned_of(source, method, NUM_SAMPLES)
+    except UsageError:
+        raise
+    except GrammarlabError:
+        return {}
+    found = labelled[0].measure(learned)
+    return asdict(
+        DensityRow(
+            source.scenario.name,
+            method,
+            found.after.js,
+            found.before.js,
+            found.after.correlation,
+            found.before.correlation,
+            learned.rules_before,
+            learned.rules_after,
+            seconds,
+            learned.findings,
+        )
+    )
+
+
+def _from_examples(source: Source) -> tuple[Learned, float]:
+    """S tied from samples of the wanted density, whatever it may depend on."""
+    found = source.scenario
+    target = Target.of_score(source.grammar, found.score, found.base, source.assets)
+    sampler = reject(target, num_pilot=NUM_SAMPLES, seed=(found.seed + 1) % 2**64)
+    forest = without_geometry(sampler.sample(NUM_SAMPLES, (found.seed + 2) % 2**64))
+    begun = perf_counter()
+    with threadpool_limits(1):
+        learned = learn_from_examples(source.grammar, forest, assets=source.assets)
+    return learned, perf_counter() - begun
+
+
+def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) -> str:
+    """The rows as a section of a Markdown page, beside the paper's.
+
+    Args:
+        rows: of some scenarios.
+        scenarios: the same, in the order of the page.
+    """
+    by_place = {(row.scenario, row.method): row for row in rows}
+    shown = [scenario for scenario in scenarios if any(row.scenario == scenario.name for row in rows)]
+    original = {row.scenario: row for row in rows}
+    head = (
+        "## From a preference to a density (Table 4.3)\n\n"
+        "Divergence in nats from the wanted density on the labelled set. The preference is known; all but *compile* "
+        f"learn from {NUM_SAMPLES:,} samples of the density. *tied* is structure learning in which only choices that "
+        "the relevant features name are learned; *examples* is the same where the samples must tell which those are. "
+        "In brackets: the paper.\n\n"
+    )
+    divergences = [
+        (
+            scenario.name,
+            _with_paper(original[scenario.name].js_original, scenario.paper.original),
+            *(
+                _with_paper(_js(by_place, scenario, method), getattr(scenario.paper, _PAPER.get(method, ""), None))
+                for method in METHODS
+            ),
+        )
+        for scenario in shown
+    ]
+    correlations = [
+        (
+            scenario.name,
+            f"{original[scenario.name].correlation_original:.3f}",
+            *(_cell(by_place, scenario, method, lambda row: f"{row.correlation:.3f}") for method in METHODS),
+        )
+        for scenario in shown
+    ]
+    rules = [
+        (
+            scenario.name,
+            f"{original[scenario.name].rules_before}",
+            *(_cell(by_place, scenario, method, lambda row: f"{row.rules_after}") for method in METHODS),
+        )
+        for scenario in shown
+    ]
+    names = ("scenario", "original", *METHODS)
+    notes = [f"- {row.scenario}, {row.method}: {row.findings[0]}" for row in rows if _is_inexact(row)]
+    return "\n".join(
+        [
+            head + table(names, divergences),
+            "Correlation of the weights.\n\n" + table(names, correlations),
+            "Rules: alternatives of all symbols.\n\n" + table(names, rules),
+            *(["Where a preference has no exact grammar:\n\n" + "\n".join(notes) + "\n"] if notes else []),
+        ]
+    )
+
+
+_PAPER = {"parameters": "p_learning", "structure": "s_learning"}
+"""Where a scenario says what the paper reports."""
+
+
+def _is_inexact(row: DensityRow) -> bool:
+    return row.method == "compile" and any("no exact grammar" in finding for finding in row.findings[:1])
+
+
+def _js(rows: Mapping[tuple[str, str], DensityRow], scenario: Scenario, method: str) -> float | None:
+    row = rows.get((scenario.name, method))
+    return None if row is None else row.js
+
+
+def _cell(
+    rows: Mapping[tuple[str, str], DensityRow], scenario: Scenario, method: str, text: Callable[[DensityRow], str]
+) -> str:
+    row = rows.get((scenario.name, method))
+    return "–" if row is None else text(row)
+
+
+def _with_paper(value: float | None, paper: float | None) -> str:
+    own = "–" if value is None else "0" if value < 1e-12 else f"{value:.4f}" if value >= 5e-5 else f"{value:.1g}"
+    return own if paper is None else f"{own} ({paper:.3f})"

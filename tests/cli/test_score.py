@@ -1,0 +1,101 @@
+"""``grammarlab score``."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+from contextlib import closing
+
+import pytest
+
+from grammarlab.runs.scoring.session import Session
+
+RULES = 'Lot --> 50% : extrude(3) color("#ff0000") Low else : extrude(9) High'
+
+
+@pytest.fixture
+def house(rules):
+    return rules(RULES)
+
+
+def served(*arguments):
+    """The command in a process of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-c", "from grammarlab.cli import main; main()", "score", *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    )
+
+
+@pytest.mark.parametrize("kill", [signal.SIGINT, signal.SIGKILL])
+def test_the_page_is_there_and_ctrl_c_ends_it_cleanly(house, tmp_path, kill):
+    with served(house, "--session", tmp_path / "a.db", "--no-browser") as process:
+        assert process.stdout is not None
+        address = process.stdout.readline().strip()
+        assert address.startswith("http://127.0.0.1:")
+        with urllib.request.urlopen(address, timeout=30) as response:  # noqa: S310 - just checked
+            assert b"page.js?token=" in response.read()
+        process.send_signal(kill)
+        _, said = process.communicate(timeout=30)
+    assert process.returncode == (0 if kill == signal.SIGINT else -signal.SIGKILL)
+    assert "Traceback" not in said
+    assert "a.db" in said
+    with closing(Session(str(house), tmp_path / "a.db", jobs=0)) as session:
+        assert len(session.call("state")[0]["models"]) == 32
+
+
+def test_a_port_in_use_is_told(run, house, tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        result = run("score", house, "--session", tmp_path / "a.db", "--no-browser", "--port", port, code=2)
+    assert f"port {port} cannot be used" in result.stderr
+
+
+def test_what_is_wrong_with_arguments_is_told(run, house, rules, tmp_path):
+    session = ("--session", tmp_path / "a.db", "--no-browser")
+    assert "no rule file 'missing.cga'" in run("score", "missing.cga", *session, code=2).stderr
+    assert "ends in .db" in run("score", house, "--session", tmp_path / "a.csv", code=2).stderr
+    assert "no folder" in run("score", house, "--session", tmp_path / "no" / "a.db", code=2).stderr
+    assert "a folder or a device" in run("score", house, "--session", folder(tmp_path / "b.db"), code=1).stderr
+    assert "seed is" in run("score", house, *session, "--seed", 1 << 64, code=2).stderr
+    assert "house.cga:1" in run("score", rules("Lot --> nonsense("), *session, code=1).stderr
+    (tmp_path / "c.db").write_bytes(b"scores" * 1000)
+    assert "no session file" in run("score", rules(RULES), "--session", tmp_path / "c.db", code=1).stderr
+
+
+def folder(path):
+    path.mkdir()
+    return path
+
+
+def test_a_changed_grammar_is_refused(run, house, rules, tmp_path):
+    Session(str(house), tmp_path / "a.db", jobs=0).close()
+    rules(RULES.replace("9", "12"))
+    assert "--stored-grammar" in run("score", house, "--session", tmp_path / "a.db", code=2).stderr
+
+
+def test_missing_packages_are_told(run, house, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "tornado.web", None)
+    monkeypatch.delitem(sys.modules, "grammarlab.runs.scoring.server", raising=False)
+    result = run("score", house, "--session", tmp_path / "a.db", code=2)
+    assert "pip install 'grammarlab[score]'" in result.stderr
+
+
+def test_a_session_is_learned_from_like_a_label_file(run, house, tmp_path):
+    with closing(Session(str(house), tmp_path / "a.db", seed=4, size=200, jobs=0)) as session:
+        models = list(session.call("state")[0]["models"])
+        for index, model in enumerate(models):
+            session.call("score", models=[model], score=100 * (index % 2))
+        session.call("score", models=models, score=100)
+    out = tmp_path / "liked.cga"
+    result = run("learn", house, "--labels", tmp_path / "a.db", "-o", out, "--json")
+    assert json.loads(result.stdout)["labels"] == 32
+    assert out.is_file()
+    (tmp_path / "broken.db").write_bytes(b"x" * 100)
+    assert "no session file" in run("learn", house, "--labels", tmp_path / "broken.db", code=1).stderr
+    assert "no such session" in run("learn", house, "--labels", tmp_path / "missing.db", code=1).stderr

@@ -1,0 +1,128 @@
+"""What is learned from the scores of a session, whatever they are."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from grammarlab.runs.scoring.addresses import Address
+from grammarlab.runs.scoring.crew import Handler
+from grammarlab.runs.scoring.knowledge import ModelPool
+from grammarlab.runs.scoring.learner import learner
+from grammarlab.runs.scoring.populate import WAYS
+from grammarlab.runs.scoring.tasks import Choice, Choose, Features, Learned, Prepare, Update
+from tests.runs.scoring.tower import TOWER, kind_of
+
+SEED, SIZE = 3, 150
+
+
+def report(_stage: str, done: int, total: int) -> None:
+    assert 0 <= done < total
+
+
+@pytest.fixture(scope="module")
+def pool() -> ModelPool:
+    return ModelPool(SEED, SIZE)
+
+
+@pytest.fixture(scope="module")
+def handler() -> Handler:
+    return learner(TOWER, "tower", ".", SEED, SIZE)
+
+
+def update(handler: Handler, factors: dict[str, dict[str, float]], choice: Choice | None = None) -> Learned:
+    return handler(Update(factors, choice), report)
+
+
+def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
+    handler = learner(TOWER, "tower", ".", SEED, SIZE)
+    features: Features = handler(Prepare(), report)
+    assert features.rows.shape == (SIZE, len(features.names))
+    assert len(set(features.names)) == len(features.names)
+    scores = {"overall": dict.fromkeys(pool.names[:3], 50.0)}
+    assert handler(Update(scores, None, features.version), report).features is None
+    again = handler(Update(scores, None, 0), report).features
+    assert again.version == features.version
+    assert np.array_equal(again.rows, features.rows)
+
+
+@pytest.mark.parametrize(
+    "scores",
+    [
+        [0.0],
+        [100.0],
+        [0.0] * 8,
+        [100.0] * 8,
+        [12.5] * 8,
+        [0.0, 100.0] * 4,
+        [1e-9, 0.0],
+    ],
+    ids=str,
+)
+def test_any_scores_can_be_learned_from(handler: Handler, pool: ModelPool, scores: list[float]):
+    for way in WAYS:
+        found = update(handler, {"overall": dict(zip(pool.names, scores, strict=False))}, Choice(way, "overall", 6, 1))
+        predicted = found.factors["overall"]
+        assert np.isfinite(predicted.mean).all()
+        assert (predicted.std >= 0).all()
+        assert 0.0 <= found.js <= math.log(2.0)
+        assert (found.product is None) == (not any(scores))
+        assert found.chosen is not None
+        assert len(set(found.chosen)) == len(found.chosen) == (min(6, len(scores)) if way == "already ranked" else 6)
+        assert len(predicted.relevance) <= 8
+
+
+def test_factors_without_a_liked_model_are_left_out_of_the_product_in_words(handler: Handler, pool: ModelPool):
+    liked = {model: 50.0 + index for index, model in enumerate(pool.names[:9])}
+    factors = {"a": liked, "b": dict.fromkeys(pool.names[:9], 0.0), "c": {}}
+    found = update(handler, factors, Choice("default", "", 5, 1))
+    assert set(found.factors) == {"a", "b"}
+    assert found.product is not None
+    assert np.allclose(found.product.mean, np.maximum(found.factors["a"].mean, 0.0))
+    assert found.left_out == (
+        "Factor b is left out of the product: all its scores are 0.",
+        "Factor c is left out of the product: it has no scores yet.",
+    )
+    assert found.chosen is not None
+
+
+def test_nothing_liked_is_told(handler: Handler, pool: ModelPool):
+    found = update(handler, {"a": dict.fromkeys(pool.names[:5], 0.0)})
+    assert found.left_out == ("Nothing is liked yet: score at least one model above 0.",)
+    assert np.abs(found.factors["a"].mean).max() < 1.0
+
+
+def test_models_that_are_not_of_the_pool_are_learned_from(handler: Handler):
+    elsewhere = [str(Address(flat, 99, index)) for flat in (False, True) for index in range(20)]
+    scores = {model: 100.0 * (kind_of(model) == "Flat") for model in elsewhere}
+    predicted = update(handler, {"overall": scores}, Choice("already ranked", "overall", 6, 1)).factors["overall"]
+    pool = ModelPool(SEED, SIZE)
+    flat = np.array([kind_of(model) == "Flat" for model in pool.names])
+    assert predicted.mean[flat].min() > 80
+    assert predicted.mean[~flat].max() < 20
+
+
+def test_what_is_learned_depends_on_the_scores_alone(handler: Handler, pool: ModelPool):
+    scores = {"overall": {model: float(index % 3) * 50 for index, model in enumerate(pool.names[:20])}}
+    choice = Choice("default", "overall", 8, 7)
+    fresh = update(learner(TOWER, "tower", ".", SEED, SIZE), scores, choice)
+    update(handler, {"overall": dict.fromkeys(pool.names[40:60], 80.0)})
+    again = update(handler, scores, choice)
+    assert np.array_equal(fresh.factors["overall"].mean, again.factors["overall"].mean)
+    assert fresh.chosen == again.chosen
+
+
+def test_the_density_does_not_move_without_new_scores(handler: Handler, pool: ModelPool):
+    scores = {"overall": {model: float(index % 2) * 80 for index, model in enumerate(pool.names[:12])}}
+    update(handler, scores)
+    assert update(handler, scores).js == pytest.approx(0.0, abs=1e-9)
+
+
+def test_models_are_chosen_before_anything_is_learned(pool: ModelPool):
+    handler = learner(TOWER, "tower", ".", SEED, SIZE)
+    for way in WAYS:
+        chosen = handler(Choose({"overall": {pool.names[0]: 5.0}}, Choice(way, "overall", 4, 2)), report)
+        assert len(chosen) == (1 if way == "already ranked" else 4)
+        assert (0 in chosen) == (way == "already ranked")

@@ -1,0 +1,103 @@
+"""Rounds of scoring, with everything that takes part in them but pictures."""
+
+from __future__ import annotations
+
+import math
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from grammarlab.errors import GrammarlabError
+from grammarlab.runs.scoring.session import Session
+from tests.runs.scoring.tower import kind_of
+from tests.runs.scoring.windows import Window, shown_models
+
+
+def test_an_update_can_be_cancelled_and_scores_are_saved_meanwhile(session: Session):
+    window = Window(session)
+    models = shown_models(session.call("state")[0])
+    session.call("score", models=models[:4], score=90)
+    session.call("update")
+    assert session.call("state")[0]["updating"]
+    with pytest.raises(GrammarlabError, match="under way"):
+        session.call("update")
+    assert session.call("score", models=models[:1], score=20)[0]["saved"]
+    session.call("cancel")
+    state, _ = session.call("state")
+    assert "cancelled" in state["message"]
+    assert not state["chart"]
+    window.forget()
+    session.call("update")
+    state = window.state(lambda state: state["fresh"] and not state["updating"])
+    assert state["chart"][0]["labels"] == 4
+    assert window.wait(lambda message: message.get("event") == "progress")[0]["of"] == "update"
+
+
+def test_models_stay_where_the_person_went_on_during_an_update(session: Session):
+    window = Window(session)
+    models = shown_models(session.call("state")[0])
+    session.call("score", models=models[:4], score=90)
+    session.call("update")
+    session.call("score", models=models[4:5], score=0)
+    state = window.state(lambda state: not state["updating"] and state["chart"])
+    assert shown_models(state) == models
+    assert not state["fresh"]
+    assert "Predictions are new" in state["message"]
+
+
+def test_what_was_learned_is_there_again_after_a_restart(session: Session, tmp_path: Path, rules: str):
+    models = shown_models(session.call("state")[0])
+    session.call("score", models=models[:16], score=90)
+    session.close()
+    with closing(Session(rules, tmp_path / "towers.db", jobs=1)) as again:
+        window = Window(again)
+        again.handle({"id": 1, "command": "pictures", "models": models[:1], "size": 32}, (), window.send)
+        state = window.state(lambda state: state["fresh"])
+        assert state["models"][models[0]]["mean"] == pytest.approx(90, abs=10)
+        assert not state["chart"]
+        assert shown_models(state) == models
+
+
+def test_rounds_of_scoring_move_the_density_less_and_less(session: Session, tmp_path: Path):
+    """The simplest person: likes flat models."""
+    liked = {"Flat"}
+    window = Window(session)
+    state, _ = session.call("state")
+    for _ in range(3):
+        window.forget()
+        for model in shown_models(state):
+            session.call("score", models=[model], score=100 if kind_of(model) in liked else 0)
+        session.call("update")
+        state = window.state(lambda state: state["fresh"] and not state["updating"])
+    assert [point["labels"] for point in state["chart"]] == [32, 64, 96]
+    assert state["chart"][0]["js"] > 0.05 > state["chart"][-1]["js"]
+    assert state["chart"][0]["js"] <= math.log(2)
+    assert 1 <= len(state["relevance"]) <= 8
+    assert state["relevance"][0]["level"] in ("strong", "medium")
+    for model, known in state["models"].items():
+        expected = 100 if kind_of(model) in liked else 0
+        assert abs(known["mean"] - expected) < 15
+        assert known["std"] >= 0
+        assert known["product"] == pytest.approx(max(known["mean"], 0.0), abs=0.02)
+    features, _ = session.call("features", query="lot")
+    assert features["features"]
+    assert session.call("features", query="no such feature")[0] == {"features": []}
+    session.call("sort", by="feature", feature=features["features"][0])
+    session.call("sort", by="uncertainty")
+    first = session.call("state")[0]["grids"][0]["models"]
+    deviations = [session.call("state")[0]["models"][model]["std"] for model in first]
+    assert deviations == sorted(deviations, reverse=True)
+    session.call("sort", by="similarity", models=[first[3]])
+    assert kind_of(session.call("state")[0]["grids"][0]["models"][0]) == kind_of(first[3])
+    for way in ("default", "uniform", "density", "uncertainty", "already ranked"):
+        window.forget()
+        session.call("populate", way=way)
+        state = window.state(lambda state, way=way: state["way"] == way and not state["updating"])
+        assert len(shown_models(state)) in (32, 96)
+    result, _ = session.call("learn")
+    assert result["file"] == "towers-learned.cga"
+    assert (tmp_path / result["file"]).read_text() == result["text"]
+    assert result["js"] < 0.02
+    _, (picture,) = session.call("sheet", num=2)
+    assert picture.startswith(b"\x89PNG")
