@@ -1,0 +1,107 @@
+"""A real server and a real browser: Debian's Chromium, driven by Playwright."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Request, expect, sync_playwright
+
+from tests.browser.driver import ScoringPage, Server
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+ARGUMENTS = [
+    "--no-sandbox",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    # 3D without a graphics card.
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]
+PATIENCE = 60_000
+"""Milliseconds that something may take on a busy machine."""
+SIZE = (1280, 800)
+
+expect.set_options(timeout=PATIENCE)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    if CHROMIUM is None:
+        reason = "the page is tested in Chromium: apt-get install chromium"
+        for item in items:
+            if Path(__file__).parent in item.path.parents:
+                item.add_marker(pytest.mark.skip(reason=reason))
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """One server for a module, on the small grammar."""
+    running = Server("toy", tmp_path_factory.mktemp("session") / "towers.db").start()
+    yield running
+    running.kill()
+
+
+@pytest.fixture
+def opened(browser: Browser) -> Iterator[Any]:
+    """Opens the page of a server in a window of its own: ``opened(server.address, color_scheme="dark")``.
+
+    Whatever the page says wrong, and every request that would leave this machine, fails the test.
+    """
+    contexts: list[BrowserContext] = []
+    wrong: list[str] = []
+
+    def check_request(request: Request) -> None:
+        if not is_local(request.url):
+            wrong.append(f"left this machine: {request.url}")
+
+    def check_message(message: ConsoleMessage) -> None:
+        if message.type == "error":
+            wrong.append(message.text)
+
+    def open_page(address: str, **options: Any) -> ScoringPage:
+        width, height = options.pop("size", SIZE)
+        context = browser.new_context(viewport={"width": width, "height": height}, **options)
+        contexts.append(context)
+        page = context.new_page()
+        page.set_default_timeout(PATIENCE)
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.on("request", check_request)
+        page.on("console", check_message)
+        page.goto(address)
+        shown = ScoringPage(page)
+        expect(shown.cell(0)).to_be_visible()
+        return shown
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    # A server that was killed in a test is missed, and the page goes on trying.
+    assert [text for text in wrong if "ERR_CONNECTION_REFUSED" not in text and "WebSocket" not in text] == []
+
+
+def is_local(url: str) -> bool:
+    """Whether a request stays on this machine."""
+    return url.startswith(("http://127.0.0.1:", "blob:http://127.0.0.1:", "data:"))
+
+
+@pytest.fixture
+def towers(opened: Any, server: Server) -> ScoringPage:
+    """The page of the module's server, with no scores and nothing selected."""
+    page = opened(server.address)
+    page.forget()
+    return page

@@ -1,0 +1,140 @@
+"""What is shown: grids, zoom and pan, other models, the 3D view."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+from playwright.sync_api import expect
+
+
+def tile_width(towers):
+    return towers.cell(0).bounding_box()["width"]
+
+
+def test_buttons_zoom_in_and_out_and_show_all_again(towers):
+    before = tile_width(towers)
+    towers.button("Zoom in").click()
+    towers.button("Zoom in").click()
+    assert tile_width(towers) > 1.4 * before
+    towers.button("Zoom out").click()
+    assert before < tile_width(towers) < 1.4 * before
+    towers.button("Show all").click()
+    assert tile_width(towers) == before
+
+
+def test_the_wheel_with_ctrl_zooms_where_the_mouse_is(towers):
+    tile = towers.cell(21)
+    before = tile.bounding_box()
+    x, y = before["x"] + before["width"] / 2, before["y"] + before["height"] / 2
+    towers.page.mouse.move(x, y)
+    towers.page.keyboard.down("Control")
+    for _ in range(5):
+        towers.page.mouse.wheel(0, -60)
+    towers.page.keyboard.up("Control")
+    expect(tile).to_be_in_viewport()
+    after = tile.bounding_box()
+    assert after["width"] > 2 * before["width"]
+    assert after["x"] < x < after["x"] + after["width"]
+    assert after["y"] < y < after["y"] + after["height"]
+
+
+@pytest.mark.parametrize("with_tool", [True, False])
+def test_dragging_pans_with_the_hand_or_with_ctrl(towers, with_tool):
+    for _ in range(5):
+        towers.button("Zoom in").click()
+    before = towers.cell(21).bounding_box()
+    if with_tool:
+        towers.button("Drag to pan").click()
+    else:
+        towers.page.keyboard.down("Control")
+    mouse = towers.page.mouse
+    mouse.move(500, 500)
+    mouse.down()
+    mouse.move(450, 420, steps=3)
+    mouse.up()
+    towers.page.keyboard.up("Control")
+    after = towers.cell(21).bounding_box()
+    assert (after["x"] - before["x"], after["y"] - before["y"]) == (-50, -80)
+    towers.expect_chosen([])
+
+
+def test_bars_can_be_switched_off(towers):
+    bars = towers.page.locator(".gl-bars").first
+    expect(bars).to_be_visible()
+    towers.button("Bars of predicted score and uncertainty").click()
+    expect(bars).to_be_hidden()
+    towers.page.reload()
+    expect(towers.cell(0)).to_be_visible()
+    expect(bars).to_be_hidden()
+
+
+def test_grids_grow_to_ten_by_ten_and_all_pictures_come(towers):
+    def lay(name, count):
+        towers.page.get_by_role("button", name="Grid").click()
+        towers.page.get_by_role("radio", name=name).click()
+        expect(towers.cells).to_have_count(count)
+
+    lay("10 × 10 to check", 100)
+    towers.expect_pictures()
+    assert tile_width(towers) >= 40
+    towers.page.get_by_role("button", name="Grid").click()
+    for name, value in (("grids", "2"), ("rows", "3"), ("columns", "5")):
+        towers.page.get_by_role("spinbutton", name=name).fill(value)
+    towers.press("Enter")
+    expect(towers.cells).to_have_count(30)
+    first, sixth = towers.cell(0).bounding_box(), towers.cell(5).bounding_box()
+    assert first["x"] == sixth["x"]
+    assert first["y"] < sixth["y"]
+    lay("2 of 4 × 4", 32)
+
+
+def test_a_double_click_shows_the_model_in_3d(towers):
+    towers.cell(3).dblclick()
+    dialog = towers.page.get_by_role("dialog")
+    expect(dialog).to_be_visible()
+    assert colours(shown(towers)) > 20
+    before = shown(towers)
+    mouse = towers.page.mouse
+    mouse.move(600, 400)
+    mouse.down()
+    mouse.move(760, 420, steps=4)
+    mouse.up()
+    expect_other_picture(towers, before)
+    towers.press("Escape")
+    expect(dialog).to_be_hidden()
+    expect(towers.cell(3)).to_be_focused()
+
+
+def test_the_3d_view_is_used_by_keys_alone(towers):
+    towers.cell(4).focus()
+    towers.press("Enter")
+    dialog = towers.page.get_by_role("dialog")
+    before = shown(towers)
+    towers.press("ArrowRight", "6")
+    expect_other_picture(towers, before)
+    expect(dialog.get_by_role("heading")).to_contain_text("scored 60")
+    towers.press("Escape")
+    towers.expect_saved()
+    expect(towers.cell(5)).to_be_focused()
+    assert towers.scores()[4:6] == ["", "60"]
+
+
+def shown(towers):
+    """The picture in the 3D view, once it is there."""
+    expect(towers.page.locator(".gl-look-note")).to_have_text("")
+    return towers.page.locator(".gl-room").screenshot()
+
+
+def colours(picture):
+    pixels = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB")) // 16
+    return len(np.unique(pixels.reshape(-1, 3), axis=0))
+
+
+def expect_other_picture(towers, before):
+    for _ in range(100):
+        if shown(towers) != before:
+            return
+    pytest.fail("the 3D view shows the same as before")

@@ -1,0 +1,143 @@
+"""What a person sees who has scored models and updated: predictions, new models, orders, the grammar."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.driver import ScoringPage
+
+
+@pytest.fixture(scope="module")
+def story(browser, server):
+    """32 models were scored and learned from, once for all tests here."""
+    context = browser.new_context()
+    towers = ScoringPage(context.new_page())
+    towers.page.goto(server.address)
+    towers.cell(0).click()
+    towers.press(*(str((3 * position) % 10) for position in range(32)))
+    towers.expect_saved()
+    towers.update()
+    context.close()
+    return server
+
+
+@pytest.fixture
+def learned(story, opened):
+    """The page of a session that has learned."""
+    return opened(story.address)
+
+
+def predicted(towers):
+    return towers.look("cells => cells.map(cell => Number(cell.ariaLabel.match(/predicted (-?\\d+)/)?.[1]))")
+
+
+def uncertain(towers):
+    return towers.look("cells => cells.map(cell => Number(cell.ariaLabel.match(/± (\\d+)/)?.[1]))")
+
+
+def populate(towers, way):
+    before = towers.models()
+    towers.page.get_by_role("button", name="by ").click()
+    towers.page.get_by_role("radio", name=way).first.click()
+    _expect(lambda: towers.models() != before)
+
+
+def sort(towers, order):
+    towers.page.get_by_role("button", name="Sort").click()
+    towers.page.get_by_role("button", name=order).click()
+
+
+def test_an_update_shows_new_models_with_bars_a_chart_and_reasons(learned):
+    assert learned.scores() == [""] * 32
+    assert not any(math.isnan(value) for value in (*predicted(learned), *uncertain(learned)))
+    assert learned.page.locator(".gl-dot").count() >= 1
+    expect(learned.page.locator(".gl-chart figcaption")).to_contain_text("moved the density by")
+    fill = learned.page.locator(".gl-bar.gl-predicted i").first
+    expect(fill).not_to_have_css("transform", "matrix(0, 0, 0, 1, 0, 0)")
+
+
+def test_models_come_in_all_ways(learned):
+    learned.page.get_by_role("button", name="by ").click()
+    assert learned.page.get_by_role("radio").count() == 6
+    learned.press("Escape")
+    for way, titles in (
+        ("grammar", 1),
+        ("uniform", 1),
+        ("uncertainty", 1),
+        ("already ranked", 1),
+        ("density", 2),
+        ("default", 2),
+    ):
+        populate(learned, way)
+        expect(learned.page.get_by_role("button", name="by ")).to_contain_text(way)
+        headings = learned.page.locator(".gl-title")
+        assert headings.count() >= titles, way
+    assert len(set(learned.models())) == len(learned.models())
+
+
+def test_already_ranked_shows_scored_models_with_their_scores(learned):
+    populate(learned, "already ranked")
+    expect(learned.page.locator(".gl-score:not(:empty)")).to_have_count(32)
+    populate(learned, "default")
+
+
+def test_models_are_sorted_by_what_is_predicted(learned):
+    shown = sorted(learned.models())
+    sort(learned, "Predicted score highest first")
+    _expect_falling(learned, predicted)
+    sort(learned, "Uncertainty least known first")
+    _expect_falling(learned, uncertain)
+    before = learned.models()
+    sort(learned, "Random")
+    _expect(lambda: learned.models() != before)
+    assert sorted(learned.models()) == shown
+
+
+def test_models_are_sorted_by_similarity_to_the_selected(learned):
+    before, values = learned.models(), predicted(learned)
+    learned.cell(6).click()
+    sort(learned, "Similarity to the 1 selected")
+    _expect(lambda: learned.models() != before)
+    learned.expect_chosen([learned.models().index(before[6])])
+    # What the kernel cannot tell apart from the selected has its prediction, too.
+    assert predicted(learned)[0] == values[6]
+
+
+def test_models_are_sorted_by_a_feature_found_by_name(learned):
+    learned.page.get_by_role("button", name="Sort").click()
+    learned.page.get_by_role("searchbox").fill("mesh")
+    found = learned.page.get_by_role("group", name="Features found").get_by_role("button")
+    expect(found.first).to_contain_text("MESH")
+    found.first.click()
+    expect(learned.page.get_by_role("searchbox")).to_be_hidden()
+
+
+def test_a_grammar_is_learned_and_its_samples_are_drawn(learned):
+    with learned.page.expect_download() as download:
+        learned.button("Learn grammar").click()
+    assert download.value.suggested_filename.endswith(".cga")
+    assert "-->" in download.value.path().read_text()
+    expect(learned.page.locator(".gl-outcome")).to_contain_text("rules became")
+    learned.button("Check sheet").click()
+    sheet = learned.page.get_by_role("img", name="samples of the learned grammar")
+    expect(sheet).to_be_visible()
+    assert sheet.evaluate("image => image.naturalWidth") > 200
+
+
+def _expect_falling(towers, values):
+    _expect(lambda: all(_is_falling(values(towers)[part : part + 16]) for part in (0, 16)))
+
+
+def _is_falling(values):
+    return values == sorted(values, reverse=True)
+
+
+def _expect(holds):
+    """Asks the page again and again; each question takes a while of its own."""
+    for _ in range(500):
+        if holds():
+            return
+    pytest.fail("what was expected did not come")

@@ -1,0 +1,140 @@
+"""For everyone: keys alone, screen readers, dark and light, narrow windows, no network."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from importlib.resources import files
+
+import pytest
+from playwright.sync_api import expect
+
+PAGE = files("grammarlab.runs.scoring") / "page"
+
+LUMINANCE = """
+(element) => {
+  const canvas = document.createElement('canvas').getContext('2d', { willReadFrequently: true });
+  const luminance = (colour) => {
+    canvas.fillStyle = colour;
+    canvas.fillRect(0, 0, 1, 1);
+    const parts = [...canvas.getImageData(0, 0, 1, 1).data].slice(0, 3).map((value) => value / 255);
+    const [r, g, b] = parts.map((part) => part <= 0.03928 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4);
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  let behind = element;
+  while (/rgba\\(.*, 0\\)|transparent/.test(getComputedStyle(behind).backgroundColor)) behind = behind.parentElement;
+  return [getComputedStyle(element).color, getComputedStyle(behind).backgroundColor].map(luminance);
+}
+"""
+
+
+def contrast(locator):
+    """Of text against what is behind it, as WCAG 2 defines it."""
+    dark, light = sorted(locator.evaluate(LUMINANCE))
+    return (light + 0.05) / (dark + 0.05)
+
+
+@pytest.mark.parametrize(("built", "folder"), [("page.js", "source"), ("viewer.js", "viewer")])
+def test_built_files_are_those_of_their_sources(built, folder):
+    """Else: npm install && npm run build in the folder of the page."""
+    sources = sorted((entry for entry in (PAGE / folder).iterdir()), key=lambda entry: entry.name)
+    digest = hashlib.sha256(b"".join(source.read_bytes() for source in (*sources, PAGE / "package.json")))
+    stated = re.search(r"Source ([0-9a-f]{16})", (PAGE / built).read_text(encoding="utf-8")[:200])
+    assert stated
+    assert stated[1] == digest.hexdigest()[:16]
+
+
+def test_the_licence_of_what_is_bundled_is_kept():
+    assert "SPDX-License-Identifier: MIT" in (PAGE / "viewer.js").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_can_be_read_in_both_themes(opened, server, scheme):
+    towers = opened(server.address, color_scheme=scheme)
+    for part in (
+        ".gl-name",
+        ".gl-about",
+        ".gl-title",
+        ".gl-hint",
+        ".gl-count",
+        ".gl-legend",
+        ".gl-tab span",
+        ".gl-check",
+    ):
+        assert contrast(towers.page.locator(part).first) >= 4.5, part
+    assert contrast(towers.button("Update")) >= 4.5 or not towers.button("Update").is_enabled()
+    light = towers.page.locator(".gl-page").evaluate(LUMINANCE)[1] > 0.5
+    assert light == (scheme == "light")
+
+
+def test_everything_has_a_role_and_a_name(towers):
+    nameless = towers.page.locator(
+        "button, input, [role=listbox], [role=option], dialog, aside, section[aria-label]"
+    ).evaluate_all(
+        """elements => elements.filter(element => !(
+            element.ariaLabel || element.textContent.trim() || element.labels?.length || element.hidden ||
+            element.getAttribute('aria-labelledby'))).map(element => element.outerHTML)"""
+    )
+    assert nameless == []
+    grids = towers.page.get_by_role("listbox")
+    for index in range(grids.count()):
+        expect(grids.nth(index)).to_have_attribute("aria-multiselectable", "true")
+        expect(grids.nth(index).locator("[tabindex='0']")).to_have_count(1)
+    duplicates = "elements => elements.map(e => e.id).filter((id, index, all) => id && all.indexOf(id) !== index)"
+    assert towers.page.locator("[id]").evaluate_all(duplicates) == []
+    expect(towers.cell(0)).to_have_accessible_name(re.compile("^model .*, no score$|^model .*, no score, predicted"))
+    towers.cell(0).click()
+    towers.press("3")
+    expect(towers.cell(0)).to_have_accessible_name(re.compile("scored 30"))
+    expect(towers.page.get_by_role("status").filter(has_text="saved")).to_be_visible()
+
+
+def test_tab_goes_through_the_page_and_every_stop_can_be_seen(towers):
+    seen, where = [], "() => document.activeElement.ariaLabel || document.activeElement.textContent"
+    towers.button("Undo").focus()
+    for _ in range(30):
+        towers.press("Tab")
+        seen.append(towers.page.evaluate(where)[:20])
+        focus = towers.page.locator(":focus")
+        if focus.count() and focus.get_attribute("role") != "option":
+            assert focus.evaluate("element => getComputedStyle(element).outlineStyle") != "none", seen
+    assert sum(name.startswith("model ") for name in seen) == 2  # one stop for each grid
+    assert {"Sort", "Zoom in", "Drag to pan", "Export scores"} <= set(seen)
+
+
+def test_a_whole_round_by_keys_alone(towers):
+    towers.page.locator(".gl-grid [tabindex='0']").first.focus()
+    towers.press("Home", "Shift+ArrowRight", "7", "ArrowDown", "s")
+    towers.page.keyboard.type("35")
+    towers.press("Enter")
+    towers.expect_saved()
+    assert towers.scores()[:6] == ["70", "70", "", "", "", "35"]
+    towers.button("Sort").focus()
+    towers.press("Enter")
+    expect(towers.page.get_by_role("button", name="Predicted score highest first")).to_be_focused()
+    towers.press("Escape")
+    expect(towers.button("Sort")).to_be_focused()
+
+
+def test_a_narrow_window_shows_everything_without_sideways_scrolling(opened, server):
+    towers = opened(server.address, size=(390, 800))
+    assert towers.page.evaluate("document.documentElement.scrollWidth") <= 390
+    towers.cell(2).click()
+    towers.button("50").click()
+    towers.expect_saved()
+    first, second = (towers.page.get_by_role("listbox").nth(index).bounding_box() for index in range(2))
+    assert first["x"] == second["x"]
+    towers.forget()
+
+
+def test_movement_is_left_out_where_that_is_wished(opened, server):
+    towers = opened(server.address, reduced_motion="reduce")
+    moving = towers.page.locator(".gl-page *").evaluate_all(
+        "elements => elements.filter(e => parseFloat(getComputedStyle(e).transitionDuration) > 0).length"
+    )
+    assert moving == 0
+
+
+def test_the_keys_are_explained(towers):
+    towers.button("Keys").click()
+    expect(towers.page.get_by_role("group", name="Keys")).to_contain_text("score 100")

@@ -1,0 +1,101 @@
+"""A simulated person scores through the page alone, and the session learns what it would have learned without one."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grammarlab.evaluation.flattening import flattened_hash
+from grammarlab.features.counting import count
+from grammarlab.preference.labels import OVERALL, Label, Labels
+from grammarlab.runs.evaluate.task import load_source
+from grammarlab.runs.learn.labelled_models import labelled_models
+from grammarlab.runs.scoring.addresses import Address
+from grammarlab.runs.scoring.session import Session
+from tests.browser.driver import Server
+from tests.runs.scoring.windows import Window, shown_models
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+ROUNDS = (32, 16)
+"""Scores given before each update."""
+
+
+class Person:
+    """Likes what a scenario says."""
+
+    def __init__(self, scenario: str) -> None:
+        self.source = load_source(SCENARIOS / f"{scenario}.toml")
+        self.hashes = (self.source.grammar.hash, flattened_hash(self.source.grammar))
+
+    def scores(self, models: list[str]) -> list[float]:
+        """What the person thinks of models, 0 to 100."""
+        addresses = [Address.parse(model) for model in models]
+        labels = Labels(tuple(Label(a.seed, a.model, OVERALL, 0.0, self.hashes[a.flat]) for a in addresses))
+        found = labelled_models(labels, self.source.grammar, self.source.assets)
+        score = self.source.scenario.score
+        values = np.concatenate([score.evaluate(count(forest, score.features)) for forest in found.forests])
+        return values[found.model].tolist()
+
+    def judgement(self, models: list[str]) -> dict[float, list[str]]:
+        """The models that get each score, in the order shown."""
+        scores = self.scores(models)
+        return {
+            score: [model for model, own in zip(models, scores, strict=True) if own == score]
+            for score in dict.fromkeys(scores)
+        }
+
+
+@pytest.fixture
+def person(request):
+    return Person(request.param)
+
+
+def through_the_page(page, person):
+    """Clicks what deserves a score, gives it, updates; what the page predicts in the end."""
+    for num in ROUNDS:
+        models = page.models()
+        for score, deserving in person.judgement(models[:num]).items():
+            for number, model in enumerate(deserving):
+                page.cell(models.index(model)).click(modifiers=["Control"] if number else [])
+            page.button(f"{score:g}").click()
+            page.expect_saved()
+        page.update()
+    return page.models(), page.labels(), page.page.locator(".gl-dot title").all_text_contents()
+
+
+def through_python(session, person):
+    """The same choices, given to the session itself."""
+    window = Window(session)
+    state = window.state(lambda state: True)
+    for num in ROUNDS:
+        models = shown_models(state)
+        for score, deserving in person.judgement(models[:num]).items():
+            session.call("score", models=deserving, score=score)
+        window.forget()
+        session.call("update")
+        state = window.state(lambda state: state["fresh"] and shown_models(state) != models)  # noqa: B023
+    return state
+
+
+@pytest.mark.parametrize("person", ["F1", "B1"], indirect=True)
+def test_the_page_and_python_reach_the_same_density(person, opened, tmp_path):
+    grammar = person.source.scenario.grammar
+    server = Server(grammar, tmp_path / "page.db").start()
+    try:
+        page = opened(server.address)
+        models, labels, chart = through_the_page(page, person)
+    finally:
+        server.kill()
+    with closing(Session(grammar, tmp_path / "python.db", jobs=0)) as session:
+        state = through_python(session, person)
+    assert models == shown_models(state)
+    for model, label in zip(models, labels, strict=True):
+        known = state["models"][model]
+        mean, std = (int(np.floor(known[name] + 0.5)) for name in ("mean", "std"))
+        assert label.endswith(f"predicted {mean} ± {std}"), (label, known)
+    moved = [float(words.rpartition(" ")[2]) for words in chart]
+    assert moved == [float(f"{point['js']:.2g}") for point in state["chart"]]
+    assert len(moved) == len(ROUNDS)
