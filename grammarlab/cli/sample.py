@@ -12,6 +12,9 @@ import typer
 from grammarlab.cli.report import friendly_errors, print_json, say
 from grammarlab.errors import UsageError
 
+MOST_PRINTS = 50
+"""Printed lines that are shown."""
+
 if TYPE_CHECKING:
     from grammarlab.runs import RunResult
 
@@ -150,6 +153,7 @@ def _is_given(context: typer.Context, name: str) -> bool:
 
 
 def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = None) -> None:
+    _tell_prints(result.prints)
     if as_json:
         print_json(_as_json(result) | ({} if different is None else {"different_files": list(different)}))
     else:
@@ -163,6 +167,14 @@ def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = 
         say("all files are equal to those of the manifest, bit for bit.")
 
 
+def _tell_prints(texts: tuple[str, ...]) -> None:
+    """What the rules printed, without what could command a terminal."""
+    for text in texts[:MOST_PRINTS]:
+        say("".join(c if c.isprintable() else " " for c in text))
+    if len(texts) > MOST_PRINTS:
+        say(f"… and {len(texts) - MOST_PRINTS:,} lines more that the rules printed; --json has them")
+
+
 def _as_json(result: RunResult) -> dict[str, Any]:
     request = result.request
     return {
@@ -170,6 +182,7 @@ def _as_json(result: RunResult) -> dict[str, Any]:
         "hash": request.text_hash,
         "seed": request.seed,
         "models": [{**asdict(model), "file": str(result.folder / model.file)} for model in result.models],
+        "prints": list(result.prints),
         "sheet": None if result.sheet is None else str(result.sheet),
         "derivations": str(result.derivations),
         "manifest": str(result.manifest),

@@ -73,12 +73,14 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> tuple[in
         forest.log_probability().tolist(),
         strict=True,
     )
-    models = [
+    models = tuple(
         ModelRecord(batch.first_model + k, file, request.seed, shapes, num_triangles, log_probability)
         for k, (file, shapes, num_triangles, log_probability) in enumerate(columns)
-    ]
+    )
     hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
-    return batch.index, write_record(folder, batch, models, hashes)
+    record = BatchRecord(models, hashes, forest.prints)
+    write_record(folder, batch, record)
+    return batch.index, record
 
 
 def derive_batch(request: SampleRequest, batch: Batch) -> Forest:

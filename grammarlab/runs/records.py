@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -38,6 +38,8 @@ class BatchRecord:
     models: tuple[ModelRecord, ...]
     hashes: Mapping[str, str]
     """SHA-256 of each file that the batch made, by path relative to the run's folder."""
+    prints: tuple[str, ...] = ()
+    """What the rules printed."""
 
 
 def batch_folder(folder: Path, batch: Batch) -> Path:
@@ -45,19 +47,17 @@ def batch_folder(folder: Path, batch: Batch) -> Path:
     return folder / DERIVATIONS / f"{batch.index:05d}"
 
 
-def write_record(folder: Path, batch: Batch, models: Sequence[ModelRecord], hashes: Mapping[str, str]) -> BatchRecord:
+def write_record(folder: Path, batch: Batch, record: BatchRecord) -> None:
     """Record that a batch is finished; the last thing that is written of it."""
-    record = BatchRecord(tuple(models), dict(hashes))
-    values = {"models": [asdict(model) for model in models], "hashes": record.hashes}
-    write_text(batch_folder(folder, batch) / RECORD, json.dumps(values, indent=1) + "\n")
-    return record
+    write_text(batch_folder(folder, batch) / RECORD, json.dumps(asdict(record), indent=1) + "\n")
 
 
 def read_record(folder: Path, batch: Batch) -> BatchRecord | None:
     """The record of a batch, None unless it is finished and all its files are still there."""
     try:
         values = json.loads((batch_folder(folder, batch) / RECORD).read_text(encoding="utf-8"))
-        record = BatchRecord(tuple(ModelRecord(**model) for model in values["models"]), values["hashes"])
+        models = tuple(ModelRecord(**model) for model in values["models"])
+        record = BatchRecord(models, values["hashes"], tuple(values["prints"]))
     except (OSError, ValueError, KeyError, TypeError):
         return None
     return record if all((folder / file).is_file() for file in record.hashes) else None

@@ -36,6 +36,8 @@ class RunResult:
     sheet: Path | None
     """The contact sheet, when one was asked for."""
     manifest: Path
+    prints: tuple[str, ...] = ()
+    """What the rules printed, at most a bounded number of texts a batch."""
 
     @property
     def derivations(self) -> Path:
@@ -90,7 +92,8 @@ def sample_run(
         hashes[sheet.name] = file_hash(sheet)
         on_progress("picture", 1, 1)
     manifest = write_manifest(folder, request, choice, asset_files, models, hashes)
-    return RunResult(request, folder, models, sheet, manifest)
+    prints = tuple(text for record in records for text in record.prints)
+    return RunResult(request, folder, models, sheet, manifest, prints)
 
 
 def repeat_run(

@@ -38,7 +38,9 @@ class Server:
             )
         assert self.process.stdout is not None
         self.address = self.process.stdout.readline().strip()
-        assert self.address.startswith("http://127.0.0.1:"), (self.session.parent / "log.txt").read_text()
+        if not self.address.startswith("http://127.0.0.1:"):
+            self.kill()
+            raise RuntimeError((self.session.parent / "log.txt").read_text())
         return self
 
     @property

@@ -42,6 +42,7 @@ def test_a_factor_is_created_renamed_and_deleted(towers):
     towers.page.get_by_role("button", name="product").click()
     expect(towers.page.get_by_role("button", name="product")).to_have_attribute("aria-pressed", "true")
     towers.page.get_by_role("button", name="colour").click()
+    expect(towers.page.get_by_role("button", name="colour")).to_have_attribute("aria-pressed", "true")
     towers.button("Rename or delete this factor").click()
     towers.page.get_by_role("button", name="Delete “colour” and its 1 scores").click()
     expect(towers.page.locator(".gl-tab")).to_have_count(1)

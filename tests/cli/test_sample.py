@@ -24,7 +24,7 @@ def test_json_is_one_object_about_the_run(run, rules, tmp_path):
         "sample", path, "-n", "3", "--seed", "8", "-o", tmp_path / "out", "--no-image", "--json", "--jobs", "1"
     )
     values = json.loads(result.stdout)
-    assert set(values) == {"grammar", "hash", "seed", "models", "sheet", "derivations", "manifest"}
+    assert set(values) == {"grammar", "hash", "seed", "models", "prints", "sheet", "derivations", "manifest"}
     assert (values["grammar"], values["seed"], values["sheet"]) == ("house", 8, None)
     assert [m["index"] for m in values["models"]] == [0, 1, 2]
     for model in values["models"]:
@@ -32,6 +32,16 @@ def test_json_is_one_object_about_the_run(run, rules, tmp_path):
         mesh = trimesh.load(model["file"], force="mesh")
         assert isinstance(mesh, trimesh.Trimesh)
         assert len(mesh.faces) == model["triangles"]
+
+
+def test_what_rules_print_is_told_also_when_a_run_is_resumed(run, rules, tmp_path):
+    path = rules('Lot --> print("wide " + scope.sx) print("a\u001bb") extrude(3)')
+    options = ["-n", "30", "-o", tmp_path / "out", "--no-image", "--jobs", "1", "--footprint", "8x3"]
+    first = run("sample", path, *options)
+    assert first.stderr.count("wide 8\n") + first.stderr.count("a b\n") == sample_module.MOST_PRINTS
+    assert "10 lines more" in first.stderr
+    again = json.loads(run("sample", path, *options, "--resume", "--json").stdout)
+    assert sorted(again["prints"]) == ["a\u001bb"] * 30 + ["wide 8"] * 30
 
 
 def test_options_reach_the_model(run, rules, tmp_path):

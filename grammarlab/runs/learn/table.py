@@ -158,8 +158,8 @@ def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) ->
     correlations = [
         (
             scenario.name,
-            f"{original[scenario.name].correlation_original:.3f}",
-            *(_cell(by_place, scenario, method, lambda row: f"{row.correlation:.3f}") for method in METHODS),
+            _correlation(original[scenario.name].correlation_original),
+            *(_cell(by_place, scenario, method, lambda row: _correlation(row.correlation)) for method in METHODS),
         )
         for scenario in shown
     ]
@@ -201,6 +201,11 @@ def _cell(
 ) -> str:
     row = rows.get((scenario.name, method))
     return "–" if row is None else text(row)
+
+
+def _correlation(value: float) -> str:
+    """Three digits; no sign before a zero that rounding left."""
+    return f"{round(value, 3) + 0.0:.3f}"
 
 
 def _with_paper(value: float | None, paper: float | None) -> str:

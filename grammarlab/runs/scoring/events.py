@@ -152,6 +152,8 @@ class Record:
             here, there = (step.active_after, step.active_before)[:: 1 if forward else -1]
             if self.active == there or self.active not in self.factors:
                 self.active = here
+            if len(self.factors) == 1:
+                self.view = "active"
             return
         scores = self.factors[step.factor]
         for model, score in (step.after if forward else step.before).items():

@@ -229,3 +229,15 @@ def test_what_cannot_have_happened_is_refused_and_changes_nothing(kind: str, bod
     with pytest.raises(UsageError, match=expected):
         record.apply(Event(1, 0.0, kind, body))
     assert record == Record()
+
+
+def test_the_product_is_not_looked_at_where_one_factor_is_left():
+    record = Record()
+    kinds: list[tuple[str, dict[str, Any]]] = [
+        ("factor_create", {"name": "roof"}),
+        ("view", {"kind": "product"}),
+        ("factor_delete", {"name": "roof"}),
+    ]
+    for number, (kind, body) in enumerate(kinds, 1):
+        record.apply(Event(number, 0.0, kind, body))
+    assert record.view == "active"

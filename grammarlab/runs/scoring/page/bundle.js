@@ -12,7 +12,9 @@ process.chdir(here.pathname);
 
 /** @param {string} folder */
 function hashOf(folder) {
-  const files = readdirSync(folder).sort().map((file) => `${folder}/${file}`);
+  const files = readdirSync(folder)
+    .sort()
+    .map((file) => `${folder}/${file}`);
   const hash = createHash("sha256");
   for (const file of [...files, "package.json"]) hash.update(readFileSync(file));
   return hash.digest("hex").slice(0, 16);

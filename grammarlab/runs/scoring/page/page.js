@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 294f586df42ff9b0 */
+/* Built from source/ by bundle.js; do not edit. Source 6978f2f2ef85d099 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -107,7 +107,11 @@ function icon(name) {
 }
 function iconButton(name, label, onclick, keys) {
   const title = keys ? `${label} (${keys})` : label;
-  return element("button", { type: "button", class: "gl-button gl-quiet", title, "aria-label": label, onclick }, icon(name));
+  return element(
+    "button",
+    { type: "button", class: "gl-button gl-quiet", title, "aria-label": label, onclick },
+    icon(name)
+  );
 }
 
 // source/known.js
@@ -243,7 +247,13 @@ var Pictures = class {
       if ((this.#known.get(model)?.size ?? 0) > size) return;
       const [column, row] = [index % columns, Math.floor(index / columns)];
       const place = `${percent(column, columns - 1)} ${percent(row, rows - 1)}`;
-      this.#known.set(model, { sheet, image: `url("${url}")`, extent: `${columns * 100}% ${rows * 100}%`, place, size });
+      this.#known.set(model, {
+        sheet,
+        image: `url("${url}")`,
+        extent: `${columns * 100}% ${rows * 100}%`,
+        place,
+        size
+      });
     });
     this.#tidy();
     this.#came();
@@ -383,7 +393,12 @@ function makeDisplay(page) {
 function makeGrid(index) {
   const id = `gl-grid-${Math.random().toString(36).slice(2, 8)}-${index}`;
   const title = element("h2", { id, class: "gl-title" });
-  const list = element("div", { class: "gl-grid", role: "listbox", "aria-multiselectable": "true", "aria-labelledby": id });
+  const list = element("div", {
+    class: "gl-grid",
+    role: "listbox",
+    "aria-multiselectable": "true",
+    "aria-labelledby": id
+  });
   const cells = [];
   return { element: element("section", { class: "gl-section" }, title, list), title, list, cells };
 }
@@ -458,21 +473,31 @@ function chooserButton(name) {
 // source/factors.js
 function makeFactors(page) {
   const list = element("div", { class: "gl-factors", role: "group", "aria-label": "Factor that scores belong to" });
-  const edit = menu(iconButton("more", "Rename or delete this factor", () => {
-  }), "This factor", buildEdit);
-  const create = menu(iconButton("plus", "New factor", () => {
-  }), "New factor", buildCreate);
+  const edit = menu(
+    iconButton("more", "Rename or delete this factor", () => {
+    }),
+    "This factor",
+    buildEdit
+  );
+  const create = menu(
+    iconButton("plus", "New factor", () => {
+    }),
+    "New factor",
+    buildCreate
+  );
+  const tabs = [];
+  const product = makeTab(() => void page.ask("view", { kind: "product" }));
+  product.element.title = "The score of all factors together; new scores belong to a factor";
   function update({ factors, active, view }) {
-    const single = factors.length === 1;
-    const tabs = factors.map(({ name, labels }) => tab(name, labels, view === "active" && name === active, () => activate(name)));
-    const product = single ? null : tab("product", null, view === "product", () => void page.ask("view", { kind: "product" }));
-    product?.setAttribute("title", "The score of all factors together; new scores still belong to " + active);
-    const focused = [...list.children].indexOf(
-      /** @type {Element} */
-      document.activeElement
-    );
-    list.replaceChildren(...tabs, ...product ? [product] : []);
-    list.children[focused]?.focus();
+    while (tabs.length < factors.length) {
+      const index = tabs.length;
+      tabs.push(makeTab(() => activate(page.state.factors[index].name)));
+    }
+    factors.forEach(({ name, labels }, index) => tabs[index].set(name, labels, view === "active" && name === active));
+    product.set("product", null, view === "product");
+    const shown = tabs.slice(0, factors.length).map((tab) => tab.element);
+    if (factors.length > 1 || view === "product") shown.push(product.element);
+    if (shown.length !== list.childElementCount) list.replaceChildren(...shown);
   }
   async function activate(name) {
     if (name !== page.state.active) await page.ask("factor_activate", { name });
@@ -480,7 +505,11 @@ function makeFactors(page) {
   }
   function buildCreate(close) {
     return [
-      element("p", {}, "A factor is one aspect of what you like, such as shape or colour. The density is the product of all factors."),
+      element(
+        "p",
+        {},
+        "A factor is one aspect of what you like, such as shape or colour. The density is the product of all factors."
+      ),
       nameForm("Create", "", (name) => {
         close();
         void page.ask("factor_create", { name });
@@ -490,10 +519,14 @@ function makeFactors(page) {
   function buildEdit(close) {
     const { active, factors } = page.state;
     const labels = factors.find(({ name }) => name === active)?.labels ?? 0;
-    const remove = textButton(`Delete “${active}” and its ${labels} scores`, () => {
-      close();
-      void page.ask("factor_delete", { name: active });
-    }, { class: "gl-button gl-danger", disabled: factors.length === 1 });
+    const remove = textButton(
+      `Delete “${active}” and its ${labels} scores`,
+      () => {
+        close();
+        void page.ask("factor_delete", { name: active });
+      },
+      { class: "gl-button gl-danger", disabled: factors.length === 1 }
+    );
     return [
       nameForm("Rename", active, (to) => {
         close();
@@ -505,23 +538,42 @@ function makeFactors(page) {
   }
   return { element: element("div", { class: "gl-row" }, list, edit, create), update };
 }
-function tab(name, labels, pressed, onclick) {
-  return element(
-    "button",
-    { type: "button", class: "gl-tab", "aria-pressed": String(pressed), onclick },
-    element("span", {}, name),
-    labels === null ? null : element("small", { "aria-label": `${labels} scores` }, String(labels))
-  );
+function makeTab(onclick) {
+  const [text, count] = [element("span"), element("small")];
+  const tab = element("button", { type: "button", class: "gl-tab", onclick }, text, count);
+  return {
+    element: tab,
+    /** @param {string} name @param {number | null} labels @param {boolean} pressed */
+    set(name, labels, pressed) {
+      text.textContent = name;
+      count.hidden = labels === null;
+      count.textContent = String(labels ?? "");
+      count.ariaLabel = `${labels} scores`;
+      tab.ariaPressed = String(pressed);
+    }
+  };
 }
 function nameForm(verb, value, done) {
-  const input = element("input", { class: "gl-input", value, maxLength: 60, required: true, "aria-label": "Name of the factor", placeholder: "name" });
-  return element("form", {
-    class: "gl-row",
-    onsubmit: (event) => {
-      event.preventDefault();
-      if (input.value.trim()) done(input.value.trim());
-    }
-  }, input, element("button", { class: "gl-button gl-primary" }, verb));
+  const input = element("input", {
+    class: "gl-input",
+    value,
+    maxLength: 60,
+    required: true,
+    "aria-label": "Name of the factor",
+    placeholder: "name"
+  });
+  return element(
+    "form",
+    {
+      class: "gl-row",
+      onsubmit: (event) => {
+        event.preventDefault();
+        if (input.value.trim()) done(input.value.trim());
+      }
+    },
+    input,
+    element("button", { class: "gl-button gl-primary" }, verb)
+  );
 }
 
 // source/keyboard.js
@@ -637,11 +689,19 @@ function destination({ state, selection }, key) {
 // source/learning.js
 var SETTLED = 0.01;
 function makeLearning(page) {
-  const start = textButton("Update", () => void page.ask("update"), { class: "gl-button gl-primary gl-wide", title: "Learn from all scores and show new models (Ctrl Enter)" });
+  const start = textButton("Update", () => void page.ask("update"), {
+    class: "gl-button gl-primary gl-wide",
+    title: "Learn from all scores and show new models (Ctrl Enter)"
+  });
   const bar2 = element("progress", { class: "gl-progress", max: 1, "aria-label": "Update" });
   const stage = element("span");
   const stop = textButton("Cancel", () => void page.ask("cancel"));
-  const busy = element("div", { class: "gl-busy", hidden: true }, bar2, element("div", { class: "gl-row" }, stage, element("span", { class: "gl-space" }), stop));
+  const busy = element(
+    "div",
+    { class: "gl-busy", hidden: true },
+    bar2,
+    element("div", { class: "gl-row" }, stage, element("span", { class: "gl-space" }), stop)
+  );
   const hint = element("p", { class: "gl-hint" });
   const chart = element("figure", { class: "gl-chart" });
   const relevance = element("ul", { class: "gl-relevance" });
@@ -679,7 +739,13 @@ function hintOf({ scored, fresh, chart }) {
 function relevanceLine({ name, level, share }) {
   const fill = element("i");
   fill.style.transform = `scaleX(${Math.min(Math.max(share, 0), 1)})`;
-  return element("li", {}, element("span", {}, name), element("b", {}, level), element("span", { class: "gl-share", "aria-hidden": "true" }, fill));
+  return element(
+    "li",
+    {},
+    element("span", {}, name),
+    element("b", {}, level),
+    element("span", { class: "gl-share", "aria-hidden": "true" }, fill)
+  );
 }
 function drawChart(movements) {
   if (movements.length === 0) return [];
@@ -703,8 +769,20 @@ function drawChart(movements) {
   const { js } = movements[movements.length - 1];
   const caption = `Last update moved the density by ${js.toPrecision(2)} nats`;
   return [
-    svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": points.map(({ words }) => words).join("; ") }, settled, line, ...dots),
-    element("figcaption", { title: "Jensen-Shannon divergence between the densities before and after; below the dashed line little changes" }, caption)
+    svg(
+      "svg",
+      { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": points.map(({ words }) => words).join("; ") },
+      settled,
+      line,
+      ...dots
+    ),
+    element(
+      "figcaption",
+      {
+        title: "Jensen-Shannon divergence between the densities before and after; below the dashed line little changes"
+      },
+      caption
+    )
   ];
 }
 
@@ -713,7 +791,11 @@ function makeLook(page, backToGrid) {
   let code = null;
   let view = null;
   let model = "";
-  let canvas = element("canvas", { class: "gl-canvas", tabIndex: 0, "aria-label": "Model in 3D: drag to turn, wheel to zoom" });
+  let canvas = element("canvas", {
+    class: "gl-canvas",
+    tabIndex: 0,
+    "aria-label": "Model in 3D: drag to turn, wheel to zoom"
+  });
   const room = element("div", { class: "gl-room" }, canvas);
   const title = element("h2", { class: "gl-look-title" });
   const note = element("p", { class: "gl-look-note", role: "status" });
@@ -735,7 +817,10 @@ function makeLook(page, backToGrid) {
     element(
       "footer",
       { class: "gl-steps", role: "group", "aria-label": "Score of this model" },
-      ...Array.from({ length: 11 }, (_, step) => textButton(String(10 * step), () => page.score([model], 10 * step), { class: "gl-step" }))
+      ...Array.from(
+        { length: 11 },
+        (_, step) => textButton(String(10 * step), () => page.score([model], 10 * step), { class: "gl-step" })
+      )
     )
   );
   const resizes = new ResizeObserver(() => view?.resize());
@@ -785,7 +870,9 @@ function makeLook(page, backToGrid) {
     if (!dialog.open || !page.state.models[model]) return;
     const known = knownOf(page, model);
     title.textContent = inWords(known);
-    [...dialog.querySelectorAll(".gl-step")].forEach((step, index) => step.classList.toggle("gl-on", known.score === 10 * index));
+    [...dialog.querySelectorAll(".gl-step")].forEach(
+      (step, index) => step.classList.toggle("gl-on", known.score === 10 * index)
+    );
   }
   return {
     element: dialog,
@@ -927,11 +1014,15 @@ function listenToPointer(page, display) {
     if (position >= 0) page.look(page.selection.order[position]);
   });
   stage.addEventListener("pointerleave", () => display.describe(page.selection.current));
-  stage.addEventListener("wheel", (event) => {
-    if (!event.ctrlKey && !event.metaKey) return;
-    event.preventDefault();
-    display.zoomBy(Math.exp(-Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 60) / 250), event);
-  }, { passive: false });
+  stage.addEventListener(
+    "wheel",
+    (event) => {
+      if (!event.ctrlKey && !event.metaKey) return;
+      event.preventDefault();
+      display.zoomBy(Math.exp(-Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 60) / 250), event);
+    },
+    { passive: false }
+  );
   function click(event) {
     const position = display.positionOf(event.target);
     const { selection } = page;
@@ -995,16 +1086,19 @@ function listenToPointer(page, display) {
 // source/preferences.js
 var DEFAULTS = { bars: true, advance: true };
 function loadPreferences() {
-  return new Proxy({ ...DEFAULTS, ...stored() }, {
-    set(all, name, value) {
-      Reflect.set(all, name, value);
-      try {
-        localStorage.setItem("grammarlab", JSON.stringify(all));
-      } catch {
+  return new Proxy(
+    { ...DEFAULTS, ...stored() },
+    {
+      set(all, name, value) {
+        Reflect.set(all, name, value);
+        try {
+          localStorage.setItem("grammarlab", JSON.stringify(all));
+        } catch {
+        }
+        return true;
       }
-      return true;
     }
-  });
+  );
 }
 function stored() {
   try {
@@ -1015,22 +1109,53 @@ function stored() {
 }
 
 // source/results.js
-var FORMATS = { csv: "opens in any spreadsheet", jsonl: "one JSON object a line", parquet: "for Arrow, pandas and Polars" };
+var FORMATS = {
+  csv: "opens in any spreadsheet",
+  jsonl: "one JSON object a line",
+  parquet: "for Arrow, pandas and Polars"
+};
 var SHEET = 16;
 function makeResults(page) {
-  const learn = textButton("Learn grammar", () => busyWith(learn, learnGrammar), { title: "Write a grammar that samples what you like" });
-  const sheet = textButton("Check sheet", () => busyWith(sheet, drawSheet), { title: `Pictures of ${SHEET} samples of the learned grammar` });
-  const picker = element("input", { type: "file", accept: ".csv,.jsonl,.parquet", hidden: true, onchange: importScores });
-  const give = menu(textButton("Export scores", () => {
-  }, { class: "gl-button gl-chooser" }), "Scores as a file", buildFormats);
-  const take = textButton("Import scores", () => picker.click(), { title: "A file that was exported, or made by grammarlab label" });
+  const learn = textButton("Learn grammar", () => busyWith(learn, learnGrammar), {
+    title: "Write a grammar that samples what you like"
+  });
+  const sheet = textButton("Check sheet", () => busyWith(sheet, drawSheet), {
+    title: `Pictures of ${SHEET} samples of the learned grammar`
+  });
+  const picker = element("input", {
+    type: "file",
+    accept: ".csv,.jsonl,.parquet",
+    hidden: true,
+    onchange: importScores
+  });
+  const give = menu(
+    textButton("Export scores", () => {
+    }, { class: "gl-button gl-chooser" }),
+    "Scores as a file",
+    buildFormats
+  );
+  const take = textButton("Import scores", () => picker.click(), {
+    title: "A file that was exported, or made by grammarlab label"
+  });
   const stage = element("p", { class: "gl-hint" });
   const outcome = element("div", { class: "gl-outcome", role: "status" });
   const buttons = element("div", { class: "gl-pairs" }, learn, sheet, give, take);
-  const section = element("section", { class: "gl-card", "aria-label": "Result" }, element("h2", {}, "Result"), buttons, stage, outcome, picker);
+  const section = element(
+    "section",
+    { class: "gl-card", "aria-label": "Result" },
+    element("h2", {}, "Result"),
+    buttons,
+    stage,
+    outcome,
+    picker
+  );
   async function learnGrammar() {
     const { file, js, rules_before: before, rules_after: after, text } = (await page.channel.request("learn")).result;
-    const told = [`${file}: ${before} rules became ${after}`, typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "", "."].join("");
+    const told = [
+      `${file}: ${before} rules became ${after}`,
+      typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "",
+      "."
+    ].join("");
     outcome.replaceChildren(element("p", {}, told), saveLink(file, [text], "text/plain"));
     outcome.querySelector("a")?.click();
   }
@@ -1040,10 +1165,12 @@ function makeResults(page) {
     outcome.replaceChildren(element("img", { src: link.href, alt: `${SHEET} samples of the learned grammar` }), link);
   }
   function buildFormats(close) {
-    return Object.entries(FORMATS).map(([format, says]) => choice(format.toUpperCase(), says, () => {
-      close();
-      void exportScores(format);
-    }));
+    return Object.entries(FORMATS).map(
+      ([format, says]) => choice(format.toUpperCase(), says, () => {
+        close();
+        void exportScores(format);
+      })
+    );
   }
   async function exportScores(format) {
     try {
@@ -1099,22 +1226,65 @@ var STEPS = [0, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100];
 function makeScoring(page, backToGrid) {
   const heading = element("h2", {}, "Score");
   const count = element("p", { class: "gl-count", role: "status" });
-  const number2 = element("input", { class: "gl-input gl-typed", type: "number", min: "0", max: "100", step: "any", "aria-label": "Score of the selected models, 0 to 100", title: "S" });
-  const slider = element("input", { class: "gl-slider", type: "range", min: "0", max: "100", "aria-label": "Score of the selected models" });
-  const steps = STEPS.map((score) => textButton(String(score), () => give(score), { class: "gl-step", title: score === 100 ? "key H" : `key ${score / 10}` }));
-  const clear = textButton("No score", () => give(null), { title: "Take the score away (Delete)", class: "gl-button gl-quiet" });
-  const look = element("button", { type: "button", class: "gl-button gl-quiet", title: "Enter, or double click", onclick: () => page.look(page.selection.models[0]) }, icon("cube"), "3D view");
-  const advance = element("input", { type: "checkbox", checked: page.preferences.advance, onchange: () => void (page.preferences.advance = advance.checked) });
-  const form = element("form", {
-    class: "gl-row",
-    onsubmit: (event) => {
-      event.preventDefault();
-      if (number2.value === "" || !number2.reportValidity()) return;
-      give(number2.valueAsNumber);
-      number2.value = "";
-      backToGrid();
-    }
-  }, number2, element("button", { class: "gl-button" }, "Set"), element("span", { class: "gl-space" }), clear);
+  const number2 = element("input", {
+    class: "gl-input gl-typed",
+    type: "number",
+    min: "0",
+    max: "100",
+    step: "any",
+    "aria-label": "Score of the selected models, 0 to 100",
+    title: "S"
+  });
+  const slider = element("input", {
+    class: "gl-slider",
+    type: "range",
+    min: "0",
+    max: "100",
+    "aria-label": "Score of the selected models"
+  });
+  const steps = STEPS.map(
+    (score) => textButton(String(score), () => give(score), {
+      class: "gl-step",
+      title: score === 100 ? "key H" : `key ${score / 10}`
+    })
+  );
+  const clear = textButton("No score", () => give(null), {
+    title: "Take the score away (Delete)",
+    class: "gl-button gl-quiet"
+  });
+  const look = element(
+    "button",
+    {
+      type: "button",
+      class: "gl-button gl-quiet",
+      title: "Enter, or double click",
+      onclick: () => page.look(page.selection.models[0])
+    },
+    icon("cube"),
+    "3D view"
+  );
+  const advance = element("input", {
+    type: "checkbox",
+    checked: page.preferences.advance,
+    onchange: () => void (page.preferences.advance = advance.checked)
+  });
+  const form = element(
+    "form",
+    {
+      class: "gl-row",
+      onsubmit: (event) => {
+        event.preventDefault();
+        if (number2.value === "" || !number2.reportValidity()) return;
+        give(number2.valueAsNumber);
+        number2.value = "";
+        backToGrid();
+      }
+    },
+    number2,
+    element("button", { class: "gl-button" }, "Set"),
+    element("span", { class: "gl-space" }),
+    clear
+  );
   slider.addEventListener("input", () => void (number2.value = slider.value));
   slider.addEventListener("change", () => give(slider.valueAsNumber));
   const controls = element(
@@ -1253,8 +1423,10 @@ function makeStatus(page) {
   }
   function bannerOf(connected, unsaved, waiting) {
     const kept = unsaved ? ` ${unsaved} ${unsaved === 1 ? "score is" : "scores are"} not saved yet; keep this page open, they will be sent again.` : "";
-    if (!connected && lost) return `The connection to Python is lost. Trying again; is grammarlab still running?${kept}`;
-    if (connected && unsaved && waiting > PATIENCE) return `Python does not answer.${kept} It may be busy, or the kernel has stopped.`;
+    if (!connected && lost)
+      return `The connection to Python is lost. Trying again; is grammarlab still running?${kept}`;
+    if (connected && unsaved && waiting > PATIENCE)
+      return `Python does not answer.${kept} It may be busy, or the kernel has stopped.`;
     return "";
   }
   function tell(text) {
@@ -1262,7 +1434,12 @@ function makeStatus(page) {
     if (banner.textContent !== text) banner.textContent = text;
   }
   function note(where, text, style) {
-    const box = element("div", { class: `gl-note ${style}` }, element("span", {}, text), iconButton("close", "Dismiss", () => box.remove()));
+    const box = element(
+      "div",
+      { class: `gl-note ${style}` },
+      element("span", {}, text),
+      iconButton("close", "Dismiss", () => box.remove())
+    );
     where.append(box);
     while (where.childElementCount > 3) where.firstElementChild?.remove();
     return box;
@@ -1339,16 +1516,27 @@ function makeToolbar(page, display, pointer) {
       void page.ask("layout", layout);
     };
     const [many, high, wide] = [number("grids", grids, 2), number("rows", rows, 10), number("columns", columns, 10)];
-    const own = element("form", {
-      class: "gl-row",
-      onsubmit: (event) => {
-        event.preventDefault();
-        lay({ grids: many.valueAsNumber, rows: high.valueAsNumber, columns: wide.valueAsNumber });
-      }
-    }, many, "of", high, "×", wide, element("button", { class: "gl-button" }, "Set"));
+    const own = element(
+      "form",
+      {
+        class: "gl-row",
+        onsubmit: (event) => {
+          event.preventDefault();
+          lay({ grids: many.valueAsNumber, rows: high.valueAsNumber, columns: wide.valueAsNumber });
+        }
+      },
+      many,
+      "of",
+      high,
+      "×",
+      wide,
+      element("button", { class: "gl-button" }, "Set")
+    );
     const presets = SIZES.map((each) => {
       const checked = each.grids === grids && each.rows === rows && each.columns === columns;
-      return choice(nameOf(each), each.says, () => lay({ grids: each.grids, rows: each.rows, columns: each.columns }), { checked });
+      return choice(nameOf(each), each.says, () => lay({ grids: each.grids, rows: each.rows, columns: each.columns }), {
+        checked
+      });
     });
     return [...presets, element("hr"), own];
   }
@@ -1365,13 +1553,20 @@ function buildSort(page, close) {
     void page.ask("sort", order);
   };
   const found = element("div", { class: "gl-found", role: "group", "aria-label": "Features found" });
-  const query = element("input", { class: "gl-input", type: "search", placeholder: "Search features", "aria-label": "Search features" });
+  const query = element("input", {
+    class: "gl-input",
+    type: "search",
+    placeholder: "Search features",
+    "aria-label": "Search features"
+  });
   let turn = 0;
   const search = async () => {
     const mine = turn += 1;
     const { features } = await page.ask("features", { query: query.value }) ?? { features: [] };
     if (mine !== turn) return;
-    const lines = features.map((feature) => choice(feature, "", () => sort({ by: "feature", feature })));
+    const lines = features.map(
+      (feature) => choice(feature, "", () => sort({ by: "feature", feature }))
+    );
     found.replaceChildren(...lines.length ? lines : [element("p", {}, "No feature is called so.")]);
   };
   query.addEventListener("input", search);
@@ -1379,9 +1574,14 @@ function buildSort(page, close) {
   return [
     choice("Predicted score", "highest first", () => sort({ by: "score" })),
     choice("Uncertainty", "least known first", () => sort({ by: "uncertainty" })),
-    choice("Similarity", chosen.length ? `to the ${chosen.length} selected` : "select models first", () => sort({ by: "similarity", models: chosen }), {
-      disabled: !chosen.length
-    }),
+    choice(
+      "Similarity",
+      chosen.length ? `to the ${chosen.length} selected` : "select models first",
+      () => sort({ by: "similarity", models: chosen }),
+      {
+        disabled: !chosen.length
+      }
+    ),
     choice("Random", "", () => sort({ by: "random" })),
     choice("As chosen", "the order they came in", () => sort({ by: "shown" })),
     element("hr"),
@@ -1397,7 +1597,15 @@ function nameOf({ grids, rows, columns }) {
   return `${grids > 1 ? `${grids} of ` : ""}${rows} × ${columns}`;
 }
 function number(name, value, max) {
-  return element("input", { class: "gl-input gl-number", type: "number", min: "1", max: String(max), required: true, value: String(value), "aria-label": name });
+  return element("input", {
+    class: "gl-input gl-number",
+    type: "number",
+    min: "1",
+    max: String(max),
+    required: true,
+    value: String(value),
+    "aria-label": name
+  });
 }
 function toggle(picture, label, on, changed) {
   const button = iconButton(picture, label, () => {
@@ -1495,14 +1703,19 @@ function connect(element2, url) {
   return mount(element2, socketTransport(url));
 }
 function mount(host, transport) {
-  const root = element("div", { class: "gl-page", "data-lm-suppress-shortcuts": "true" }, element("p", { class: "gl-wait", role: "status" }, "Growing the first models…"));
+  const root = element(
+    "div",
+    { class: "gl-page", "data-lm-suppress-shortcuts": "true" },
+    element("p", { class: "gl-wait", role: "status" }, "Growing the first models…")
+  );
   root.addEventListener("keydown", (event) => event.stopPropagation());
   host.append(root);
   const channel = new Channel(transport);
   let built = null;
   let lost = false;
   function follow(state) {
-    if (state.protocol !== PROTOCOL) return void (root.textContent = "This page and Python speak different versions. Reload the page.");
+    if (state.protocol !== PROTOCOL)
+      return void (root.textContent = "This page and Python speak different versions. Reload the page.");
     built ??= build(root, channel, state);
     built.update(state);
   }
@@ -1536,10 +1749,18 @@ function build(root, channel, first) {
     channel,
     preferences: loadPreferences(),
     selection: new Selection(() => redraw()),
-    outbox: new Outbox(channel, () => changed(), (error) => page.complain(new Error(`Not saved: ${error.message}`))),
-    ask: (command, parameters) => channel.request(command, parameters).then(({ result }) => result, (error) => void page.complain(error)),
+    outbox: new Outbox(
+      channel,
+      () => changed(),
+      (error) => page.complain(new Error(`Not saved: ${error.message}`))
+    ),
+    ask: (command, parameters) => channel.request(command, parameters).then(
+      ({ result }) => result,
+      (error) => void page.complain(error)
+    ),
     score(models, score) {
-      if (page.state.view === "product") status.say("The product is only looked at: choose the factor that the score belongs to.");
+      if (page.state.view === "product")
+        status.say("The product is only looked at: choose the factor that the score belongs to.");
       else if (models.length) page.outbox.add(models, score, page.state.active);
     },
     look: (model) => void look.open(model),
@@ -1560,13 +1781,29 @@ function build(root, channel, first) {
   const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
   const title = element("h1", { class: "gl-name" });
   root.replaceChildren(
-    element("header", { class: "gl-header" }, title, factors.element, element("span", { class: "gl-space" }), status.saved, undo, redo, keyHelp()),
+    element(
+      "header",
+      { class: "gl-header" },
+      title,
+      factors.element,
+      element("span", { class: "gl-space" }),
+      status.saved,
+      undo,
+      redo,
+      keyHelp()
+    ),
     status.banner,
     element(
       "main",
       { class: "gl-main" },
       element("div", { class: "gl-left" }, toolbar.element, display.element, display.about),
-      element("aside", { class: "gl-side", "aria-label": "Score and learn" }, scoring.element, learning.element, results.element)
+      element(
+        "aside",
+        { class: "gl-side", "aria-label": "Score and learn" },
+        scoring.element,
+        learning.element,
+        results.element
+      )
     ),
     status.element,
     look.element
@@ -1625,9 +1862,17 @@ function build(root, channel, first) {
   };
 }
 function keyHelp() {
-  const button = element("button", { type: "button", class: "gl-button gl-quiet", title: "Keys", "aria-label": "Keys" }, icon("keys"));
+  const button = element(
+    "button",
+    { type: "button", class: "gl-button gl-quiet", title: "Keys", "aria-label": "Keys" },
+    icon("keys")
+  );
   return menu(button, "Keys", () => [
-    element("dl", { class: "gl-keys" }, ...KEYS.flatMap(([keys, says]) => [element("dt", {}, keys), element("dd", {}, says)]))
+    element(
+      "dl",
+      { class: "gl-keys" },
+      ...KEYS.flatMap(([keys, says]) => [element("dt", {}, keys), element("dd", {}, says)])
+    )
   ]);
 }
 var alone = document.getElementById("grammarlab");

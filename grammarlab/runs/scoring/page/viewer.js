@@ -1,4 +1,4 @@
-/* Built from viewer/ by bundle.js; do not edit. Source 30b927e3e4c858c6 */
+/* Built from viewer/ by bundle.js; do not edit. Source cd67715924ca552f */
 /**
  * @license
  * Copyright 2010-2026 Three.js Authors

@@ -157,7 +157,12 @@ export function makeDisplay(page) {
 function makeGrid(index) {
   const id = `gl-grid-${Math.random().toString(36).slice(2, 8)}-${index}`;
   const title = element("h2", { id, class: "gl-title" });
-  const list = element("div", { class: "gl-grid", role: "listbox", "aria-multiselectable": "true", "aria-labelledby": id });
+  const list = element("div", {
+    class: "gl-grid",
+    role: "listbox",
+    "aria-multiselectable": "true",
+    "aria-labelledby": id,
+  });
   /** @type {Cell[]} */
   const cells = [];
   return { element: element("section", { class: "gl-section" }, title, list), title, list, cells };

@@ -59,5 +59,9 @@ export function icon(name) {
  */
 export function iconButton(name, label, onclick, keys) {
   const title = keys ? `${label} (${keys})` : label;
-  return element("button", { type: "button", class: "gl-button gl-quiet", title, "aria-label": label, onclick }, icon(name));
+  return element(
+    "button",
+    { type: "button", class: "gl-button gl-quiet", title, "aria-label": label, onclick },
+    icon(name),
+  );
 }

@@ -11,18 +11,33 @@ import { menu, textButton } from "./menu.js";
  */
 export function makeFactors(page) {
   const list = element("div", { class: "gl-factors", role: "group", "aria-label": "Factor that scores belong to" });
-  const edit = menu(iconButton("more", "Rename or delete this factor", () => {}), "This factor", buildEdit);
-  const create = menu(iconButton("plus", "New factor", () => {}), "New factor", buildCreate);
+  const edit = menu(
+    iconButton("more", "Rename or delete this factor", () => {}),
+    "This factor",
+    buildEdit,
+  );
+  const create = menu(
+    iconButton("plus", "New factor", () => {}),
+    "New factor",
+    buildCreate,
+  );
 
-  /** @param {State} state */
+  /** @type {ReturnType<typeof makeTab>[]} */
+  const tabs = [];
+  const product = makeTab(() => void page.ask("view", { kind: "product" }));
+  product.element.title = "The score of all factors together; new scores belong to a factor";
+
+  /** Tabs are used again, so that none vanishes under a finger. @param {State} state */
   function update({ factors, active, view }) {
-    const single = factors.length === 1;
-    const tabs = factors.map(({ name, labels }) => tab(name, labels, view === "active" && name === active, () => activate(name)));
-    const product = single ? null : tab("product", null, view === "product", () => void page.ask("view", { kind: "product" }));
-    product?.setAttribute("title", "The score of all factors together; new scores still belong to " + active);
-    const focused = [...list.children].indexOf(/** @type {Element} */ (document.activeElement));
-    list.replaceChildren(...tabs, ...(product ? [product] : []));
-    /** @type {HTMLElement | undefined} */ (list.children[focused])?.focus();
+    while (tabs.length < factors.length) {
+      const index = tabs.length;
+      tabs.push(makeTab(() => activate(page.state.factors[index].name)));
+    }
+    factors.forEach(({ name, labels }, index) => tabs[index].set(name, labels, view === "active" && name === active));
+    product.set("product", null, view === "product");
+    const shown = tabs.slice(0, factors.length).map((tab) => tab.element);
+    if (factors.length > 1 || view === "product") shown.push(product.element);
+    if (shown.length !== list.childElementCount) list.replaceChildren(...shown);
   }
 
   /** @param {string} name */
@@ -34,7 +49,11 @@ export function makeFactors(page) {
   /** @param {() => void} close */
   function buildCreate(close) {
     return [
-      element("p", {}, "A factor is one aspect of what you like, such as shape or colour. The density is the product of all factors."),
+      element(
+        "p",
+        {},
+        "A factor is one aspect of what you like, such as shape or colour. The density is the product of all factors.",
+      ),
       nameForm("Create", "", (name) => {
         close();
         void page.ask("factor_create", { name });
@@ -46,10 +65,14 @@ export function makeFactors(page) {
   function buildEdit(close) {
     const { active, factors } = page.state;
     const labels = factors.find(({ name }) => name === active)?.labels ?? 0;
-    const remove = textButton(`Delete “${active}” and its ${labels} scores`, () => {
-      close();
-      void page.ask("factor_delete", { name: active });
-    }, { class: "gl-button gl-danger", disabled: factors.length === 1 });
+    const remove = textButton(
+      `Delete “${active}” and its ${labels} scores`,
+      () => {
+        close();
+        void page.ask("factor_delete", { name: active });
+      },
+      { class: "gl-button gl-danger", disabled: factors.length === 1 },
+    );
     return [
       nameForm("Rename", active, (to) => {
         close();
@@ -63,24 +86,43 @@ export function makeFactors(page) {
   return { element: element("div", { class: "gl-row" }, list, edit, create), update };
 }
 
-/** @param {string} name @param {number | null} labels @param {boolean} pressed @param {() => void} onclick */
-function tab(name, labels, pressed, onclick) {
-  return element(
-    "button",
-    { type: "button", class: "gl-tab", "aria-pressed": String(pressed), onclick },
-    element("span", {}, name),
-    labels === null ? null : element("small", { "aria-label": `${labels} scores` }, String(labels)),
-  );
+/** @param {() => void} onclick */
+function makeTab(onclick) {
+  const [text, count] = [element("span"), element("small")];
+  const tab = element("button", { type: "button", class: "gl-tab", onclick }, text, count);
+  return {
+    element: tab,
+    /** @param {string} name @param {number | null} labels @param {boolean} pressed */
+    set(name, labels, pressed) {
+      text.textContent = name;
+      count.hidden = labels === null;
+      count.textContent = String(labels ?? "");
+      count.ariaLabel = `${labels} scores`;
+      tab.ariaPressed = String(pressed);
+    },
+  };
 }
 
 /** @param {string} verb @param {string} value @param {(name: string) => void} done */
 function nameForm(verb, value, done) {
-  const input = element("input", { class: "gl-input", value, maxLength: 60, required: true, "aria-label": "Name of the factor", placeholder: "name" });
-  return element("form", {
-    class: "gl-row",
-    onsubmit: (/** @type {Event} */ event) => {
-      event.preventDefault();
-      if (input.value.trim()) done(input.value.trim());
+  const input = element("input", {
+    class: "gl-input",
+    value,
+    maxLength: 60,
+    required: true,
+    "aria-label": "Name of the factor",
+    placeholder: "name",
+  });
+  return element(
+    "form",
+    {
+      class: "gl-row",
+      onsubmit: (/** @type {Event} */ event) => {
+        event.preventDefault();
+        if (input.value.trim()) done(input.value.trim());
+      },
     },
-  }, input, element("button", { class: "gl-button gl-primary" }, verb));
+    input,
+    element("button", { class: "gl-button gl-primary" }, verb),
+  );
 }

@@ -124,18 +124,25 @@ function destination({ state, selection }, key) {
   const within = (/** @type {number} */ place) => (place >= 0 && place < count ? first + place : selection.cursor);
   const end = Math.min(row + columns, count) - 1;
   switch (key) {
-    case "ArrowUp": return within(here - columns);
-    case "ArrowDown": return within(here + columns);
+    case "ArrowUp":
+      return within(here - columns);
+    case "ArrowDown":
+      return within(here + columns);
     case "ArrowLeft":
       if (column > 0) return within(here - 1);
       if (index === 0) return selection.cursor;
-      return first - state.grids[index - 1].models.length + Math.min(row + columns, state.grids[index - 1].models.length) - 1;
+      return (
+        first - state.grids[index - 1].models.length + Math.min(row + columns, state.grids[index - 1].models.length) - 1
+      );
     case "ArrowRight":
       if (here < end) return within(here + 1);
       if (index + 1 >= state.grids.length) return selection.cursor;
       return first + count + Math.min(row, state.grids[index + 1].models.length - 1);
-    case "Home": return first;
-    case "End": return first + count - 1;
-    default: return undefined;
+    case "Home":
+      return first;
+    case "End":
+      return first + count - 1;
+    default:
+      return undefined;
   }
 }

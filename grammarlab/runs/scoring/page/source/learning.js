@@ -15,11 +15,19 @@ const SETTLED = 0.01;
  * @returns {import("./types.js").Part & { progress: (progress: Progress | null) => void }}
  */
 export function makeLearning(page) {
-  const start = textButton("Update", () => void page.ask("update"), { class: "gl-button gl-primary gl-wide", title: "Learn from all scores and show new models (Ctrl Enter)" });
+  const start = textButton("Update", () => void page.ask("update"), {
+    class: "gl-button gl-primary gl-wide",
+    title: "Learn from all scores and show new models (Ctrl Enter)",
+  });
   const bar = element("progress", { class: "gl-progress", max: 1, "aria-label": "Update" });
   const stage = element("span");
   const stop = textButton("Cancel", () => void page.ask("cancel"));
-  const busy = element("div", { class: "gl-busy", hidden: true }, bar, element("div", { class: "gl-row" }, stage, element("span", { class: "gl-space" }), stop));
+  const busy = element(
+    "div",
+    { class: "gl-busy", hidden: true },
+    bar,
+    element("div", { class: "gl-row" }, stage, element("span", { class: "gl-space" }), stop),
+  );
   const hint = element("p", { class: "gl-hint" });
   const chart = element("figure", { class: "gl-chart" });
   const relevance = element("ul", { class: "gl-relevance" });
@@ -66,7 +74,13 @@ function hintOf({ scored, fresh, chart }) {
 function relevanceLine({ name, level, share }) {
   const fill = element("i");
   fill.style.transform = `scaleX(${Math.min(Math.max(share, 0), 1)})`;
-  return element("li", {}, element("span", {}, name), element("b", {}, level), element("span", { class: "gl-share", "aria-hidden": "true" }, fill));
+  return element(
+    "li",
+    {},
+    element("span", {}, name),
+    element("b", {}, level),
+    element("span", { class: "gl-share", "aria-hidden": "true" }, fill),
+  );
 }
 
 /** A small line: how far each update moved the density, by number of labels. @param {Movement[]} movements */
@@ -92,7 +106,19 @@ function drawChart(movements) {
   const { js } = movements[movements.length - 1];
   const caption = `Last update moved the density by ${js.toPrecision(2)} nats`;
   return [
-    svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": points.map(({ words }) => words).join("; ") }, settled, line, ...dots),
-    element("figcaption", { title: "Jensen-Shannon divergence between the densities before and after; below the dashed line little changes" }, caption),
+    svg(
+      "svg",
+      { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": points.map(({ words }) => words).join("; ") },
+      settled,
+      line,
+      ...dots,
+    ),
+    element(
+      "figcaption",
+      {
+        title: "Jensen-Shannon divergence between the densities before and after; below the dashed line little changes",
+      },
+      caption,
+    ),
   ];
 }

@@ -17,12 +17,20 @@ export function makeLook(page, backToGrid) {
   /** @type {View | null} */
   let view = null;
   let model = "";
-  let canvas = element("canvas", { class: "gl-canvas", tabIndex: 0, "aria-label": "Model in 3D: drag to turn, wheel to zoom" });
+  let canvas = element("canvas", {
+    class: "gl-canvas",
+    tabIndex: 0,
+    "aria-label": "Model in 3D: drag to turn, wheel to zoom",
+  });
   const room = element("div", { class: "gl-room" }, canvas);
   const title = element("h2", { class: "gl-look-title" });
   const note = element("p", { class: "gl-look-note", role: "status" });
-  const dialog = element("dialog", { class: "gl-look", "aria-label": "Model in 3D" },
-    element("header", { class: "gl-row" },
+  const dialog = element(
+    "dialog",
+    { class: "gl-look", "aria-label": "Model in 3D" },
+    element(
+      "header",
+      { class: "gl-row" },
       iconButton("previous", "Previous model", () => go(-1), "←"),
       iconButton("next", "Next model", () => go(1), "→"),
       title,
@@ -32,8 +40,12 @@ export function makeLook(page, backToGrid) {
     ),
     room,
     note,
-    element("footer", { class: "gl-steps", role: "group", "aria-label": "Score of this model" },
-      ...Array.from({ length: 11 }, (_, step) => textButton(String(10 * step), () => page.score([model], 10 * step), { class: "gl-step" })),
+    element(
+      "footer",
+      { class: "gl-steps", role: "group", "aria-label": "Score of this model" },
+      ...Array.from({ length: 11 }, (_, step) =>
+        textButton(String(10 * step), () => page.score([model], 10 * step), { class: "gl-step" }),
+      ),
     ),
   );
   const resizes = new ResizeObserver(() => view?.resize());
@@ -89,7 +101,9 @@ export function makeLook(page, backToGrid) {
     if (!dialog.open || !page.state.models[model]) return;
     const known = knownOf(page, model);
     title.textContent = inWords(known);
-    [...dialog.querySelectorAll(".gl-step")].forEach((step, index) => step.classList.toggle("gl-on", known.score === 10 * index));
+    [...dialog.querySelectorAll(".gl-step")].forEach((step, index) =>
+      step.classList.toggle("gl-on", known.score === 10 * index),
+    );
   }
 
   return {

@@ -44,7 +44,11 @@ export function connect(element, url) {
  */
 export function mount(host, transport) {
   // Notebooks have their own meaning for single keys, and must not see those typed here.
-  const root = element("div", { class: "gl-page", "data-lm-suppress-shortcuts": "true" }, element("p", { class: "gl-wait", role: "status" }, "Growing the first models…"));
+  const root = element(
+    "div",
+    { class: "gl-page", "data-lm-suppress-shortcuts": "true" },
+    element("p", { class: "gl-wait", role: "status" }, "Growing the first models…"),
+  );
   root.addEventListener("keydown", (event) => event.stopPropagation());
   host.append(root);
 
@@ -55,7 +59,8 @@ export function mount(host, transport) {
 
   /** @param {State} state */
   function follow(state) {
-    if (state.protocol !== PROTOCOL) return void (root.textContent = "This page and Python speak different versions. Reload the page.");
+    if (state.protocol !== PROTOCOL)
+      return void (root.textContent = "This page and Python speak different versions. Reload the page.");
     built ??= build(root, channel, state);
     built.update(state);
   }
@@ -94,10 +99,19 @@ function build(root, channel, first) {
     channel,
     preferences: loadPreferences(),
     selection: new Selection(() => redraw()),
-    outbox: new Outbox(channel, () => changed(), (error) => page.complain(new Error(`Not saved: ${error.message}`))),
-    ask: (command, parameters) => channel.request(command, parameters).then(({ result }) => result, (error) => void page.complain(error)),
+    outbox: new Outbox(
+      channel,
+      () => changed(),
+      (error) => page.complain(new Error(`Not saved: ${error.message}`)),
+    ),
+    ask: (command, parameters) =>
+      channel.request(command, parameters).then(
+        ({ result }) => result,
+        (error) => void page.complain(error),
+      ),
     score(models, score) {
-      if (page.state.view === "product") status.say("The product is only looked at: choose the factor that the score belongs to.");
+      if (page.state.view === "product")
+        status.say("The product is only looked at: choose the factor that the score belongs to.");
       else if (models.length) page.outbox.add(models, score, page.state.active);
     },
     look: (model) => void look.open(model),
@@ -119,11 +133,29 @@ function build(root, channel, first) {
   const title = element("h1", { class: "gl-name" });
 
   root.replaceChildren(
-    element("header", { class: "gl-header" }, title, factors.element, element("span", { class: "gl-space" }), status.saved, undo, redo, keyHelp()),
+    element(
+      "header",
+      { class: "gl-header" },
+      title,
+      factors.element,
+      element("span", { class: "gl-space" }),
+      status.saved,
+      undo,
+      redo,
+      keyHelp(),
+    ),
     status.banner,
-    element("main", { class: "gl-main" },
+    element(
+      "main",
+      { class: "gl-main" },
       element("div", { class: "gl-left" }, toolbar.element, display.element, display.about),
-      element("aside", { class: "gl-side", "aria-label": "Score and learn" }, scoring.element, learning.element, results.element),
+      element(
+        "aside",
+        { class: "gl-side", "aria-label": "Score and learn" },
+        scoring.element,
+        learning.element,
+        results.element,
+      ),
     ),
     status.element,
     look.element,
@@ -136,7 +168,8 @@ function build(root, channel, first) {
   }
 
   const everywhere = (/** @type {KeyboardEvent} */ event) => {
-    const typing = event.target instanceof HTMLInputElement && event.target.type !== "range" && event.target.type !== "checkbox";
+    const typing =
+      event.target instanceof HTMLInputElement && event.target.type !== "range" && event.target.type !== "checkbox";
     const command = event.ctrlKey || event.metaKey;
     const key = event.key.toLowerCase();
     if (command && key === "enter") void page.ask("update");
@@ -187,9 +220,17 @@ function build(root, channel, first) {
 }
 
 function keyHelp() {
-  const button = element("button", { type: "button", class: "gl-button gl-quiet", title: "Keys", "aria-label": "Keys" }, icon("keys"));
+  const button = element(
+    "button",
+    { type: "button", class: "gl-button gl-quiet", title: "Keys", "aria-label": "Keys" },
+    icon("keys"),
+  );
   return menu(button, "Keys", () => [
-    element("dl", { class: "gl-keys" }, ...KEYS.flatMap(([keys, says]) => [element("dt", {}, keys), element("dd", {}, says)])),
+    element(
+      "dl",
+      { class: "gl-keys" },
+      ...KEYS.flatMap(([keys, says]) => [element("dt", {}, keys), element("dd", {}, says)]),
+    ),
   ]);
 }
 

@@ -30,7 +30,9 @@ export function menu(button, label, build) {
     panel.replaceChildren(...build(close).filter((node) => node !== null));
     panel.showPopover({ source: button });
     place();
-    /** @type {HTMLElement | null} */ (panel.querySelector("input, [aria-checked=true], button:not(:disabled)"))?.focus();
+    /** @type {HTMLElement | null} */ (
+      panel.querySelector("input, [aria-checked=true], button:not(:disabled)")
+    )?.focus();
   }
 
   function close() {

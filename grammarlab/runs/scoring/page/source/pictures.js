@@ -63,7 +63,13 @@ export class Pictures {
       if ((this.#known.get(model)?.size ?? 0) > size) return;
       const [column, row] = [index % columns, Math.floor(index / columns)];
       const place = `${percent(column, columns - 1)} ${percent(row, rows - 1)}`;
-      this.#known.set(model, { sheet, image: `url("${url}")`, extent: `${columns * 100}% ${rows * 100}%`, place, size });
+      this.#known.set(model, {
+        sheet,
+        image: `url("${url}")`,
+        extent: `${columns * 100}% ${rows * 100}%`,
+        place,
+        size,
+      });
     });
     this.#tidy();
     this.#came();

@@ -60,11 +60,15 @@ export function listenToPointer(page, display) {
 
   stage.addEventListener("pointerleave", () => display.describe(page.selection.current));
 
-  stage.addEventListener("wheel", (event) => {
-    if (!event.ctrlKey && !event.metaKey) return; // plain turning scrolls, so that a notebook can be scrolled past
-    event.preventDefault();
-    display.zoomBy(Math.exp(-Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 60) / 250), event);
-  }, { passive: false });
+  stage.addEventListener(
+    "wheel",
+    (event) => {
+      if (!event.ctrlKey && !event.metaKey) return; // plain turning scrolls, so that a notebook can be scrolled past
+      event.preventDefault();
+      display.zoomBy(Math.exp((-Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 60)) / 250), event);
+    },
+    { passive: false },
+  );
 
   /** @param {PointerEvent} event */
   function click(event) {

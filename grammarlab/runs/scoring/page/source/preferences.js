@@ -7,17 +7,20 @@ const DEFAULTS = { bars: true, advance: true };
  * @returns {Preferences}
  */
 export function loadPreferences() {
-  return new Proxy({ ...DEFAULTS, ...stored() }, {
-    set(all, name, value) {
-      Reflect.set(all, name, value);
-      try {
-        localStorage.setItem("grammarlab", JSON.stringify(all));
-      } catch {
-        // not kept
-      }
-      return true;
+  return new Proxy(
+    { ...DEFAULTS, ...stored() },
+    {
+      set(all, name, value) {
+        Reflect.set(all, name, value);
+        try {
+          localStorage.setItem("grammarlab", JSON.stringify(all));
+        } catch {
+          // not kept
+        }
+        return true;
+      },
     },
-  });
+  );
 }
 
 function stored() {

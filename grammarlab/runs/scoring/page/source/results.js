@@ -3,7 +3,11 @@ import { choice, menu, textButton } from "./menu.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
-const FORMATS = { csv: "opens in any spreadsheet", jsonl: "one JSON object a line", parquet: "for Arrow, pandas and Polars" };
+const FORMATS = {
+  csv: "opens in any spreadsheet",
+  jsonl: "one JSON object a line",
+  parquet: "for Arrow, pandas and Polars",
+};
 const SHEET = 16;
 
 /**
@@ -11,19 +15,46 @@ const SHEET = 16;
  * @param {Page} page
  */
 export function makeResults(page) {
-  const learn = textButton("Learn grammar", () => busyWith(learn, learnGrammar), { title: "Write a grammar that samples what you like" });
-  const sheet = textButton("Check sheet", () => busyWith(sheet, drawSheet), { title: `Pictures of ${SHEET} samples of the learned grammar` });
-  const picker = element("input", { type: "file", accept: ".csv,.jsonl,.parquet", hidden: true, onchange: importScores });
-  const give = menu(textButton("Export scores", () => {}, { class: "gl-button gl-chooser" }), "Scores as a file", buildFormats);
-  const take = textButton("Import scores", () => picker.click(), { title: "A file that was exported, or made by grammarlab label" });
+  const learn = textButton("Learn grammar", () => busyWith(learn, learnGrammar), {
+    title: "Write a grammar that samples what you like",
+  });
+  const sheet = textButton("Check sheet", () => busyWith(sheet, drawSheet), {
+    title: `Pictures of ${SHEET} samples of the learned grammar`,
+  });
+  const picker = element("input", {
+    type: "file",
+    accept: ".csv,.jsonl,.parquet",
+    hidden: true,
+    onchange: importScores,
+  });
+  const give = menu(
+    textButton("Export scores", () => {}, { class: "gl-button gl-chooser" }),
+    "Scores as a file",
+    buildFormats,
+  );
+  const take = textButton("Import scores", () => picker.click(), {
+    title: "A file that was exported, or made by grammarlab label",
+  });
   const stage = element("p", { class: "gl-hint" });
   const outcome = element("div", { class: "gl-outcome", role: "status" });
   const buttons = element("div", { class: "gl-pairs" }, learn, sheet, give, take);
-  const section = element("section", { class: "gl-card", "aria-label": "Result" }, element("h2", {}, "Result"), buttons, stage, outcome, picker);
+  const section = element(
+    "section",
+    { class: "gl-card", "aria-label": "Result" },
+    element("h2", {}, "Result"),
+    buttons,
+    stage,
+    outcome,
+    picker,
+  );
 
   async function learnGrammar() {
     const { file, js, rules_before: before, rules_after: after, text } = (await page.channel.request("learn")).result;
-    const told = [`${file}: ${before} rules became ${after}`, typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "", "."].join("");
+    const told = [
+      `${file}: ${before} rules became ${after}`,
+      typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "",
+      ".",
+    ].join("");
     outcome.replaceChildren(element("p", {}, told), saveLink(file, [text], "text/plain"));
     outcome.querySelector("a")?.click();
   }
@@ -36,10 +67,12 @@ export function makeResults(page) {
 
   /** @param {() => void} close */
   function buildFormats(close) {
-    return Object.entries(FORMATS).map(([format, says]) => choice(format.toUpperCase(), says, () => {
-      close();
-      void exportScores(format);
-    }));
+    return Object.entries(FORMATS).map(([format, says]) =>
+      choice(format.toUpperCase(), says, () => {
+        close();
+        void exportScores(format);
+      }),
+    );
   }
 
   /** @param {string} format */

@@ -14,32 +14,79 @@ const STEPS = [0, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100];
 export function makeScoring(page, backToGrid) {
   const heading = element("h2", {}, "Score");
   const count = element("p", { class: "gl-count", role: "status" });
-  const number = element("input", { class: "gl-input gl-typed", type: "number", min: "0", max: "100", step: "any", "aria-label": "Score of the selected models, 0 to 100", title: "S" });
-  const slider = element("input", { class: "gl-slider", type: "range", min: "0", max: "100", "aria-label": "Score of the selected models" });
-  const steps = STEPS.map((score) => textButton(String(score), () => give(score), { class: "gl-step", title: score === 100 ? "key H" : `key ${score / 10}` }));
-  const clear = textButton("No score", () => give(null), { title: "Take the score away (Delete)", class: "gl-button gl-quiet" });
-  const look = element("button", { type: "button", class: "gl-button gl-quiet", title: "Enter, or double click", onclick: () => page.look(page.selection.models[0]) }, icon("cube"), "3D view");
-  const advance = element("input", { type: "checkbox", checked: page.preferences.advance, onchange: () => void (page.preferences.advance = advance.checked) });
-  const form = element("form", {
-    class: "gl-row",
-    onsubmit: (/** @type {Event} */ event) => {
-      event.preventDefault();
-      if (number.value === "" || !number.reportValidity()) return;
-      give(number.valueAsNumber);
-      number.value = "";
-      backToGrid();
+  const number = element("input", {
+    class: "gl-input gl-typed",
+    type: "number",
+    min: "0",
+    max: "100",
+    step: "any",
+    "aria-label": "Score of the selected models, 0 to 100",
+    title: "S",
+  });
+  const slider = element("input", {
+    class: "gl-slider",
+    type: "range",
+    min: "0",
+    max: "100",
+    "aria-label": "Score of the selected models",
+  });
+  const steps = STEPS.map((score) =>
+    textButton(String(score), () => give(score), {
+      class: "gl-step",
+      title: score === 100 ? "key H" : `key ${score / 10}`,
+    }),
+  );
+  const clear = textButton("No score", () => give(null), {
+    title: "Take the score away (Delete)",
+    class: "gl-button gl-quiet",
+  });
+  const look = element(
+    "button",
+    {
+      type: "button",
+      class: "gl-button gl-quiet",
+      title: "Enter, or double click",
+      onclick: () => page.look(page.selection.models[0]),
     },
-  }, number, element("button", { class: "gl-button" }, "Set"), element("span", { class: "gl-space" }), clear);
+    icon("cube"),
+    "3D view",
+  );
+  const advance = element("input", {
+    type: "checkbox",
+    checked: page.preferences.advance,
+    onchange: () => void (page.preferences.advance = advance.checked),
+  });
+  const form = element(
+    "form",
+    {
+      class: "gl-row",
+      onsubmit: (/** @type {Event} */ event) => {
+        event.preventDefault();
+        if (number.value === "" || !number.reportValidity()) return;
+        give(number.valueAsNumber);
+        number.value = "";
+        backToGrid();
+      },
+    },
+    number,
+    element("button", { class: "gl-button" }, "Set"),
+    element("span", { class: "gl-space" }),
+    clear,
+  );
 
   slider.addEventListener("input", () => void (number.value = slider.value));
   slider.addEventListener("change", () => give(slider.valueAsNumber));
 
-  const controls = element("fieldset", { class: "gl-plain" },
+  const controls = element(
+    "fieldset",
+    { class: "gl-plain" },
     element("div", { class: "gl-steps", role: "group", "aria-label": "Score of the selected models" }, ...steps),
     slider,
     form,
   );
-  const section = element("section", { class: "gl-card", "aria-label": "Score" },
+  const section = element(
+    "section",
+    { class: "gl-card", "aria-label": "Score" },
     element("div", { class: "gl-row" }, heading, count, element("span", { class: "gl-space" }), look),
     controls,
     element("label", { class: "gl-check" }, advance, "after a key, go on to the next model"),

@@ -23,16 +23,26 @@ export function makeStatus(page) {
     const { connected } = page.channel;
     given ||= unsaved > 0;
     saved.dataset.state = unsaved ? "saving" : "saved";
-    const text = unsaved ? (connected && waiting < PATIENCE ? "saving…" : `${unsaved} not saved yet`) : given ? "saved" : "";
+    const text = unsaved
+      ? connected && waiting < PATIENCE
+        ? "saving…"
+        : `${unsaved} not saved yet`
+      : given
+        ? "saved"
+        : "";
     if (saved.textContent !== text) saved.textContent = text;
     tell(bannerOf(connected, unsaved, waiting));
   }
 
   /** @param {boolean} connected @param {number} unsaved @param {number} waiting */
   function bannerOf(connected, unsaved, waiting) {
-    const kept = unsaved ? ` ${unsaved} ${unsaved === 1 ? "score is" : "scores are"} not saved yet; keep this page open, they will be sent again.` : "";
-    if (!connected && lost) return `The connection to Python is lost. Trying again; is grammarlab still running?${kept}`;
-    if (connected && unsaved && waiting > PATIENCE) return `Python does not answer.${kept} It may be busy, or the kernel has stopped.`;
+    const kept = unsaved
+      ? ` ${unsaved} ${unsaved === 1 ? "score is" : "scores are"} not saved yet; keep this page open, they will be sent again.`
+      : "";
+    if (!connected && lost)
+      return `The connection to Python is lost. Trying again; is grammarlab still running?${kept}`;
+    if (connected && unsaved && waiting > PATIENCE)
+      return `Python does not answer.${kept} It may be busy, or the kernel has stopped.`;
     return "";
   }
 
@@ -44,7 +54,12 @@ export function makeStatus(page) {
 
   /** @param {HTMLElement} where @param {string} text @param {string} style */
   function note(where, text, style) {
-    const box = element("div", { class: `gl-note ${style}` }, element("span", {}, text), iconButton("close", "Dismiss", () => box.remove()));
+    const box = element(
+      "div",
+      { class: `gl-note ${style}` },
+      element("span", {}, text),
+      iconButton("close", "Dismiss", () => box.remove()),
+    );
     where.append(box);
     while (where.childElementCount > 3) where.firstElementChild?.remove();
     return box;

@@ -65,16 +65,27 @@ export function makeToolbar(page, display, pointer) {
       void page.ask("layout", layout);
     };
     const [many, high, wide] = [number("grids", grids, 2), number("rows", rows, 10), number("columns", columns, 10)];
-    const own = element("form", {
-      class: "gl-row",
-      onsubmit: (/** @type {Event} */ event) => {
-        event.preventDefault();
-        lay({ grids: many.valueAsNumber, rows: high.valueAsNumber, columns: wide.valueAsNumber });
+    const own = element(
+      "form",
+      {
+        class: "gl-row",
+        onsubmit: (/** @type {Event} */ event) => {
+          event.preventDefault();
+          lay({ grids: many.valueAsNumber, rows: high.valueAsNumber, columns: wide.valueAsNumber });
+        },
       },
-    }, many, "of", high, "×", wide, element("button", { class: "gl-button" }, "Set"));
+      many,
+      "of",
+      high,
+      "×",
+      wide,
+      element("button", { class: "gl-button" }, "Set"),
+    );
     const presets = SIZES.map((each) => {
       const checked = each.grids === grids && each.rows === rows && each.columns === columns;
-      return choice(nameOf(each), each.says, () => lay({ grids: each.grids, rows: each.rows, columns: each.columns }), { checked });
+      return choice(nameOf(each), each.says, () => lay({ grids: each.grids, rows: each.rows, columns: each.columns }), {
+        checked,
+      });
     });
     return [...presets, element("hr"), own];
   }
@@ -96,13 +107,20 @@ function buildSort(page, close) {
     void page.ask("sort", order);
   };
   const found = element("div", { class: "gl-found", role: "group", "aria-label": "Features found" });
-  const query = element("input", { class: "gl-input", type: "search", placeholder: "Search features", "aria-label": "Search features" });
+  const query = element("input", {
+    class: "gl-input",
+    type: "search",
+    placeholder: "Search features",
+    "aria-label": "Search features",
+  });
   let turn = 0;
   const search = async () => {
     const mine = (turn += 1);
     const { features } = (await page.ask("features", { query: query.value })) ?? { features: [] };
     if (mine !== turn) return;
-    const lines = features.map((/** @type {string} */ feature) => choice(feature, "", () => sort({ by: "feature", feature })));
+    const lines = features.map((/** @type {string} */ feature) =>
+      choice(feature, "", () => sort({ by: "feature", feature })),
+    );
     found.replaceChildren(...(lines.length ? lines : [element("p", {}, "No feature is called so.")]));
   };
   query.addEventListener("input", search);
@@ -110,9 +128,14 @@ function buildSort(page, close) {
   return [
     choice("Predicted score", "highest first", () => sort({ by: "score" })),
     choice("Uncertainty", "least known first", () => sort({ by: "uncertainty" })),
-    choice("Similarity", chosen.length ? `to the ${chosen.length} selected` : "select models first", () => sort({ by: "similarity", models: chosen }), {
-      disabled: !chosen.length,
-    }),
+    choice(
+      "Similarity",
+      chosen.length ? `to the ${chosen.length} selected` : "select models first",
+      () => sort({ by: "similarity", models: chosen }),
+      {
+        disabled: !chosen.length,
+      },
+    ),
     choice("Random", "", () => sort({ by: "random" })),
     choice("As chosen", "the order they came in", () => sort({ by: "shown" })),
     element("hr"),
@@ -123,7 +146,8 @@ function buildSort(page, close) {
 
 /** What the bars mean. */
 function legend() {
-  const key = (/** @type {string} */ name, /** @type {string} */ text) => element("span", { class: `gl-key ${name}` }, element("i"), text);
+  const key = (/** @type {string} */ name, /** @type {string} */ text) =>
+    element("span", { class: `gl-key ${name}` }, element("i"), text);
   return element("span", { class: "gl-legend" }, key("gl-predicted", "predicted"), key("gl-uncertain", "uncertain"));
 }
 
@@ -134,7 +158,15 @@ function nameOf({ grids, rows, columns }) {
 
 /** @param {string} name @param {number} value @param {number} max */
 function number(name, value, max) {
-  return element("input", { class: "gl-input gl-number", type: "number", min: "1", max: String(max), required: true, value: String(value), "aria-label": name });
+  return element("input", {
+    class: "gl-input gl-number",
+    type: "number",
+    min: "1",
+    max: String(max),
+    required: true,
+    value: String(value),
+    "aria-label": name,
+  });
 }
 
 /**

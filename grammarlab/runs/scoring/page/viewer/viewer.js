@@ -95,7 +95,10 @@ export function show(canvas, { damping = true } = {}) {
   /** @param {Vector3} center @param {number} radius @param {number} floor */
   function light(center, radius, floor) {
     sun.target.position.copy(center);
-    sun.position.copy(SUN).setLength(3 * radius).add(center);
+    sun.position
+      .copy(SUN)
+      .setLength(3 * radius)
+      .add(center);
     const { camera: shadow } = sun.shadow;
     shadow.left = shadow.bottom = -1.6 * radius;
     shadow.right = shadow.top = 1.6 * radius;
