@@ -109,7 +109,7 @@ def fit_mixture(
     share = np.zeros((len(weights), int(component.max()) + 1))
     share[np.arange(len(weights)), component] = weights
     mixture = maximised(cells, counts, share)
-    table = counts.toarray() if np.prod(counts.shape) <= _MOST_DENSE else counts
+    table = counts.toarray() if len(weights) * len(cells.original) <= _MOST_DENSE else counts
     found: list[float] = []
     for _ in range(MOST_STEPS):
         each = mixture.log_ratios(cells, table)

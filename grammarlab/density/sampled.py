@@ -60,6 +60,8 @@ RANGES = 12
 """Into how many a drawn number is cut that the preference reads by its value."""
 _ROUGHLY = 1e-4
 """Tolerance of EM, in nats, where only the better of several mixtures is wanted."""
+_LITTLE = 1.0
+"""Nats, of all models held out together, that are not worth another component."""
 _SMOOTHING = 0.5
 """Derivations by the original grammar that each component is given before held-out models are judged."""
 
@@ -292,13 +294,13 @@ def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) ->
         tried.append((len(mixture.weights), explained, consecutive(each.argmax(axis=1))))
     best = max(tried, key=lambda found: float(found[1].sum()))[1]
     # The rule of one standard error: what is better by less than that may be chance.
-    near = [found for found in tried if (best - found[1]).sum() <= _spread(best - found[1])]
+    near = [found for found in tried if (best - found[1]).sum() <= _spread(best - found[1]) + _LITTLE]
     return min(near, key=lambda found: (found[0], -float(found[1].sum())))[2]
 
 
 def _spread(values: Floats) -> float:
-    """Standard deviation of the sum of independent values, and a little for rounding."""
-    return float(np.sqrt(len(values)) * values.std()) + 1e-9
+    """Standard deviation of the sum of independent values."""
+    return float(np.sqrt(len(values)) * values.std())
 
 
 def merged_to(cells: Cells, sample: Sample, clusters: Ints, number: int) -> Ints:

@@ -1,10 +1,11 @@
 """Score-weighted kernel density estimation, the paper's baseline (4.7, after Talton et al. 2009).
 
-The wanted models' density is a sum of Gaussians at the labelled rows, each with its score as its weight. A score of
-zero adds nothing there, which is what the Gaussian process does better. Columns are scaled by their standard deviation
-over the labelled rows; the one bandwidth left is the one under which the density at each label, made of all others, is
-nearest to proportional to the scores (least squares, zeros included). The likelihood of the wanted rows, the usual
-choice, ends far worse in hundreds of columns: bandwidths so small that only the labelled rows themselves are wanted.
+The wanted models' density is a sum of Gaussians at the labelled rows, each with its score as its weight. What a model
+is worth is that density by the density of the models shown, the same sum without scores: models were shown as the
+grammar makes them, and what is common is not therefore wanted. Columns are scaled by their standard deviation over the
+labelled rows; the one bandwidth left is the one under which the worth of each label, made of all others, is nearest to
+its score (least squares). The likelihood of the wanted rows, the usual choice, ends far worse in hundreds of columns:
+bandwidths so small that only the labelled rows themselves are wanted.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ _ROWS_AT_ONCE = 4096
 
 @dataclass(frozen=True)
 class KernelDensityPreference(AbstractPreference):
-    """`method="kde"`: a density of wanted models, scaled so that it is the highest score at its highest label."""
+    """`method="kde"`: a density of wanted models by that of the models shown."""
 
     num_columns: int
     groups: Ints
@@ -50,21 +51,19 @@ class KernelDensityPreference(AbstractPreference):
     observations: Observations
     weights: Floats
     """[F] one over the squared bandwidth of each column; 0 for columns that do not vary."""
-    scale: float
-    """Score for a unit of score-weighted kernel sum."""
 
     def predict(self, rows: Rows) -> Prediction:
-        """The density as a score, and 50 / sqrt(1 + number of labels within reach) in place of an uncertainty.
+        """The ratio of the densities, 0 out of reach of all labels, and 50 / sqrt(1 + number of labels within reach).
 
-        Density estimation has no uncertainty of its own; the number stands for how well a place has been explored.
+        Density estimation has no uncertainty of its own; the second number tells how well a place is explored.
         """
         table = rows_to_predict(rows, self.num_columns)
         mean, reach = np.empty(len(table)), np.empty(len(table))
         with threadpool_limits(1, "blas"):
             for start in range(0, len(table), _ROWS_AT_ONCE):
                 block = slice(start, start + _ROWS_AT_ONCE)
-                mean[block], reach[block] = _sums(table[block], self.observations, self.weights)
-        return Prediction(self.scale * mean, MAX_SCORE / 2.0 / np.sqrt(1.0 + reach))
+                mean[block], reach[block] = _ratio(table[block], self.observations, self.weights)
+        return Prediction(mean, MAX_SCORE / 2.0 / np.sqrt(1.0 + reach))
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
         return relevances(self.observations.rows, self.weights, self.groups, group_names)
@@ -94,9 +93,7 @@ def fit(
     numbers = checked_groups(groups, observations.rows.shape[1])
     with threadpool_limits(1, "blas"):
         weights = _chosen_weights(thinned(observations, MAX_ROWS_TO_FIT, seed))
-        highest = float(np.max(_sums(observations.rows, observations, weights)[0]))
-    scale = float(np.max(observations.means)) / highest if highest > 0.0 else 0.0
-    return KernelDensityPreference(len(numbers), numbers, observations, weights, scale)
+    return KernelDensityPreference(len(numbers), numbers, observations, weights)
 
 
 def _chosen_weights(observations: Observations) -> Floats:
@@ -109,16 +106,21 @@ def _chosen_weights(observations: Observations) -> Floats:
     typical = 2.0 * max(int(np.count_nonzero(unit)), 1)  # mean squared distance of two rows, columns of variance 1
 
     def misfit(bandwidth: float) -> float:
-        density = np.exp(-0.5 * squared / (bandwidth**2 * typical)) @ (observations.means * observations.counts)
-        scale = float(density @ observations.means) / max(float(density @ density), np.finfo(np.float64).tiny)
-        return float(np.sum((observations.means - scale * density) ** 2))
+        kernel = np.exp(-0.5 * squared / (bandwidth**2 * typical))
+        return float(np.sum((observations.means - _weighted(kernel, observations)[0]) ** 2))
 
     best = min(_BANDWIDTHS, key=misfit)
     return unit / (best**2 * typical)
 
 
-def _sums(rows: Floats, observations: Observations, weights: Floats) -> tuple[Floats, Floats]:
-    """For rows [m, F]: the sums over labels of score times kernel and of the kernel alone, [m] each."""
+def _ratio(rows: Floats, observations: Observations, weights: Floats) -> tuple[Floats, Floats]:
+    """For rows [m, F]: the ratio of the densities, and the sum over labels of the kernel, [m] each."""
     center, root = observations.rows.mean(axis=0), np.sqrt(weights)
     kernel = np.exp(-0.5 * squared_distances((rows - center) * root, (observations.rows - center) * root))
-    return kernel @ (observations.means * observations.counts), kernel @ observations.counts
+    return _weighted(kernel, observations)
+
+
+def _weighted(kernel: Floats, observations: Observations) -> tuple[Floats, Floats]:
+    """For a kernel [m, n] with n labels: the mean score that it gives, 0 where it is 0, and its sum, [m] each."""
+    shown, wanted = kernel @ observations.counts, kernel @ (observations.means * observations.counts)
+    return np.divide(wanted, shown, out=np.zeros(len(shown)), where=shown > np.finfo(np.float64).tiny), shown

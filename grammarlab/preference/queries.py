@@ -54,12 +54,17 @@ class Situation:
     preference: AbstractPreference | None
     """What is learned so far; None before the first label."""
     weights: Floats | None = None
-    """[m] >= 0, how much of the grammar's density each model stands for; None for samples of the grammar all alike and
-    nothing for the others."""
+    """[m] >= 0, the grammar's density by that of the whole pool, for each model; None to count on samples of the
+    grammar alone."""
 
     def stands_for(self, models: Ints) -> Floats:
-        """How much of the grammar's density some models of the pool stand for."""
-        return (self.from_grammar.astype(np.float64) if self.weights is None else self.weights)[models]
+        """How much some models of the pool count: samples of the grammar alike, all others for what those do not show.
+
+        That is their weight, times the chance that a model like them was not drawn from the grammar.
+        """
+        share = float(self.from_grammar.mean())
+        weights = np.zeros(len(self.pool)) if self.weights is None else self.weights
+        return np.where(self.from_grammar, 1.0, weights * np.maximum(1.0 - share * weights, 0.0))[models]
 
 
 def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.render.surfaces import dot
+
 Floats = NDArray[np.floating]
 Flags = NDArray[np.bool_]
 
@@ -52,10 +54,10 @@ def find_breaks(shows: Flags, points: Floats, normals: Floats, spacing: float) -
 def _breaks(axis: int, shows: Flags, points: Floats, normals: Floats, spacing: float) -> Breaks:
     here, there = _neighbours(axis)
     step = points[there] - points[here]
-    off_plane = np.minimum(np.abs(_dot(step, normals[here])), np.abs(_dot(step, normals[there])))
+    off_plane = np.minimum(np.abs(dot(step, normals[here])), np.abs(dot(step, normals[there])))
     both = shows[here] & shows[there]
     jump = both & (off_plane > JUMP * spacing)
-    crease = both & ~jump & (_dot(normals[here], normals[there]) < CREASE_COSINE)
+    crease = both & ~jump & (dot(normals[here], normals[there]) < CREASE_COSINE)
     return Breaks(axis, shows[here] != shows[there], jump, crease)
 
 
@@ -104,7 +106,3 @@ def _neighbours(axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
 def _shifted(axis: int, start: int, drop: int = 0) -> tuple[slice, ...]:
     """Index that leaves out the first `start` and the last `drop` along an axis."""
     return tuple(slice(start, -drop or None) if a == axis else slice(None) for a in (0, 1))
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    return np.einsum("...i,...i->...", a, b)

@@ -53,8 +53,9 @@ def paper(options: RenderOptions, start: int, stop: int) -> Floats:
 def pixels(shown: Floats, options: RenderOptions) -> Floats:
     """[rows, width, 3] the means of the samples [N, 3] in each pixel of whole rows."""
     across = options.samples
-    blocks = shown.reshape(-1, across, options.width, across, 3)
-    return blocks.mean(axis=(1, 3))
+    # One axis after the other: a mean over both at once takes three numbers at a time.
+    lines = shown.reshape(-1, across, options.width * across * 3).mean(axis=1)
+    return lines.reshape(-1, options.width, across, 3).mean(axis=2)
 
 
 def develop(light: Floats) -> NDArray[np.uint8]:

@@ -52,8 +52,7 @@ def test_equal_scores_everywhere(method):
     rows, _ = counted_rows(20, 4)
     predicted = fit(rows, np.full(20, 40.0), method=method).predict(rows)
     is_sound(predicted, 20)
-    if method != "kde":  # a density is higher where labels are dense
-        np.testing.assert_allclose(predicted.mean, 40.0, atol=0.5)
+    np.testing.assert_allclose(predicted.mean, 40.0, atol=0.5)
 
 
 def test_scores_of_zero_only_predict_zero_and_stay_unsure_elsewhere(method):
