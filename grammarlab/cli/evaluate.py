@@ -26,7 +26,9 @@ def complete_scenario(incomplete: str) -> list[str]:
 def evaluate(
     scenarios: Annotated[
         str,
-        typer.Argument(help="A scenario file, a folder of them, or a shipped name.", autocompletion=complete_scenario),
+        typer.Argument(
+            help="A scenario file, a folder of them, or a shipped name; or F1,B1.", autocompletion=complete_scenario
+        ),
     ],
     methods: Annotated[
         str, typer.Option("--methods", help="default,paper,kde,sklearn; those that each scenario names if left out.")

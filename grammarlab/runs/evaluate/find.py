@@ -26,10 +26,10 @@ def shipped_scenarios() -> dict[str, Path]:
 
 
 def find_scenarios(argument: str) -> tuple[Path, ...]:
-    """The scenario files that a SCENARIOS argument means: a file, all files of a folder, or a shipped name.
+    """The scenario files that a SCENARIOS argument means: a file, all files of a folder, a shipped name, or several.
 
     Args:
-        argument: what the user typed.
+        argument: what the user typed; commas between several.
 
     Raises:
         UsageError: when there is nothing of that name; names the nearest.
@@ -45,6 +45,8 @@ def find_scenarios(argument: str) -> tuple[Path, ...]:
     shipped = shipped_scenarios()
     if argument in shipped:
         return (shipped[argument],)
+    if "," in argument:
+        return tuple(path for part in argument.split(",") for path in find_scenarios(part))
     names = {name.lower(): name for name in shipped}
     wanted = path.name.removesuffix(SUFFIX).lower()
     near = [names[name] for name in get_close_matches(wanted, names, n=1, cutoff=0.5)]

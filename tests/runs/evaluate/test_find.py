@@ -10,6 +10,7 @@ def test_a_scenario_is_a_file_a_folder_or_a_shipped_name(tmp_path):
     assert find_scenarios(str(tmp_path / "b.toml")) == (tmp_path / "b.toml",)
     assert find_scenarios(str(tmp_path)) == (tmp_path / "a.toml", tmp_path / "b.toml")
     assert find_scenarios("F1") == (shipped_scenarios()["F1"],)
+    assert find_scenarios(f"F1,{tmp_path}") == (shipped_scenarios()["F1"], tmp_path / "a.toml", tmp_path / "b.toml")
     assert {"F1", "F2", "F3", "F4", "B1", "B2", "B3", "B4", "S1", "S2", "A1"} <= set(shipped_scenarios())
 
 
@@ -17,6 +18,7 @@ def test_a_scenario_is_a_file_a_folder_or_a_shipped_name(tmp_path):
     ("argument", "message"),
     [
         ("f1", "Did you mean 'F1'"),
+        ("B1,f1", "Did you mean 'F1'"),
         ("scenarios/F1.tml", "Did you mean 'F1'"),
         ("nothing", "Shipped: A1, B1"),
         ("", "holds no scenario"),
