@@ -35,6 +35,7 @@ def test_a_factor_is_created_renamed_and_deleted(towers):
     towers.page.get_by_role("button", name="overall").click()
     expect(towers.page.locator(".gl-score").first).to_have_text("90")
     tab.click()
+    expect(tab).to_have_attribute("aria-pressed", "true")
     towers.button("Rename or delete this factor").click()
     towers.page.get_by_label("Name of the factor").fill("colour")
     towers.press("Enter")
