@@ -28,6 +28,8 @@ from grammarlab.runs.scoring.tasks import Choice, Choose, Factors, Features, Lea
 
 Floats = NDArray[np.float64]
 
+WARM_UP = 32
+"""Models that the fit before the first one is about: as many as two grids of 4x4 show."""
 MOST_RELEVANCES = 8
 """Entries of what matters most."""
 
@@ -62,7 +64,14 @@ class _Learner:
         size = len(self._models.pool.weights)
         report(f"counting features of {size:,} models", 1, 2)
         self._learn_from(self._options, self._models.rows(self._options))
+        self._warm_up()
         return self._features(0)
+
+    def _warm_up(self) -> None:
+        """Fits scores that nobody gave: what is compiled at a first fit is compiled before anybody waits for it."""
+        if self._rows is not None and not self._preferences:
+            rows = self._rows.pool[:WARM_UP]
+            fit(rows, MAX_SCORE * (np.arange(len(rows)) % 2), groups=self._rows.groups)
 
     def _update(self, request: Update, report: Report) -> Learned:
         factors = {name: scores for name, scores in request.factors.items() if scores}
