@@ -15,6 +15,8 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from grammarlab.scene import realize
 from grammarlab.scene.triangles import triangles
+from tests.oracle.interpreter import interpret
+from tests.oracle.shape import Mesh
 
 GRAMMARS = Path(__file__).parent.parent / "grammars"
 
@@ -28,6 +30,17 @@ def test_derive_1000_buildings(benchmark, building):
     program, assets = building
     forest = benchmark(derive, program, 1000, 1, assets=assets)
     benchmark.extra_info["leaves per model"] = len(forest.leaves) / 1000
+
+
+def test_derive_5_buildings_shape_by_shape(benchmark):
+    grammar, assets = load(GRAMMARS / "building.cga"), AssetFolder(GRAMMARS / "assets")
+
+    def derive_five():
+        return [
+            interpret(grammar, 1, k, assets=lambda name: Mesh.from_columns(assets.load(name).meshes)) for k in range(5)
+        ]
+
+    benchmark.pedantic(derive_five, rounds=3)
 
 
 def test_derive_1000_buildings_with_log_probability(benchmark, building):
