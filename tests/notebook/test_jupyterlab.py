@@ -1,7 +1,6 @@
 """The widget in JupyterLab, in a real browser."""
 
 import os
-import shutil
 import socket
 import subprocess
 import sys
@@ -10,17 +9,9 @@ import time
 import nbformat
 import pytest
 
-CHROMIUM = shutil.which("chromium")
+from tests.browser.chromium import ARGUMENTS, CHROMIUM, needs_chromium
+
 ACCESS = "for-this-test-only"
-ARGUMENTS = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 CELL = """
 from grammarlab.notebook import ScoringSession
 session = ScoringSession("toy", path="toys.db", size=200, jobs=1)
@@ -31,7 +22,7 @@ KERNEL_IS_IDLE = """() => {
     return kernel?.status === "idle" && kernel.connectionStatus === "connected";
 }"""
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here: apt-get install chromium")
+pytestmark = needs_chromium
 
 
 def write_notebook(folder):
