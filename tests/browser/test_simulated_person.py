@@ -76,7 +76,7 @@ def through_python(session, person):
             session.call("score", models=deserving, score=score)
         window.forget()
         session.call("update")
-        state = window.state(lambda state: state["fresh"] and shown_models(state) != models)  # noqa: B023
+        state = window.state(lambda state, old=models: state["fresh"] and shown_models(state) != old)
     return state
 
 

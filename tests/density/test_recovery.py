@@ -72,7 +72,9 @@ def test_ranges_and_choices_of_attributes_are_recovered():
 
 def test_a_grammar_is_recovered_from_itself_and_from_other_percentages():
     forest = derive(SIZES, 200, 3)
-    assert recovered(SIZES, SIZES.text).ratio(forest) == pytest.approx(1.0)  # type: ignore[union-attr]
+    found = recovered(SIZES, SIZES.text)
+    assert found is not None
+    assert found.ratio(forest) == pytest.approx(1.0)
     other = Grammar.parse(
         SIZES.text.replace("50% : Brick", "20% : Brick").replace("40%: rand(1, 3)", "10%: rand(1, 3)")
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,7 +141,8 @@ class _Learner:
             preference,
             self._models.pool.weights,
         )
-        way: Way = choice.way  # type: ignore[assignment]
+        # One of the ways: the session checks it before it is sent here.
+        way = cast("Way", choice.way)
         return tuple(propose(way, situation, choice.num, choice.seed).tolist())
 
 
