@@ -73,6 +73,7 @@ class FramePool:
     def __init__(self) -> None:
         self._bases = np.eye(3)[None].repeat(16, axis=0)
         self._used = 1
+        self._axes: dict[tuple[int, int], Floats] = {}
 
     def add(self, rotations: Floats) -> Ids:
         """Frames [N] of new base rotations [N, 3, 3]."""
@@ -141,11 +142,19 @@ class FramePool:
     def axis(self, frames: Ids, axis: int) -> Floats:
         """[N, 3] the direction of one scope axis in the world."""
         if len(frames) == 1:
-            single, turn = divmod(int(frames[0]), 24)
-            return (self._bases[single, :, _SOURCE[turn, axis]] * _SIGN[turn, axis])[None, :]
+            return self._single_axis(int(frames[0]), axis)
         base = frames // 24
         cube = frames - base * 24
         return self._bases[base, :, _SOURCE[cube, axis]] * _SIGN[cube, axis][:, None]
+
+    def _single_axis(self, frame: int, axis: int) -> Floats:
+        """[1, 3] the same for one frame; kept, since one shape after the other is cut along it."""
+        known = self._axes.get((frame, axis))
+        if known is None:
+            base, turn = divmod(frame, 24)
+            known = (self._bases[base, :, _SOURCE[turn, axis]] * _SIGN[turn, axis])[None, :]
+            self._axes[frame, axis] = known
+        return known
 
     def to_world(self, frames: Ids, vectors: Floats) -> Floats:
         """Vectors [N, 3] in scope axes, turned into world axes [N, 3]."""

@@ -13,6 +13,7 @@ from grammarlab.derivation.meshes import MeshPool, upright
 from grammarlab.derivation.shapes import EMPTY, Floats, Ids, Shapes
 
 _MOST_PRINTS = 10_000
+_ZERO = np.zeros(1, dtype=np.int32)
 
 
 class Recorder:
@@ -72,17 +73,18 @@ class Recorder:
 
     def nodes(self) -> Nodes:
         """All nodes."""
-        counts = [len(model) for model, *_ in self._nodes]
+        models, parents, symbols, children, repeats = zip(*self._nodes, strict=True)
+        counts = [len(model) for model in models]
         rule = np.full(self.num_nodes, -1, dtype=np.int16)
-        for nodes, number in self._rules:
-            rule[nodes] = number
+        rewritten = [nodes for nodes, _ in self._rules]
+        rule[_joined(rewritten, np.int32)] = _spread([number for _, number in self._rules], rewritten)
         return Nodes(
-            _joined([model for model, *_ in self._nodes], np.int32),
-            _filled([parent for _, parent, *_ in self._nodes], counts, -1),
-            np.repeat(np.array([symbol for _, _, symbol, _, _ in self._nodes], dtype=np.int16), counts),
+            _joined(models, np.int32),
+            _filled(parents, counts, -1),
+            _spread(symbols, models),
             rule,
-            np.repeat(np.array([child for *_, child, _ in self._nodes], dtype=np.int16), counts),
-            _filled([repeat for *_, repeat in self._nodes], counts, 0),
+            _spread(children, models),
+            _filled(repeats, counts, 0),
         )
 
     def leaves(self, meshes: MeshPool, frames: FramePool) -> Leaves:
@@ -108,7 +110,7 @@ class Recorder:
         densities = [np.broadcast_to(density, count) for (*_, density), count in zip(self._draws, counts, strict=True)]
         return Draws(
             _joined([node for node, *_ in self._draws], np.int32),
-            np.repeat(np.array([site for _, site, *_ in self._draws], dtype=np.int16), counts),
+            _spread([site for _, site, *_ in self._draws], [node for node, *_ in self._draws]),
             _joined([values for _, _, values, _ in self._draws], np.float64),
             _joined(densities, np.float64),
         )
@@ -146,6 +148,11 @@ def _joined(columns: Sequence[NDArray[np.generic]], dtype: type[np.generic]) -> 
     return np.concatenate([np.zeros(0, dtype), *columns]).astype(dtype, copy=False)
 
 
+def _spread(values: Sequence[int], columns: Sequence[Ids]) -> NDArray[np.int16]:
+    """The value of each column, once for every row of it."""
+    return np.array(values, dtype=np.int16).repeat([len(column) for column in columns])
+
+
 def _filled(columns: Sequence[Ids | None], counts: Sequence[int], missing: int) -> Ids:
     whole = [np.full(n, missing, np.int32) if c is None else c for c, n in zip(columns, counts, strict=True)]
     return _joined(whole, np.int32)
@@ -153,7 +160,9 @@ def _filled(columns: Sequence[Ids | None], counts: Sequence[int], missing: int) 
 
 def _count_in_run(values: Ids) -> Ids:
     """For each value of an ascending column, how many equal ones stand before it."""
-    if len(values) == 1 or values[0] == values[-1]:
+    if len(values) == 1:
+        return _ZERO
+    if values[0] == values[-1]:
         return np.arange(len(values), dtype=np.int32)
     differs = values[1:] != values[:-1]
     if differs.all():

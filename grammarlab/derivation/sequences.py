@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 
 from grammarlab.derivation.calls import Argument, BlockOperation, Call, Condition, Head, Operation
 from grammarlab.derivation.choices import Branching, Code, Leaf, route
@@ -41,6 +41,22 @@ if TYPE_CHECKING:
 
 Step: TypeAlias = "Callable[[Shapes, Shapes, Workspace], Shapes]"
 """From the current shapes, and those that the sequence began with, to the shapes that the next step goes on with."""
+
+
+_T = TypeVar("_T")
+Late: TypeAlias = "Callable[[Shapes, Workspace], _T]"
+"""A value that is evaluated for some shapes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Constant(Generic[_T]):
+    """A late value that the text alone gives."""
+
+    value: _T
+
+    def __call__(self, shapes: Shapes, workspace: Workspace) -> _T:
+        """The value, whatever the shapes."""
+        return self.value
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,29 +147,27 @@ class SequenceCompiler:
         return (item.name, len(item.arguments)) in self._successors.rules
 
     def _operation(self, operation: Operation, item: Invoke) -> Step:
-        codes = self._arguments(item.name, item.arguments, operation, item.location)
+        arguments = _together(self._arguments(item.name, item.arguments, operation, item.location))
         name, location, apply = item.name, item.location, operation.apply
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
-            arguments = tuple([code(shapes, workspace) for code in codes])
-            return apply(Call(name, shapes, arguments, origin, workspace, location))
+            return apply(Call(name, shapes, arguments(shapes, workspace), origin, workspace, location))
 
         return step
 
     def _block(self, operation: BlockOperation, item: Block) -> Step:
         number = self._num_blocks
         self._num_blocks += 1
-        codes = self._arguments(item.name, item.arguments, operation, item.location)
+        arguments = _together(self._arguments(item.name, item.arguments, operation, item.location))
         parts = list(_flattened(item.group, item.group.repeated))
-        heads = tuple(self._head(part, group, operation, number) for part, group in parts)
+        heads = _together([self._head(part, group, operation, number) for part, group in parts])
         draws = tuple(self._successors.draws(part.body) for part, _ in parts)
         bodies = tuple(self.body(part.body, in_block=True) for part, _ in parts)
         name, location, divide = item.name, item.location, operation.divide
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
-            arguments = tuple([code(shapes, workspace) for code in codes])
-            call = Call(name, shapes, arguments, origin, workspace, location)
-            made = divide(call, tuple([head(shapes, workspace) for head in heads]))
+            call = Call(name, shapes, arguments(shapes, workspace), origin, workspace, location)
+            made = divide(call, heads(shapes, workspace))
             for part, body, random in zip(made, bodies, draws, strict=True):
                 if part.shapes.num:
                     key = part_keys(part.shapes.key, number, part.number) if random else None
@@ -184,7 +198,7 @@ class SequenceCompiler:
 
     def _arguments(
         self, name: str, arguments: tuple[Expression, ...], operation: Operation | BlockOperation, location: Location
-    ) -> tuple[Callable[[Shapes, Workspace], Argument], ...]:
+    ) -> tuple[Late[Argument], ...]:
         least, most = operation.num_arguments
         if not least <= len(arguments) <= most:
             wanted = str(least) if least == most else f"{least} to {most}"
@@ -200,41 +214,37 @@ class SequenceCompiler:
                 return (_failure(message, argument.location),)
         return tuple(self._argument(argument, possible) for argument, possible in zip(arguments, words, strict=True))
 
-    def _target(self, node: Expression) -> Callable[[Shapes, Workspace], Argument]:
+    def _target(self, node: Expression) -> Late[Argument]:
         """What ``set`` changes: a name, or a text in ``sel``."""
         if isinstance(node, Name):
-            word = Argument(node.identifier, keyword=True)
-            return lambda shapes, workspace: word
+            return Constant(Argument(node.identifier, keyword=True))
         return self._argument(node, frozenset())
 
-    def _argument(self, node: Expression, keywords: frozenset[str]) -> Callable[[Shapes, Workspace], Argument]:
+    def _argument(self, node: Expression, keywords: frozenset[str]) -> Late[Argument]:
         if _word(node) in keywords:
-            word = Argument(_word(node), keyword=True)
-            return lambda shapes, workspace: word
+            return Constant(Argument(_word(node), keyword=True))
         if isinstance(node, SyntaxCall) and node.function == "sel" and len(node.arguments) == 1:
             text = self._expressions.expression(node.arguments[0])
             return lambda shapes, workspace: Argument(_same_text(text(shapes, workspace), node.location), keyword=True)
         inner, prefixes = _without_prefixes(node)
         floating, relative = Floating in prefixes, Relative in prefixes
         if isinstance(inner, Number | Boolean | String):
-            constant = Argument(inner.value, False, relative, floating)
-            return lambda shapes, workspace: constant
+            return Constant(Argument(inner.value, False, relative, floating))
         code: Code = self._expressions.expression(inner)
         return lambda shapes, workspace: Argument(code(shapes, workspace), False, relative, floating)
 
-    def _head(
-        self, part: Part, group: int, operation: BlockOperation, block: int
-    ) -> Callable[[Shapes, Workspace], Head]:
+    def _head(self, part: Part, group: int, operation: BlockOperation, block: int) -> Late[Head]:
         words, node = operation.selectors, part.head
         if words and not _is_selector_or_index(node, words):
             code = replace(self._expressions, selectors=words).expression(node)
             used = frozenset(inner.identifier for inner in walk(node) if isinstance(inner, Name)) & words
             condition = Condition(code, used, block)
-            head = Head(_NO_ARGUMENT, part.inclusive, group, part.connected, condition, expression(node))
-            return lambda shapes, workspace: head
+            return Constant(Head(_NO_ARGUMENT, part.inclusive, group, part.connected, condition, expression(node)))
         argument = self._argument(node, words)
-        fixed = Head(_NO_ARGUMENT, part.inclusive, group, part.connected, None, expression(node) if words else "")
-        return lambda shapes, workspace: fixed._replace(argument=argument(shapes, workspace))
+        head = Head(_NO_ARGUMENT, part.inclusive, group, part.connected, None, expression(node) if words else "")
+        if isinstance(argument, Constant):
+            return Constant(head._replace(argument=argument.value))
+        return lambda shapes, workspace: head._replace(argument=argument(shapes, workspace))
 
 
 _NO_ARGUMENT = Argument("")
@@ -288,6 +298,14 @@ def _same_text(value: Value, location: Location) -> str:
     if isinstance(value, str):
         return value
     raise DerivationError(f"sel expects one string for all shapes, found a {kind_of(value)}", location)
+
+
+def _together(codes: Sequence[Late[_T]]) -> Late[tuple[_T, ...]]:
+    """All of these values for some shapes."""
+    known = tuple([code.value for code in codes if isinstance(code, Constant)])
+    if len(known) == len(codes):
+        return Constant(known)
+    return lambda shapes, workspace: tuple([code(shapes, workspace) for code in codes])
 
 
 def _failure(message: str, location: Location) -> Callable[[Shapes, Workspace], Argument]:

@@ -10,7 +10,8 @@ out; nothing reaches beyond the length.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from functools import lru_cache
+from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ TOLERANCE = 1e-9
 """Metres: parts thinner than this are left out."""
 
 _MOST_REPEATS = 2**31
-_NOTHING = 1e-300
+_NOTHING = 1e-200
 
 
 class Size(NamedTuple):
@@ -57,6 +58,33 @@ class Pieces(NamedTuple):
     """Whether these are one piece of every length, so that `row` is 0, 1, 2, …"""
 
 
+class Row(NamedTuple):
+    """What P sizes without repeats make of N lengths."""
+
+    start: Floats
+    """[P, N] metres from the start of the length."""
+    extent: Floats
+    """[P, N] metres; nothing for what is left out."""
+
+    @property
+    def is_full(self) -> bool:
+        """Whether every length has a piece of every size."""
+        return bool(self.extent.min(initial=np.inf) > TOLERANCE)
+
+    def pieces(self) -> list[Pieces]:
+        """The same without what is left out."""
+        everyone = np.arange(self.start.shape[1])
+        keep = self.extent > TOLERANCE
+        if keep.all():
+            return [
+                Pieces(everyone, start, extent, True) for start, extent in zip(self.start, self.extent, strict=True)
+            ]
+        return [
+            Pieces(everyone[kept], start[kept], extent[kept], bool(kept.all()))
+            for kept, start, extent in zip(keep, self.start, self.extent, strict=True)
+        ]
+
+
 def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
     """The pieces of lengths [N], one `Pieces` for each size in the order of the text.
 
@@ -64,11 +92,12 @@ def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
     >>> front.extent.tolist(), tiles.start.tolist(), tiles.extent.tolist()
     ([1.0], [1.0, 4.0], [3.0, 3.0])
     """
+    row = in_a_row(length, elements)
+    if row is not None:
+        return row.pieces()
     times = _repeats(length, elements)
     scale = _stretch(length, elements, times)
-    reach = length - TOLERANCE * (1.0 + length)
-    if not times:
-        return _in_a_row([_extent(size, scale) for size in elements if isinstance(size, Size)], length, reach)
+    reach = _reach(length)
     turns = iter(times)
     start: Amount = 0.0
     everyone = np.arange(len(length))
@@ -86,23 +115,43 @@ def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
     return pieces
 
 
-def _in_a_row(extents: Sequence[Amount], length: Floats, reach: Floats) -> list[Pieces]:
-    """The pieces of a split without repeats, all at once: with few lengths the number of array calls is what costs."""
-    everyone = np.arange(len(length))
-    wanted = np.empty((len(extents), len(length)))
-    for place, extent in enumerate(extents):
-        wanted[place] = extent
-    end = np.add.accumulate(wanted, axis=0)
-    start = np.zeros(end.shape)
-    start[1:] = end[:-1]
-    cut: Floats = np.where(end >= reach, length, end) - start
-    keep = cut > TOLERANCE
-    if keep.all():
-        return [Pieces(everyone, first, extent, is_one_each=True) for first, extent in zip(start, cut, strict=True)]
-    return [
-        Pieces(everyone[kept], first[kept], extent[kept], is_one_each=bool(kept.all()))
-        for kept, first, extent in zip(keep, start, cut, strict=True)
-    ]
+def in_a_row(length: Floats, elements: Sequence[Element]) -> Row | None:
+    """What becomes of lengths [N] where nothing repeats; None where something does.
+
+    All at once, from sums made beforehand: with few lengths the number of array calls is what a split costs.
+    """
+    if any(isinstance(element, Repeat) for element in elements):
+        return None
+    metres, shares = _sums(cast("Sequence[Size]", elements))
+    end = metres
+    if shares is not None:
+        end = metres + shares * np.maximum(length - metres[-1], 0.0)
+    end = np.where(end >= _reach(length), length, end)
+    return Row(end[:-1], end[1:] - end[:-1])
+
+
+def _sums(sizes: Sequence[Size]) -> tuple[Floats, Floats | None]:
+    """Sums of the first 0 to P sizes, [P + 1, 1] or [P + 1, N].
+
+    Returns:
+        metres of the fixed ones, and what the floating ones have of all floating ones; None where nothing floats.
+    """
+    if all(type(size.value) is float for size in sizes):
+        return _constant_sums(tuple(sizes))
+    columns = [np.atleast_1d(_positive(size.value)) for size in sizes]
+    sums = np.zeros((2, len(sizes) + 1, max(len(column) for column in columns)))
+    for place, (size, column) in enumerate(zip(sizes, columns, strict=True), start=1):
+        sums[int(size.floating), place] = column
+    metres, weights = np.cumsum(sums, axis=1)
+    return metres, weights / np.maximum(weights[-1], _NOTHING) if any(size.floating for size in sizes) else None
+
+
+@lru_cache(maxsize=4096)
+def _constant_sums(sizes: tuple[Size, ...]) -> tuple[Floats, Floats | None]:
+    values = np.array([0.0, *(_positive(size.value) for size in sizes)])[:, None]
+    floating = np.array([False, *(size.floating for size in sizes)])[:, None]
+    metres, weights = np.cumsum(values * ~floating, axis=0), np.cumsum(values * floating, axis=0)
+    return metres, weights / weights[-1] if weights[-1] > 0.0 else None
 
 
 def count_pieces(length: Floats, elements: Sequence[Element]) -> int:
@@ -164,6 +213,11 @@ def _stretch(length: Floats, elements: Sequence[Element], times: Sequence[Ints])
         fixed, floats = fixed + count * f, floats + count * w
     wanted = np.maximum(floats, _NOTHING) if isinstance(floats, np.ndarray) else max(floats, _NOTHING)
     return np.maximum(length - fixed, 0.0) / wanted
+
+
+def _reach(length: Floats) -> Floats:
+    """What ends beyond this ends with its length."""
+    return length * (1.0 - TOLERANCE)
 
 
 def _repeated(extents: Sequence[Amount], times: Ints, start: Amount, length: Floats, reach: Floats) -> list[Pieces]:

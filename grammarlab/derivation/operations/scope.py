@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,19 +42,31 @@ def s(call: Call) -> Shapes:
     """``s(x, y, z)``: set the size of the scope; the geometry is scaled with it."""
     size = call.shapes.size.copy()
     for axis, argument in enumerate(call.arguments):
-        if argument.relative and type(argument.value) is float and argument.value == 1.0:
-            continue
-        length = call.length(argument, axis)
-        lowest = length.min() if isinstance(length, np.ndarray) else length
-        if lowest < 0.0 and not (size[:, axis] < 0.0).all():
-            if lowest < _SMALLEST:
-                raise call.error(
-                    f"{call.name} expected sizes of at least 0 metres, found {lowest:.6g} along {'xyz'[axis]}",
-                    "clamp it with max(0, ...), or use mirror() to turn a shape over",
-                )
-            length = np.maximum(length, 0.0)
-        size[:, axis] = length
+        value = argument.value
+        if not (argument.relative and type(value) is float and 0.0 <= value < math.inf):
+            size[:, axis] = _not_negative(call, call.length(argument, axis), axis)
+        elif value != 1.0:
+            size[:, axis] *= value
     return call.shapes.resized(size)
+
+
+def _not_negative(call: Call, length: float | Floats, axis: int) -> float | Floats:
+    """A size along an axis; below zero only for shapes whose size already is.
+
+    Raises:
+        DerivationError: when another one is below zero.
+    """
+    lowest = length.min() if isinstance(length, np.ndarray) else length
+    if lowest >= 0.0:
+        return length
+    turned = call.shapes.size[:, axis] < 0.0
+    lowest = np.where(turned, 0.0, length).min()
+    if lowest < _SMALLEST:
+        raise call.error(
+            f"{call.name} expected sizes of at least 0 metres, found {lowest:.6g} along {'xyz'[axis]}",
+            "clamp it with max(0, ...), or use mirror() to turn a shape over",
+        )
+    return np.where(turned, length, np.maximum(length, 0.0))
 
 
 def center(call: Call) -> Shapes:

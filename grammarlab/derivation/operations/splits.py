@@ -11,7 +11,7 @@ from grammarlab.derivation.calls import BlockOperation, Call, Head, Part
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.meshes import normalized, upright
 from grammarlab.derivation.shapes import FACE, FOOTPRINT, Floats, Ids, Shapes
-from grammarlab.derivation.splitting import Element, Pieces, Repeat, Size, count_pieces, divide
+from grammarlab.derivation.splitting import Element, Pieces, Repeat, Row, Size, count_pieces, divide, in_a_row
 from grammarlab.geometry.clip import slabs
 
 _AXES = {"x": 0, "y": 1, "z": 2}
@@ -34,16 +34,22 @@ def split(call: Call, heads: tuple[Head, ...]) -> list[Part]:
         call = call._replace(shapes=shapes)
     length = shapes.size[:, axis]
     elements = _elements(call, heads, axis)
-    if any(isinstance(element, Repeat) for element in elements):
-        call.workspace.expanded(count_pieces(length, elements), shapes.num, call.location)
-    pieces = divide(length, elements)
-    numbers = _numbers(pieces, shapes, call)
     along = call.workspace.frames.axis(shapes.frame, axis)
     clipped = _needs_clipping(shapes.mesh, axis)
     general = clipped if clipped.any() else None
+    asked = call.workspace.program.state_names & _INDICES
+    row = in_a_row(length, elements)
+    if row is None:
+        call.workspace.expanded(count_pieces(length, elements), shapes.num, call.location)
+        pieces = divide(length, elements)
+    elif general is None and not asked and row.is_full:
+        return _slabs(shapes, axis, row, along)
+    else:
+        pieces = row.pieces()
+    numbers = _numbers(pieces, shapes, is_wanted=bool(asked))
     made = [_part(call, axis, piece, along, general) for piece in pieces]
-    if not call.workspace.program.state_names.isdisjoint(_INDICES):
-        made = _indexed(call, made, pieces, numbers)
+    if asked:
+        made = _indexed(made, pieces, numbers, shapes.num, asked)
     return [Part(part, number) for part, number in zip(made, numbers, strict=True)]
 
 
@@ -64,11 +70,10 @@ def _elements(call: Call, heads: Sequence[Head], axis: int) -> list[Element]:
     return elements
 
 
-def _numbers(pieces: Sequence[Pieces], shapes: Shapes, call: Call) -> list[NDArray[np.int64]]:
-    """For each piece its place along its shape, from 0; only where something asks for it."""
+def _numbers(pieces: Sequence[Pieces], shapes: Shapes, is_wanted: bool) -> list[NDArray[np.int64]]:
+    """For each piece its place along its shape, from 0; only where it is wanted or something draws."""
     counts = [len(piece.row) for piece in pieces]
-    wanted = shapes.key is not None or not call.workspace.program.state_names.isdisjoint(_INDICES)
-    if not wanted:
+    if shapes.key is None and not is_wanted:
         return [np.zeros(count, np.int64) for count in counts]
     if all(piece.is_one_each for piece in pieces):
         return [np.full(count, place) for place, count in enumerate(counts)]
@@ -78,6 +83,16 @@ def _numbers(pieces: Sequence[Pieces], shapes: Shapes, call: Call) -> list[NDArr
     number = np.empty(len(row), np.int64)
     number[order] = np.arange(len(row)) - np.repeat(np.cumsum(per_row) - per_row, per_row)
     return np.split(number, np.cumsum(counts)[:-1])
+
+
+def _slabs(shapes: Shapes, axis: int, row: Row, along: Floats) -> list[Part]:
+    """The parts of a split in which every shape has one piece of each size, and none needs clipping: all at once."""
+    frame, mesh = shapes.frame, shapes.mesh
+    position = shapes.position + along * row.start[:, :, None]
+    size = shapes.size[None].repeat(len(position), axis=0)
+    size[:, :, axis] = row.extent
+    number = np.arange(len(position))[:, None].repeat(len(frame), axis=1)
+    return [Part(shapes.rescoped(p, s, frame, mesh), n) for p, s, n in zip(position, size, number, strict=True)]
 
 
 def _part(call: Call, axis: int, piece: Pieces, along: Floats, general: NDArray[np.bool_] | None) -> Shapes:
@@ -149,11 +164,14 @@ def _clipped(
 
 
 def _indexed(
-    call: Call, made: Sequence[Shapes], pieces: Sequence[Pieces], numbers: Sequence[NDArray[np.int64]]
+    made: Sequence[Shapes],
+    pieces: Sequence[Pieces],
+    numbers: Sequence[NDArray[np.int64]],
+    num_shapes: int,
+    asked: frozenset[str],
 ) -> list[Shapes]:
     """Parts that know their place and number, where the grammar asks."""
-    totals = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=call.shapes.num)
-    asked = call.workspace.program.state_names & _INDICES
+    totals = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=num_shapes)
     result = []
     for part, piece, number in zip(made, pieces, numbers, strict=True):
         known = {"split.index": number.astype(np.float64), "split.total": totals[piece.row].astype(np.float64)}

@@ -20,8 +20,8 @@ TRIANGLE = np.array([[0, 0, 0], [0, 0, 9], [12, 0, 0.0]])
 def sampled(
     text: str, footprint: tuple[float, float] | NDArray[np.float64] = (30.0, 20.0), num_models: int = 1
 ) -> Forest:
-    """One model of a rule file given as text."""
-    return derive(Grammar.parse(text), 1, seed=3, footprint=footprint)
+    """Models of a rule file given as text."""
+    return derive(Grammar.parse(text), num_models, seed=3, footprint=footprint)
 
 
 def world_meshes(forest: Forest) -> Meshes:

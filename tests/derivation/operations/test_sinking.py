@@ -44,6 +44,13 @@ def test_the_height_of_the_scope_is_negative(operation):
     assert symbols(sampled(text)) == ["A"]
 
 
+def test_sunk_and_raised_models_of_one_batch_are_sized_alike():
+    grammar = "Lot --> 50% : extrude(6) A else : extrude(-6) A   A --> s('1, '0.5, '1) B"
+    leaves = sampled(grammar, num_models=16).leaves
+    assert np.allclose(leaves.size[:, 1], 3.0)
+    assert set(leaves.position[:, 1]) == {0.0, -3.0}
+
+
 def test_a_box_that_was_sunk_is_a_box_again():
     sunk, raised = sampled("Lot --> extrude(-6) A"), sampled("Lot --> t(0, -6, 0) extrude(6) A")
     assert np.array_equal(sunk.leaves.mesh, raised.leaves.mesh)
