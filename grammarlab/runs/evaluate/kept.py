@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from grammarlab.errors import GrammarlabError
-
-MAX_BYTES = 1 << 28
+from grammarlab.runs.evaluate import json_lines
 
 
 class Kept:
@@ -29,7 +25,7 @@ class Kept:
         path.parent.mkdir(parents=True, exist_ok=True)
         if fresh:
             path.unlink(missing_ok=True)
-        self._values = _read(path)
+        self._values = dict(json_lines.read(path, _parse, "a measurement"))
 
     def __contains__(self, key: str) -> bool:
         return key in self._values
@@ -43,31 +39,8 @@ class Kept:
     def put(self, key: str, values: Mapping[str, Any]) -> None:
         """Keeps a measurement; after this returns it survives a crash of the machine."""
         self._values[key] = values
-        line = json.dumps({"key": key, "values": values}, allow_nan=False) + "\n"
-        with self._path.open("ab") as file:
-            file.write(line.encode())
-            file.flush()
-            os.fsync(file.fileno())
+        json_lines.append(self._path, {"key": key, "values": values})
 
 
-def _read(path: Path) -> dict[str, Mapping[str, Any]]:
-    if not path.is_file():
-        return {}
-    if path.stat().st_size > MAX_BYTES:
-        raise GrammarlabError(f"{path} is larger than {MAX_BYTES:,} bytes. Start again with --fresh.")
-    content = path.read_bytes()
-    whole = content.rfind(b"\n") + 1
-    if whole < len(content):
-        with path.open("r+b") as file:
-            file.truncate(whole)
-    found: dict[str, Mapping[str, Any]] = {}
-    for number, line in enumerate(content[:whole].splitlines(), 1):
-        try:
-            entry = json.loads(line)
-            found[str(entry["key"])] = dict(entry["values"])
-        except (ValueError, KeyError, TypeError, RecursionError) as error:
-            raise GrammarlabError(
-                f"{path}:{number}: expected a measurement as grammarlab writes it, found {line[:60]!r}. "
-                "Start again with --fresh, or write into another folder."
-            ) from error
-    return found
+def _parse(entry: Any) -> tuple[str, Mapping[str, Any]]:
+    return str(entry["key"]), dict(entry["values"])

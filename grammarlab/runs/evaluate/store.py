@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
-import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
-from grammarlab.errors import GrammarlabError
 from grammarlab.evaluation.curves import Curve, Point
+from grammarlab.runs.evaluate import json_lines
 
 STORE = "curves.jsonl"
 """Name of the file in the folder of a run."""
-MAX_BYTES = 1 << 28
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +41,7 @@ def append(folder: Path, record: CurveRecord) -> None:
         "js_original": record.js_original,
         "curve": [list(point) for point in record.curve.points],
     }
-    line = json.dumps(values, allow_nan=False) + "\n"
-    with (folder / STORE).open("ab") as file:
-        file.write(line.encode())
-        file.flush()
-        os.fsync(file.fileno())
+    json_lines.append(folder / STORE, values)
 
 
 Store: TypeAlias = dict[str, dict[int, CurveRecord]]
@@ -61,21 +54,10 @@ def read(folder: Path) -> Store:
     What a writer that was killed left of a last line is cut off.
 
     Raises:
-        GrammarlabError: the store is not one of ours, or is larger than `MAX_BYTES`.
+        GrammarlabError: the store is not one of ours, or is too large.
     """
-    path = folder / STORE
-    if not path.is_file():
-        return {}
-    if path.stat().st_size > MAX_BYTES:
-        raise GrammarlabError(f"{path} is larger than {MAX_BYTES:,} bytes. Start again with --fresh.")
-    content = path.read_bytes()
-    whole = content.rfind(b"\n") + 1
-    if whole < len(content):
-        with path.open("r+b") as file:
-            file.truncate(whole)
     records: Store = {}
-    for number, line in enumerate(content[:whole].splitlines(), 1):
-        record = _parse(line, path, number)
+    for record in json_lines.read(folder / STORE, _parse, "a curve"):
         add(records, record)
     return records
 
@@ -90,26 +72,19 @@ def clear(folder: Path) -> None:
     (folder / STORE).unlink(missing_ok=True)
 
 
-def _parse(line: bytes, path: Path, number: int) -> CurveRecord:
-    try:
-        values = json.loads(line)
-        points = tuple(
-            Point(int(labels), _finite(js), _finite(corr), int(liked)) for labels, js, corr, liked in values["curve"]
-        )
-        return CurveRecord(
-            str(values["key"]),
-            str(values["scenario"]),
-            str(values["method"]),
-            int(values["seed"]),
-            int(values["max_labels"]),
-            _finite(values["js_original"]),
-            Curve(points),
-        )
-    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
-        raise GrammarlabError(
-            f"{path}:{number}: expected a curve as grammarlab writes it, found {line[:60]!r}. "
-            "Start again with --fresh, or write into another folder."
-        ) from error
+def _parse(values: Any) -> CurveRecord:
+    points = tuple(
+        Point(int(labels), _finite(js), _finite(corr), int(liked)) for labels, js, corr, liked in values["curve"]
+    )
+    return CurveRecord(
+        str(values["key"]),
+        str(values["scenario"]),
+        str(values["method"]),
+        int(values["seed"]),
+        int(values["max_labels"]),
+        _finite(values["js_original"]),
+        Curve(points),
+    )
 
 
 def _finite(value: float) -> float:
