@@ -12,6 +12,7 @@ NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 SMALL = {
     "GRAMMAR": '"toy"',
     "NUM_MODELS": "4",
+    "NUM_TOWERS": "100",
     "NUM_LABELS": "64",
     "SCENARIO": '"S2"',
     "NUM_SEEDS": "1",
