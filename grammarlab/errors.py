@@ -20,6 +20,10 @@ from typing import Literal
 Severity = Literal["error", "unsupported", "warning"]
 
 
+_WIDEST = 240
+"""Characters of a line that a message shows."""
+
+
 @dataclass(frozen=True, slots=True, order=True)
 class Location:
     """A place in a rule file."""
@@ -65,6 +69,9 @@ class Finding:
         if 1 <= self.location.line <= len(lines):
             line = lines[self.location.line - 1]
             start = min(self.location.column - 1, len(line))
+            if len(line) > _WIDEST:  # a window around the place
+                first = max(0, start - _WIDEST // 2)
+                line, start = line[first : first + _WIDEST], start - first
             pad = "".join("\t" if c == "\t" else " " for c in line[:start])
             room = max(1, len(line) - start)
             parts += ["  " + line, "  " + pad + "^" * max(1, min(self.location.length, room))]

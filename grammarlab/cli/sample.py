@@ -15,7 +15,11 @@ from grammarlab.errors import UsageError
 MOST_PRINTS = 50
 """Printed lines that are shown."""
 
+MOST_NAMES = 8
+"""Features that are named where some are left out."""
+
 if TYPE_CHECKING:
+    from grammarlab.errors import Finding
     from grammarlab.runs import RunResult
 
 
@@ -99,6 +103,7 @@ def sample(
     from grammarlab.cli.progress import progress
     from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
     from grammarlab.runs.attributes import read_attributes
+    from grammarlab.runs.checks import not_carried_out
     from grammarlab.runs.derive_batch import compiled
     from grammarlab.runs.examples import find_rules
     from grammarlab.runs.workers import available_cores
@@ -117,13 +122,16 @@ def sample(
         if not grammar:
             raise UsageError("which grammar? Give a .cga file or a name that `grammarlab list` shows.")
         source = find_rules(grammar, assets)
+        text = source.text()
+        rules, _ = compiled(text, source.name)
+        _tell_left_out(grammar, not_carried_out(rules))
         request = SampleRequest.of(
             grammar,
             footprint=footprint,
             assets=assets,
             num_models=num_models,
             seed=seed,
-            attributes=read_attributes(attributes, compiled(source.text(), source.name)[0]) if attributes else {},
+            attributes=read_attributes(attributes or [], rules),
             start_rule=start_rule,
             file_format=file_format.value,
             single_file=single_file,
@@ -152,8 +160,25 @@ def _is_given(context: typer.Context, name: str) -> bool:
     return source is not None and source.name == "COMMANDLINE"
 
 
+def _tell_left_out(grammar: str, findings: tuple[Finding, ...]) -> None:
+    """What of the rules no model will show, in a line or two; `check` says where."""
+    harmless = {one.message.partition(" is left out")[0].split()[-1] for one in findings if one.severity == "warning"}
+    serious = {one.message.partition(" is CGA")[0] for one in findings if one.severity != "warning"}
+    if harmless:
+        say(f"left out, as no shape or colour depends on it: {_first(sorted(harmless))}")
+    if serious:
+        say(f"not carried out: {_first(sorted(serious))} (`grammarlab check {grammar}` says where)")
+
+
+def _first(names: list[str]) -> str:
+    shown = ", ".join(names[:MOST_NAMES])
+    return shown if len(names) <= MOST_NAMES else f"{shown} and {len(names) - MOST_NAMES} more"
+
+
 def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = None) -> None:
     _tell_prints(result.prints)
+    if result.missing_images:
+        say(f"no such image in {result.request.assets}: {_first(list(result.missing_images))}")
     if as_json:
         print_json(_as_json(result) | ({} if different is None else {"different_files": list(different)}))
     else:

@@ -143,7 +143,11 @@ class _Compilation:
             for node in invoked
             if node.name == "set" and node.arguments and isinstance(node.arguments[0], Name)
         }
-        asks = any(isinstance(node, Name) and node.identifier in ASK_FOR_PIVOT for node in _walk(tree))
+        asks = any(
+            (isinstance(node, Name) and node.identifier in ASK_FOR_PIVOT)
+            or (isinstance(node, Call) and node.function == "convert")
+            for node in _walk(tree)
+        )
         pivot = PIVOT_POSITION if asks or any(node.name == "translate" for node in invoked) else ()
         return frozenset(read | (changed & {a.name for a in self._attributes}) | set(pivot))
 

@@ -131,6 +131,10 @@ def derive_chunks(
         options: see `derive`.
     """
     program = grammar if isinstance(grammar, Program) else compile_grammar(grammar)
+    assets = options.get("assets")
+    if isinstance(assets, Path):
+        # All chunks share what is read.
+        options["assets"] = AssetFolder(assets)
     done, size = 0, min(_FIRST_CHUNK, num_models)
     while done < num_models:
         forest = derive(program, size, seed, first_model=first_model + done, **options)  # type: ignore[arg-type]

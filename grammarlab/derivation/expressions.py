@@ -19,6 +19,7 @@ from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.derivation.operators import BINARY, UNARY
 from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Shapes, Value, join_values
 from grammarlab.errors import BudgetError, DerivationError, Location
+from grammarlab.language.builtins import functions
 from grammarlab.language.syntax import (
     Binary,
     Boolean,
@@ -170,10 +171,9 @@ class ExpressionCompiler:
 
     def _call(self, node: Call) -> Code:
         builtin = BUILTINS.get(node.function)
-        words = builtin.keywords if builtin is not None else frozenset[str]()
         arguments = tuple(
             _constant(a.identifier) if isinstance(a, Name) and a.identifier in words else self.expression(a)
-            for a in node.arguments
+            for a, words in zip(node.arguments, _words(node, builtin), strict=True)
         )
         function = self.names.functions.get((node.function, len(arguments)))
         if function is not None:
@@ -221,6 +221,16 @@ class ExpressionCompiler:
         return call
 
 
+def _words(node: Call, builtin: Builtin | None) -> list[frozenset[str]]:
+    """For each argument of a call, what stands there for itself and is no name to look up."""
+    count = len(node.arguments)
+    if builtin is None or not builtin.keywords:
+        return [frozenset[str]()] * count
+    forms = [form for form in functions()[node.function] if form.takes(count)]
+    found = [frozenset[str]().union(*(form.parameters[i].keywords for form in forms)) for i in range(count)]
+    return [words & builtin.keywords for words in found]
+
+
 def _unknown(name: str) -> str:
     """What is wrong with a name that leads to nothing."""
     prefix = name.partition(".")[0]
@@ -228,7 +238,7 @@ def _unknown(name: str) -> str:
         return f"nothing is called {name} here"
     if any(known.startswith(f"{prefix}.") for known in SHAPE_ATTRIBUTES):
         return f"the shape attribute {name} is not supported"
-    return f"{name} comes from an imported file, which is not supported"
+    return f"{name} comes from an imported file that was not read"
 
 
 def _refusal(message: str, location: Location) -> Code:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.shapes import Value, kind_of
 from grammarlab.derivation.strings import StringPool
-from grammarlab.errors import DerivationError, Location
+from grammarlab.errors import BudgetError, DerivationError, Location
 
 UnaryOperator = Callable[[Value, Location], Value]
 BinaryOperator = Callable[[Value, Value, StringPool, Location], Value]
@@ -41,15 +41,36 @@ def value_texts(value: Value, strings: StringPool) -> str | NDArray[np.int32]:
     return strings.ids(number_text(number) for number in unique)[inverse]
 
 
-def concatenated(left: Value, right: Value, strings: StringPool) -> Value:
+MAX_TEXT = 1_000_000
+"""Characters of the longest string: rules that call themselves could double one again and again."""
+
+
+def check_length(length: int, location: Location | None = None) -> None:
+    """Refuse a string before it is made.
+
+    Raises:
+        BudgetError: it would have more characters than `MAX_TEXT`.
+    """
+    if length > MAX_TEXT:
+        raise BudgetError(f"a string would have {length:,} characters, more than {MAX_TEXT:,}", location)
+
+
+def concatenated(left: Value, right: Value, strings: StringPool, location: Location | None = None) -> Value:
     """The texts of two values, one after the other."""
+
+    def joined(one: str, other: str) -> str:
+        check_length(len(one) + len(other), location)
+        return one + other
+
     first, second = value_texts(left, strings), value_texts(right, strings)
     if isinstance(first, str):
-        return first + second if isinstance(second, str) else strings.map(second, lambda text: first + text)
+        return (
+            joined(first, second) if isinstance(second, str) else strings.map(second, lambda text: joined(first, text))
+        )
     if isinstance(second, str):
-        return strings.map(first, lambda text: text + second)
+        return strings.map(first, lambda text: joined(text, second))
     pairs, inverse = np.unique(np.stack([first, second]), axis=1, return_inverse=True)
-    return strings.ids(strings[a] + strings[b] for a, b in pairs.T.tolist())[inverse]
+    return strings.ids(joined(strings[a], strings[b]) for a, b in pairs.T.tolist())[inverse]
 
 
 def _arithmetic(symbol: str, apply: Callable) -> BinaryOperator:
@@ -60,7 +81,7 @@ def _arithmetic(symbol: str, apply: Callable) -> BinaryOperator:
             return apply(left, right) if exact else float(apply(np.array([left]), right)[0])
         if kind_of(left) == "string" or kind_of(right) == "string":
             if symbol == "+":
-                return concatenated(left, right, strings)
+                return concatenated(left, right, strings, location)
             raise DerivationError(f"{symbol} expects numbers, found a {kind_of(left)} and a {kind_of(right)}", location)
         return apply(_number(left), _number(right))
 

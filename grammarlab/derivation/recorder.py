@@ -58,9 +58,9 @@ class Recorder:
         """Record one draw [N] for each shape."""
         self._draws.append((shapes.node, site, values, log_density))
 
-    def add_report(self, shapes: Shapes, key: str, values: Floats) -> None:
-        """Record one reported number [N] for each shape."""
-        self._reports.append((shapes.node, key, values))
+    def add_report(self, nodes: Ids, key: str, values: Floats) -> None:
+        """Record one reported number [N] for a shape of each node [N]."""
+        self._reports.append((nodes, key, values))
 
     def add_prints(self, texts: Sequence[str]) -> None:
         """Record printed texts, up to a bound: a rule may print for every one of a million shapes."""

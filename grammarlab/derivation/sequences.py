@@ -259,10 +259,13 @@ def _is_selector_or_index(node: Expression, words: frozenset[str]) -> bool:
 
 
 def _without_prefixes(node: Expression) -> tuple[Expression, frozenset[type]]:
-    """A size without its ``~`` and ``'``, which stand in front but hold for all of it: ``~height - 0.3``."""
+    """A size without its ``~`` and ``'``, which stand in front but hold for all of it: ``~height - 0.3``, ``-'0.5``."""
     if isinstance(node, Floating | Relative):
         inner, prefixes = _without_prefixes(node.operand)
         return inner, prefixes | {type(node)}
+    if isinstance(node, Unary):
+        inner, prefixes = _without_prefixes(node.operand)
+        return (replace(node, operand=inner), prefixes) if prefixes else (node, prefixes)
     if isinstance(node, Binary):
         left, prefixes = _without_prefixes(node.left)
         return (replace(node, left=left), prefixes) if prefixes else (node, prefixes)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import AssetError
+from grammarlab.geometry.asset_paths import meanings
 
 MOST_BYTES = 64 * 2**20
 """Largest image that is embedded."""
@@ -18,10 +19,12 @@ MOST_PIXELS = 8192 * 8192
 """What common graphics cards hold in one texture."""
 SIGNATURES = {b"\x89PNG\r\n\x1a\n": ("image/png", ".png"), b"\xff\xd8\xff": ("image/jpeg", ".jpg")}
 
+_CONVERTED = {b"II*\0": "TIFF", b"MM\0*": "TIFF", b"BM": "BMP"}
+
 
 @dataclass(frozen=True, slots=True)
 class Texture:
-    """An image file as it lies on disk."""
+    """An image file, as it lies on disk where glTF can hold it."""
 
     name: str
     """Path relative to the asset folder."""
@@ -37,15 +40,17 @@ def find_texture(name: str, assets: Path | None) -> Texture | None:
         name: path relative to `assets`; empty for no texture.
         assets: the asset folder; None when no assets are to be used.
 
+    TIFF and BMP images are converted to PNG.
+
     Raises:
-        AssetError: the path leads out of the folder, or the file is neither PNG nor JPEG, too large, or unreadable.
+        AssetError: the path leads out of the folder, or the file is no such image, too large, or unreadable.
     """
     if not name or assets is None:
         return None
-    path = path_below(assets, name)
+    path = image_file(name, assets)
+    if path is None:
+        return None
     try:
-        if not path.is_file():
-            return None
         size = path.stat().st_size
         if size > MOST_BYTES:
             raise AssetError(f"texture {name!r} has {size / 2**20:.0f} MiB; at most {MOST_BYTES // 2**20} are embedded")
@@ -56,10 +61,43 @@ def find_texture(name: str, assets: Path | None) -> Texture | None:
         if content.startswith(signature):
             _require_image(name, content)
             return Texture(name, content, mime, suffix)
+    for signature, kind in _CONVERTED.items():
+        if content.startswith(signature):
+            _require_image(name, content, kind)
+            return Texture(name, _as_png(name, content, kind), "image/png", ".png")
     raise AssetError(f"texture {name!r} is neither a PNG nor a JPEG image; convert it to one of them")
 
 
-def _require_image(name: str, content: bytes) -> None:
+def image_file(name: str, assets: Path) -> Path | None:
+    """The file of an image below the asset folder; None where there is none.
+
+    Raises:
+        AssetError: the path leads out of the folder, or is none.
+    """
+    paths = [path_below(assets, meaning) for meaning in meanings(name)]
+    try:
+        return next((path for path in paths if path.is_file()), None)
+    except OSError as error:
+        raise AssetError(f"texture {name!r} cannot be read: {error.strerror or error}") from error
+
+
+def _as_png(name: str, content: bytes, kind: str) -> bytes:
+    """An image in a format that glTF cannot hold, as PNG."""
+    from PIL import Image  # noqa: PLC0415
+
+    result = BytesIO()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(BytesIO(content), formats=[kind]) as image:
+                see_through = image.mode in ("LA", "PA", "RGBA") or "transparency" in image.info
+                image.convert("RGBA" if see_through else "RGB").save(result, "PNG")
+    except Exception as error:  # readers raise whatever a broken file leads them to
+        raise AssetError(f"texture {name!r} is a broken image: {error}; save it again") from error
+    return result.getvalue()
+
+
+def _require_image(name: str, content: bytes, *kinds: str) -> None:
     """Refuse a file that only begins like an image.
 
     Raises:
@@ -70,9 +108,9 @@ def _require_image(name: str, content: bytes) -> None:
 
     try:
         with warnings.catch_warnings():
-            # What Pillow warns of is refused below.
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            with Image.open(BytesIO(content), formats=["PNG", "JPEG"]) as image:
+            # What Pillow warns of is refused below, or does not matter.
+            warnings.simplefilter("ignore")
+            with Image.open(BytesIO(content), formats=kinds or ("PNG", "JPEG")) as image:
                 width, height = image.size
                 image.verify()
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, SyntaxError, ValueError) as error:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import AssetError
+from grammarlab.geometry.asset_paths import meanings
 from grammarlab.geometry.gltf_guard import check_gltf
 from grammarlab.geometry.mesh import Meshes
 
@@ -86,19 +87,28 @@ def find_asset(path: str, root: Path) -> Path:
         AssetError: when there is no such file in the folder, it lies outside, or it is too large.
     """
     folder = root.resolve()
+    for meaning in meanings(path):
+        file, size = _look_up(folder, meaning, path)
+        if size is not None:
+            break
+    else:
+        raise AssetError(f'there is no asset "{path}" in the asset folder {root}')
+    if size > MAX_BYTES:
+        raise AssetError(f'the asset "{path}" has {size} bytes, more than the {MAX_BYTES} that are read')
+    return file
+
+
+def _look_up(folder: Path, meaning: str, path: str) -> tuple[Path, int | None]:
+    """A file inside a folder and its size in bytes; None where there is no such file."""
     try:
-        file = (folder / path.lstrip("/")).resolve()
+        file = (folder / meaning).resolve()
         inside = file.is_relative_to(folder)
         size = file.stat().st_size if inside and file.is_file() else None
     except (OSError, ValueError) as error:
         raise AssetError(f'the asset "{path}" cannot be looked up: {error}') from error
     if not inside:
         raise AssetError(f'the asset "{path}" lies outside the asset folder')
-    if size is None:
-        raise AssetError(f'there is no asset "{path}" in the asset folder {root}')
-    if size > MAX_BYTES:
-        raise AssetError(f'the asset "{path}" has {size} bytes, more than the {MAX_BYTES} that are read')
-    return file
+    return file, size
 
 
 class _Neighbours:

@@ -101,7 +101,7 @@ def face_sets(meshes: Meshes, chosen: Indices, sizes: Indices) -> Components:
     normals = face_normals(meshes)
     pivot = meshes.points[meshes.corner_points()[meshes.face_offsets[:-1][first]]]
     rotation = frames(normals[first], _first_edges(meshes)[first])
-    shapes = _extract(meshes, chosen, sizes)
+    shapes = extract_faces(meshes, chosen, sizes)
     point_set = shapes.mesh_of_point()
     local = apply_transposed(rotation.take(point_set, axis=0), shapes.points - pivot.take(point_set, axis=0))
     shapes, low, size = fitted(shapes.with_points(local))
@@ -207,7 +207,7 @@ def _frames_along(x: Floats, z: Floats) -> Floats:
     return np.stack((turned[:, :, 2], -turned[:, :, 1], turned[:, :, 0]), axis=2)
 
 
-def _extract(meshes: Meshes, chosen: Indices, sizes: Indices) -> Meshes:
+def extract_faces(meshes: Meshes, chosen: Indices, sizes: Indices) -> Meshes:
     """One mesh from each set of faces, with the points that its faces use."""
     where, face_offsets = take_rows(meshes.face_offsets, chosen)
     rows = meshes.corner_points()[where]

@@ -90,7 +90,10 @@ def _place(checker: ExpressionChecker, node: Expression, scope: Scope) -> Types:
         checker.remarks.error("read-only", node.location, f"{node.identifier} cannot be set")
     elif node.identifier in builtins.attributes():
         what = f"the shape attribute {node.identifier}"
-        checker.remarks.unsupported(checker.supported.attributes, node.identifier, node.location, what)
+        if node.identifier in checker.supported.harmless:
+            checker.remarks.left_out(node.location, what)
+        else:
+            checker.remarks.unsupported(checker.supported.attributes, node.identifier, node.location, what)
     elif node.identifier not in checker.symbols.attributes:
         checker.name(node, scope.plain())
     return ANY

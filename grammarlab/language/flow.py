@@ -89,13 +89,27 @@ MAX_WAYS = 64
 
 def _grow(ending: set[Key], needs: dict[Key, list[Needs]]) -> None:
     """Adds to `ending` whatever can end, until nothing is left to add."""
-    changed = True
-    while changed:
-        changed = False
-        for key, choices in needs.items():
-            if key not in ending and any(way & needs.keys() <= ending for ways in choices for way in ways):
-                ending.add(key)
-                changed = True
+    owners: list[Key] = []
+    missing: list[int] = []
+    users: dict[Key, list[int]] = {}
+    ready: list[Key] = []
+    for key, way in ((key, way) for key, choices in needs.items() for ways in choices for way in ways):
+        unsettled = [needed for needed in way if needed in needs and needed not in ending]
+        if not unsettled:
+            ready.append(key)
+        for needed in unsettled:
+            users.setdefault(needed, []).append(len(owners))
+        owners.append(key)
+        missing.append(len(unsettled))
+    while ready:
+        key = ready.pop()
+        if key in ending:
+            continue
+        ending.add(key)
+        for way_number in users.get(key, ()):
+            missing[way_number] -= 1
+            if missing[way_number] == 0:
+                ready.append(owners[way_number])
 
 
 def _rule_needs(choice: Choice) -> Needs:

@@ -11,6 +11,7 @@ from grammarlab.language.syntax import Import
 
 MAX_FILES = 200
 """A rule file may import so many others, directly or not."""
+_MOST_ABOVE = 12
 
 
 def load(path: str | Path, root: str | Path | None = None) -> Grammar:
@@ -78,6 +79,9 @@ class _Reader:
 def locate(statement: Import, folder: Path, root: Path, users: tuple[Path, ...]) -> Path:
     """Where an imported file lies.
 
+    A path that begins with a slash starts in CityEngine from a workspace of projects: where the folder has no such
+    file, the folders in front are left out one by one.
+
     Args:
         statement: what imports it.
         folder: of the importing file.
@@ -88,17 +92,31 @@ def locate(statement: Import, folder: Path, root: Path, users: tuple[Path, ...])
         ImportProblemError: it lies outside, is no path, or imports the file that imports it.
     """
     written = PurePosixPath(statement.path.replace("\\", "/"))
-    start = root if written.is_absolute() else folder
-    try:
-        path = start.joinpath(*(part for part in written.parts if part != "/")).resolve()
-    except (OSError, ValueError, RuntimeError) as error:  # a name too long, a zero byte, links in a circle
-        raise ImportProblemError(f"'{statement.path}' is no path: {error}", "") from error
-    if not path.is_relative_to(root):
-        raise ImportProblemError(f"'{statement.path}' lies outside the folder of the rule file", "move it inside")
+    parts = tuple(part for part in written.parts if part != "/")
+    start, deepest = (root, len(parts)) if written.is_absolute() else (folder, 1)
+    paths = [_inside(statement, start, parts[first:], root) for first in range(max(1, min(deepest, _MOST_ABOVE)))]
+    path = next(filter(_is_file, paths), paths[0])
     if path in users:
         message = f"'{statement.path}' imports the file that imports it"
         raise ImportProblemError(message, "move what both need to a third")
     return path
+
+
+def _inside(statement: Import, start: Path, parts: tuple[str, ...], root: Path) -> Path:
+    try:
+        path = start.joinpath(*parts).resolve()
+    except (OSError, ValueError, RuntimeError) as error:  # a name too long, a zero byte, links in a circle
+        raise ImportProblemError(f"'{statement.path}' is no path: {error}", "") from error
+    if not path.is_relative_to(root):
+        raise ImportProblemError(f"'{statement.path}' lies outside the folder of the rule file", "move it inside")
+    return path
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:
+        return False
 
 
 class ImportProblemError(Exception):

@@ -233,6 +233,14 @@ def _percent_without_colon(error: _Error) -> _Advice | None:
     return None
 
 
+def _late_choice(error: _Error) -> _Advice | None:
+    """Operations and then a choice: in CGA a choice begins a body."""
+    if error.token.type in ("CASE", "CHANCE") and not error.ended and error.before not in ("_ARROW", "_COLON"):
+        hint = "write them in each branch, or begin another rule with the choice, or put it in brackets: [ case … ]"
+        return "late-choice", "operations cannot stand before a choice: expected another operation", hint
+    return None
+
+
 def _foreign_word(error: _Error) -> _Advice | None:
     words = [token for token in error.tokens[: error.position + 1] if token.value in _FOREIGN]
     if words and not error.ended:
@@ -251,6 +259,7 @@ _USUAL_MISTAKES: tuple[Callable[[_Error], _Advice | None], ...] = (
     _single_equals,
     _percent_missing,
     _percent_without_colon,
+    _late_choice,
     _foreign_word,
     _no_definition,
     _local_value,

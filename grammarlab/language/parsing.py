@@ -53,6 +53,7 @@ def parse(text: str, file: str = "<text>") -> Parsed:
     findings = [*words.findings, *plan.findings]
     version = ""
     definitions: list[Definition] = []
+    spans: list[tuple[int, int]] = []
     broken: set[str] = set()
     for chunk in plan.chunks:
         node = _parse_definition(chunk)
@@ -63,11 +64,12 @@ def parse(text: str, file: str = "<text>") -> Parsed:
             version = node.text
         elif node is not None:
             definitions.append(node)
+            spans.append((chunk.tokens[0].start, chunk.tokens[-1].end))
             continue
         if not isinstance(node, Version):
             broken.update(token.value for token in chunk.tokens if token.type == "NAME")
     findings.sort(key=lambda finding: finding.location)
-    tree = RuleFile(version, tuple(definitions), location=Location(file=file))
+    tree = RuleFile(version, tuple(definitions), tuple(spans), location=Location(file=file))
     return Parsed(tree, tuple(findings[:MAX_FINDINGS]), words.comments, frozenset(broken))
 
 

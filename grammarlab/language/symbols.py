@@ -24,6 +24,8 @@ class SupportedFeatures:
     constructs: frozenset[str] | None = None
     """Parts of the language: ``array``, ``element-wise``, ``import``, ``dynamic-import``, ``style``, ``variables``,
     ``comp-function``, ``connected`` (the separator ``=:``)."""
+    harmless: frozenset[str] = frozenset()
+    """Operations, and shape attributes to be set, that are left out and that no shape depends on."""
 
 
 EVERYTHING = SupportedFeatures()
@@ -54,6 +56,10 @@ class Remarks:
         if names is not None and name not in names:
             self.add("unsupported", "unsupported", location, f"{what} is CGA that grammarlab does not carry out yet")
 
+    def left_out(self, location: Location, what: str) -> None:
+        """Says that something changes no more than texture coordinates, normals and finer points of materials."""
+        self.add("warning", "left-out", location, f"{what} is left out: no shape or colour depends on it")
+
     def in_order(self) -> tuple[Finding, ...]:
         """The findings in the order of the text."""
         return tuple(sorted(self._findings, key=lambda f: (f.location, f.severity, f.code, f.message)))
@@ -75,8 +81,9 @@ class Symbols:
 
     def library_of(self, name: str) -> tuple[str, str]:
         """The alias that a dotted name begins with, and the rest; an empty alias when it begins with none."""
-        alias, dot, rest = name.partition(".")
-        return (alias, rest) if dot and alias in self.libraries else ("", name)
+        dots = (i for i, character in enumerate(name) if character == "." and name[:i] in self.libraries)
+        at = next(dots, 0)
+        return (name[:at], name[at + 1 :]) if at else ("", name)
 
     def is_value(self, name: str) -> bool:
         """Whether the name alone has a value: an attribute, constant or function without parameters."""

@@ -354,6 +354,8 @@ class RuleFile(Node):
     version: str
     """``"2023.0"``; empty when the file states none."""
     definitions: tuple[Definition, ...]
+    spans: tuple[tuple[int, int], ...] = field(default=(), compare=False, repr=False)
+    """Where each definition begins in the text, with its annotations, and where its last word ends."""
 
 
 def alternatives(choice: Choice) -> Iterator[Sequence | Expression]:

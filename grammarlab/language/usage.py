@@ -91,7 +91,10 @@ class BodyChecker:
     def _invoke(self, item: Invoke, scope: Scope) -> None:
         name = item.name
         if name in builtins.operations():
-            self.remarks.unsupported(self.supported.operations, name, item.location, f"the operation {name}")
+            if name in self.supported.harmless:
+                self.remarks.left_out(item.location, f"the operation {name}")
+            else:
+                self.remarks.unsupported(self.supported.operations, name, item.location, f"the operation {name}")
             forms = builtins.operations()[name]
             check_arguments(self.expressions, name, forms, item.arguments, item.location, scope)
             return

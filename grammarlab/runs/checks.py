@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
-from grammarlab.derivation.operations import BLOCKS, OPERATIONS, WITHOUT_EFFECT
+from grammarlab.derivation.operations import BLOCKS, CHANGE_LOOKS, LEFT_OUT, OPERATIONS
 from grammarlab.errors import Finding, LanguageError
+from grammarlab.language.builtins import attributes
 from grammarlab.language.checking import SupportedFeatures, check, check_text
 from grammarlab.language.checking_files import CheckedFile, check_files
 from grammarlab.language.grammar import Grammar
@@ -17,12 +18,16 @@ _KEYWORDS = {
     **{name: function.keywords for name, function in BUILTINS.items()},
 }
 
+_MATERIAL = frozenset(name for name in SHAPE_ATTRIBUTES if name.startswith("material."))
+
 SUPPORTED = SupportedFeatures(
-    operations=(frozenset(OPERATIONS) - WITHOUT_EFFECT) | frozenset(BLOCKS) | {"NIL"},
+    operations=(frozenset(OPERATIONS) - LEFT_OUT) | frozenset(BLOCKS) | {"NIL"},
     functions=frozenset(BUILTINS) | {"sel"},
     attributes=frozenset(SHAPE_ATTRIBUTES),
     keywords=frozenset(f"{name}:{word}" for name, words in _KEYWORDS.items() for word in words),
-    constructs=frozenset({"connected"}),
+    constructs=frozenset({"connected", "import"}),
+    harmless=CHANGE_LOOKS
+    | frozenset(name for name in attributes() if name.startswith(("trim.", "material.")) and name not in _MATERIAL),
 )
 """What derivations carry out."""
 
@@ -55,3 +60,13 @@ def grammar_to_run(text: str, file: str) -> Grammar:
     if errors:
         raise LanguageError(errors, text)
     return grammar
+
+
+def not_carried_out(grammar: Grammar) -> tuple[Finding, ...]:
+    """What a derivation of a grammar leaves out, or cannot carry out where a shape comes to it."""
+    found = (one for one in check(grammar, SUPPORTED) if one.severity == "unsupported" or one.code == "left-out")
+    unread = (
+        Finding("unsupported", "bad-import", f'the import "{statement.path}", which cannot be read', statement.location)
+        for statement in grammar.imports.values()
+    )
+    return (*unread, *found)

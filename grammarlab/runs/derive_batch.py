@@ -5,11 +5,14 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
+
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import DEFAULT_FOOTPRINT, derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.program import Program
 from grammarlab.export import save_each
+from grammarlab.export.textures import image_file
 from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.atomic import file_hash
@@ -19,6 +22,7 @@ from grammarlab.runs.checks import grammar_to_run
 from grammarlab.runs.derivations import FILES, save_forest
 from grammarlab.runs.examples import SUFFIX
 from grammarlab.runs.records import BatchRecord, ModelRecord, batch_folder, write_record
+from grammarlab.runs.reports import summarize_reports
 from grammarlab.runs.request import SampleRequest
 from grammarlab.runs.single_file import save_options, single_file_name
 from grammarlab.scene import realize
@@ -71,16 +75,23 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> tuple[in
         forest.shapes_per_model().tolist(),
         count_triangles(scene).tolist(),
         forest.log_probability().tolist(),
+        summarize_reports(forest),
         strict=True,
     )
     models = tuple(
-        ModelRecord(batch.first_model + k, file, request.seed, shapes, num_triangles, log_probability)
-        for k, (file, shapes, num_triangles, log_probability) in enumerate(columns)
+        ModelRecord(batch.first_model + k, file, request.seed, shapes, num_triangles, log_probability, reports)
+        for k, (file, shapes, num_triangles, log_probability, reports) in enumerate(columns)
     )
     hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
-    record = BatchRecord(models, hashes, forest.prints)
+    record = BatchRecord(models, hashes, forest.prints, _missing_images(forest, request.assets))
     write_record(folder, batch, record)
     return batch.index, record
+
+
+def _missing_images(forest: Forest, assets: Path) -> tuple[str, ...]:
+    """The textures of visible shapes that the asset folder lacks, in alphabetical order."""
+    used = {forest.materials.textures[material] for material in np.unique(forest.leaves.material).tolist()}
+    return tuple(sorted(name for name in used if name and image_file(name, assets) is None))
 
 
 def derive_batch(request: SampleRequest, batch: Batch) -> Forest:

@@ -8,8 +8,10 @@ from difflib import get_close_matches
 from pathlib import Path
 
 import grammarlab
-from grammarlab.errors import UsageError
+from grammarlab.errors import LanguageError, UsageError
 from grammarlab.language.grammar import read_text
+from grammarlab.language.importing import load
+from grammarlab.language.linking import linked
 
 SUFFIX = ".cga"
 
@@ -27,17 +29,27 @@ class RuleSource:
     """Whether it is one of the examples."""
 
     def text(self) -> str:
-        """What the file says.
+        """What the file and the files it imports say, as one text; the file's own where it has syntax errors.
 
         Raises:
             LanguageError: when it cannot be read or is too large.
         """
-        return read_text(self.path)
+        text = read_text(self.path)
+        if re.search(r"\bimport\b", text) is None:
+            return text
+        try:
+            return linked(load(self.path))
+        except LanguageError as error:
+            if any(finding.code == "bad-import" for finding in error.findings):
+                raise
+            return text
 
     def description(self) -> str:
         """The first sentence of the comment at the top of the file, empty when there is none."""
         match = re.match(
-            r"(?:\s|version\s*\"[^\"]*\")*(?:/\*+\s*(.*?)\*/|((?:[ \t]*(?:#|//)[^\n]*\n)+))", self.text(), re.DOTALL
+            r"(?:\s|version\s*\"[^\"]*\")*(?:/\*+\s*(.*?)\*/|((?:[ \t]*(?:#|//)[^\n]*\n)+))",
+            read_text(self.path),
+            re.DOTALL,
         )
         if match is None:
             return ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from grammarlab.runs.atomic import write_text
@@ -29,6 +29,8 @@ class ModelRecord:
     triangles: int
     log_probability: float
     """Natural logarithm of the density of its random draws."""
+    reports: Mapping[str, Mapping[str, float | int | None]] = field(default_factory=dict)
+    """What ``report`` collected, by key: see `grammarlab.runs.reports`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +42,8 @@ class BatchRecord:
     """SHA-256 of each file that the batch made, by path relative to the run's folder."""
     prints: tuple[str, ...] = ()
     """What the rules printed."""
+    missing_images: tuple[str, ...] = ()
+    """Textures of the models that the asset folder lacks."""
 
 
 def batch_folder(folder: Path, batch: Batch) -> Path:
@@ -57,7 +61,8 @@ def read_record(folder: Path, batch: Batch) -> BatchRecord | None:
     try:
         values = json.loads((batch_folder(folder, batch) / RECORD).read_text(encoding="utf-8"))
         models = tuple(ModelRecord(**model) for model in values["models"])
-        record = BatchRecord(models, values["hashes"], tuple(values["prints"]))
+        missing = tuple(values.get("missing_images", ()))
+        record = BatchRecord(models, values["hashes"], tuple(values["prints"]), missing)
     except (OSError, ValueError, KeyError, TypeError):
         return None
     return record if all((folder / file).is_file() for file in record.hashes) else None

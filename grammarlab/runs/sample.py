@@ -38,6 +38,8 @@ class RunResult:
     manifest: Path
     prints: tuple[str, ...] = ()
     """What the rules printed, at most a bounded number of texts a batch."""
+    missing_images: tuple[str, ...] = ()
+    """Textures of the models that the asset folder lacks, in alphabetical order."""
 
     @property
     def derivations(self) -> Path:
@@ -93,7 +95,8 @@ def sample_run(
         on_progress("picture", 1, 1)
     manifest = write_manifest(folder, request, choice, asset_files, models, hashes)
     prints = tuple(text for record in records for text in record.prints)
-    return RunResult(request, folder, models, sheet, manifest, prints)
+    missing = sorted({name for record in records for name in record.missing_images})
+    return RunResult(request, folder, models, sheet, manifest, prints, tuple(missing))
 
 
 def repeat_run(

@@ -28,7 +28,7 @@ def test_json_is_one_object_about_the_run(run, rules, tmp_path):
     assert (values["grammar"], values["seed"], values["sheet"]) == ("house", 8, None)
     assert [m["index"] for m in values["models"]] == [0, 1, 2]
     for model in values["models"]:
-        assert set(model) == {"index", "file", "seed", "shapes", "triangles", "log_probability"}
+        assert set(model) == {"index", "file", "seed", "shapes", "triangles", "log_probability", "reports"}
         mesh = trimesh.load(model["file"], force="mesh")
         assert isinstance(mesh, trimesh.Trimesh)
         assert len(mesh.faces) == model["triangles"]
@@ -164,3 +164,37 @@ def test_opengl_that_does_not_work_is_an_error_that_says_what_to_do(run, rules, 
 @pytest.mark.parametrize("option", ["--renderer", "--scale"])
 def test_unknown_ways_to_draw_are_refused_with_the_choices(run, option):
     assert "'vulkan' is not one of" in run("sample", "toy", option, "vulkan", code=2).stderr
+
+
+def test_what_is_left_out_or_cannot_be_carried_out_is_told_once(run, rules, tmp_path):
+    path = rules(
+        'import lib : "lib.cga"\nimport gone : "gone.cga"\n'
+        "Lot --> setupProjection(0, scope.xy, 1, 1) projectUV(0) set(trim.vertical, false)\n"
+        "cleanupGeometry(all, 1) lib.A"
+    )
+    rules("A --> projectUV(0) extrude(3)", "lib.cga")
+    told = run("sample", path, "-n", "2", "-o", tmp_path / "out", "--no-image", "--jobs", "1").stderr.splitlines()
+    assert told[0] == "left out, as no shape or colour depends on it: projectUV, setupProjection, trim.vertical"
+    assert told[1].startswith('not carried out: the import "gone.cga", which cannot be read, the operation cleanupG')
+
+
+def test_images_that_are_not_there_are_told_once(run, rules, tmp_path):
+    path = rules(
+        'Lot --> extrude(3) comp(f) { top : texture("b.png") A | side : texture("/City/maps/a.jpg") B '
+        '| all : C texture("x") NIL }'
+    )
+    told = run("sample", path, "-n", "2", "-o", tmp_path / "out", "--no-image", "--jobs", "1").stderr
+    assert told.count(f"no such image in {tmp_path}: /City/maps/a.jpg, b.png\n") == 1
+
+
+def test_a_run_with_imports_can_be_repeated_without_the_imported_files(run, rules, tmp_path):
+    path = rules('import lib : "lib.cga"\nattr h = 5\nLot --> lib.A report("size." + h, scope.sx)')
+    library = rules("attr h = 1\nA --> extrude(h)", "lib.cga")
+    options = ["--no-image", "--jobs", "1"]
+    result = run("sample", path, "-n", "1", "--footprint", "4x3", "-o", tmp_path / "one", "--json", *options)
+    (model,) = json.loads(result.stdout)["models"]
+    assert trimesh.load(model["file"], force="mesh").extents.tolist() == [4.0, 5.0, 3.0]
+    assert model["reports"]["size.5"]["sum"] == 4.0
+    library.unlink()
+    again = run("sample", "--manifest", tmp_path / "one", "-o", tmp_path / "two", "--jobs", "1", "--json")
+    assert json.loads(again.stdout)["different_files"] == []

@@ -77,6 +77,7 @@ VALUES = [
     *("sin(1) + cos(1) + tan(1) + asin(1) + acos(1) + atan(1) + atan2(1, 2)", "exp(1) + ln(2) + log10(3) + 5 % 3"),
     *("isnan(1) || isinf(1) || !(1 < 2)", 'str(1) + len("a") + "b"', 'float("1") + find("a", "b", 0)', 'bool("f")'),
 ]
+VALUES += ["initialShape.origin.oy", "initialShape.symbol", "trim.vertical", "convert(x, scope, world, pos, 1, 2, 3)"]
 HEAD = "attr height = 3\nWall(x) --> extrude(x) A\nWall(x, y) --> extrude(x + y) B\n"
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grammarlab.derivation import derive
-from grammarlab.errors import DerivationError
+from grammarlab.errors import BudgetError, DerivationError
 from grammarlab.language.grammar import Grammar
 
 
@@ -179,3 +179,81 @@ def test_files_are_searched_with_a_pattern_that_differs_from_model_to_model(tmp_
     reports = derive(Grammar.parse(text), 20, seed=1, assets=tmp_path).reports
     found, there = (reports.value[reports.key == reports.keys.index(key)] for key in ("found", "is"))
     assert set(zip(found.tolist(), there.tolist(), strict=True)) == {(2.0, 1.0), (1.0, 0.0)}
+
+
+def test_every_shape_may_report_under_a_key_of_its_own():
+    forest = derive(Grammar.parse('Lot --> split(x) { ~1 : report("x" + split.index, scope.sx) A }*'), 2, seed=1)
+    keys = [forest.reports.keys[key] for key in forest.reports.key]
+    assert sorted(set(keys)) == sorted(f"x{i}" for i in range(len(set(keys))))
+    assert len(keys) == 2 * len(set(keys)) == len(forest.leaves)
+    same = derive(Grammar.parse('Lot --> split(x) { ~1 : report("x", scope.sx) A }*'), 2, seed=1)
+    assert sorted(forest.reports.value) == sorted(same.reports.value)
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [
+        'twice(s, n) = case n == 0 : s else : twice(s + s, n - 1)\nLot --> print(twice("abcdefgh", 50))',
+        'wide(s) = replace(s, "a", "aaaaaaaaaaaaaaaaaaaaaaaaaaa")\nLot --> print(wide(wide(wide(wide(wide("a"))))))',
+        'more(s, n) = case n == 0 : s else : more(listAdd(s, s), n - 1)\nLot --> print(more("abcdefgh;", 50))',
+    ],
+)
+def test_strings_do_not_grow_without_bound(rules):
+    with pytest.raises(BudgetError, match="a string would have"):
+        derive(Grammar.parse(rules), 1, seed=1)
+
+
+TURNED = "extrude(5) t(1, 2, 3) r(10, 20, 30) s(1, 2, 3)"
+SYSTEMS = ("scope", "pivot", "object", "world")
+
+
+@pytest.mark.parametrize("source", SYSTEMS)
+@pytest.mark.parametrize("target", SYSTEMS)
+@pytest.mark.parametrize("kind", ["pos", "orient"])
+def test_what_is_converted_and_back_is_as_it_was(source, target, kind):
+    """An attribute may be called as a word of ``convert`` is: only the place tells which is meant."""
+    there = ", ".join(f"convert({axis}, {source}, {target}, {kind}, x, 5, z)" for axis in "xyz")
+    back = "".join(f'report("{axis}", convert({axis}, {target}, {source}, {kind}, a, b, c))' for axis in "xyz")
+    rules = (
+        f"attr x = 4\nattr z = 6\nLot --> comp(f) {{ all : Face }}\nFace --> {TURNED} A({there})\nA(a, b, c) --> {back}"
+    )
+    corners = np.array([[1.0, 0, 1], [1, 0, 4], [5, 0, 6], [5, 0, 3]])
+    forest = derive(Grammar.parse(rules), 1, seed=1, footprint=corners)
+    assert np.allclose(forest.reports.value, [4, 5, 6], atol=1e-9)
+
+
+def test_the_corner_of_a_scope_in_world_coordinates_is_where_the_leaf_stands():
+    corner = "".join(f'report("{axis}", convert({axis}, scope, world, pos, 0, 0, 0))' for axis in "xyz")
+    forest = derive(Grammar.parse(f"Lot --> {TURNED} {corner} A"), 1, seed=1)
+    assert np.allclose(forest.reports.value, forest.leaves.position[0])
+    angles = "".join(f'report("{axis}", convert({axis}, scope, pivot, orient, 0, 0, 0))' for axis in "xyz")
+    forest = derive(Grammar.parse(f"Lot --> extrude(5) r(10, 20, 30) {angles} A"), 1, seed=1)
+    assert np.allclose(forest.reports.value, [10, 20, 30])
+
+
+def test_the_size_and_the_corner_of_an_asset_are_those_of_its_file(tmp_path):
+    (tmp_path / "tri.obj").write_text("v 1 2 3\nv 3 2 3\nv 1 6 4\nf 1 2 3\n")
+    measures = "".join(f'report("{m}", assetInfo(listItem("tri.obj;", 0), {m}))' for m in ("sx", "sy", "sz"))
+    measures += "".join(f'report("{m}", assetInfo("tri.obj", {m}))' for m in ("tx", "ty", "tz"))
+    forest = derive(Grammar.parse(f"Lot --> {measures}"), 1, seed=1, assets=tmp_path)
+    values = dict(zip((forest.reports.keys[key] for key in forest.reports.key), forest.reports.value, strict=True))
+    assert values == {"sx": 2, "sy": 4, "sz": 1, "tx": 1, "ty": 2, "tz": 3}
+    with pytest.raises(DerivationError, match=r'there is no asset "none\.obj"'):
+        derive(Grammar.parse('Lot --> print(assetInfo("none.obj", sx))'), 1, seed=1, assets=tmp_path)
+
+
+def test_trim_planes_are_remembered_and_change_nothing():
+    rules = (
+        'Lot --> set(trim.vertical, false) split(x) { ~1 : report("v", trim.vertical) report("h", trim.horizontal) A }'
+    )
+    assert derive(Grammar.parse(rules), 1, seed=1).reports.value.tolist() == [0.0, 1.0]
+
+
+def test_the_origin_of_the_initial_shape_is_its_first_corner_and_turn():
+    names = [f"initialShape.origin.{kind}{axis}" for kind in "po" for axis in "xyz"]
+    rules = "Lot --> t(3, 4, 5) r(0, 30, 0) " + "".join(f'report("{i}", {name})' for i, name in enumerate(names))
+    angle = np.radians(25.0)
+    turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+    corners = np.array([[0.0, 0, 4], [6, 0, 4], [6, 0, 0], [0, 0, 0]]) @ turn.T + [7, 2, 9]
+    found = derive(Grammar.parse(rules), 1, seed=1, footprint=corners).reports.value
+    assert np.allclose(found, [7, 2, 9, 0, 25, 0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -149,7 +150,7 @@ def assets(tmp_path) -> Path:
     return folder
 
 
-OUTSIDE = ["../secret.png", "walls/../../secret.png", "link.png", "folder_link/secret.png", "/etc/hostname"]
+OUTSIDE = ["../secret.png", "walls/../../secret.png", "link.png", "folder_link/secret.png"]
 
 
 @pytest.mark.parametrize("name", OUTSIDE)
@@ -168,7 +169,9 @@ def test_names_of_textures_that_no_file_can_have_are_refused(assets, name):
         find_texture(name, assets)
 
 
-@pytest.mark.parametrize("name", ["walls/brick.png", "./walls/../walls/brick.png"])
+@pytest.mark.parametrize(
+    "name", ["walls/brick.png", "./walls/../walls/brick.png", "assets/walls/brick.png", "/City/assets/walls/brick.png"]
+)
 def test_textures_inside_the_folder_are_found(assets, name):
     texture = find_texture(name, assets)
     assert texture is not None
@@ -177,10 +180,32 @@ def test_textures_inside_the_folder_are_found(assets, name):
 
 
 @pytest.mark.parametrize(
-    ("name", "folder"), [("", True), ("missing.png", True), ("walls", True), ("walls/brick.png", False)]
+    ("name", "folder"),
+    [("", True), ("missing.png", True), ("walls", True), ("walls/brick.png", False), ("/etc/hostname", True)],
 )
 def test_textures_that_are_not_there_are_left_out(assets, name, folder):
     assert find_texture(name, assets if folder else None) is None
+
+
+@pytest.mark.parametrize("mode", ["RGB", "RGBA", "L", "P", "1"])
+@pytest.mark.parametrize("suffix", [".tif", ".bmp"])
+def test_images_of_older_kinds_become_png_of_the_same_pixels(assets, mode, suffix):
+    image = Image.effect_noise((6, 5), 90).convert(mode)
+    image.save(assets / f"old{suffix}")
+    found = find_texture(f"old{suffix}", assets)
+    assert found is not None
+    assert (found.mime, found.suffix) == ("image/png", ".png")
+    with Image.open(assets / f"old{suffix}") as saved, Image.open(BytesIO(found.content)) as made:
+        assert made.format == "PNG"
+        assert made.convert("RGBA").tobytes() == saved.convert("RGBA").tobytes()
+
+
+def test_broken_images_of_older_kinds_are_refused(assets):
+    Image.effect_noise((64, 64), 50).save(assets / "whole.tif")
+    for length in (4, 100, 2000):
+        (assets / "cut.tif").write_bytes((assets / "whole.tif").read_bytes()[:length])
+        with pytest.raises(AssetError, match="broken image"):
+            find_texture("cut.tif", assets)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".jpg"])

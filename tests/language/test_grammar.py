@@ -135,3 +135,14 @@ def test_half_a_character_of_two_bytes_is_no_crash(tmp_path):
     file.write_bytes("Lot --> A".encode("utf-16")[:-1])
     with pytest.raises(LanguageError):
         load(file)
+
+
+def test_a_path_from_the_top_of_a_workspace_is_found_below_the_rule_file(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "wall.cga").write_text("A --> B")
+    main = tmp_path / "main.cga"
+    main.write_text('import w : "/City/rules/parts/wall.cga"\nimport x : "/City/rules/other.cga"\nLot --> w.A x.B')
+    grammar = load(main)
+    assert grammar.libraries["w"] is not None
+    assert grammar.libraries["x"] is None
+    assert [finding.code for finding in grammar.import_findings] == ["bad-import"]

@@ -28,6 +28,8 @@ MISTAKES = [
     ("Lot --> t(1 2 3)", "missing-comma", "2", ""),
     ("Lot --> 30 : A else : B", "percent-missing", "30", "30% :"),
     ("Lot --> 30% A else : B", "percent-without-colon", "30", "30% :"),
+    ("Lot --> extrude(3) case a > 1 : A else : B", "late-choice", "case", "[ case … ]"),
+    ("Lot --> split(x) { 1 : color(c) 30% : A else : B }", "late-choice", "30%", "another rule"),
     ("Lot --> if x > 3 A", "foreign-word", ">", "case condition"),
     ("Lot --> A & B", "unknown-character", "&", "&&"),
     ("attr a = b ? 1 : 2", "unknown-character", "?", "case condition"),

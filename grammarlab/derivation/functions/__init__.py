@@ -1,6 +1,6 @@
 """Built-in functions and shape attributes, one family a file."""
 
-from grammarlab.derivation.functions import attributes, colors, files, geometry, lists, maths, random, text
+from grammarlab.derivation.functions import attributes, colors, coordinates, files, geometry, lists, maths, random, text
 
 BUILTINS = {
     **maths.BUILTINS,
@@ -8,6 +8,7 @@ BUILTINS = {
     **text.BUILTINS,
     **lists.BUILTINS,
     **colors.BUILTINS,
+    **coordinates.BUILTINS,
     **files.BUILTINS,
     **geometry.BUILTINS,
 }

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.derivation.angles import euler_angles
 from grammarlab.derivation.choices import Code
 from grammarlab.derivation.functions.colors import to_hex
 from grammarlab.derivation.materials import CHANNELS, MaterialPool
@@ -17,28 +18,22 @@ from grammarlab.derivation.shapes import Ids, Shapes, Value
 if TYPE_CHECKING:
     from grammarlab.derivation.workspace import Workspace
 
-STATE_DEFAULTS: dict[str, float | str] = {
+STATE_DEFAULTS: dict[str, float | str | bool] = {
     "split.index": 0.0,
     "split.total": 0.0,
     "comp.index": 0.0,
     "comp.total": 0.0,
     "comp.sel": "",
+    "trim.horizontal": True,
+    "trim.vertical": True,
     **dict.fromkeys(PIVOT_POSITION, 0.0),
 }
-"""Entries of `Shapes.state` that operations keep up to date, and their values on an initial shape."""
+"""Entries of `Shapes.state` that operations or ``set`` change, and their values on an initial shape."""
 
 _AXES = "xyz"
 
 ASK_FOR_PIVOT = frozenset({*PIVOT_POSITION, *(f"{kind}{axis}" for kind in ("scope.t", "pivot.o") for axis in _AXES)})
 """Shape attributes that depend on where the pivot stands, to be read or set."""
-
-
-def euler_angles(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Angles [N, 3] in degrees about x, y, z whose rotations Rz Ry Rx, about x first, give the matrices [N, 3, 3]."""
-    y = np.arcsin(np.clip(-rotations[:, 2, 0], -1.0, 1.0))
-    x = np.arctan2(rotations[:, 2, 1], rotations[:, 2, 2])
-    z = np.arctan2(rotations[:, 1, 0], rotations[:, 0, 0])
-    return np.degrees(np.stack([x, y, z], axis=1))
 
 
 def _size(axis: int) -> Code:
@@ -94,6 +89,14 @@ def _origin(axis: int) -> Code:
     return lambda shapes, workspace: workspace.roots.position[shapes.model, axis]
 
 
+def _origin_turn(axis: int) -> Code:
+    def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
+        rotations = workspace.frames.rotations(workspace.roots.frame[shapes.model])
+        return euler_angles(rotations)[:, axis]
+
+    return evaluate
+
+
 SHAPE_ATTRIBUTES: dict[str, Code] = {
     **{f"scope.s{_AXES[axis]}": _size(axis) for axis in range(3)},
     **{f"scope.t{_AXES[axis]}": _translation(axis) for axis in range(3)},
@@ -107,5 +110,7 @@ SHAPE_ATTRIBUTES: dict[str, Code] = {
     "material.colormap": _of_material(lambda pool, material: pool.texture(material)),
     "initialShape.name": lambda shapes, workspace: "InitialShape",
     "initialShape.startRule": lambda shapes, workspace: workspace.start_symbol,
+    "initialShape.symbol": lambda shapes, workspace: workspace.start_symbol,
     **{f"initialShape.origin.p{_AXES[axis]}": _origin(axis) for axis in range(3)},
+    **{f"initialShape.origin.o{_AXES[axis]}": _origin_turn(axis) for axis in range(3)},
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from grammarlab.derivation.calls import Builtin
 from grammarlab.derivation.functions.text import text_function, whole
+from grammarlab.derivation.operators import check_length
 
 
 def items(text: str) -> list[str]:
@@ -14,7 +15,9 @@ def items(text: str) -> list[str]:
 
 def joined(parts: list[str]) -> str:
     """A list of these items."""
-    return "".join(f"{part};" for part in parts)
+    text = "".join(f"{part};" for part in parts)
+    check_length(len(text))
+    return text
 
 
 def fits(item: str, sought: str) -> bool:

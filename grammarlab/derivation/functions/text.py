@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grammarlab.derivation.calls import Builtin, FunctionCall
-from grammarlab.derivation.operators import number_text, value_texts
+from grammarlab.derivation.operators import check_length, number_text, value_texts
 from grammarlab.derivation.shapes import Shapes, Value, kind_of
 from grammarlab.errors import DerivationError
 from grammarlab.language.builtins import functions
@@ -143,7 +143,11 @@ def _substring(text: str, start: float, end: float) -> str:
 
 
 def _replace(text: str, old: str, new: str | float | bool) -> str:
-    return text.replace(old, text_of(new)) if old else text
+    if not old:
+        return text
+    put = text_of(new)
+    check_length(len(text) + text.count(old) * (len(put) - len(old)))
+    return text.replace(old, put)
 
 
 def text_of(value: str | float | bool) -> str:

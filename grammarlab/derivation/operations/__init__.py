@@ -28,5 +28,8 @@ OPERATIONS = {
 BLOCKS = {**components.BLOCKS, **planar.BLOCKS, **splits.BLOCKS}
 """Operations with a block, by name."""
 
-WITHOUT_EFFECT = frozenset(neutral.OPERATIONS)
-"""Operations that are read and then left out."""
+CHANGE_LOOKS = neutral.CHANGE_LOOKS
+"""Operations that are left out, and that no shape depends on."""
+
+LEFT_OUT = frozenset(neutral.OPERATIONS)
+"""All operations that are read and then left out."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.derivation.angles import euler
 from grammarlab.derivation.calls import Argument, Call, Operation
 from grammarlab.derivation.frames import cube_indices
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.meshes import add_faces, normalized
-from grammarlab.derivation.operations.scope import euler
 from grammarlab.derivation.pivots import with_pivot
 from grammarlab.derivation.shapes import BOX, EMPTY, FACE, Floats, Shapes
 from grammarlab.geometry.measure import corner_edges, face_areas, face_normals

@@ -72,10 +72,12 @@ def set_attribute(call: Call) -> Shapes:
         return _set_material(call, name.removeprefix("material."), argument)
     if name in PLACEMENT:
         return set_placement(call, name, argument)
+    if name in call.shapes.state:
+        return call.shapes._replace(state={**call.shapes.state, name: argument.value})
     if name.startswith(_WITHOUT_EFFECT):
         return call.shapes
     if "." in name:
-        raise call.error(f"{name} cannot be set: it is no part of the material, and imported files are not supported")
+        raise call.error(f"{name} cannot be set: it is no part of the material, and of no imported file that was read")
     raise call.error(
         f"set expects an attribute of this grammar or a material attribute, found {name}",
         "attributes are declared with attr; of the material there are " + ", ".join(CHANNELS),
@@ -110,15 +112,19 @@ def _changed(call: Call, changes: dict[str, float | NDArray[np.float64]]) -> Sha
 
 
 def report(call: Call) -> Shapes:
-    """``report(key, value)``: collect a number for the model."""
+    """``report(key, value)``: collect a number for the model; each shape may have a key of its own."""
     key = call.text(call.arguments[0])
     value = call.arguments[1].value
-    if not isinstance(key, str):
-        raise call.error("report expects the same key for all shapes")
     column = np.full(call.shapes.num, np.nan)
     if kind_of(value) != "string":
         column = number_column(value, call.shapes.num)
-    call.workspace.recorder.add_report(call.shapes, key, column)
+    recorder, strings = call.workspace.recorder, call.workspace.strings
+    if isinstance(key, str):
+        recorder.add_report(call.shapes.node, key, column)
+        return call.shapes
+    for code in np.unique(key).tolist():
+        rows = np.flatnonzero(key == code)
+        recorder.add_report(call.shapes.node[rows], strings[code], column[rows])
     return call.shapes
 
 

@@ -1,7 +1,8 @@
-"""Operations that change texture coordinates, or how a surface is cut into faces, but not where it is.
+"""Operations that change texture coordinates or normals, or how a surface is cut into faces, but not where it is.
 
 They are accepted and have no effect: images are projected along the world's axes when a model is written, concave
-faces are cut where they are drawn. `grammarlab check` lists these operations as not supported.
+faces are cut where they are drawn. What is derived afterwards may depend on how a surface is cut into faces, and on
+nothing else of this; `grammarlab check` says so of each use.
 """
 
 from __future__ import annotations
@@ -11,9 +12,8 @@ from grammarlab.derivation.shapes import Shapes
 from grammarlab.language.keywords import KEYWORDS
 
 _WORDS = frozenset[str]().union(*KEYWORDS.values())
-_NAMES = (
-    "cleanupGeometry",
-    "convexify",
+_OF_FACES = ("cleanupGeometry", "convexify")
+_OF_LOOKS = (
     "copyUV",
     "deleteUV",
     "normalizeUV",
@@ -35,4 +35,6 @@ def unchanged(call: Call) -> Shapes:
     return call.shapes
 
 
-OPERATIONS: dict[str, Operation] = {name: Operation(unchanged, _WORDS, (0, 9)) for name in _NAMES}
+OPERATIONS: dict[str, Operation] = {name: Operation(unchanged, _WORDS, (0, 9)) for name in (*_OF_FACES, *_OF_LOOKS)}
+CHANGE_LOOKS = frozenset(_OF_LOOKS)
+"""Those that no shape derived afterwards depends on."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from grammarlab.derivation.angles import euler
 from grammarlab.derivation.calls import Argument, Call
 from grammarlab.derivation.functions.attributes import turn_angles
-from grammarlab.derivation.operations.scope import euler, s
+from grammarlab.derivation.operations.scope import s
 from grammarlab.derivation.pivots import pivot_position, with_pivot
 from grammarlab.derivation.shapes import Shapes
 

@@ -8,7 +8,7 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import take_rows
+from grammarlab.arrays import offsets_from_counts, take_rows
 from grammarlab.derivation.calls import BlockOperation, Call, Head, Operation, Part, selected
 from grammarlab.derivation.functions.geometry import local_meshes, oriented
 from grammarlab.derivation.meshes import add_faces, normalized, replaced
@@ -17,13 +17,17 @@ from grammarlab.derivation.shapes import Shapes
 from grammarlab.geometry import inner as rectangles
 from grammarlab.geometry import offset as outlines
 from grammarlab.geometry import setback as strips
+from grammarlab.geometry.components import extract_faces
 from grammarlab.geometry.edges import edges as edge_table
 from grammarlab.geometry.mesh import Meshes
+from grammarlab.geometry.planar import regroup
 from grammarlab.geometry.selectors import ORIENTATIONS
 from grammarlab.geometry.setback import REMAINDER, Setback
 
 Rows = NDArray[np.int64]
 
+_FEWEST_WITH_HOLE = 8
+"""Corners of a triangle with a triangular hole, joined by a bridge that is walked there and back."""
 _KEEP = frozenset({"all", "inside", "border"})
 _PARTS = frozenset({"shape", "remainder"})
 _OLDER = {"streetSide": ("street.front",), "noStreetSide": ("street.back", "street.left", "street.right")}
@@ -131,12 +135,20 @@ def _parts(call: Call, result: Setback, heads: Sequence[Head], places: Sequence[
 def _pieces(call: Call, meshes: Meshes, faces: Rows, counts: Rows, row: Rows) -> Shapes:
     """Shapes made of faces, in the axes of the shapes they come from."""
     shapes, frames = call.shapes, call.workspace.frames
-    corners, offsets = take_rows(meshes.face_offsets, faces)
-    points = meshes.points[meshes.corner_points()[corners]]
-    unit, low, size = normalized(Meshes.from_polygons(points, np.diff(offsets), counts))
+    unit, low, size = normalized(_apart(meshes, faces, counts))
     frame = shapes.frame[row]
     position = shapes.position[row] + frames.to_world(frame, low)
     return shapes.place(row, position, size, frame, add_faces(call.workspace.meshes, unit))
+
+
+def _apart(meshes: Meshes, faces: Rows, counts: Rows) -> Meshes:
+    """Meshes of so many of these faces each. The faces share no points, but a face that visits one twice still does."""
+    corners, offsets = take_rows(meshes.face_offsets, faces)
+    sizes = np.diff(offsets)
+    if sizes.max(initial=0) < _FEWEST_WITH_HOLE:
+        return Meshes.from_polygons(meshes.points[meshes.corner_points()[corners]], sizes, counts)
+    single = extract_faces(meshes, faces, np.ones(len(faces), dtype=np.int64))
+    return regroup(single, offsets_from_counts(counts))
 
 
 OPERATIONS: dict[str, Operation] = {

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.derivation.angles import euler
 from grammarlab.derivation.calls import Argument, Call, Operation
 from grammarlab.derivation.pivots import pivot_position
 from grammarlab.derivation.shapes import Shapes
@@ -89,18 +90,6 @@ def _centered(call: Call) -> Floats:
             margin = 0.5 * (call.origin.size[:, axis] - call.shapes.size[:, axis])
             position = position + call.workspace.frames.axis(call.shapes.frame, axis) * margin[:, None]
     return position
-
-
-def euler(x: float | Floats, y: float | Floats, z: float | Floats) -> Floats:
-    """Rotations Rz Ry Rx, about x first, by angles in degrees: [3, 3] from numbers, [N, 3, 3] with columns [N]."""
-    x, y, z = np.broadcast_arrays(*np.radians(np.broadcast_arrays(x, y, z)))
-    (cx, cy, cz), (sx, sy, sz) = (np.cos(a) for a in (x, y, z)), (np.sin(a) for a in (x, y, z))
-    rows = [
-        [cy * cz, sx * sy * cz - cx * sz, cx * sy * cz + sx * sz],
-        [cy * sz, sx * sy * sz + cx * cz, cx * sy * sz - sx * cz],
-        [-sy, sx * cy, cx * cy],
-    ]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
 def r(call: Call) -> Shapes:

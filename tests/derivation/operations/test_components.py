@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from grammarlab.derivation import derive
 from grammarlab.errors import DerivationError
 from grammarlab.geometry import measure
+from grammarlab.language.grammar import Grammar
 from tests.derivation.operations.leaves import (
     L_SHAPE,
     areas_by_symbol,
@@ -137,3 +139,31 @@ def test_parts_of_mixed_geometry_are_told_apart_shape_by_shape():
     text = "Lot --> split(x) { 10 : extrude(3) M | 10 : primitiveCylinder(6) s('1, 3, '1) M | ~1 : M }\n"
     forest = sampled(text + "M --> comp(f) { side =: S | top : T | all = R }")
     assert sorted(symbols(forest)) == ["R", "R", "S", "S", "T", "T", "T"]
+
+
+@pytest.mark.parametrize("sign", [":", "="])
+@pytest.mark.parametrize(
+    ("cut", "piece", "length", "area"),
+    [
+        ("shapeO(4, 4, 4, 4)", "shape", 100 + 68, 336),
+        ("shapeO(1, 2, 3, 4)", "shape", 100 + 80, 216),
+        ("setback(4)", "all", 100 + 68, 336),
+    ],
+)
+def test_a_ring_has_one_hole_and_no_walls_where_its_outline_and_its_hole_are_joined(sign, cut, piece, length, area):
+    rules = (
+        f"Lot --> {cut} {{ {piece} {sign} Ring | remainder : NIL }}\n"
+        'Ring --> report("holes", geometry.nHoles) report("edges", geometry.nEdges) report("around", '
+        'geometry.boundaryLength()) extrude(5) report("volume", geometry.volume) comp(f) { side : Wall. | all : Cap. }'
+    )
+    forest = derive(Grammar.parse(rules), 2, seed=1, footprint=(30.0, 20.0))
+    names = np.array(forest.reports.keys)[forest.reports.key]
+    found = {name: forest.reports.value[names == name].tolist() for name in forest.reports.keys}
+    assert found["holes"] == [1, 1]
+    assert found["edges"] == [8, 8]
+    assert np.allclose(found["around"], length)
+    assert np.allclose(found["volume"], 5 * area)
+    walls = np.array(forest.symbols)[forest.nodes.symbol[forest.leaves.node]] == "Wall."
+    assert walls.sum() == 2 * 8
+    assert forest.leaves.size[walls, :2].prod(axis=1).sum() == pytest.approx(2 * 5 * length)
+    assert len(forest.leaves) == 2 * (8 + 2)

@@ -359,3 +359,12 @@ def test_setting_the_placement_is_what_the_operations_do(written, meant):
     leaves = [sampled(f"Lot --> extrude(5) t(2, 2, 1) r(0, 20, 0) {operation} A") for operation in (written, meant)]
     one, other = (world_meshes(forest).points for forest in leaves)
     assert np.allclose(one, other, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("written", "share"),
+    [("'-0.25", -0.25), ("-'0.25", -0.25), ("+'0.25", 0.25), ("-('0.25)", -0.25), ("- -'0.25", 0.25)],
+)
+def test_the_sign_of_a_relative_length_may_stand_before_or_after_its_mark(written, share):
+    leaves = sampled(f"Lot --> t({written}, 0, 0) A").leaves
+    assert np.array_equal(leaves.position[:, 0], share * leaves.size[:, 0])

@@ -1,0 +1,50 @@
+"""``convert``: a position or an orientation as other coordinate systems of a shape have it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grammarlab.derivation.angles import Floats, euler, euler_angles
+from grammarlab.derivation.calls import Builtin, FunctionCall
+from grammarlab.derivation.pivots import pivot_position
+from grammarlab.derivation.shapes import Ids, Value, kind_of, number_column
+from grammarlab.errors import DerivationError
+from grammarlab.language.keywords import KEYWORDS
+
+
+def _convert(call: FunctionCall) -> Value:
+    """``convert(axis, from, to, pos|orient, x, y, z)``: one coordinate in metres, or one angle in degrees."""
+    axis, source, target, kind = (str(word) for word in call.arguments[:4])
+    columns = [_number(call, value) for value in call.arguments[4:]]
+    frames = call.workspace.frames
+    origin, frame = _system(call, source)
+    other_origin, other_frame = _system(call, target)
+    if kind == "orient":
+        turned = frames.rotations(frame) @ euler(*columns)
+        angles = euler_angles(np.swapaxes(frames.rotations(other_frame), 1, 2) @ turned)
+        return angles[:, "xyz".index(axis)]
+    world = origin + frames.to_world(frame, np.stack(columns, axis=1))
+    return frames.to_local(other_frame, world - other_origin)[:, "xyz".index(axis)]
+
+
+def _number(call: FunctionCall, value: Value) -> Floats:
+    if kind_of(value) == "string":
+        raise DerivationError("convert expected a number, found a string", call.location)
+    return number_column(value, call.shapes.num)
+
+
+def _system(call: FunctionCall, name: str) -> tuple[Floats, Ids]:
+    """The origin [N, 3] in the world and the frames [N] of a coordinate system of each shape."""
+    shapes, workspace = call.shapes, call.workspace
+    if name == "scope":
+        return shapes.position, shapes.frame
+    if name == "pivot":
+        return pivot_position(shapes, workspace), shapes.pivot
+    if name == "object":
+        return workspace.roots.position[shapes.model], workspace.roots.frame[shapes.model]
+    return np.zeros((shapes.num, 3)), np.zeros(shapes.num, dtype=np.int32)
+
+
+_WORDS = frozenset().union(*(KEYWORDS[name] for name in ("axis", "system", "position_type")))
+
+BUILTINS: dict[str, Builtin] = {"convert": Builtin(_convert, (7, 7), keywords=_WORDS)}

@@ -1,0 +1,265 @@
+"""A rule file and what it imports as the text of one rule file.
+
+What a file imported as ``st`` defines is called ``st.`` and its name there, and so are the symbols that its rules make.
+An attribute of it takes the value of the importing file's attribute of the same name, unless the import protects it or
+gives it another value; `CGA reference, import`. Where the importing file defines a rule ``st.Facade``, that rule stands
+in place of the imported one. Styles are left out.
+
+Imports that cannot be read stay as they are, so that the checker and derivations can say so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from itertools import takewhile
+from typing import TypeVar
+
+from grammarlab.errors import Finding, LanguageError
+from grammarlab.language.builtins import Signature, attributes, blocks, functions, operations
+from grammarlab.language.formatting import format_grammar
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.keywords import KEYWORDS
+from grammarlab.language.printing import import_statement
+from grammarlab.language.syntax import (
+    Annotation,
+    Attribute,
+    Block,
+    Call,
+    Definition,
+    Expression,
+    Function,
+    Group,
+    Import,
+    Invoke,
+    Name,
+    Node,
+    Rule,
+    RuleFile,
+    Scatter,
+    Style,
+)
+from grammarlab.language.walking import walk
+
+MAX_COPIES = 200
+"""A file imported under several names is written once for each; so many copies of files there may be."""
+
+_BUILTIN = frozenset(functions()) | frozenset(attributes())
+_Node = TypeVar("_Node", bound=Node)
+
+
+def linked(grammar: Grammar) -> str:
+    """The text of a rule file that imports nothing and says the same.
+
+    The text of the importing file keeps its lines; what it imports follows, before its first style.
+
+    Args:
+        grammar: from `grammarlab.language.importing.load`.
+
+    Raises:
+        LanguageError: the imported files are too many, or hold a number that no text says.
+    """
+    tree = grammar.tree
+    if not any(isinstance(definition, Import) for definition in tree.definitions):
+        return grammar.text
+    linker = _Linker()
+    scope = _Scope("", grammar, {})
+    linker.taken |= {_key(definition) for definition in tree.definitions}
+    parts: list[str] = []
+    text = grammar.text
+    for definition, (start, end) in zip(tree.definitions, tree.spans, strict=True):
+        if isinstance(definition, Import) and grammar.libraries.get(definition.alias) is not None:
+            parts += linker.library(definition, scope)
+            text = text[:start] + "".join(c if c.isspace() else " " for c in text[start:end]) + text[end:]
+    styles = (span[0] for node, span in zip(tree.definitions, tree.spans, strict=True) if isinstance(node, Style))
+    end = next(styles, len(text))
+    return f"{text[:end].rstrip()}\n\n{''.join(parts)}\n{text[end:]}".rstrip() + "\n"
+
+
+@dataclass(frozen=True)
+class _Scope:
+    """A file under the name that it is imported as."""
+
+    prefix: str
+    """What the names of its definitions get in front of them: empty, or ``st.``."""
+    grammar: Grammar
+    handed: Mapping[str, str]
+    """Full names of the attributes of importing files by the plain names of those they give their values to."""
+
+    def full(self, name: str, local: frozenset[str] = frozenset()) -> str:
+        """The full name of what has a value, or of a function."""
+        if name in local:
+            return name
+        own = name in self._names or (name.partition(".")[0] in self.grammar.imports and name not in _BUILTIN)
+        return self.prefix + name if own else name
+
+    @cached_property
+    def _names(self) -> frozenset[str]:
+        return frozenset(self.grammar.attributes) | {name for name, _ in self.grammar.functions}
+
+    def handed_on(self, statement: Import) -> dict[str, str]:
+        """What of this file's attributes an imported file takes its values from."""
+        if statement.protected is None:
+            return {}
+        own = {
+            attribute.name: self.prefix + attribute.name
+            for attribute in self.grammar.attributes.values()
+            if not attribute.constant and not _mentions(attribute, f"{statement.alias}.{attribute.name}")
+        }
+        kept = {*statement.protected, *(name for name, _ in statement.arguments)}
+        return {name: full for name, full in {**self.handed, **own}.items() if name not in kept}
+
+
+class _Linker:
+    """Writes imported files, each under a name of its own."""
+
+    def __init__(self) -> None:
+        self.taken: set[tuple[type, str, int]] = set()
+        """What is defined already: kind, full name, number of parameters."""
+        self.copies = 0
+
+    def library(self, statement: Import, importer: _Scope) -> Iterator[str]:
+        """The text of an imported file, and of those it imports."""
+        library = importer.grammar.libraries[statement.alias]
+        if library is None:
+            yield import_statement(replace(statement, alias=importer.prefix + statement.alias)) + "\n"
+            return
+        self.copies += 1
+        if self.copies > MAX_COPIES:
+            raise _unlinkable(f"expected at most {MAX_COPIES} copies of imported files", statement)
+        scope = _Scope(f"{importer.prefix}{statement.alias}.", library, importer.handed_on(statement))
+        given = dict(statement.arguments)
+        extensions = [replace(rule, name=scope.prefix + rule.name) for rule in _bodies(statement.rules, importer)]
+        definitions = [
+            *(rule for rule in extensions if self._takes(rule)),
+            *(d for one in _default_style(library.tree) for d in self._definition(one, scope, given, importer)),
+        ]
+        yield f"\n// {' '.join(statement.path.split())} as {scope.prefix.rstrip('.')}\n"
+        try:
+            yield format_grammar(RuleFile("", tuple(definitions)))
+        except ValueError as error:
+            raise _unlinkable(f"'{statement.path}' cannot be written as text: {error}", statement) from error
+        for one in _default_style(library.tree):
+            if isinstance(one, Import):
+                yield from self.library(one, scope)
+
+    def _definition(
+        self, node: Definition, scope: _Scope, given: Mapping[str, Expression], importer: _Scope
+    ) -> Iterator[Definition]:
+        if isinstance(node, Import | Style):
+            return
+        full = replace(node, name=scope.prefix + node.name, annotations=_annotations(node))
+        if isinstance(full, Rule):
+            full = replace(full, keyword="")
+        if not self._takes(full):
+            return
+        if isinstance(node, Attribute) and not node.constant and node.name in given:
+            yield replace(full, value=_renamed(given[node.name], importer))
+        elif isinstance(node, Attribute) and not node.constant and node.name in scope.handed:
+            yield replace(full, value=Name(scope.handed[node.name], location=node.location))
+        else:
+            local = () if isinstance(node, Attribute) else node.parameters
+            names = frozenset((*local, *(variable.name for variable in node.variables)))
+            yield _below(full, scope, names)
+
+    def _takes(self, definition: Definition) -> bool:
+        key = _key(definition)
+        new = key not in self.taken
+        self.taken.add(key)
+        return new
+
+
+def _key(definition: Definition) -> tuple[type, str, int]:
+    name = definition.alias if isinstance(definition, Import) else definition.name
+    count = len(definition.parameters) if isinstance(definition, Rule | Function) else 0
+    return Rule if isinstance(definition, Rule) else Node, name, count
+
+
+def _annotations(node: Attribute | Function | Rule) -> tuple[Annotation, ...]:
+    """Without the mark of a rule to start with: only the importing file says where to start."""
+    return tuple(mark for mark in node.annotations if mark.name.lower() != "startrule")
+
+
+def _bodies(rules: tuple[Rule, ...], scope: _Scope) -> Iterator[Rule]:
+    for rule in rules:
+        yield replace(_below(rule, scope, frozenset(rule.parameters)), keyword="", annotations=())
+
+
+def _default_style(tree: RuleFile) -> Iterator[Definition]:
+    return takewhile(lambda definition: not isinstance(definition, Style), tree.definitions)
+
+
+def _mentions(node: Node, name: str) -> bool:
+    return any(isinstance(inner, Name) and inner.identifier == name for inner in walk(node))
+
+
+def _unlinkable(message: str, statement: Import) -> LanguageError:
+    return LanguageError((Finding("error", "bad-import", message, statement.location),))
+
+
+# Names in expressions and operations ------------------------------------------------------------------------
+
+
+def _renamed(node: _Node, scope: _Scope, local: frozenset[str] = frozenset()) -> _Node:
+    """A piece of the tree with the names of a file's definitions written in full, but for those in `local`."""
+    match node:
+        case Name():
+            return replace(node, identifier=scope.full(node.identifier, local))
+        case Call():
+            forms = functions().get(node.function, ())
+            return replace(
+                node, function=scope.full(node.function), arguments=_arguments(node.arguments, forms, scope, local)
+            )
+        case Invoke():
+            forms = operations().get(node.name, ())
+            name = node.name if forms or node.name in blocks() else scope.prefix + node.name
+            found = _below(node, scope, local, "arguments")
+            return replace(found, name=name, arguments=_arguments(node.arguments, forms, scope, local))
+        case Block():
+            forms = blocks().get(node.name, ())
+            words = frozenset[str]().union(*(KEYWORDS.get(form.heads or "", frozenset()) for form in forms))
+            found = _below(node, scope, local, "arguments", "group")
+            arguments = _arguments(node.arguments, forms, scope, local)
+            return replace(found, arguments=arguments, group=_group(node.group, words, scope, local))
+        case Scatter():
+            arguments = _arguments(node.arguments, blocks()["scatter"], scope, local)
+            return replace(_below(node, scope, local, "arguments"), arguments=arguments)
+    return _below(node, scope, local)
+
+
+def _below(node: _Node, scope: _Scope, local: frozenset[str], *without: str) -> _Node:
+    """A node with the names below it written in full, but for some of its fields."""
+    names = [field.name for field in fields(node) if field.name not in without]
+    return replace(node, **{name: _all(getattr(node, name), scope, local) for name in names})
+
+
+def _all(value: object, scope: _Scope, local: frozenset[str]) -> object:
+    if isinstance(value, Annotation):
+        return value
+    if isinstance(value, Node):
+        return _renamed(value, scope, local)
+    return tuple(_all(item, scope, local) for item in value) if isinstance(value, tuple) else value
+
+
+def _arguments(
+    arguments: tuple[Expression, ...], forms: tuple[Signature, ...], scope: _Scope, local: frozenset[str]
+) -> tuple[Expression, ...]:
+    """Arguments with their names in full, but for the words that an operation or function has at their places."""
+    fitting = [form for form in forms if form.takes(len(arguments))]
+    words = [frozenset[str]().union(*(form.parameters[i].keywords for form in fitting)) for i in range(len(arguments))]
+    return tuple(
+        argument if isinstance(argument, Name) and argument.identifier in known else _renamed(argument, scope, local)
+        for argument, known in zip(arguments, words, strict=True)
+    )
+
+
+def _group(group: Group, words: frozenset[str], scope: _Scope, local: frozenset[str]) -> Group:
+    """Parts with their names in full, but for the selectors before their colons."""
+    parts = tuple(
+        _group(part, words, scope, local)
+        if isinstance(part, Group)
+        else replace(_below(part, scope, local, "head"), head=_renamed(part.head, scope, local | words))
+        for part in group.parts
+    )
+    return replace(group, parts=parts)
