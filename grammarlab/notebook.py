@@ -5,7 +5,8 @@ Needs the extra ``notebook``: ``pip install 'grammarlab[notebook]'``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,59 @@ import traitlets
 
 from grammarlab.preference.labels import Labels
 from grammarlab.runs import scoring
+from grammarlab.runs.examples import find_rules
 from grammarlab.runs.scoring.labels import read_labels_or_session
 from grammarlab.runs.scoring.session import Session
 from grammarlab.runs.scoring.windows import Message
 
 PAGE = Path(scoring.__file__).parent / "page"
+
+
+@dataclass(eq=False)
+class _Opened:
+    """A session that is open in this process."""
+
+    session: Session
+    path: Path
+    """Resolved."""
+    inode: int
+    given: tuple[str, Path, Mapping[str, Any]]
+    """Text of the rule file, folder of its assets, and options that it was opened with."""
+    newest: str = ""
+    """Identifier of the widget that was made last for it."""
+
+    @classmethod
+    def of(cls, grammar: str, path: Path, options: Mapping[str, Any]) -> _Opened:
+        """The session of a file: the one that is open if it is the same, else one that takes its place."""
+        place, source = path.resolve(), find_rules(grammar, options.get("assets"))
+        given = source.text(), source.assets.resolve(), options
+        known = _OPEN.get(place)
+        if known is not None and not known.has_its_file():
+            # First of all, since SQLite would take the new file's log for its own.
+            known.close()
+            known = None
+        if known is not None and known.given == given:
+            return known
+        session = Session(grammar, path, **options)
+        if known is not None:
+            known.close()
+        _OPEN[place] = cls(session, place, place.stat().st_ino, given)
+        return _OPEN[place]
+
+    def has_its_file(self) -> bool:
+        """Whether the file is still there, and not another one."""
+        return self.path.exists() and self.path.stat().st_ino == self.inode
+
+    def close(self) -> None:
+        """Ends the session."""
+        self.session.close()
+        if _OPEN.get(self.path) is self:
+            del _OPEN[self.path]
+
+
+_OPEN: dict[Path, _Opened] = {}
+"""By file. A cell that is run again makes another widget while ipywidgets keeps the one before it, which must not mean
+another session with processes of its own."""
 
 
 class ScoringSession(anywidget.AnyWidget):
@@ -27,7 +76,8 @@ class ScoringSession(anywidget.AnyWidget):
     >>> session = ScoringSession("building", path="buildings.db")  # doctest: +SKIP
     >>> session.labels  # doctest: +SKIP
 
-    The last line of a cell shows it. What a person can do on the page, a program can do with `do`.
+    The last line of a cell shows it. What a person can do on the page, a program can do with `do`. A cell that is run
+    again goes on with the session that is open: widgets of one file share it, until the newest of them is closed.
     """
 
     _esm = PAGE / "page.js"
@@ -51,9 +101,11 @@ class ScoringSession(anywidget.AnyWidget):
         """
         super().__init__()
         self._path = Path(path)
-        self._session = Session(grammar, path, **options)
+        self._opened = _Opened.of(grammar, self._path, options)
+        self._opened.newest = self.model_id
+        self._session = self._opened.session
         self.on_msg(self._receive)
-        self._session.listen(self._tell)
+        self._unlisten = self._session.listen(self._tell)
 
     @property
     def labels(self) -> Labels:
@@ -74,19 +126,21 @@ class ScoringSession(anywidget.AnyWidget):
         return result
 
     def close(self) -> None:
-        """Ends the session and its processes; the file can be opened again at any time."""
+        """Ends the session and its processes, unless a newer widget goes on with it.
+
+        The file can be opened again at any time.
+        """
         # Widgets are closed when they are collected, also those whose session could not be opened.
-        if hasattr(self, "_session"):
-            self._session.close()
+        if hasattr(self, "_unlisten") and self.comm is not None:
+            if self._opened.newest == self.model_id:
+                self._opened.close()
+            self._unlisten()
         super().close()
 
     def _receive(self, _widget: object, message: object, buffers: Sequence[memoryview]) -> None:
-        self._session.handle(message, [bytes(buffer) for buffer in buffers], self._pass_on)
-
-    def _pass_on(self, message: Message, buffers: Sequence[bytes]) -> None:
-        self.send(message, list(buffers))
+        self._session.handle(message, [bytes(buffer) for buffer in buffers], self._tell)
 
     def _tell(self, message: Message, buffers: Sequence[bytes]) -> None:
         if message.get("event") == "state":
             self.set_trait("state", message["state"])
-        self._pass_on(message, buffers)
+        self.send(message, list(buffers))

@@ -61,8 +61,10 @@ def opened(browser: Browser) -> Iterator[Any]:
 
     def open_page(address: str, **options: Any) -> ScoringPage:
         width, height = options.pop("size", SIZE)
+        script = options.pop("script", "")
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
         contexts.append(context)
+        context.add_init_script(script)
         page = context.new_page()
         page.set_default_timeout(PATIENCE)
         page.on("pageerror", lambda error: wrong.append(str(error)))

@@ -32,7 +32,7 @@ def test_the_wheel_with_ctrl_zooms_where_the_mouse_is(towers):
     towers.page.mouse.move(x, y)
     towers.page.keyboard.down("Control")
     for _ in range(5):
-        towers.page.mouse.wheel(0, -60)
+        towers.page.mouse.wheel(0, -120)
     towers.page.keyboard.up("Control")
     expect(tile).to_be_in_viewport()
     after = tile.bounding_box()
@@ -116,6 +116,12 @@ def test_the_3d_view_is_used_by_keys_alone(towers):
     towers.press("ArrowRight", "6")
     expect_other_picture(towers, before)
     expect(dialog.get_by_role("heading")).to_contain_text("scored 60")
+    before = shown(towers)
+    for key in ("Shift+ArrowRight", "Shift+ArrowUp", "+"):
+        towers.press(key)
+        expect_other_picture(towers, before)
+        towers.press("=")
+        expect_picture(towers, before)
     towers.press("Escape")
     towers.expect_saved()
     expect(towers.cell(5)).to_be_focused()
@@ -126,6 +132,13 @@ def shown(towers):
     """The picture in the 3D view, once it is there."""
     expect(towers.page.locator(".gl-look-note")).to_have_text("")
     return towers.page.locator(".gl-room").screenshot()
+
+
+def expect_picture(towers, expected):
+    for _ in range(100):
+        if shown(towers) == expected:
+            return
+    pytest.fail("the 3D view does not show the whole model again")
 
 
 def colours(picture):

@@ -54,11 +54,16 @@ def test_scores_go_out_as_a_file_and_come_back(towers, tmp_path):
     towers.cell(0).click()
     towers.press("1", "2", "3", "4")
     towers.expect_saved()
+    # VS Code saves what it hears of in this way.
+    towers.page.evaluate(
+        "document.addEventListener('click', (e) => (window.saved = e.composedPath().find((node) => node.href)?.href))"
+    )
     towers.button("Export scores").click()
     with towers.page.expect_download() as download:
         towers.page.get_by_role("button", name="JSONL").click()
     file = tmp_path / "scores.jsonl"
     download.value.save_as(file)
+    assert towers.page.evaluate("saved").startswith("blob:")
     scores = sorted(json.loads(line)["score"] for line in file.read_text().splitlines())
     assert scores == [10.0, 20.0, 30.0, 40.0]
     towers.forget()

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import time
 
 import pytest
 from playwright.sync_api import expect
 
 from tests.browser.driver import ScoringPage
+
+PATIENCE = 60.0
 
 
 @pytest.fixture(scope="module")
@@ -136,8 +139,8 @@ def _is_falling(values):
 
 
 def _expect(holds):
-    """Asks the page again and again; each question takes a while of its own."""
-    for _ in range(500):
-        if holds():
-            return
-    pytest.fail("what was expected did not come")
+    """Asks the page again and again."""
+    end = time.monotonic() + PATIENCE
+    while not holds():
+        assert time.monotonic() < end, "what was expected did not come"
+        time.sleep(0.05)

@@ -6,6 +6,7 @@ import hashlib
 import re
 from importlib.resources import files
 
+import numpy as np
 import pytest
 from playwright.sync_api import expect
 
@@ -30,8 +31,34 @@ LUMINANCE = """
 
 def contrast(locator):
     """Of text against what is behind it, as WCAG 2 defines it."""
-    dark, light = sorted(locator.evaluate(LUMINANCE))
+    return ratio(*locator.evaluate(LUMINANCE))
+
+
+def ratio(*luminances):
+    dark, light = sorted(luminances)
     return (light + 0.05) / (dark + 0.05)
+
+
+SIGHT = {
+    "all colours": np.eye(3),
+    "no red": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
+    "no green": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
+    "no blue": [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]],
+}
+"""What becomes of linear red, green and blue where a kind of cone is missing (Machado, Oliveira and Fernandes 2009)."""
+XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+
+
+def linear(colour):
+    """Red, green and blue of ``rgb(…)`` as amounts of light."""
+    parts = np.array([int(part) / 255 for part in re.findall(r"\d+", colour)[:3]])
+    return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+
+
+def lightness_and_hue(light):
+    """CIE L*a*b* of an amount of light."""
+    x, y, z = np.cbrt(np.clip(XYZ @ light, 1e-9, None) / XYZ.sum(axis=1))
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
 
 
 @pytest.mark.parametrize(("built", "folder"), [("page.js", "source"), ("viewer.js", "viewer")])
@@ -67,9 +94,27 @@ def test_text_can_be_read_in_both_themes(opened, server, scheme):
     assert light == (scheme == "light")
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_bars_are_seen_and_told_apart_by_everyone(opened, server, scheme):
+    towers = opened(server.address, color_scheme=scheme)
+
+    def light_of(selector, name="backgroundColor"):
+        colour = towers.page.locator(selector).first.evaluate(f"element => getComputedStyle(element).{name}")
+        return linear(colour)
+
+    predicted, uncertain = light_of(".gl-predicted i"), light_of(".gl-uncertain i")
+    behind, track = light_of(".gl-stage"), light_of(".gl-bar span")
+    for bar in (predicted, uncertain):
+        for other in (behind, track):
+            assert ratio(XYZ[1] @ bar, XYZ[1] @ other) >= 3.0
+    for sight, matrix in SIGHT.items():
+        apart = lightness_and_hue(matrix @ predicted) - lightness_and_hue(matrix @ uncertain)
+        assert np.linalg.norm(apart) > 40, sight
+
+
 def test_everything_has_a_role_and_a_name(towers):
     nameless = towers.page.locator(
-        "button, input, [role=listbox], [role=option], dialog, aside, section[aria-label]"
+        "button, input, [role=listbox], [role=option], dialog, section[aria-label]"
     ).evaluate_all(
         """elements => elements.filter(element => !(
             element.ariaLabel || element.textContent.trim() || element.labels?.length || element.hidden ||
@@ -114,6 +159,18 @@ def test_a_whole_round_by_keys_alone(towers):
     expect(towers.page.get_by_role("button", name="Predicted score highest first")).to_be_focused()
     towers.press("Escape")
     expect(towers.button("Sort")).to_be_focused()
+
+
+def test_colours_that_mean_something_stay_where_the_system_chooses_colours(opened, server):
+    towers = opened(server.address, forced_colors="active")
+    bars = [towers.page.locator(f".gl-key.{name} i") for name in ("gl-predicted", "gl-uncertain")]
+    first, second = (bar.evaluate("element => getComputedStyle(element).backgroundColor") for bar in bars)
+    assert first != second
+    pressed = towers.page.locator(".gl-tab[aria-pressed=true]")
+    other = towers.button("Sort")
+    assert pressed.evaluate("tab => getComputedStyle(tab).backgroundColor") != other.evaluate(
+        "button => getComputedStyle(button).backgroundColor"
+    )
 
 
 def test_a_narrow_window_shows_everything_without_sideways_scrolling(opened, server):

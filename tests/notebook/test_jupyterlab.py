@@ -94,7 +94,7 @@ def page():
         browser.close()
 
 
-def test_a_score_given_in_jupyterlab_is_in_the_session_file(lab, page, tmp_path):
+def test_scores_given_in_jupyterlab_are_in_the_session_file_also_after_a_cell_was_run_again(lab, page, tmp_path):
     from grammarlab.runs.scoring.labels import read_labels_or_session
 
     asked = []
@@ -110,5 +110,14 @@ def test_a_score_given_in_jupyterlab_is_in_the_session_file(lab, page, tmp_path)
     page.get_by_text("saved").first.wait_for(timeout=20_000)
     labels = read_labels_or_session(tmp_path / "notebooks" / "toys.db")
     assert labels.scores.tolist() == [70]
+    first = page.locator(".gl-page").element_handle()
+    page.evaluate("window.jupyterapp.commands.execute('notebook:run-all-cells')")
+    page.wait_for_function("page => !page.isConnected && document.querySelector('.gl-cell')", arg=first)
+    page.locator(".gl-score").first.filter(has_text="70").wait_for(timeout=20_000)
+    page.locator(".gl-cell").nth(1).click()
+    page.keyboard.press("3")
+    page.get_by_text("saved").first.wait_for(timeout=20_000)
+    labels = read_labels_or_session(tmp_path / "notebooks" / "toys.db")
+    assert labels.scores.tolist() == [70, 30]
     hosts = {url.split("/")[2] for url in asked if url.startswith(("http", "ws"))}
     assert {host.split(":")[0] for host in hosts} == {"127.0.0.1"}

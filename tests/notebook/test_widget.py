@@ -1,5 +1,6 @@
 """The widget in Python, without a page."""
 
+import multiprocessing
 import time
 
 import pytest
@@ -72,3 +73,69 @@ def test_the_scores_of_a_closed_session_are_there_when_it_is_opened_again(sessio
     (tmp_path / "toy.cga").write_text("Lot --> extrude(3)")
     with pytest.raises(UsageError, match="another grammar"):
         ScoringSession(str(tmp_path / "toy.cga"), tmp_path / "toys.db")
+
+
+def processes():
+    """Which work for sessions of this process."""
+    return {process.pid for process in multiprocessing.active_children()}
+
+
+def test_a_cell_that_is_run_again_goes_on_with_the_session_that_is_open(session, sent, tmp_path, monkeypatch):
+    models, workers = first_models(session), processes()
+    monkeypatch.chdir(tmp_path)
+    again = ScoringSession("toy", "./toys.db", size=60, jobs=1)
+    assert processes() == workers != set()
+    again.do("score", models=models[:2], score=30)
+    for widget in (session, again):
+        wait_for(lambda widget=widget: widget.state.get("scored") == 2)
+    session.close()
+    assert processes() == workers
+    assert again.do("score", models=models[:3], score=40)["saved"]
+    again.close()
+    assert not processes()
+    assert again.labels.scores.tolist() == [40, 40, 40]
+
+
+def test_no_process_is_left_by_cells_that_were_run_many_times(sent, tmp_path):
+    widgets = [ScoringSession("toy", tmp_path / "toys.db", size=60, jobs=1) for _ in range(5)]
+    models = first_models(widgets[0])
+    assert len(processes()) <= 2
+    widgets[-1].close()
+    assert not processes()
+    assert "has been closed" in next(message["message"] for message in sent if message.get("event") == "closed")
+    with pytest.raises(GrammarlabError, match="has been closed"):
+        widgets[0].do("score", models=models[:1], score=30)
+    for widget in widgets:
+        widget.close()
+
+
+def test_a_cell_that_is_run_again_with_other_arguments_opens_the_session_anew(sent, tmp_path):
+    rules = tmp_path / "tower.cga"
+    rules.write_text("Lot --> 50% : extrude(3) else : extrude(5)")
+    first = ScoringSession(str(rules), tmp_path / "towers.db", size=60, jobs=1)
+    models = first_models(first)
+    first.do("score", models=models[:2], score=30)
+    other = ScoringSession(str(rules), tmp_path / "towers.db", size=60, jobs=0)
+    with pytest.raises(GrammarlabError, match="has been closed"):
+        first.do("score", models=models[:1], score=30)
+    rules.write_text("Lot --> extrude(3)")
+    with pytest.raises(UsageError, match="another grammar"):
+        ScoringSession(str(rules), tmp_path / "towers.db", size=60, jobs=0)
+    assert other.do("score", models=models[:3], score=60)["saved"]
+    stored = ScoringSession(str(rules), tmp_path / "towers.db", jobs=0, stored_grammar=True)
+    assert stored.labels.scores.tolist() == [60, 60, 60]
+    stored.close()
+    assert not processes()
+
+
+def test_a_session_whose_file_was_deleted_is_begun_anew(sent, tmp_path):
+    before = ScoringSession("toy", tmp_path / "toys.db", size=60, jobs=0)
+    before.do("score", models=first_models(before)[:2], score=30)
+    (tmp_path / "toys.db").unlink()
+    after = ScoringSession("toy", tmp_path / "toys.db", size=60, jobs=0)
+    assert not len(after.labels)
+    after.do("score", models=first_models(after)[:1], score=70)
+    after.close()
+    again = ScoringSession("toy", tmp_path / "toys.db", size=60, jobs=0)
+    assert again.labels.scores.tolist() == [70]
+    again.close()

@@ -15,7 +15,7 @@ from typing import Any
 
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.runs.scoring.addresses import Address, shown
-from grammarlab.runs.scoring.events import checked_models, checked_score
+from grammarlab.runs.scoring.events import Body, Record, checked_models, checked_score
 from grammarlab.runs.scoring.rounds import Answer, Refuse, Rounds
 from grammarlab.runs.scoring.sorting import Order
 from grammarlab.runs.scoring.state import state_of
@@ -112,8 +112,8 @@ def _state(rounds: Rounds, _request: Request) -> Message:
 
 def _score(rounds: Rounds, request: Request) -> Message:
     models = checked_models(request.values.get("models"))
-    score, factor, key = checked_score(request.values.get("score")), request.text("factor", ""), request.text("key", "")
-    revision = rounds.score(models, score, factor, key)
+    score, key = checked_score(request.values.get("score")), request.text("key", "")
+    revision = rounds.score(models, score, request.values.get("factor", ""), key)
     return {"saved": True, "revision": revision}
 
 
@@ -122,6 +122,20 @@ def _event(kind: str, *names: str) -> Callable[[Rounds, Request], Message]:
 
     def add(rounds: Rounds, request: Request) -> Message:
         body = {name: request.values.get(name) for name in names}
+        return {"saved": True, "revision": rounds.do(kind, body)}
+
+    return add
+
+
+def _factor_event(kind: str, *names: str) -> Callable[[Rounds, Request], Message]:
+    """The same about a factor, given by its name or, since names change, by its number."""
+
+    def add(rounds: Rounds, request: Request) -> Message:
+        given = {name: request.values.get(name) for name in names}
+
+        def body(record: Record) -> Body:
+            return given | {"name": record.name_of(request.values.get("name"))}
+
         return {"saved": True, "revision": rounds.do(kind, body)}
 
     return add
@@ -204,9 +218,9 @@ COMMANDS: dict[str, Command] = {
     "undo": _event("undo"),
     "redo": _event("redo"),
     "factor_create": _event("factor_create", "name"),
-    "factor_rename": _event("factor_rename", "name", "to"),
-    "factor_delete": _event("factor_delete", "name"),
-    "factor_activate": _event("factor_activate", "name"),
+    "factor_rename": _factor_event("factor_rename", "to"),
+    "factor_delete": _factor_event("factor_delete"),
+    "factor_activate": _factor_event("factor_activate"),
     "view": _event("view", "kind"),
     "layout": _layout,
     "populate": _populate,

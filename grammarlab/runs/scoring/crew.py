@@ -1,6 +1,7 @@
 """Long-lived processes that work for a session, and end when it does, however it ends.
 
-Each holds one end of a pipe and nothing of the other end, so that it sees at once when the session is gone.
+A process that waits for a task sees that the session is gone by the end of its pipe; one that is at a task, by a thread
+that watches for it.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
 from itertools import count
-from multiprocessing import get_context
-from multiprocessing.connection import Connection
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import Connection, wait
 from multiprocessing.sharedctypes import RawValue
 from threading import Thread
 from typing import Any
@@ -215,6 +216,7 @@ class _CancelledError(Exception):
 def _work(connection: Connection, cancelled: Any, politeness: int, make: str, arguments: tuple[Any, ...]) -> None:
     """What a process does: tasks, until the other end of the pipe is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_session, daemon=True).start()
     if politeness and hasattr(os, "nice"):
         os.nice(politeness)
     with suppress(EOFError, OSError):
@@ -232,6 +234,14 @@ def _work(connection: Connection, cancelled: Any, politeness: int, make: str, ar
                 connection.send(("progress", (stage, done, total)))
 
             connection.send(("done", _outcome(handler, request, report)))
+
+
+def _end_with_session() -> None:
+    """Ends this process when the one that started it has ended; nobody waits for its task any more."""
+    session = parent_process()
+    if session is not None:
+        wait([session.sentinel])
+        os._exit(1)
 
 
 def _refuse(reason: str, _request: Any, _report: Report) -> None:

@@ -82,6 +82,8 @@ class _Refactored:
 
     before: dict[str, Scores]
     after: dict[str, Scores]
+    numbers_before: dict[str, int]
+    numbers_after: dict[str, int]
     active_before: str
     active_after: str
 
@@ -94,6 +96,10 @@ class Record:
     """Number of the last event."""
     factors: dict[str, Scores] = field(default_factory=lambda: {OVERALL: {}})
     """Scores by factor; at least one factor."""
+    numbers: dict[str, int] = field(default_factory=lambda: {OVERALL: 1})
+    """What each factor is known by whatever it is called: 1, 2, 3 … in the order they were made."""
+    num_made: int = 1
+    """Factors that were ever made."""
     active: str = OVERALL
     view: str = "active"
     layout: Layout = Layout()
@@ -117,6 +123,19 @@ class Record:
     def num_labels(self) -> int:
         """Scores of all factors."""
         return sum(map(len, self.factors.values()))
+
+    def name_of(self, factor: object) -> object:
+        """The name of a factor that is given by its number; anything else as it is.
+
+        Raises:
+            UsageError: when there is no factor of that number.
+        """
+        if isinstance(factor, bool) or not isinstance(factor, int):
+            return factor
+        for name, number in self.numbers.items():
+            if number == factor:
+                return name
+        raise UsageError("the factor that this was meant for has been deleted; Undo brings it and its scores back.")
 
     def check(self, kind: str, body: Body) -> None:
         """Makes sure that an event can happen now.
@@ -149,6 +168,7 @@ class Record:
         self.judgements += 1
         if isinstance(step, _Refactored):
             self.factors = step.after if forward else step.before
+            self.numbers = step.numbers_after if forward else step.numbers_before
             here, there = (step.active_after, step.active_before)[:: 1 if forward else -1]
             if self.active == there or self.active not in self.factors:
                 self.active = here
@@ -162,8 +182,15 @@ class Record:
             else:
                 scores[model] = score
 
-    def _refactor(self, after: dict[str, Scores], active: str) -> None:
-        self._do(_Refactored(self.factors, after, self.active, active))
+    def _refactor(self, after: dict[str, Scores], active: str, renamed: Mapping[str, str] | None = None) -> None:
+        """Other factors; those of new names are new, but for those that were renamed, given by new and old name."""
+        before, numbers = self.numbers, {}
+        for name in after:
+            old = (renamed or {}).get(name, name)
+            if old not in before:
+                self.num_made += 1
+            numbers[name] = before.get(old, self.num_made)
+        self._do(_Refactored(self.factors, after, before, numbers, self.active, active))
 
 
 def checked_score(value: object) -> float | None:
@@ -276,7 +303,7 @@ def _rename(record: Record, body: Body) -> None:
     name, to = body["name"], body["to"]
     active = to if record.active == name else record.active
     renamed = {to if factor == name else factor: scores for factor, scores in record.factors.items()}
-    record._refactor(renamed, active)
+    record._refactor(renamed, active, {to: name})
 
 
 def _check_delete(record: Record, body: Body) -> None:

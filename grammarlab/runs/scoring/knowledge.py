@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,10 +39,6 @@ class ModelPool:
         """Those that are samples of the grammar itself."""
         return self.names[: self.sizes[0]]
 
-    def indices(self, names: Sequence[str]) -> NDArray[np.int64]:
-        """[n] numbers of models, -1 for those that are not of the pool."""
-        return np.array([self.index.get(name, -1) for name in names], dtype=np.int64)
-
 
 @dataclass
 class Knowledge:
@@ -52,18 +48,27 @@ class Knowledge:
     learned: Learned | None = None
     judgements: int = -1
     """`Record.judgements` when it was learned."""
+    names: Mapping[int, str] = field(default_factory=dict)
+    """What the factors were called then, by number."""
 
-    def take(self, learned: Learned, judgements: int) -> None:
-        """What an update found, and `Record.judgements` when it began."""
+    def take(self, learned: Learned, judgements: int, numbers: Mapping[str, int]) -> None:
+        """What an update found, and `Record.judgements` and `Record.numbers` when it began."""
         self.learned, self.judgements = learned, judgements
+        self.names = {number: name for name, number in numbers.items()}
         if learned.features is not None:
             self.features = learned.features
 
-    def of(self, factor: str) -> Predicted | None:
-        """What is expected of a factor; of the product for the empty name."""
+    def indices(self, names: Sequence[str], pool: ModelPool) -> NDArray[np.int64]:
+        """[n] places of models in what is known, -1 for those of which nothing is."""
+        elsewhere = () if self.learned is None else self.learned.elsewhere
+        places = {name: len(pool.names) + number for number, name in enumerate(elsewhere)}
+        return np.array([pool.index.get(name, places.get(name, -1)) for name in names], dtype=np.int64)
+
+    def of(self, factor: int) -> Predicted | None:
+        """What is expected of the factor of a number, whatever it is called by now; of the product for 0."""
         if self.learned is None:
             return None
-        return self.learned.factors.get(factor) if factor else self.learned.product
+        return self.learned.factors.get(self.names.get(factor, "")) if factor else self.learned.product
 
     def names_like(self, query: str) -> list[str]:
         """Names of features that hold all words of a query.
@@ -76,7 +81,7 @@ class Knowledge:
         return [name for name in names if all(word in name.casefold() for word in words)][:MOST_NAMES]
 
     def column(self, name: str) -> NDArray[np.float32]:
-        """[m] a feature of all models of the pool.
+        """[m + e] a feature of all models.
 
         Raises:
             UsageError: when there is none of that name.
@@ -86,8 +91,8 @@ class Knowledge:
             raise UsageError(f"no feature is called {name[:80]!r}; search for one by a word of its name.")
         return features.rows[:, features.names.index(name)]
 
-    def scaled_rows(self, factor: str) -> NDArray[np.float32]:
-        """[m, F] rows whose distances are those of the learned kernel; of all features alike where there is none.
+    def scaled_rows(self, factor: int) -> NDArray[np.float32]:
+        """[m + e, F] rows whose distances are those of the learned kernel; of all features alike where there is none.
 
         Raises:
             UsageError: when features are not known yet.

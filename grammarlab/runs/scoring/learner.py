@@ -97,19 +97,21 @@ class _Learner:
         chosen = None if request.choice is None else self._choose(request.factors, request.choice)
         found = {name: self._predicted(preference, rows) for name, preference in preferences.items()}
         left_out = _left_out(request.factors, liked)
-        return Learned(self._features(request.known), found, product, left_out, self._moved(product), chosen)
+        features, elsewhere = self._features(request.known), rows.names_elsewhere
+        return Learned(features, elsewhere, found, product, left_out, self._moved(product), chosen)
 
     def _learn_from(self, options: Options, rows: Rows) -> None:
-        self._version += options != self._options or not self._version
+        before = () if self._rows is None else self._rows.names_elsewhere
+        self._version += options != self._options or rows.names_elsewhere != before or not self._version
         self._options, self._rows = options, rows
 
     def _features(self, known: int) -> Features | None:
         if self._rows is None or self._version == known:
             return None
-        return Features(self._version, self._rows.pool.astype(np.float32), self._rows.names)
+        return Features(self._version, self._rows.all.astype(np.float32), self._rows.names)
 
     def _predicted(self, preference: AbstractPreference, rows: Rows) -> Predicted:
-        found = preference.predict(rows.pool)
+        found = preference.predict(rows.all)
         weights = _column_weights(preference)
         matters = [entry for entry in preference.explain(rows.group_names)[:MOST_RELEVANCES] if entry.level != "none"]
         return Predicted(
@@ -122,28 +124,38 @@ class _Learner:
     def _moved(self, product: Predicted | None) -> float:
         """How far the density is from that of the update before; at first, from that of the grammar."""
         weights = self._models.pool.weights
-        density = weights if product is None else weights * np.maximum(product.mean, 0.0)
+        density = weights if product is None else weights * np.maximum(product.mean[: len(weights)], 0.0)
         density = density if density.any() else weights
         before, self._density = self._density, density
         return jensen_shannon(weights if before is None else before, density)
 
-    def _choose(self, factors: Factors, choice: Choice) -> tuple[int, ...]:
-        rows = self._models.rows(self._options) if self._rows is None else self._rows
+    def _choose(self, factors: Factors, choice: Choice) -> tuple[str, ...]:
         kept = [] if self._product is None else list(self._product.factors)
         scores = factors.get(choice.factor, {}) if choice.factor else _product(factors, kept)
         preference = self._preferences.get(choice.factor) if choice.factor else self._product
-        known = {name: score for name, score in scores.items() if name in self._pool.index}
+        # One of the ways: the session checks it before it is sent here.
+        way = cast("Way", choice.way)
+        rows = self._rows_to_choose_from(way, list(scores))
+        names = (*self._pool.names, *rows.names_elsewhere)
+        place = {name: number for number, name in enumerate(names)}
+        known = {place[name]: score for name, score in scores.items() if name in place}
         situation = Situation(
-            rows.pool,
-            np.arange(len(rows.pool)) < self._pool.sizes[0],
-            self._pool.indices(list(known)),
+            rows.all,
+            np.arange(len(names)) < self._pool.sizes[0],
+            np.array(list(known), dtype=np.int64),
             np.array(list(known.values()), dtype=np.float64),
             preference,
             self._models.pool.weights,
         )
-        # One of the ways: the session checks it before it is sent here.
-        way = cast("Way", choice.way)
-        return tuple(propose(way, situation, choice.num, choice.seed).tolist())
+        return tuple(names[number] for number in propose(way, situation, choice.num, choice.seed))
+
+    def _rows_to_choose_from(self, way: Way, scored: Sequence[str]) -> Rows:
+        """Of the pool; with the models already ranked, of all that have a score."""
+        rows = self._models.rows(self._options) if self._rows is None else self._rows
+        if way == "already ranked":
+            known = {*self._pool.index, *rows.names_elsewhere}.issuperset(scored)
+            return rows if known else self._models.rows(self._options, self._models.scored(scored))
+        return replace(rows, elsewhere=rows.elsewhere[:0], names_elsewhere=())
 
 
 def _answers(name: str, scores: dict[str, float], scored: Scored) -> Answers:

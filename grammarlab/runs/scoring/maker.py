@@ -11,7 +11,7 @@ from typing import Any
 from PIL import Image
 
 from grammarlab.derivation.derive import derive
-from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.errors import AssetError, GrammarlabError, UsageError
 from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.preference.label_files import read_labels, save_labels
 from grammarlab.runs.atomic import write_text
@@ -63,7 +63,12 @@ class _Maker:
     def _read(self, request: ReadLabels, file: Path) -> Factors:
         file = file.with_suffix(request.suffix)
         file.write_bytes(request.content)
-        return scores_of(read_labels(file), self.grammar.hash)
+        try:
+            labels = read_labels(file)
+        except AssetError as error:
+            # Where it lies for a moment says nothing to anybody.
+            raise AssetError(str(error).replace(str(file), "the file")) from error
+        return scores_of(labels, self.grammar.hash)
 
     def _learn(self, factors: Factors, folder: Path, report: Report) -> LearnedFile:
         # These load JAX, which labels and sheets need not wait for.

@@ -93,7 +93,7 @@ class Rounds:
         self._makers = Crew(f"{_HERE}.maker:maker", (*place, str(path)), 1, deliver, _LAST)
         self.thumbnails = Thumbnails(self._artists)
         self._is_prepared, self._is_resumed = False, bool(self.record.num_labels)
-        self._ticket = 0
+        self._ticket = self._choosing = 0
         if not self.record.grids:
             self._show("default", fresh_samples(self.pool, self.record, self.record.layout.models))
 
@@ -107,8 +107,13 @@ class Rounds:
         """What is looked at: the active factor, or the product, whose name is empty."""
         return "" if self.record.view == "product" else self.record.active
 
-    def do(self, kind: str, body: Body) -> int:
-        """Adds an event, and gives its number.
+    @property
+    def number(self) -> int:
+        """The number of that factor; 0 for the product."""
+        return self.record.numbers[self.factor] if self.factor else 0
+
+    def do(self, kind: str, body: Body | Callable[[Record], Body]) -> int:
+        """Adds an event, and gives its number; see `Store.append`.
 
         Raises:
             UsageError: when it cannot happen now.
@@ -118,13 +123,13 @@ class Rounds:
         self.is_changed = True
         return self.store.append(kind, body).number
 
-    def score(self, models: list[str], score: float | None, factor: str, key: str) -> int:
+    def score(self, models: list[str], score: float | None, factor: object, key: str) -> int:
         """Scores models, and gives the number of the event.
 
         Args:
             models: addresses.
             score: 0 to 100; None for none.
-            factor: whose score it is; empty for the active one.
+            factor: name or number of the factor whose score it is; empty for the active one.
             key: a name for this act; if it is known, nothing is done again.
 
         Raises:
@@ -132,10 +137,16 @@ class Rounds:
         """
         if key and key in self.record.keys:
             return self.record.revision
-        if not factor and self.record.view == "product":
-            raise UsageError("the product of all factors is shown, which has no scores of its own; choose a factor.")
-        body = {"factor": factor or self.record.active, "score": score, "models": models}
-        return self.do("score", body | ({"key": key} if key else {}))
+
+        def body(record: Record) -> Body:
+            if factor == "" and record.view == "product":
+                raise UsageError(
+                    "the product of all factors is shown, which has no scores of its own; choose a factor."
+                )
+            given = record.active if factor == "" else record.name_of(factor)
+            return {"factor": given, "score": score, "models": models} | ({"key": key} if key else {})
+
+        return self.do("score", body)
 
     def poll(self) -> None:
         """Takes in what other processes did."""
@@ -163,7 +174,7 @@ class Rounds:
             self.populate(self.record.way)
 
     def populate(self, way: str) -> None:
-        """Shows other models, at once or when they have been chosen.
+        """Shows other models, at once or when they have been chosen; of two wishes the later one counts.
 
         Raises:
             UsageError: for an unknown way.
@@ -171,14 +182,17 @@ class Rounds:
         if way not in WAYS:
             raise UsageError(f"way: expected one of {', '.join(WAYS)}, found {shown(way)}.")
         self.message = None
-        if way == "grammar" or (way in _UNLEARNED and self.knowledge.of(self.factor) is None):
+        if self._choosing:
+            self._learners.cancel(self._choosing)
+        if way == "grammar" or (way in _UNLEARNED and self.knowledge.of(self.number) is None):
             self._show(way, fresh_samples(self.pool, self.record, self.record.layout.models))
             return
         self.prepare()
         choice = self._choice(way)
         if self.updating is None:
             self._progress("choosing models", 0, 1)
-        self._learners.submit(Choose(self._factors(), choice), partial(self._chosen, choice, self.record.num_shown))
+        done = partial(self._chosen, choice, self.record.num_shown)
+        self._choosing = self._learners.submit(Choose(self._factors(), choice), done)
 
     def sort(self, order: Order) -> None:
         """Sorts the models that are shown.
@@ -274,12 +288,14 @@ class Rounds:
         features = self.knowledge.features
         known = 0 if features is None else features.version
         self._progress("waiting", 0, 1)
-        done = partial(self._learned, choice, revision)
+        done = partial(self._learned, choice, revision, self.record.numbers)
         ticket = self._learners.submit(Update(factors, choice, known), done, on_progress=self._progress)
         if choice is not None:
             self._ticket = ticket
 
-    def _learned(self, choice: Choice | None, revision: tuple[int, int], outcome: Outcome) -> None:
+    def _learned(
+        self, choice: Choice | None, revision: tuple[int, int], numbers: dict[str, int], outcome: Outcome
+    ) -> None:
         if choice is not None:
             self._ticket = 0
         self._progress_ended()
@@ -287,13 +303,13 @@ class Rounds:
             self.message = outcome.error or "The update was cancelled; predictions are as they were."
             return
         found = outcome.value
-        self.knowledge.take(found, revision[1])
+        self.knowledge.take(found, revision[1], numbers)
         self.message = " ".join(found.left_out) or None
         if choice is not None:
             self._note("learned", {"labels": sum(map(len, self._factors().values())), "js": found.js})
         if choice is not None and found.chosen is not None:
             if revision == (self.record.num_shown, self.record.judgements):
-                self._show(choice.way, [self.pool.names[index] for index in found.chosen])
+                self._show(choice.way, found.chosen)
             else:
                 self.message = "Predictions are new; the models stay, since you went on meanwhile. Populate for others."
 
@@ -304,11 +320,12 @@ class Rounds:
             self.message = outcome.error
 
     def _chosen(self, choice: Choice, num_shown: int, outcome: Outcome) -> None:
+        self._choosing = 0
         self._progress_ended()
         if outcome.value is None:
-            self.message = outcome.error
+            self.message = outcome.error or None
         elif self.record.num_shown == num_shown:
-            self._show(choice.way, [self.pool.names[index] for index in outcome.value])
+            self._show(choice.way, outcome.value)
 
     def _progress(self, stage: str, done: int, total: int) -> None:
         self.updating = Progress(stage, done, total)

@@ -38,6 +38,8 @@ class Scored:
     """[p] numbers in the pool of the first models."""
     elsewhere: tuple[Forest, ...]
     """The other models."""
+    names_elsewhere: tuple[str, ...]
+    """Their addresses."""
 
 
 @dataclass(frozen=True)
@@ -48,11 +50,20 @@ class Rows:
     """[m, F] scaled."""
     scored: Floats
     """[n, F] likewise."""
+    elsewhere: Floats
+    """[e, F] those of `scored` that are not of the pool."""
+    names_elsewhere: tuple[str, ...]
+    """[e] addresses."""
     names: tuple[str, ...]
     """[F] all different."""
     groups: Ints
     """[F]"""
     group_names: tuple[str, ...]
+
+    @property
+    def all(self) -> Floats:
+        """[m + e, F] of the pool, then from elsewhere."""
+        return np.concatenate([self.pool, self.elsewhere])
 
 
 class Models:
@@ -92,7 +103,8 @@ class Models:
             elsewhere = found.forests
             place |= {name: len(inside) + int(k) for name, k in zip(outside, found.model, strict=True)}
         forests = (*selected(self.pool.forests, in_pool), *elsewhere)
-        return Scored(LabelledModels(forests, np.array(list(place.values()))), place, in_pool, elsewhere)
+        models = LabelledModels(forests, np.array(list(place.values())))
+        return Scored(models, place, in_pool, elsewhere, tuple(sorted(outside, key=lambda name: place[name])))
 
     def rows(self, options: Options, scored: Scored | None = None) -> Rows:
         """Features of the pool and of the models that have a score.
@@ -111,6 +123,8 @@ class Models:
         return Rows(
             pool,
             others if scored is None else np.concatenate([pool[scored.in_pool], others]),
+            others,
+            () if scored is None else scored.names_elsewhere,
             (*base.names, *extra),
             np.append(base.groups, np.arange(first, first + len(extra))),
             (*base.group_names, *extra),
@@ -120,7 +134,7 @@ class Models:
         vocabulary = Vocabulary.find(self.pool.forests, options)
         table = vocabulary.apply(self.pool.forests)
         pool = table.rows()
-        return Rows(pool, pool[:0], table.names, table.groups, table.group_names), vocabulary
+        return Rows(pool, pool[:0], pool[:0], (), table.names, table.groups, table.group_names), vocabulary
 
     def _derive(self, names: tuple[str, ...]) -> LabelledModels:
         hashes = self._grammar.hash, hash_of_flattened(self._grammar.hash)

@@ -29,6 +29,7 @@ from grammarlab.runs.scoring.tasks import Begin
 from grammarlab.runs.scoring.windows import Message, Send
 from grammarlab.runs.workers import available_cores
 
+CLOSED = "The session has been closed; what was scored is saved. Open it again to go on."
 LOOK_EVERY = 0.4
 """Seconds after which the file is looked at for what other processes wrote."""
 
@@ -153,6 +154,7 @@ class Session:
             if rounds.is_changed:
                 rounds.is_changed = False
                 self._tell({"event": "state", "state": state_of(rounds)})
+        self._tell({"event": "closed", "message": CLOSED})
         rounds.close()
         self._artists.close()
         self._is_closed = True
@@ -189,7 +191,7 @@ class Session:
     def _handle(self, message: object, buffers: Sequence[bytes], send: Send) -> None:
         if self._is_closed:
             number = message.get("id") if isinstance(message, dict) else None
-            send({"id": number, "ok": False, "error": "the session has been closed; open it again."}, ())
+            send({"id": number, "ok": False, "error": CLOSED}, ())
             return
         run(self._rounds, message, buffers, send)
 
@@ -205,7 +207,11 @@ class Session:
 
     def _tell(self, message: Message) -> None:
         for send in tuple(self._windows):
-            send(message, ())
+            try:
+                send(message, ())
+            except Exception:  # a window that cannot be reached must not end the session
+                traceback.print_exc()
+                self._close(send)
 
 
 def _nothing() -> None:

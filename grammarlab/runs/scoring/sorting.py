@@ -69,12 +69,12 @@ def _keys(
     if order.by == "shown":
         place = {model: number for number, model in enumerate(record.seen)}
         return np.array([place.get(model, len(place)) for model in names], dtype=np.float64)
-    index = pool.indices(names)
+    index, number = knowledge.indices(names, pool), record.numbers.get(factor, 0)
     if order.by == "feature":
         return _descending(knowledge.column(order.feature), index)
     if order.by == "similarity":
-        return _distances(knowledge.scaled_rows(factor), index, pool.indices(order.models))
-    predicted = knowledge.of(factor)
+        return _distances(knowledge.scaled_rows(number), index, knowledge.indices(order.models, pool))
+    predicted = knowledge.of(number)
     if order.by == "uncertainty":
         if predicted is None:
             raise UsageError("nothing has been learned yet, so all are equally uncertain: score some, then update.")

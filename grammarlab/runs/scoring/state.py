@@ -16,14 +16,16 @@ PROTOCOL = 1
 def state_of(rounds: Rounds) -> Message:
     """Everything that the page shows, but pictures."""
     record, knowledge = rounds.record, rounds.knowledge
-    predicted = knowledge.of(rounds.factor)
+    predicted = knowledge.of(rounds.number)
     layout = record.layout
     return {
         "protocol": PROTOCOL,
         "title": rounds.store.about.title,
         "session": rounds.path.name,
         "revision": record.revision,
-        "factors": [{"name": name, "labels": len(scores)} for name, scores in record.factors.items()],
+        "factors": [
+            {"id": record.numbers[name], "name": name, "labels": len(scores)} for name, scores in record.factors.items()
+        ],
         "active": record.active,
         "view": record.view,
         "layout": {"grids": layout.grids, "rows": layout.rows, "columns": layout.columns},
@@ -46,8 +48,8 @@ def _models(rounds: Rounds, predicted: Predicted | None) -> dict[str, Message]:
     """What is known about each model that is shown."""
     record = rounds.record
     names = [model for grid in record.grids for model in grid.models]
-    index = rounds.pool.indices(names)
-    scores, product = record.factors[record.active], rounds.knowledge.of("")
+    index = rounds.knowledge.indices(names, rounds.pool)
+    scores, product = record.factors[record.active], rounds.knowledge.of(0)
     columns = zip(
         names,
         _numbers(None if predicted is None else predicted.mean, index),
@@ -68,7 +70,7 @@ def _models(rounds: Rounds, predicted: Predicted | None) -> dict[str, Message]:
 
 
 def _numbers(values: Singles | None, index: NDArray[np.int64]) -> list[float | None]:
-    """The values of some models of the pool, to two digits; none for others."""
+    """The values of some models, to two digits; none for those that have no place."""
     if values is None:
         return [None] * len(index)
     return [round(float(values[i]), 2) if i >= 0 else None for i in index]

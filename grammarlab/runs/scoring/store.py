@@ -11,7 +11,7 @@ import json
 import re
 import sqlite3
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
@@ -101,17 +101,22 @@ class Store:
             raise
         return store
 
-    def append(self, kind: str, body: Body) -> Event:
+    def append(self, kind: str, body: Body | Callable[[Record], Body]) -> Event:
         """Adds an event; when this returns it is on disk.
+
+        Args:
+            kind: of the event.
+            body: of the event, or what makes it of everything that has happened, here and in other processes.
 
         Raises:
             UsageError: when it cannot happen now, perhaps because of what another process has done.
             AssetError: when it cannot be written; nothing has changed then.
         """
-        text = json.dumps(body, separators=(",", ":"), allow_nan=False)
         with self._transaction():
             self._read()
+            body = body(self.record) if callable(body) else body
             self.record.check(kind, body)
+            text = json.dumps(body, separators=(",", ":"), allow_nan=False)
             if self.record.revision >= MAX_EVENTS or len(text) > MAX_TEXT:
                 raise UsageError(f"{self._path}: too much for one session; export the labels and begin another.")
             event = Event(self.record.revision + 1, time.time(), kind, body)

@@ -57,7 +57,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Choose:
-    """Asks for models of the pool to show: [num] their numbers."""
+    """Asks for models to show: [num] addresses, of the pool or, with those already ranked, of any that have a score."""
 
     factors: Factors
     choice: Choice
@@ -76,24 +76,24 @@ class Update:
 
 @dataclass(frozen=True, slots=True)
 class Features:
-    """What models of the pool are told apart by."""
+    """What models are told apart by: those of the pool, then those of `Learned.elsewhere`."""
 
     version: int
     """1, 2, 3 …"""
     rows: Singles
-    """[m, F] scaled."""
+    """[m + e, F] scaled."""
     names: tuple[str, ...]
     """[F] all different."""
 
 
 @dataclass(frozen=True, slots=True)
 class Predicted:
-    """What is expected of the models of the pool."""
+    """What is expected of the models of the pool, and then of those of `Learned.elsewhere`."""
 
     mean: Singles
-    """[m] 0 to 100, or a little beyond."""
+    """[m + e] 0 to 100, or a little beyond."""
     std: Singles
-    """[m]"""
+    """[m + e]"""
     weights: Singles | None
     """[F] of the kernel, where it has such."""
     relevance: tuple[tuple[str, str, float], ...]
@@ -106,6 +106,8 @@ class Learned:
 
     features: Features | None
     """Where they are others than those that are known."""
+    elsewhere: tuple[str, ...]
+    """[e] addresses of models that have a score and are not of the pool."""
     factors: Mapping[str, Predicted]
     """Of the factors that have labels."""
     product: Predicted | None
@@ -114,8 +116,8 @@ class Learned:
     """Why factors are not part of the product."""
     js: float
     """How far the density moved since the update before, or since the grammar itself, in nats."""
-    chosen: tuple[int, ...] | None
-    """Numbers of the models to show."""
+    chosen: tuple[str, ...] | None
+    """Addresses of the models to show."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ import pytest
 
 from grammarlab.errors import UsageError
 from grammarlab.runs.scoring.crew import Crew, Handler, Outcome, Report
+from tests.runs.scoring.processes import expect_gone
 
 PATIENCE = 20.0
 
@@ -32,6 +33,8 @@ def maker(greeting: str) -> Handler:
             return 1 // 0
         if request == "die":
             os.kill(os.getpid(), signal.SIGKILL)
+        if request == "sleep":
+            time.sleep(1_000)
         if request == "long":
             for done in range(2_000):
                 report("waiting", done, 2_000)
@@ -130,7 +133,8 @@ def test_what_is_first_is_first_and_what_nobody_wants_is_dropped(thread: Thread)
     assert list(thread.outcomes) == ["one", "three", "two"]
 
 
-def test_processes_end_when_the_session_is_killed(tmp_path: Path):
+@pytest.mark.parametrize("busy", [False, True])
+def test_processes_end_when_the_session_is_killed(tmp_path: Path, busy: bool):
     code = f"""
 import time
 from queue import SimpleQueue
@@ -139,6 +143,8 @@ inbox = SimpleQueue()
 crew = Crew("{__name__}:maker", ("hello",), 2, inbox.put)
 crew.submit("world", lambda outcome: None)
 inbox.get()()
+for _ in range(2 * {busy}):
+    crew.submit("sleep", lambda outcome: None)
 print(*(worker.process.pid for worker in crew._workers), flush=True)
 time.sleep(100)
 """
@@ -150,15 +156,4 @@ time.sleep(100)
         workers = [int(pid) for pid in process.stdout.readline().split()]
         process.kill()
     assert len(workers) == 2
-    end = time.monotonic() + PATIENCE
-    while any(is_running(pid) for pid in workers):
-        assert time.monotonic() < end
-        time.sleep(0.05)
-
-
-def is_running(pid: int) -> bool:
-    """Whether there is such a process that has not ended."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
+    expect_gone(workers)

@@ -152,6 +152,8 @@ class Sessions(RuleBasedStateMachine):
             store.poll()
             assert store.record.factors == self.naive.factors
             assert store.record.active in store.record.factors
+            assert list(store.record.numbers) == list(store.record.factors)
+            assert len(set(store.record.numbers.values())) == len(store.record.factors)
         assert self.stores[0].record == self.stores[1].record
 
     def teardown(self) -> None:
@@ -176,6 +178,25 @@ def test_the_active_factor_comes_back_with_its_factor():
     assert deleted.active == "overall"
     deleted.apply(Event(3, 0.0, "undo", {}))
     assert deleted.active == "roof"
+
+
+def test_a_factor_keeps_its_number_and_no_other_gets_it():
+    record = added(
+        ("factor_create", {"name": "roof"}),
+        ("factor_rename", {"name": "roof", "to": "colour"}),
+        ("factor_create", {"name": "roof"}),
+        ("factor_delete", {"name": "colour"}),
+        ("import", {"scores": {"wall": {"g1-1": 5}, "roof": {"g1-1": 5}, "door": {"g1-1": 5}}}),
+    )
+    assert record.numbers == {"overall": 1, "roof": 3, "wall": 4, "door": 5}
+    for number in range(5):
+        record.apply(Event(6 + number, 0.0, "undo", {}))
+    assert record.numbers == {"overall": 1}
+    record.apply(Event(11, 0.0, "redo", {}))
+    record.apply(Event(12, 0.0, "redo", {}))
+    assert record.numbers == {"overall": 1, "colour": 2}
+    record.apply(Event(13, 0.0, "factor_create", {"name": "roof"}))
+    assert record.numbers == {"overall": 1, "colour": 2, "roof": 6}
 
 
 def test_undo_of_a_change_elsewhere_leaves_the_active_factor():

@@ -1,79 +1,109 @@
-"""A server that is killed at any moment has lost nothing that it said was saved."""
+"""A server that is killed at any moment has lost nothing that it said was saved, and leaves no process behind."""
 
 from __future__ import annotations
 
-import multiprocessing
-import os
+import asyncio
+import json
 import signal
-import struct
-import time
-from collections.abc import Sequence
-from contextlib import closing, suppress
-from multiprocessing.connection import Connection
+import subprocess
+import sys
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
+from urllib.parse import urlsplit
 
-from grammarlab.runs.scoring.server import serve
-from grammarlab.runs.scoring.session import Session
-from grammarlab.runs.scoring.store import Store
+from tornado.websocket import WebSocketClientConnection, WebSocketClosedError, websocket_connect
 
-KILLS = 40
+from tests.runs.scoring.kills import MANY, Scores
+from tests.runs.scoring.processes import descendants, expect_gone
+
+KILLS = MANY * 3 // 4 or 6
+UNDER_WAY = 8
+"""Scores that are sent before the first of them is acknowledged."""
+PATIENCE = 60.0
 
 
-def scripted(path: Path, first: int, acknowledged: Connection) -> None:
-    """A server with a window that scores without end, and says on a pipe what it was told is saved."""
-    session = Session("toy", path, size=100, jobs=0)
+def served(path: Path) -> subprocess.Popen[str]:
+    """``grammarlab score`` in a process of its own."""
+    command = [str(Path(sys.executable).parent / "grammarlab"), "score", "toy", "--session", str(path), "--no-browser"]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
 
-    def on_ready(_address: str) -> None:
-        number = first
 
-        def send(message: dict, _buffers: Sequence[bytes]) -> None:
-            nonlocal number
+@asynccontextmanager
+async def connected(server: subprocess.Popen[str]) -> AsyncIterator[WebSocketClientConnection]:
+    """A window of a server, once that listens."""
+    assert server.stdout is not None
+    address = urlsplit(server.stdout.readline().strip())
+    connection = await websocket_connect(f"ws://{address.netloc}/socket?{address.query}")
+    yield connection
+    connection.close()
+
+
+async def hear(connection: WebSocketClientConnection) -> dict | None:
+    """The next message, without its buffers; None at the end."""
+    text = await asyncio.wait_for(connection.read_message(), PATIENCE)
+    if text is None:
+        return None
+    message = json.loads(text)
+    for _ in range(message["buffers"]):
+        await connection.read_message()
+    return message
+
+
+async def score_and_kill(scores: Scores, server: subprocess.Popen[str], pause: float) -> None:
+    """Scores over the socket as fast as it goes; the server is killed a moment after the first acknowledgement."""
+    async with connected(server) as connection:
+        for _ in range(UNDER_WAY):
+            await connection.write_message(json.dumps(scores.next()))
+        killed = False
+        while message := await hear(connection):
             if "id" not in message:
-                return
+                continue
             assert message["ok"], message
-            acknowledged.send_bytes(struct.pack("<2I", message["id"], message["result"]["revision"]))
-            number += 1
-            ask(number)
-
-        def ask(number: int) -> None:
-            models = [f"g7-{number}", f"g7-{number + 1_000_000}"]
-            session.handle({"id": number, "command": "score", "models": models, "score": number % 101}, (), send)
-
-        ask(number)
-
-    serve(session, 0, on_ready)
+            scores.acknowledge(message["id"], message["result"]["revision"])
+            if not killed:
+                killed = True
+                asyncio.get_running_loop().call_later(pause, server.kill)
+            # Nothing hears it once the server is gone.
+            with suppress(WebSocketClosedError):
+                await connection.write_message(json.dumps(scores.next()))
 
 
-def test_nothing_acknowledged_is_lost_in_forty_kills(tmp_path: Path):
-    # Forked from a process that has loaded everything, since the test is not about loading Python forty times.
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["__main__", __name__])
-    path = tmp_path / "s.db"
-    expected: dict[str, float] = {}
+def test_nothing_acknowledged_over_the_socket_is_lost_in_kills(tmp_path: Path):
+    scores = Scores(tmp_path / "s.db")
     for kill in range(KILLS):
-        here, there = context.Pipe(duplex=False)
-        process = context.Process(target=scripted, args=(path, kill * 10_000, there))
-        process.start()
-        there.close()
-        acknowledged = [here.recv_bytes()]
-        # Somewhere within the next few commits.
-        time.sleep(0.0007 * (kill % 13))
-        assert process.pid is not None
-        os.kill(process.pid, signal.SIGKILL)
-        with suppress(EOFError):
-            while True:
-                acknowledged.append(here.recv_bytes())
-        here.close()
-        process.join()
-        revisions = [0]
-        for number, revision in map(struct.Struct("<2I").unpack, acknowledged):
-            expected |= {f"g7-{number}": number % 101, f"g7-{number + 1_000_000}": number % 101}
-            revisions.append(revision)
-        with closing(Store.open(path)) as store:
-            scores = store.record.factors["overall"]
-            assert store.record.revision >= max(revisions)
-            assert {model: scores.get(model) for model in expected} == expected
-            # At most the one score that was being saved is there beyond what was acknowledged.
-            assert len(scores) <= len(expected) + 2
-            expected = dict(scores)
-    assert len(expected) >= 2 * KILLS
+        with served(scores.path) as server:
+            # Within the next few commits.
+            asyncio.run(score_and_kill(scores, server, 0.0031 * (kill % 13)))
+            assert server.wait(PATIENCE) == -signal.SIGKILL
+        scores.check(UNDER_WAY)
+    assert len(scores.saved) >= 2 * KILLS
+
+
+async def kill_busy(server: subprocess.Popen[str]) -> set[int]:
+    """Kills while pictures are drawn and an update begins; the processes that the server had started."""
+    async with connected(server) as connection:
+        first = await hear(connection)
+        assert first is not None
+        models = [model for grid in first["state"]["grids"] for model in grid["models"]]
+        for request in (
+            {"id": 1, "command": "score", "models": models, "score": 60},
+            {"id": 2, "command": "update"},
+            {"id": 3, "command": "pictures", "models": models, "size": 320},
+        ):
+            await connection.write_message(json.dumps(request))
+        while (message := await hear(connection)) and message.get("event") != "pictures":
+            pass
+        assert message
+        workers = descendants(server.pid)
+        server.kill()
+        while await hear(connection):
+            pass
+    return workers
+
+
+def test_no_process_is_left_when_a_busy_server_is_killed(tmp_path: Path):
+    with served(tmp_path / "s.db") as server:
+        workers = asyncio.run(kill_busy(server))
+    assert len(workers) >= 2
+    expect_gone(workers)

@@ -97,11 +97,30 @@ def test_nothing_liked_is_told(handler: Handler, pool: ModelPool):
 def test_models_that_are_not_of_the_pool_are_learned_from(handler: Handler):
     elsewhere = [str(Address(flat, 99, index)) for flat in (False, True) for index in range(20)]
     scores = {model: 100.0 * (kind_of(model) == "Flat") for model in elsewhere}
-    predicted = update(handler, {"overall": scores}, Choice("already ranked", "overall", 6, 1)).factors["overall"]
-    pool = ModelPool(SEED, SIZE)
-    flat = np.array([kind_of(model) == "Flat" for model in pool.names])
+    found = update(handler, {"overall": scores}, Choice("already ranked", "overall", 50, 1))
+    predicted, pool = found.factors["overall"], ModelPool(SEED, SIZE)
+    flat = np.array([kind_of(model) == "Flat" for model in (*pool.names, *found.elsewhere)])
+    assert set(found.elsewhere) == set(elsewhere)
+    assert predicted.mean.shape == predicted.std.shape == (SIZE + 40,)
     assert predicted.mean[flat].min() > 80
     assert predicted.mean[~flat].max() < 20
+    assert found.chosen is not None
+    assert set(found.chosen) == set(elsewhere)
+    assert found.features is not None
+    assert len(found.features.rows) == SIZE + 40
+
+
+def test_a_mistake_among_models_that_are_not_of_the_pool_is_shown_first(handler: Handler, pool: ModelPool):
+    elsewhere = [str(Address(False, 99, index)) for index in range(20)]
+    scores = {model: 100.0 * (kind_of(model) == "Flat") for model in (*pool.names[:20], *elsewhere)}
+    scores[elsewhere[13]] = 100.0 - scores[elsewhere[13]]
+    choice = Choice("already ranked", "overall", 40, 1)
+    update(handler, {"overall": scores})
+    chosen = handler(Choose({"overall": scores}, choice), report)
+    assert chosen[0] == elsewhere[13]
+    assert set(chosen) == set(scores)
+    others = handler(Choose({"overall": scores}, Choice("default", "overall", SIZE, 1)), report)
+    assert set(others) == set(pool.names[20:])
 
 
 def test_what_is_learned_depends_on_the_scores_alone(handler: Handler, pool: ModelPool):
@@ -125,4 +144,4 @@ def test_models_are_chosen_before_anything_is_learned(pool: ModelPool):
     for way in WAYS:
         chosen = handler(Choose({"overall": {pool.names[0]: 5.0}}, Choice(way, "overall", 4, 2)), report)
         assert len(chosen) == (1 if way == "already ranked" else 4)
-        assert (0 in chosen) == (way == "already ranked")
+        assert (pool.names[0] in chosen) == (way == "already ranked")

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from grammarlab.errors import GrammarlabError
+from grammarlab.runs.scoring.addresses import Address
 from grammarlab.runs.scoring.session import Session
 from tests.runs.scoring.tower import kind_of
 from tests.runs.scoring.windows import Window, shown_models
@@ -22,7 +23,14 @@ def test_an_update_can_be_cancelled_and_scores_are_saved_meanwhile(session: Sess
     assert session.call("state")[0]["updating"]
     with pytest.raises(GrammarlabError, match="under way"):
         session.call("update")
+    # The thread that answers is not the one that learns.
     assert session.call("score", models=models[:1], score=20)[0]["saved"]
+    for order in ("score", "random", "shown"):
+        session.call("sort", by=order)
+    session.call("populate", way="grammar")
+    session.call("factor_create", name="roof")
+    session.call("undo")
+    assert session.call("state")[0]["updating"]
     session.call("cancel")
     state, _ = session.call("state")
     assert "cancelled" in state["message"]
@@ -32,6 +40,23 @@ def test_an_update_can_be_cancelled_and_scores_are_saved_meanwhile(session: Sess
     state = window.state(lambda state: state["fresh"] and not state["updating"])
     assert state["chart"][0]["labels"] == 4
     assert window.wait(lambda message: message.get("event") == "progress")[0]["of"] == "update"
+
+
+def test_of_two_wishes_for_other_models_the_later_one_counts(session: Session):
+    window = Window(session)
+    models = shown_models(session.call("state")[0])
+    session.call("score", models=models[:4], score=90)
+    for way in ("uniform", "already ranked"):
+        session.call("populate", way=way)
+    state = window.state(lambda state: state["way"] != "default" and not state["updating"])
+    assert state["way"] == "already ranked"
+    assert set(shown_models(state)) == set(models[:4])
+    session.call("populate", way="uniform")
+    session.call("populate", way="grammar")
+    state, _ = session.call("state")
+    assert (state["way"], state["updating"]) == ("grammar", None)
+    session.call("sort", by="random")
+    assert not state["message"]
 
 
 def test_models_stay_where_the_person_went_on_during_an_update(session: Session):
@@ -44,6 +69,56 @@ def test_models_stay_where_the_person_went_on_during_an_update(session: Session)
     assert shown_models(state) == models
     assert not state["fresh"]
     assert "Predictions are new" in state["message"]
+
+
+def test_imported_models_that_are_not_of_the_pool_are_shown_predicted_and_sorted(
+    session: Session, tmp_path: Path, rules: str
+):
+    with closing(Session(rules, tmp_path / "elsewhere.db", seed=4, size=200, jobs=0)) as other:
+        elsewhere = shown_models(other.call("state")[0])
+        for model in elsewhere:
+            other.call("score", models=[model], score=100 if kind_of(model) == "Flat" else 0)
+        _, file = other.call("export", format="csv")
+    window = Window(session)
+    assert session.call("import", file, format="csv")[0] == {"added": 32}
+    session.call("populate", way="already ranked")
+    state = window.state(lambda state: state["way"] == "already ranked" and not state["updating"])
+    assert set(shown_models(state)) == set(elsewhere)
+    seed = Address.parse(elsewhere[0]).seed
+    assert all(known["label"].endswith(f" of seed {seed}") for known in state["models"].values())
+    window.forget()
+    session.call("update")
+    state = window.state(lambda state: state["fresh"] and not state["updating"])
+    assert set(shown_models(state)) == set(elsewhere)
+    for model, known in state["models"].items():
+        assert known["score"] == (100 if kind_of(model) == "Flat" else 0)
+        assert known["mean"] == pytest.approx(known["score"], abs=15)
+    session.call("sort", by="uncertainty")
+    state, _ = session.call("state")
+    deviations = [known["std"] for known in map(state["models"].get, state["grids"][0]["models"]) if known]
+    assert deviations == sorted(deviations, reverse=True)
+    liked = state["grids"][0]["models"][5]
+    session.call("sort", by="similarity", models=[liked])
+    assert kind_of(session.call("state")[0]["grids"][0]["models"][0]) == kind_of(liked)
+
+
+def test_predictions_stay_with_a_factor_that_is_called_otherwise_and_go_to_no_other(session: Session):
+    window = Window(session)
+    models = shown_models(session.call("state")[0])
+    session.call("score", models=models[:16], score=90)
+    session.call("update")
+    before = window.state(lambda state: state["fresh"] and not state["updating"])
+    session.call("factor_rename", name="overall", to="style")
+    session.call("sort", by="uncertainty")
+    after, _ = session.call("state")
+    assert {model: known["mean"] for model, known in after["models"].items()} == {
+        model: known["mean"] for model, known in before["models"].items()
+    }
+    session.call("factor_create", name="overall")
+    session.call("sort", by="score")
+    after, _ = session.call("state")
+    assert {known["mean"] for known in after["models"].values()} == {None}
+    assert not after["relevance"]
 
 
 def test_what_was_learned_is_there_again_after_a_restart(session: Session, tmp_path: Path, rules: str):

@@ -25,7 +25,7 @@ def test_the_first_grid_shows_samples_of_the_grammar(session: Session):
     assert state["title"] == "tower"
     assert state["session"] == "towers.db"
     assert state["layout"] == {"grids": 2, "rows": 4, "columns": 4}
-    assert state["factors"] == [{"name": "overall", "labels": 0}]
+    assert state["factors"] == [{"id": 1, "name": "overall", "labels": 0}]
     assert not state["can_undo"]
 
 
@@ -148,6 +148,44 @@ def test_scores_belong_to_the_active_factor(session: Session):
     session.call("view", kind="product")
     with pytest.raises(GrammarlabError, match="the product of all factors"):
         session.call("score", models=[model], score=10)
+
+
+def test_what_is_meant_for_a_factor_goes_to_it_whatever_another_window_does(
+    session: Session, tmp_path: Path, rules: str
+):
+    """The other window is another process, of which this one has not heard yet."""
+    model = shown_models(session.call("state")[0])[0]
+    session.call("factor_create", name="roof")
+    roof = session.call("state")[0]["factors"][1]["id"]
+    with closing(Store.open(tmp_path / "towers.db")) as other:
+        other.append("factor_rename", {"name": "roof", "to": "colour"})
+        other.append("factor_create", {"name": "roof"})
+        session.call("score", models=[model], score=30, factor=roof)
+        other.append("factor_rename", {"name": "colour", "to": "wall"})
+        session.call("factor_rename", name=roof, to="door")
+        other.poll()
+        assert other.record.factors == {"overall": {}, "door": {model: 30.0}, "roof": {}}
+        other.append("factor_rename", {"name": "door", "to": "gate"})
+        session.call("factor_activate", name=roof)
+        other.poll()
+        assert other.record.active == "gate"
+        other.append("factor_rename", {"name": "gate", "to": "stair"})
+        session.call("factor_delete", name=roof)
+        other.poll()
+        assert list(other.record.factors) == ["overall", "roof"]
+        acts: list[tuple[str, dict[str, Any]]] = [
+            ("score", {"models": [model], "score": 30, "factor": roof}),
+            ("factor_rename", {"name": roof, "to": "x"}),
+            ("factor_delete", {"name": roof}),
+            ("factor_activate", {"name": roof}),
+        ]
+        for command, arguments in acts:
+            with pytest.raises(GrammarlabError, match="has been deleted; Undo brings it"):
+                session.call(command, **arguments)
+        other.append("undo", {})
+        session.call("score", models=[model], score=40, factor=roof)
+        other.poll()
+        assert other.record.factors["stair"] == {model: 40.0}
 
 
 def test_a_score_that_is_sent_again_counts_once(session: Session, tmp_path: Path, rules: str):
@@ -278,7 +316,7 @@ def test_labels_go_out_and_come_back(session: Session, tmp_path: Path, rules: st
     session.call("score", models=models[:3], score=40)
     session.call("factor_create", name="roof, steep")
     session.call("score", models=models[2:6], score=12.5)
-    scores = [{"name": "overall", "labels": 3}, {"name": "roof, steep", "labels": 4}]
+    scores = [{"id": 1, "name": "overall", "labels": 3}, {"id": 2, "name": "roof, steep", "labels": 4}]
     for kind in ("csv", "jsonl", "parquet"):
         result, buffers = session.call("export", format=kind)
         assert result == {"file": f"towers.{kind}"}
@@ -287,7 +325,7 @@ def test_labels_go_out_and_come_back(session: Session, tmp_path: Path, rules: st
             assert other.call("state")[0]["factors"] == scores
             assert other.call("export", format=kind)[1] == buffers
             other.call("undo")
-            assert other.call("state")[0]["factors"] == [{"name": "overall", "labels": 0}]
+            assert other.call("state")[0]["factors"] == [{"id": 1, "name": "overall", "labels": 0}]
 
 
 def test_labels_of_other_models_are_refused(session: Session):
@@ -299,7 +337,7 @@ def test_labels_of_other_models_are_refused(session: Session):
         ("labels about another grammar", row.replace(row.split(",")[4], "0" * 64)),
         ("footprint of their own", row + "20x12"),
         ("score", row.replace("40.0", "140")),
-        ("cells", row + ",,,"),
+        ("^the file: .*cells", row + ",,,"),
     ]
     for expected, line in foreign:
         with pytest.raises(GrammarlabError, match=expected):

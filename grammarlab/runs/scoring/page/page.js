@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 6978f2f2ef85d099 */
+/* Built from source/ by bundle.js; do not edit. Source 01d77fa84bcc7cb1 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -115,9 +115,10 @@ function iconButton(name, label, onclick, keys) {
 }
 
 // source/known.js
-function knownOf({ state, outbox }, model) {
+function knownOf(page, model) {
+  const { state, outbox } = page;
   const { score: stored2, mean, std, product, label } = state.models[model];
-  const { score, saved } = outbox.find(model, state.active) ?? { score: stored2, saved: true };
+  const { score, saved } = outbox.find(model, page.factor().id) ?? { score: stored2, saved: true };
   if (state.view === "product") return { label, score, saved, predicted: product ?? null, uncertain: null };
   return { label, score, saved, predicted: mean, uncertain: std };
 }
@@ -187,7 +188,7 @@ function bar(name) {
     /** @param {number | null} value @param {number} full */
     set(value, full) {
       fill.style.transform = `scaleX(${Math.min(Math.max((value ?? 0) / full, 0), 1)})`;
-      number2.textContent = value === null ? "" : String(Math.round(value));
+      number2.dataset.value = value === null ? "" : String(Math.round(value));
     }
   };
 }
@@ -354,16 +355,25 @@ function makeDisplay(page) {
   function describe(model) {
     about.textContent = model && page.state.models[model] ? inWords(knownOf(page, model)) : "";
   }
-  function zoomBy(factor, at) {
-    const room = stage.getBoundingClientRect();
-    const { clientX, clientY } = at ?? { clientX: room.x + room.width / 2, clientY: room.y + room.height / 2 };
-    const before = board.getBoundingClientRect();
-    const [x, y] = [(clientX - before.x) / before.width, (clientY - before.y) / before.height];
+  function zoomBy(factor, to = middle(), held = hold(to)) {
     zoom = factor ? Math.min(Math.max(zoom * factor, 0.5), 10) : 1;
     fit();
-    const after = board.getBoundingClientRect();
-    stage.scrollLeft += after.x + x * after.width - clientX;
-    stage.scrollTop += after.y + y * after.height - clientY;
+    const box = held.anchor.getBoundingClientRect();
+    stage.scrollLeft += box.x + held.x * box.width - to.clientX;
+    stage.scrollTop += box.y + held.y * box.height - to.clientY;
+  }
+  function hold({ clientX, clientY }) {
+    const ground = (
+      /** @type {Document | ShadowRoot} */
+      stage.getRootNode()
+    );
+    const anchor = ground.elementFromPoint(clientX, clientY)?.closest(".gl-cell") ?? board;
+    const box = anchor.getBoundingClientRect();
+    return { anchor, x: (clientX - box.x) / box.width, y: (clientY - box.y) / box.height };
+  }
+  function middle() {
+    const { x, y, width, height } = stage.getBoundingClientRect();
+    return { clientX: x + width / 2, clientY: y + height / 2 };
   }
   function positionOf(target) {
     const tile = target instanceof Element ? target.closest(".gl-cell") : null;
@@ -388,7 +398,21 @@ function makeDisplay(page) {
     resizes.disconnect();
     pictures.close();
   }
-  return { element: stage, about, update, drawSoon, fit, describe, zoomBy, positionOf, tiles, focus, askAgain, close };
+  return {
+    element: stage,
+    about,
+    update,
+    drawSoon,
+    fit,
+    describe,
+    zoomBy,
+    hold,
+    positionOf,
+    tiles,
+    focus,
+    askAgain,
+    close
+  };
 }
 function makeGrid(index) {
   const id = `gl-grid-${Math.random().toString(36).slice(2, 8)}-${index}`;
@@ -430,7 +454,7 @@ function menu(button, label, build2) {
     );
     const here = items.indexOf(
       /** @type {HTMLElement} */
-      document.activeElement
+      event.target
     );
     items[(here + step + items.length) % items.length]?.focus();
   });
@@ -491,7 +515,7 @@ function makeFactors(page) {
   function update({ factors, active, view }) {
     while (tabs.length < factors.length) {
       const index = tabs.length;
-      tabs.push(makeTab(() => activate(page.state.factors[index].name)));
+      tabs.push(makeTab(() => activate(page.state.factors[index])));
     }
     factors.forEach(({ name, labels }, index) => tabs[index].set(name, labels, view === "active" && name === active));
     product.set("product", null, view === "product");
@@ -499,8 +523,8 @@ function makeFactors(page) {
     if (factors.length > 1 || view === "product") shown.push(product.element);
     if (shown.length !== list.childElementCount) list.replaceChildren(...shown);
   }
-  async function activate(name) {
-    if (name !== page.state.active) await page.ask("factor_activate", { name });
+  async function activate({ id }) {
+    if (id !== page.factor().id) await page.ask("factor_activate", { name: id });
     if (page.state.view !== "active") await page.ask("view", { kind: "active" });
   }
   function buildCreate(close) {
@@ -517,20 +541,20 @@ function makeFactors(page) {
     ];
   }
   function buildEdit(close) {
-    const { active, factors } = page.state;
-    const labels = factors.find(({ name }) => name === active)?.labels ?? 0;
+    const { id, name, labels } = page.factor();
     const remove = textButton(
-      `Delete “${active}” and its ${labels} scores`,
+      `Delete “${name}” and its ${labels} scores`,
       () => {
         close();
-        void page.ask("factor_delete", { name: active });
+        void page.ask("factor_delete", { name: id });
       },
-      { class: "gl-button gl-danger", disabled: factors.length === 1 }
+      { class: "gl-button gl-danger", disabled: page.state.factors.length === 1 }
     );
     return [
-      nameForm("Rename", active, (to) => {
+      element("p", {}, `Factor “${name}”`),
+      nameForm("Rename", name, (to) => {
         close();
-        if (to !== active) void page.ask("factor_rename", { name: active, to });
+        if (to !== name) void page.ask("factor_rename", { name: id, to });
       }),
       element("hr"),
       remove
@@ -585,7 +609,7 @@ var KEYS = [
   ["Arrows, Home, End", "move; with Shift, select a range; with Ctrl, move only"],
   ["Space", "select or deselect"],
   ["Ctrl A, Escape", "select all, select none"],
-  ["Enter", "look at the model in 3D; there ← and → show its neighbours"],
+  ["Enter", "look at the model in 3D; there ← and → show its neighbours, Shift with arrows turns it"],
   ["U or Ctrl Z, Ctrl Shift Z", "undo, redo"],
   ["Ctrl Enter", "update"],
   ["+ − =", "zoom in, zoom out, show all; also Ctrl with the wheel"]
@@ -787,6 +811,15 @@ function drawChart(movements) {
 }
 
 // source/look.js
+var TURN = Math.PI / 16;
+var MOVEMENTS = {
+  "Shift ArrowLeft": [-TURN, 0, 1],
+  "Shift ArrowRight": [TURN, 0, 1],
+  "Shift ArrowUp": [0, TURN, 1],
+  "Shift ArrowDown": [0, -TURN, 1],
+  "+": [0, 0, 1.25],
+  "-": [0, 0, 0.8]
+};
 function makeLook(page, backToGrid) {
   let code = null;
   let view = null;
@@ -794,7 +827,7 @@ function makeLook(page, backToGrid) {
   let canvas = element("canvas", {
     class: "gl-canvas",
     tabIndex: 0,
-    "aria-label": "Model in 3D: drag to turn, wheel to zoom"
+    "aria-label": "Model in 3D: drag or Shift with arrows to turn, wheel or + − to zoom, = to see all"
   });
   const room = element("div", { class: "gl-room" }, canvas);
   const title = element("h2", { class: "gl-look-title" });
@@ -837,7 +870,10 @@ function makeLook(page, backToGrid) {
   dialog.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const score = scoreOfKey(event.key);
-    if (event.key === "ArrowLeft") void go(-1);
+    const movement = MOVEMENTS[`${event.shiftKey && event.key.startsWith("Arrow") ? "Shift " : ""}${event.key}`];
+    if (movement) view?.move(...movement);
+    else if (event.key === "=") view?.reset();
+    else if (event.key === "ArrowLeft") void go(-1);
     else if (event.key === "ArrowRight") void go(1);
     else if (score !== void 0) page.score([model], score);
     else return;
@@ -912,7 +948,7 @@ var Outbox = class {
     this.#changed = changed;
     this.#refused = refused;
   }
-  /** @param {string[]} models @param {number | null} score @param {string} factor */
+  /** @param {string[]} models @param {number | null} score @param {number} factor */
   add(models, score, factor) {
     const key = Math.random().toString(36).slice(2) + Date.now().toString(36);
     const entry = { key, models, score, factor, since: performance.now() };
@@ -940,7 +976,7 @@ var Outbox = class {
   /**
    * The score that a model has here, newer than the one Python told.
    * @param {string} model
-   * @param {string} factor
+   * @param {number} factor
    * @returns {{ score: number | null, saved: boolean } | undefined}
    */
   find(model, factor) {
@@ -970,15 +1006,17 @@ var Outbox = class {
 
 // source/pointer.js
 var SLACK = 4;
+var LINE = 34;
+var NOTCH = 100;
+var STEP = 24;
 function listenToPointer(page, display) {
   const stage = display.element;
   const band = element("div", { class: "gl-band", hidden: true });
   stage.append(band);
   let drag = null;
-  const fingers = /* @__PURE__ */ new Map();
+  let pinch = null;
   let panning = false;
   stage.addEventListener("pointerdown", (event) => {
-    if (event.pointerType === "touch") fingers.set(event.pointerId, event);
     if (event.button > 1 || onScrollbar(event)) return;
     const command = event.ctrlKey || event.metaKey;
     const pans = panning || command || event.button === 1 || event.pointerType === "touch";
@@ -987,7 +1025,6 @@ function listenToPointer(page, display) {
     if (event.button === 1) event.preventDefault();
   });
   stage.addEventListener("pointermove", (event) => {
-    if (fingers.size === 2) return pinch(event);
     if (!drag) return hover(event);
     const { event: start } = drag;
     if (!drag.moved && Math.hypot(event.clientX - start.clientX, event.clientY - start.clientY) < SLACK) return;
@@ -1002,7 +1039,6 @@ function listenToPointer(page, display) {
     ["pointerup", "pointercancel"]
   ) {
     stage.addEventListener(end, (event) => {
-      fingers.delete(event.pointerId);
       if (drag && !drag.moved && end === "pointerup" && drag.event.button === 0) click(event);
       drag = null;
       band.hidden = true;
@@ -1019,10 +1055,44 @@ function listenToPointer(page, display) {
     (event) => {
       if (!event.ctrlKey && !event.metaKey) return;
       event.preventDefault();
-      display.zoomBy(Math.exp(-Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 60) / 250), event);
+      const turned = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE : 1);
+      const far = Math.abs(turned) < NOTCH ? turned : Math.sign(turned) * STEP;
+      display.zoomBy(Math.exp(-far / 100), event);
     },
     { passive: false }
   );
+  stage.addEventListener(
+    "touchstart",
+    (event) => {
+      grip(event);
+      if (!pinch) return;
+      if (event.cancelable) event.preventDefault();
+      drag = null;
+    },
+    { passive: false }
+  );
+  stage.addEventListener(
+    "touchmove",
+    (event) => {
+      const now = apart(event);
+      if (!pinch || !now) return;
+      if (event.cancelable) event.preventDefault();
+      display.zoomBy(now.distance / pinch.distance, now, pinch.held);
+      pinch.distance = now.distance;
+    },
+    { passive: false }
+  );
+  for (
+    const end of
+    /** @type {const} */
+    ["touchend", "touchcancel"]
+  ) {
+    stage.addEventListener(end, grip);
+  }
+  function grip(event) {
+    const fingers = apart(event);
+    pinch = fingers && { distance: fingers.distance, held: display.hold(fingers) };
+  }
   function click(event) {
     const position = display.positionOf(event.target);
     const { selection } = page;
@@ -1059,17 +1129,6 @@ function listenToPointer(page, display) {
     });
     page.selection.replace([...drag.kept, ...page.selection.order.filter((_, position) => inside[position])]);
   }
-  function pinch(event) {
-    const distance = () => {
-      const [a2, b2] = [...fingers.values()];
-      return Math.hypot(a2.clientX - b2.clientX, a2.clientY - b2.clientY);
-    };
-    const before = distance();
-    fingers.set(event.pointerId, event);
-    const [a, b] = [...fingers.values()];
-    display.zoomBy(distance() / before, { clientX: (a.clientX + b.clientX) / 2, clientY: (a.clientY + b.clientY) / 2 });
-    drag = null;
-  }
   function onScrollbar(event) {
     const room = stage.getBoundingClientRect();
     return event.clientX > room.left + stage.clientWidth || event.clientY > room.top + stage.clientHeight;
@@ -1081,6 +1140,12 @@ function listenToPointer(page, display) {
       stage.classList.toggle("gl-pans", on);
     }
   };
+}
+function apart({ touches }) {
+  if (touches.length !== 2) return null;
+  const [a, b] = touches;
+  const distance = Math.max(Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY), 1);
+  return { distance, clientX: (a.clientX + b.clientX) / 2, clientY: (a.clientY + b.clientY) / 2 };
 }
 
 // source/preferences.js
@@ -1156,8 +1221,9 @@ function makeResults(page) {
       typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "",
       "."
     ].join("");
-    outcome.replaceChildren(element("p", {}, told), saveLink(file, [text], "text/plain"));
-    outcome.querySelector("a")?.click();
+    const link = saveLink(file, [text], "text/plain");
+    outcome.replaceChildren(element("p", {}, told), link);
+    link.click();
   }
   async function drawSheet() {
     const { result, buffers } = await page.channel.request("sheet", { num: SHEET });
@@ -1175,7 +1241,10 @@ function makeResults(page) {
   async function exportScores(format) {
     try {
       const { result, buffers } = await page.channel.request("export", { format });
-      saveLink(result.file, buffers, "application/octet-stream").click();
+      const link = saveLink(result.file, buffers, "application/octet-stream");
+      section.append(link);
+      link.click();
+      link.remove();
     } catch (error) {
       page.complain(error);
     }
@@ -1313,11 +1382,17 @@ function makeScoring(page, backToGrid) {
     if (count.textContent !== words) count.textContent = words;
     look.disabled = chosen.length === 0;
     controls.disabled = look.disabled || product;
-    if (document.activeElement !== number2) number2.value = shared === null ? "" : shortly(shared);
+    if (focused() !== number2) number2.value = shared === null ? "" : shortly(shared);
     number2.placeholder = scores.size > 1 ? "mixed" : "0–100";
-    if (document.activeElement !== slider) slider.value = String(shared ?? 50);
+    if (focused() !== slider) slider.value = String(shared ?? 50);
     slider.classList.toggle("gl-unset", shared === null);
     steps.forEach((button, index) => button.classList.toggle("gl-on", shared === STEPS[index]));
+  }
+  function focused() {
+    return (
+      /** @type {Document | ShadowRoot} */
+      section.getRootNode().activeElement
+    );
   }
   function typeScore() {
     if (controls.disabled) return;
@@ -1411,6 +1486,7 @@ function makeStatus(page) {
   const complaints = element("div", { class: "gl-notes", role: "alert" });
   let given = false;
   let lost = false;
+  let ended = "";
   const timer = setInterval(() => page.outbox.unsaved && update(), 1e3);
   function update() {
     const { unsaved, waiting } = page.outbox;
@@ -1423,6 +1499,7 @@ function makeStatus(page) {
   }
   function bannerOf(connected, unsaved, waiting) {
     const kept = unsaved ? ` ${unsaved} ${unsaved === 1 ? "score is" : "scores are"} not saved yet; keep this page open, they will be sent again.` : "";
+    if (ended) return ended;
     if (!connected && lost)
       return `The connection to Python is lost. Trying again; is grammarlab still running?${kept}`;
     if (connected && unsaved && waiting > PATIENCE)
@@ -1452,6 +1529,11 @@ function makeStatus(page) {
     /** @param {boolean} connected */
     connection(connected) {
       lost ||= !connected;
+      update();
+    },
+    /** @param {string} text */
+    closed(text) {
+      ended = text;
       update();
     },
     /** @param {string} text */
@@ -1677,7 +1759,7 @@ function widgetTransport(model) {
   return {
     send: (message, buffers) => model.send(message, void 0, buffers),
     listen(heard) {
-      forward = (message, buffers = []) => heard(message, buffers.map(bytesOf));
+      forward = (message, buffers) => heard(message, (buffers ?? []).map(bytesOf));
     },
     watch: (changed) => changed(true),
     close: () => model.off("msg:custom", callback)
@@ -1721,6 +1803,7 @@ function mount(host, transport) {
   }
   channel.on("state", ({ state }) => follow(state));
   channel.on("progress", (progress) => built?.progress(progress));
+  channel.on("closed", ({ message }) => built?.closed(message));
   channel.open(async (connected) => {
     built?.connection(connected);
     lost ||= !connected;
@@ -1761,7 +1844,11 @@ function build(root, channel, first) {
     score(models, score) {
       if (page.state.view === "product")
         status.say("The product is only looked at: choose the factor that the score belongs to.");
-      else if (models.length) page.outbox.add(models, score, page.state.active);
+      else if (models.length) page.outbox.add(models, score, page.factor().id);
+    },
+    factor() {
+      const { factors: factors2, active } = page.state;
+      return factors2.find(({ name }) => name === active) ?? factors2[0];
     },
     look: (model) => void look.open(model),
     say: (text) => status.say(text),
@@ -1794,11 +1881,11 @@ function build(root, channel, first) {
     ),
     status.banner,
     element(
-      "main",
+      "div",
       { class: "gl-main" },
       element("div", { class: "gl-left" }, toolbar.element, display.element, display.about),
       element(
-        "aside",
+        "section",
         { class: "gl-side", "aria-label": "Score and learn" },
         scoring.element,
         learning.element,
@@ -1847,8 +1934,11 @@ function build(root, channel, first) {
     },
     /** @param {boolean} connected */
     connection(connected) {
-      root.classList.toggle("gl-offline", !connected);
       status.connection(connected);
+    },
+    /** Python ended the session, and will not answer any more. @param {string} message */
+    closed(message) {
+      status.closed(message);
     },
     /** The state is there; whatever was under way when the connection was lost begins anew. */
     reconnected() {

@@ -68,7 +68,8 @@ function bar(name) {
     /** @param {number | null} value @param {number} full */
     set(value, full) {
       fill.style.transform = `scaleX(${Math.min(Math.max((value ?? 0) / full, 0), 1)})`;
-      number.textContent = value === null ? "" : String(Math.round(value));
+      // Not as text: the name of the tile says it in words.
+      number.dataset.value = value === null ? "" : String(Math.round(value));
     },
   };
 }

@@ -5,6 +5,8 @@ import { Pictures } from "./pictures.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").State} State */
+/** @typedef {{ clientX: number, clientY: number }} Point on the screen */
+/** @typedef {{ anchor: Element, x: number, y: number }} Held a place within an element, as parts of its size */
 
 const SMALLEST = 26;
 const LARGEST = 640;
@@ -108,18 +110,34 @@ export function makeDisplay(page) {
 
   /**
    * @param {number} factor to zoom by; 0 fits all again
-   * @param {{ clientX: number, clientY: number }} [at] what stays where it is; the middle if not given
+   * @param {Point} [to] where what is held comes to lie; the middle if not given
+   * @param {Held} [held] what was there before, if not given
    */
-  function zoomBy(factor, at) {
-    const room = stage.getBoundingClientRect();
-    const { clientX, clientY } = at ?? { clientX: room.x + room.width / 2, clientY: room.y + room.height / 2 };
-    const before = board.getBoundingClientRect();
-    const [x, y] = [(clientX - before.x) / before.width, (clientY - before.y) / before.height];
+  function zoomBy(factor, to = middle(), held = hold(to)) {
     zoom = factor ? Math.min(Math.max(zoom * factor, 0.5), 10) : 1;
     fit();
-    const after = board.getBoundingClientRect();
-    stage.scrollLeft += after.x + x * after.width - clientX;
-    stage.scrollTop += after.y + y * after.height - clientY;
+    const box = held.anchor.getBoundingClientRect();
+    stage.scrollLeft += box.x + held.x * box.width - to.clientX;
+    stage.scrollTop += box.y + held.y * box.height - to.clientY;
+  }
+
+  /**
+   * The place of the models that lies at a point. Gaps do not grow with the tiles, so it is a place of a tile where
+   * there is one.
+   * @param {Point} point
+   * @returns {Held}
+   */
+  function hold({ clientX, clientY }) {
+    const ground = /** @type {Document | ShadowRoot} */ (stage.getRootNode());
+    const anchor = ground.elementFromPoint(clientX, clientY)?.closest(".gl-cell") ?? board;
+    const box = anchor.getBoundingClientRect();
+    return { anchor, x: (clientX - box.x) / box.width, y: (clientY - box.y) / box.height };
+  }
+
+  /** @returns {Point} */
+  function middle() {
+    const { x, y, width, height } = stage.getBoundingClientRect();
+    return { clientX: x + width / 2, clientY: y + height / 2 };
   }
 
   /** The position of the tile that an element lies in, or -1. @param {EventTarget | null} target */
@@ -150,7 +168,21 @@ export function makeDisplay(page) {
     pictures.close();
   }
 
-  return { element: stage, about, update, drawSoon, fit, describe, zoomBy, positionOf, tiles, focus, askAgain, close };
+  return {
+    element: stage,
+    about,
+    update,
+    drawSoon,
+    fit,
+    describe,
+    zoomBy,
+    hold,
+    positionOf,
+    tiles,
+    focus,
+    askAgain,
+    close,
+  };
 }
 
 /** @param {number} index */

@@ -31,7 +31,7 @@ export function makeFactors(page) {
   function update({ factors, active, view }) {
     while (tabs.length < factors.length) {
       const index = tabs.length;
-      tabs.push(makeTab(() => activate(page.state.factors[index].name)));
+      tabs.push(makeTab(() => activate(page.state.factors[index])));
     }
     factors.forEach(({ name, labels }, index) => tabs[index].set(name, labels, view === "active" && name === active));
     product.set("product", null, view === "product");
@@ -40,9 +40,9 @@ export function makeFactors(page) {
     if (shown.length !== list.childElementCount) list.replaceChildren(...shown);
   }
 
-  /** @param {string} name */
-  async function activate(name) {
-    if (name !== page.state.active) await page.ask("factor_activate", { name });
+  /** @param {import("./types.js").Factor} factor */
+  async function activate({ id }) {
+    if (id !== page.factor().id) await page.ask("factor_activate", { name: id });
     if (page.state.view !== "active") await page.ask("view", { kind: "active" });
   }
 
@@ -61,22 +61,22 @@ export function makeFactors(page) {
     ];
   }
 
-  /** @param {() => void} close */
+  /** About the factor that is active when the menu opens, and about no other whatever happens while it is open. @param {() => void} close */
   function buildEdit(close) {
-    const { active, factors } = page.state;
-    const labels = factors.find(({ name }) => name === active)?.labels ?? 0;
+    const { id, name, labels } = page.factor();
     const remove = textButton(
-      `Delete “${active}” and its ${labels} scores`,
+      `Delete “${name}” and its ${labels} scores`,
       () => {
         close();
-        void page.ask("factor_delete", { name: active });
+        void page.ask("factor_delete", { name: id });
       },
-      { class: "gl-button gl-danger", disabled: factors.length === 1 },
+      { class: "gl-button gl-danger", disabled: page.state.factors.length === 1 },
     );
     return [
-      nameForm("Rename", active, (to) => {
+      element("p", {}, `Factor “${name}”`),
+      nameForm("Rename", name, (to) => {
         close();
-        if (to !== active) void page.ask("factor_rename", { name: active, to });
+        if (to !== name) void page.ask("factor_rename", { name: id, to });
       }),
       element("hr"),
       remove,

@@ -14,9 +14,10 @@
  * @param {string} model
  * @returns {Known}
  */
-export function knownOf({ state, outbox }, model) {
+export function knownOf(page, model) {
+  const { state, outbox } = page;
   const { score: stored, mean, std, product, label } = state.models[model];
-  const { score, saved } = outbox.find(model, state.active) ?? { score: stored, saved: true };
+  const { score, saved } = outbox.find(model, page.factor().id) ?? { score: stored, saved: true };
   if (state.view === "product") return { label, score, saved, predicted: product ?? null, uncertain: null };
   return { label, score, saved, predicted: mean, uncertain: std };
 }

@@ -6,6 +6,18 @@ import { textButton } from "./menu.js";
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {ReturnType<typeof import("../viewer/viewer.js").show>} View */
 
+/** Radians that a key turns the model by. */
+const TURN = Math.PI / 16;
+/** @type {Record<string, [number, number, number]>} what keys do to the view */
+const MOVEMENTS = {
+  "Shift ArrowLeft": [-TURN, 0, 1],
+  "Shift ArrowRight": [TURN, 0, 1],
+  "Shift ArrowUp": [0, TURN, 1],
+  "Shift ArrowDown": [0, -TURN, 1],
+  "+": [0, 0, 1.25],
+  "-": [0, 0, 0.8],
+};
+
 /**
  * The large 3D view of one model. Its code comes over the channel when it is first needed.
  * @param {Page} page
@@ -20,7 +32,7 @@ export function makeLook(page, backToGrid) {
   let canvas = element("canvas", {
     class: "gl-canvas",
     tabIndex: 0,
-    "aria-label": "Model in 3D: drag to turn, wheel to zoom",
+    "aria-label": "Model in 3D: drag or Shift with arrows to turn, wheel or + − to zoom, = to see all",
   });
   const room = element("div", { class: "gl-room" }, canvas);
   const title = element("h2", { class: "gl-look-title" });
@@ -63,7 +75,10 @@ export function makeLook(page, backToGrid) {
   dialog.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const score = scoreOfKey(event.key);
-    if (event.key === "ArrowLeft") void go(-1);
+    const movement = MOVEMENTS[`${event.shiftKey && event.key.startsWith("Arrow") ? "Shift " : ""}${event.key}`];
+    if (movement) view?.move(...movement);
+    else if (event.key === "=") view?.reset();
+    else if (event.key === "ArrowLeft") void go(-1);
     else if (event.key === "ArrowRight") void go(1);
     else if (score !== undefined) page.score([model], score);
     else return;

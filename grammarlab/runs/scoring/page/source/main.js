@@ -67,6 +67,7 @@ export function mount(host, transport) {
 
   channel.on("state", ({ state }) => follow(state));
   channel.on("progress", (progress) => built?.progress(progress));
+  channel.on("closed", ({ message }) => built?.closed(message));
   channel.open(async (connected) => {
     built?.connection(connected);
     lost ||= !connected;
@@ -112,7 +113,11 @@ function build(root, channel, first) {
     score(models, score) {
       if (page.state.view === "product")
         status.say("The product is only looked at: choose the factor that the score belongs to.");
-      else if (models.length) page.outbox.add(models, score, page.state.active);
+      else if (models.length) page.outbox.add(models, score, page.factor().id);
+    },
+    factor() {
+      const { factors, active } = page.state;
+      return factors.find(({ name }) => name === active) ?? factors[0];
     },
     look: (model) => void look.open(model),
     say: (text) => status.say(text),
@@ -146,11 +151,11 @@ function build(root, channel, first) {
     ),
     status.banner,
     element(
-      "main",
+      "div",
       { class: "gl-main" },
       element("div", { class: "gl-left" }, toolbar.element, display.element, display.about),
       element(
-        "aside",
+        "section",
         { class: "gl-side", "aria-label": "Score and learn" },
         scoring.element,
         learning.element,
@@ -204,8 +209,11 @@ function build(root, channel, first) {
     },
     /** @param {boolean} connected */
     connection(connected) {
-      root.classList.toggle("gl-offline", !connected);
       status.connection(connected);
+    },
+    /** Python ended the session, and will not answer any more. @param {string} message */
+    closed(message) {
+      status.closed(message);
     },
     /** The state is there; whatever was under way when the connection was lost begins anew. */
     reconnected() {

@@ -22,7 +22,7 @@ export function menu(button, label, build) {
     if (!step || (event.target instanceof HTMLInputElement && event.target.type === "number")) return;
     event.preventDefault();
     const items = /** @type {HTMLElement[]} */ ([...panel.querySelectorAll("button:not(:disabled), input")]);
-    const here = items.indexOf(/** @type {HTMLElement} */ (document.activeElement));
+    const here = items.indexOf(/** @type {HTMLElement} */ (event.target));
     items[(here + step + items.length) % items.length]?.focus();
   });
 

@@ -6,7 +6,7 @@ import { ConnectionLost } from "./channel.js";
  * @property {string} key the same however often it is sent, so that Python stores it once
  * @property {string[]} models
  * @property {number | null} score
- * @property {string} factor
+ * @property {number} factor id of the factor that the person saw
  * @property {number} since when it was given, ms
  * @property {number} [revision] of the session, once it is saved
  */
@@ -31,7 +31,7 @@ export class Outbox {
     this.#refused = refused;
   }
 
-  /** @param {string[]} models @param {number | null} score @param {string} factor */
+  /** @param {string[]} models @param {number | null} score @param {number} factor */
   add(models, score, factor) {
     const key = Math.random().toString(36).slice(2) + Date.now().toString(36);
     const entry = { key, models, score, factor, since: performance.now() };
@@ -64,7 +64,7 @@ export class Outbox {
   /**
    * The score that a model has here, newer than the one Python told.
    * @param {string} model
-   * @param {string} factor
+   * @param {number} factor
    * @returns {{ score: number | null, saved: boolean } | undefined}
    */
   find(model, factor) {

@@ -4,6 +4,9 @@ import { element } from "./element.js";
 /** @typedef {ReturnType<typeof import("./display.js").makeDisplay>} Display */
 
 const SLACK = 4; // pixels that a hand may shake in a click
+const LINE = 34; // pixels that a browser means which counts in lines, three to a notch
+const NOTCH = 100; // pixels from which on it was a notch of a mouse wheel, not fingers on a touchpad
+const STEP = 24; // what a notch counts for
 
 /**
  * Mouse, pen and fingers on the grids: click, range, toggle, rubber band, zoom and pan.
@@ -18,12 +21,11 @@ export function listenToPointer(page, display) {
   stage.append(band);
   /** @type {{ event: PointerEvent, moved: boolean, pans: boolean, kept: Set<string>, left: number, top: number } | null} */
   let drag = null;
-  /** @type {Map<number, PointerEvent>} */
-  const fingers = new Map();
+  /** @type {{ distance: number, held: import("./display.js").Held } | null} two fingers, and what they hold */
+  let pinch = null;
   let panning = false;
 
   stage.addEventListener("pointerdown", (event) => {
-    if (event.pointerType === "touch") fingers.set(event.pointerId, event);
     if (event.button > 1 || onScrollbar(event)) return;
     const command = event.ctrlKey || event.metaKey;
     const pans = panning || command || event.button === 1 || event.pointerType === "touch";
@@ -33,7 +35,6 @@ export function listenToPointer(page, display) {
   });
 
   stage.addEventListener("pointermove", (event) => {
-    if (fingers.size === 2) return pinch(event);
     if (!drag) return hover(event);
     const { event: start } = drag;
     if (!drag.moved && Math.hypot(event.clientX - start.clientX, event.clientY - start.clientY) < SLACK) return;
@@ -45,7 +46,6 @@ export function listenToPointer(page, display) {
 
   for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) {
     stage.addEventListener(end, (event) => {
-      fingers.delete(event.pointerId);
       if (drag && !drag.moved && end === "pointerup" && drag.event.button === 0) click(event);
       drag = null;
       band.hidden = true;
@@ -65,10 +65,47 @@ export function listenToPointer(page, display) {
     (event) => {
       if (!event.ctrlKey && !event.metaKey) return; // plain turning scrolls, so that a notebook can be scrolled past
       event.preventDefault();
-      display.zoomBy(Math.exp((-Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 60)) / 250), event);
+      // Two fingers on a touchpad arrive as this, 100 times the logarithm of how far they moved apart.
+      const turned = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE : 1);
+      const far = Math.abs(turned) < NOTCH ? turned : Math.sign(turned) * STEP;
+      display.zoomBy(Math.exp(-far / 100), event);
     },
     { passive: false },
   );
+
+  // One finger scrolls without us. Two would, too, if the browser were not told in time that they mean something else.
+  stage.addEventListener(
+    "touchstart",
+    (event) => {
+      grip(event);
+      if (!pinch) return;
+      if (event.cancelable) event.preventDefault();
+      drag = null;
+    },
+    { passive: false },
+  );
+
+  stage.addEventListener(
+    "touchmove",
+    (event) => {
+      const now = apart(event);
+      if (!pinch || !now) return;
+      if (event.cancelable) event.preventDefault();
+      display.zoomBy(now.distance / pinch.distance, now, pinch.held);
+      pinch.distance = now.distance;
+    },
+    { passive: false },
+  );
+
+  for (const end of /** @type {const} */ (["touchend", "touchcancel"])) {
+    stage.addEventListener(end, grip);
+  }
+
+  /** @param {TouchEvent} event */
+  function grip(event) {
+    const fingers = apart(event);
+    pinch = fingers && { distance: fingers.distance, held: display.hold(fingers) };
+  }
 
   /** @param {PointerEvent} event */
   function click(event) {
@@ -115,19 +152,6 @@ export function listenToPointer(page, display) {
   }
 
   /** @param {PointerEvent} event */
-  function pinch(event) {
-    const distance = () => {
-      const [a, b] = [...fingers.values()];
-      return Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY);
-    };
-    const before = distance();
-    fingers.set(event.pointerId, event);
-    const [a, b] = [...fingers.values()];
-    display.zoomBy(distance() / before, { clientX: (a.clientX + b.clientX) / 2, clientY: (a.clientY + b.clientY) / 2 });
-    drag = null;
-  }
-
-  /** @param {PointerEvent} event */
   function onScrollbar(event) {
     const room = stage.getBoundingClientRect();
     return event.clientX > room.left + stage.clientWidth || event.clientY > room.top + stage.clientHeight;
@@ -140,4 +164,12 @@ export function listenToPointer(page, display) {
       stage.classList.toggle("gl-pans", on);
     },
   };
+}
+
+/** How far two fingers are from each other, and what is between them; nothing for fewer or more. @param {TouchEvent} event */
+function apart({ touches }) {
+  if (touches.length !== 2) return null;
+  const [a, b] = touches;
+  const distance = Math.max(Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY), 1);
+  return { distance, clientX: (a.clientX + b.clientX) / 2, clientY: (a.clientY + b.clientY) / 2 };
 }

@@ -55,8 +55,9 @@ export function makeResults(page) {
       typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "",
       ".",
     ].join("");
-    outcome.replaceChildren(element("p", {}, told), saveLink(file, [text], "text/plain"));
-    outcome.querySelector("a")?.click();
+    const link = saveLink(file, [text], "text/plain");
+    outcome.replaceChildren(element("p", {}, told), link);
+    link.click();
   }
 
   async function drawSheet() {
@@ -79,7 +80,10 @@ export function makeResults(page) {
   async function exportScores(format) {
     try {
       const { result, buffers } = await page.channel.request("export", { format });
-      saveLink(result.file, buffers, "application/octet-stream").click();
+      const link = saveLink(result.file, buffers, "application/octet-stream");
+      section.append(link); // VS Code saves only what is clicked within its document
+      link.click();
+      link.remove();
     } catch (error) {
       page.complain(error);
     }

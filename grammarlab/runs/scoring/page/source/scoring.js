@@ -106,11 +106,16 @@ export function makeScoring(page, backToGrid) {
     if (count.textContent !== words) count.textContent = words;
     look.disabled = chosen.length === 0;
     controls.disabled = look.disabled || product;
-    if (document.activeElement !== number) number.value = shared === null ? "" : shortly(shared);
+    if (focused() !== number) number.value = shared === null ? "" : shortly(shared);
     number.placeholder = scores.size > 1 ? "mixed" : "0–100";
-    if (document.activeElement !== slider) slider.value = String(shared ?? 50);
+    if (focused() !== slider) slider.value = String(shared ?? 50);
     slider.classList.toggle("gl-unset", shared === null);
     steps.forEach((button, index) => button.classList.toggle("gl-on", shared === STEPS[index]));
+  }
+
+  /** Where the keyboard is, also where a notebook keeps its outputs in a shadow tree. */
+  function focused() {
+    return /** @type {Document | ShadowRoot} */ (section.getRootNode()).activeElement;
   }
 
   function typeScore() {

@@ -16,6 +16,7 @@ export function makeStatus(page) {
   const complaints = element("div", { class: "gl-notes", role: "alert" });
   let given = false;
   let lost = false;
+  let ended = "";
   const timer = setInterval(() => page.outbox.unsaved && update(), 1000);
 
   function update() {
@@ -39,6 +40,7 @@ export function makeStatus(page) {
     const kept = unsaved
       ? ` ${unsaved} ${unsaved === 1 ? "score is" : "scores are"} not saved yet; keep this page open, they will be sent again.`
       : "";
+    if (ended) return ended;
     if (!connected && lost)
       return `The connection to Python is lost. Trying again; is grammarlab still running?${kept}`;
     if (connected && unsaved && waiting > PATIENCE)
@@ -73,6 +75,11 @@ export function makeStatus(page) {
     /** @param {boolean} connected */
     connection(connected) {
       lost ||= !connected;
+      update();
+    },
+    /** @param {string} text */
+    closed(text) {
+      ended = text;
       update();
     },
     /** @param {string} text */

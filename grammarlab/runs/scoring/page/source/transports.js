@@ -83,14 +83,14 @@ export function widgetTransport(model) {
   return {
     send: (message, buffers) => model.send(message, undefined, buffers),
     listen(heard) {
-      forward = (message, buffers = []) => heard(message, buffers.map(bytesOf));
+      forward = (message, buffers) => heard(message, (buffers ?? []).map(bytesOf)); // not every notebook gives an empty list
     },
     watch: (changed) => changed(true),
     close: () => model.off("msg:custom", callback),
   };
 }
 
-/** @param {DataView | ArrayBuffer} view @returns {ArrayBuffer} */
+/** What a notebook makes of bytes: mostly a view of a part of more. @param {ArrayBufferView | ArrayBuffer} view @returns {ArrayBuffer} */
 function bytesOf(view) {
   if (view instanceof ArrayBuffer) return view;
   return /** @type {ArrayBuffer} */ (view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength));

@@ -11,7 +11,7 @@
  * @property {number | null} [product] predicted over all factors, 0 to 100
  * @property {string} label in words
  *
- * @typedef {{ name: string, labels: number }} Factor
+ * @typedef {{ id: number, name: string, labels: number }} Factor known by its id, since other windows may rename it
  * @typedef {{ title: string, models: string[] }} Grid
  * @typedef {{ grids: number, rows: number, columns: number }} Layout
  * @typedef {{ name: string, says: string }} Way how to choose the models to show
@@ -60,6 +60,7 @@
  * @property {import("./preferences.js").Preferences} preferences of this browser
  * @property {(command: string, parameters?: object) => Promise<any>} ask sends a command; a refusal is shown
  * @property {(models: string[], score: number | null) => void} score
+ * @property {() => Factor} factor the one that is active as far as this page shows
  * @property {(text: string) => void} say a passing note, also for screen readers
  * @property {(error: unknown) => void} complain something that a person has to know
  * @property {(model: string) => void} look opens the 3D view

@@ -13,6 +13,7 @@ import {
   Scene,
   ShadowMaterial,
   Sphere,
+  Spherical,
   Vector3,
   WebGLRenderer,
 } from "three";
@@ -92,6 +93,21 @@ export function show(canvas, { damping = true } = {}) {
     draw();
   }
 
+  /**
+   * What a mouse does by dragging and a wheel by turning.
+   * @param {number} round the model, radians
+   * @param {number} [up] and over it
+   * @param {number} [nearer] by this factor
+   */
+  function move(round, up = 0, nearer = 1) {
+    const place = new Spherical().setFromVector3(camera.position.clone().sub(controls.target));
+    place.theta += round;
+    place.phi -= up;
+    place.radius /= nearer;
+    camera.position.setFromSpherical(place.makeSafe()).add(controls.target);
+    draw();
+  }
+
   /** @param {Vector3} center @param {number} radius @param {number} floor */
   function light(center, radius, floor) {
     sun.target.position.copy(center);
@@ -141,7 +157,7 @@ export function show(canvas, { damping = true } = {}) {
     renderer.dispose();
   }
 
-  return { load, resize, reset, dispose };
+  return { load, resize, reset, move, dispose };
 }
 
 /** Frees what a model holds on the graphics card. @param {import("three").Object3D} object */
