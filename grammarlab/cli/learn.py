@@ -62,6 +62,7 @@ def learn(
 ) -> None:
     """Make a grammar that samples models in proportion to how much they are liked."""
     with friendly_errors():
+        from grammarlab.cli.progress import progress
         from grammarlab.errors import UsageError
         from grammarlab.runs.learn import pages
 
@@ -77,7 +78,9 @@ def learn(
             from grammarlab.runs.learn.labels import learn_from_labels
 
             options: dict[str, Any] = {"method": method or "compile", "base": base, "num_samples": samples}
-            found = learn_from_labels(grammar, labels, wanted, seed=seed, scenario=scenario, **options)
+            with progress() as on_progress:
+                options |= {"scenario": scenario, "seed": seed, "on_progress": on_progress}
+                found = learn_from_labels(grammar, labels, wanted, **options)
             told = _Told(_labels_as_json(found), _labels_as_lines(found), pages.page_of_labels(found))
         elif examples is not None:
             from grammarlab.runs.learn.examples import learn_from_files
@@ -87,7 +90,8 @@ def learn(
         else:
             from grammarlab.runs.learn.scenario import learn_from_scenario
 
-            known = learn_from_scenario(grammar, source, method or "compile", wanted, samples)
+            with progress() as on_progress:
+                known = learn_from_scenario(grammar, source, method or "compile", wanted, samples, on_progress)
             told = _Told(_as_json(known), _as_lines(known), pages.page_of_scenario(known))
         _tell(told, report, seed, as_json)
 

@@ -12,13 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.density.components import Components, Deep, Match, Total, fits
+from grammarlab.density.components import Components, Deep, Match, Total, fits, top_terms
 from grammarlab.density.graph import groups
 from grammarlab.density.skeleton import Alternative, Branch, Successor, SymbolKey
 from grammarlab.errors import InexactError
 from grammarlab.features.pattern import Below, Pattern
 
 Ints = NDArray[np.int64]
+
+_FEW_ROWS = 8
+"""A table with no more is sorted row by row: quicker than arrays are set up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,22 +89,22 @@ class _Build:
     def __init__(self, components: Components, max_states: int) -> None:
         self.components = components
         self.max_states = max_states
-        self.states: dict[SymbolKey, Ints] = {}
+        plain = [key for key, active in components.active.items() if not active]
+        self.states: dict[SymbolKey, Ints] = dict.fromkeys(plain, np.zeros((1, 0), dtype=np.int64))
         self.scans: dict[tuple[SymbolKey, Branch | None], Scan] = {}
 
     def settle(self, group: Sequence[SymbolKey]) -> None:
         """Finds the states of symbols that may call each other; those that they call besides are settled."""
         active = self.components.active
         for key in group:
-            self.states[key] = np.zeros((0 if active[key] else 1, len(active[key])), dtype=np.int64)
-        relevant = [key for key in group if active[key]]
+            self.states[key] = np.zeros((0, len(active[key])), dtype=np.int64)
         recursive = len(group) > 1 or group[0] in self.components.calls[group[0]]
-        growing = bool(relevant)
+        growing = True
         while growing:
-            sizes = [len(self.states[key]) for key in relevant]
-            for key in relevant:
+            sizes = [len(self.states[key]) for key in group]
+            for key in group:
                 self._symbol(key)
-            growing = recursive and sizes != [len(self.states[key]) for key in relevant]
+            growing = recursive and sizes != [len(self.states[key]) for key in group]
 
     def _alternatives(self, key: SymbolKey) -> Iterator[Alternative]:
         return self.components.tree.alternatives(key)
@@ -185,8 +188,8 @@ class _Reading:
             return states[:, place[i]] if i in place else np.zeros(len(states), dtype=np.int64)
 
         result = np.repeat(rows[:, None, :], len(states), axis=1)
-        for at, i in enumerate(self.inherited):
-            result[:, :, at] += column(i)
+        passed_on = [at for at, i in enumerate(self.inherited) if i in place]
+        result[:, :, passed_on] += states[:, [place[self.inherited[at]] for at in passed_on]]
         for condition, at in self.found.items():
             matches = [column(number[Match(pattern)]) for pattern in condition.run]
             if condition.place not in (None, child):
@@ -205,31 +208,28 @@ class _Reading:
     def _states(self, rows: Ints) -> Ints:
         """The state [P, C] of the node after all children."""
         components = self.build.components
-        inherited = {i: rows[:, at] for at, i in enumerate(self.inherited)}
-        columns: list[Ints] = []
-        for i in self.active:
+        inherited = {i: at for at, i in enumerate(self.inherited)}
+        states = np.zeros((len(rows), len(self.active)), dtype=np.int64)
+        passed_on = [column for column, i in enumerate(self.active) if i in inherited]
+        states[:, passed_on] = rows[:, [inherited[self.active[column]] for column in passed_on]]
+        for column, i in enumerate(self.active):
             component = components.all[i]
             if isinstance(component, Deep):
-                value = inherited[i] + rows[:, self.found[component.below]]
-            elif isinstance(component, Total):
-                value = inherited[i]
-                for pattern, weight in component.reading.terms:
-                    value = value + weight * self._matches(pattern, rows, inherited)
+                states[:, column] += rows[:, self.found[component.below]]
             else:
-                value = self._matches(component.pattern, rows, inherited)
-            columns.append(np.minimum(value, components.cap(component)))
-        return np.stack(columns, axis=1)
+                for pattern, weight in top_terms(component):
+                    if fits(pattern, self.key, self.alternative):
+                        states[:, column] += weight * self._matches(pattern, rows)
+        return np.minimum(states, [components.cap(components.all[i]) for i in self.active])
 
-    def _matches(self, pattern: Pattern, rows: Ints, inherited: Mapping[int, Ints]) -> Ints:
-        """[P] embeddings of a pattern whose top is this node."""
+    def _matches(self, pattern: Pattern, rows: Ints) -> Ints:
+        """[P] embeddings of a pattern whose top fits this node."""
         cap = self.build.components.inner_cap
         value = np.ones(len(rows), dtype=np.int64)
-        if not fits(pattern, self.key, self.alternative):
-            return 0 * value
         for condition in pattern.below:
             runs = rows[:, self.found[condition]]
             if condition.deep:
-                runs = runs + inherited[self.build.components.number[Deep(condition)]]
+                runs = runs + rows[:, self.inherited.index(self.build.components.number[Deep(condition)])]
             value = np.minimum(value * np.minimum(runs, cap), cap)
         return value
 
@@ -243,8 +243,12 @@ class _Reading:
 
 def distinct_rows(rows: Ints) -> tuple[Ints, Ints]:
     """The different rows [K, W] of a table [N, W] of integers >= 0, and for each row its number among them [N]."""
-    if not len(rows) or not rows.shape[1]:
+    if len(rows) <= 1 or not rows.shape[1]:
         return rows[:1], np.zeros(len(rows), dtype=np.int64)
+    if len(rows) <= _FEW_ROWS:
+        given = [tuple(row) for row in rows.tolist()]
+        number = {row: i for i, row in enumerate(sorted(set(given)))}
+        return np.array(list(number), dtype=np.int64), np.array([number[row] for row in given], dtype=np.int64)
     radix = rows.max(axis=0) + 1
     if float(np.prod(radix.astype(np.float64))) < 2.0**62:
         weights = np.concatenate([np.cumprod(radix[:0:-1])[::-1], [1]])

@@ -8,7 +8,7 @@ the same: p is left out for all symbols whose trees can be counted, and drawn nu
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ from grammarlab.density.automaton import Automaton, count_automaton
 from grammarlab.density.components import NO_CAP, Components, Reading
 from grammarlab.density.graph import groups
 from grammarlab.density.learned import LearnedGrammar
-from grammarlab.density.reading import Read, read
+from grammarlab.density.reading import Read
 from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.density.splitting import Base, split
 from grammarlab.density.weights import Weights
@@ -27,33 +27,15 @@ from grammarlab.density.writing import write
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import GrammarlabError, InexactError
 from grammarlab.features.pattern import Draw, HalfSpace, Pattern, Present, Threshold
-from grammarlab.features.score import Score
 from grammarlab.language.grammar import Grammar
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Preference = Callable[[Floats], Floats]
 """From the values [n, reads] of what it reads to values [n], finite and at least 0; each row on its own."""
 
 RECURSIVE_CAP = 12
 """Where a grammar is recursive, counts from here on are taken to be one unless a cap is given."""
-
-
-def compile_score(
-    grammar: Grammar,
-    score: Score,
-    *,
-    base: Base = "grammar",
-    forest: Forest | None = None,
-    header: Sequence[str] = (),
-    assets: Path | None = None,
-) -> LearnedGrammar:
-    """The grammar whose density is that of a grammar times a score; see `compile_density`."""
-    reads, rest = read(score.expression)
-
-    def preference(values: Floats) -> Floats:
-        return np.clip(rest(values), 0.0, 100.0)
-
-    return compile_density(grammar, reads, preference, base=base, forest=forest, header=header, assets=assets)
 
 
 def compile_density(
@@ -87,35 +69,18 @@ def compile_density(
     tree = TreeGrammar.of(grammar)
     if forest is not None:
         tree = tree.observed(forest)
-    wanted = tuple(countable(item) for item in reads)
-    counted = tuple(dict.fromkeys(item for item in wanted if isinstance(item, Reading)))
-    drawn = _by_attribute(wanted)
-    attributes = tuple(attribute_parts(grammar, name, found) for name, found in drawn.items())
-    components = Components(tree, counted)
-    limit = cap if cap is not None else RECURSIVE_CAP if _is_recursive(components) else NO_CAP
-    cut = tuple(replace(reading, cap=min(reading.cap, limit)) for reading in counted)
-    automaton = count_automaton(components if cut == counted else Components(tree, cut))
+    wanted = _Wanted.of(grammar, reads, preference)
+    automaton, findings = _counting(tree, wanted, cap)
     if not len(automaton.states[tree.start]):
         raise GrammarlabError(f"no derivation of {tree.start[0]} ends: every way to rewrite it leads back to itself")
-    columns = {item: i for i, item in enumerate([*counted, *(f for found in drawn.values() for f in found)])}
-    order = [columns[item] for item in wanted]
-
-    def scores(counts: NDArray[np.int64], parts: NDArray[np.int64]) -> Floats:
-        return _checked(preference, np.concatenate([counts, parts], axis=1)[:, order].astype(np.float64))
-
-    imposed = np.array([new.cap < old.cap for new, old in zip(cut, counted, strict=True)], dtype=bool)
-    findings: list[str] = []
-    if (automaton.totals >= limit)[:, imposed].any():
-        _check_cap(automaton.totals, imposed, limit, lambda counts: scores(counts, _no_parts(counts, drawn)))
-        findings.append(f"counts from {limit} on are taken to be one, because the grammar is recursive")
-    splitting = split(automaton, attributes, scores, base)
+    splitting = split(automaton, wanted.attributes, wanted.scores, base)
     weights = Weights(splitting)
     total = sum(
-        component.weight * weights.of(component.start) * _drawn_mean(attributes, component.attributes, base)
+        component.weight * weights.of(component.start) * _drawn_mean(wanted.attributes, component.attributes, base)
         for component in splitting.components
     )
     if not total > 0.0:
-        raise GrammarlabError(_nothing_liked(automaton, counted))
+        raise GrammarlabError(_nothing_liked(automaton, wanted.counted))
     written = write(grammar, splitting, weights, header)
     return LearnedGrammar(
         written.text,
@@ -125,11 +90,64 @@ def compile_density(
         written.origins,
         written.start,
         written.components,
-        attributes,
+        wanted.attributes,
         total,
-        tuple(findings),
+        findings,
         assets,
     )
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """What a preference reads, sorted by how it is followed."""
+
+    preference: Preference
+    counted: tuple[Reading, ...]
+    """What is counted in trees."""
+    attributes: tuple[AttributeParts, ...]
+    """The drawn attributes that are read."""
+    order: tuple[int, ...]
+    """[reads] where each value that is read stands: among the counts first, then among what attributes say."""
+
+    @classmethod
+    def of(cls, grammar: Grammar, reads: Sequence[Read], preference: Preference) -> _Wanted:
+        wanted = tuple(countable(item) for item in reads)
+        counted = tuple(dict.fromkeys(item for item in wanted if isinstance(item, Reading)))
+        drawn: dict[str, list[Threshold | Draw]] = {}
+        for item in dict.fromkeys(wanted):
+            if isinstance(item, Threshold | Draw):
+                drawn.setdefault(item.site, []).append(item)
+        attributes = tuple(attribute_parts(grammar, name, found) for name, found in drawn.items())
+        place = {item: i for i, item in enumerate([*counted, *(f for found in drawn.values() for f in found)])}
+        return cls(preference, counted, attributes, tuple(place[item] for item in wanted))
+
+    def scores(self, counts: Ints, parts: Ints) -> Floats:
+        """The preference [n] of counts [n, counted], and of what the attributes say [n, attribute features]."""
+        values = np.concatenate([counts, parts], axis=1)[:, self.order].astype(np.float64)
+        found = np.asarray(self.preference(values), dtype=np.float64)
+        if found.shape != (len(values),) or not np.isfinite(found).all() or (found < 0.0).any():
+            raise GrammarlabError(
+                f"expected a preference with one value a model, finite and at least 0; found shape {found.shape}"
+                + (f" with {found.min()} to {found.max()}" if found.size else "")
+            )
+        return found
+
+    def scores_of_counts(self, counts: Ints) -> Floats:
+        """The preference [n] of counts [n, counted], where attributes say nothing."""
+        return self.scores(counts, np.zeros((len(counts), sum(a.counts.shape[1] for a in self.attributes)), dtype=int))
+
+
+def _counting(tree: TreeGrammar, wanted: _Wanted, cap: int | None) -> tuple[Automaton, tuple[str, ...]]:
+    """The automaton that counts what is wanted, and what a person should know about it."""
+    components = Components(tree, wanted.counted)
+    limit = cap if cap is not None else RECURSIVE_CAP if _is_recursive(components) else NO_CAP
+    cut = tuple(replace(reading, cap=min(reading.cap, limit)) for reading in wanted.counted)
+    automaton = count_automaton(components if cut == wanted.counted else Components(tree, cut))
+    imposed = np.array([new.cap < old.cap for new, old in zip(cut, wanted.counted, strict=True)], dtype=bool)
+    if not (automaton.totals >= limit)[:, imposed].any():
+        return automaton, ()
+    _check_cap(automaton.totals, imposed, limit, wanted.scores_of_counts)
+    return automaton, (f"counts from {limit} on are taken to be one, because the grammar is recursive",)
 
 
 def countable(item: Read) -> Reading | Threshold | Draw:
@@ -142,42 +160,13 @@ def countable(item: Read) -> Reading | Threshold | Draw:
     return Reading.of(item) if isinstance(item, Pattern) else item
 
 
-def _by_attribute(reads: Sequence[Reading | Threshold | Draw]) -> dict[str, list[Threshold | Draw]]:
-    """The features of drawn attributes, by the name of the attribute."""
-    found: dict[str, list[Threshold | Draw]] = {}
-    for item in dict.fromkeys(reads):
-        if isinstance(item, Threshold | Draw):
-            found.setdefault(item.site, []).append(item)
-    return found
-
-
 def _is_recursive(components: Components) -> bool:
     """Whether a symbol that matters leads back to itself."""
-    calls = {
-        key: [below for below in found if components.active[below]]
-        for key, found in components.calls.items()
-        if components.active[key]
-    }
+    calls = components.calls
     return any(len(group) > 1 or any(key in calls[key] for key in group) for group in groups(calls))
 
 
-def _checked(preference: Preference, values: Floats) -> Floats:
-    found = np.asarray(preference(values), dtype=np.float64)
-    if found.shape != (len(values),) or not np.isfinite(found).all() or (found < 0.0).any():
-        raise GrammarlabError(
-            f"expected a preference with one value a model, finite and at least 0; found shape {found.shape}"
-            + (f" with {found.min()} to {found.max()}" if found.size else "")
-        )
-    return found
-
-
-def _no_parts(counts: NDArray[np.int64], drawn: dict[str, list[Threshold | Draw]]) -> NDArray[np.int64]:
-    return np.zeros((len(counts), sum(map(len, drawn.values()))), dtype=np.int64)
-
-
-def _check_cap(
-    counts: NDArray[np.int64], imposed: NDArray[np.bool_], cap: int, scores: Callable[[NDArray[np.int64]], Floats]
-) -> None:
+def _check_cap(counts: Ints, imposed: NDArray[np.bool_], cap: int, scores: Callable[[Ints], Floats]) -> None:
     """Makes sure that a preference does not tell apart counts that are taken to be one.
 
     Raises:

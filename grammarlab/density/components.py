@@ -109,28 +109,29 @@ class Components:
     @cached_property
     def active(self) -> Mapping[SymbolKey, tuple[int, ...]]:
         """For each reachable symbol, the components that can be above zero there and are asked for."""
-        needed = dict.fromkeys(self._keys, 0)
+        needed = dict.fromkeys(self.tree.reachable, 0)
         needed[self.tree.start] = sum(1 << self.number[Total(reading)] for reading in set(self.readings))
         queue = [self.tree.start]
         while queue:
             key = queue.pop()
             mask = needed[key] & self._possible[key]
             for alternative in self.tree.alternatives(key):
+                conditions = self.conditions(key, alternative, _bits(mask))
                 for place, successor in enumerate(alternative.successors):
-                    asked = self._asked(key, alternative, place, mask) & self._possible[successor.key]
+                    asked = self._asked(conditions, place, mask) & self._possible[successor.key]
                     if asked & ~needed[successor.key]:
                         needed[successor.key] |= asked
                         queue.append(successor.key)
-        return {key: _bits(needed[key] & self._possible[key]) for key in self._keys}
+        return {key: _bits(mask & self._possible[key]) if mask else () for key, mask in needed.items()}
 
     @cached_property
     def calls(self) -> Mapping[SymbolKey, tuple[SymbolKey, ...]]:
-        """The successors of each reachable symbol; of those where nothing matters, none."""
+        """For each symbol where something matters, the successors where something matters."""
+        matters = {key for key, active in self.active.items() if active}
         return {
-            key: tuple({s.key: None for alternative in self.tree.alternatives(key) for s in alternative.successors})
-            if active
-            else ()
-            for key, active in self.active.items()
+            key: tuple({s.key: None for a in self.tree.alternatives(key) for s in a.successors if s.key in matters})
+            for key in self.active
+            if key in matters
         }
 
     def conditions(self, key: SymbolKey, alternative: Alternative, active: Sequence[int]) -> tuple[Below, ...]:
@@ -147,10 +148,6 @@ class Components:
         return tuple(found)
 
     @cached_property
-    def _keys(self) -> tuple[SymbolKey, ...]:
-        return self.tree.reachable()
-
-    @cached_property
     def _inherited(self) -> int:
         """Components that are sums over the subtree."""
         return sum(1 << i for i, component in enumerate(self.all) if not isinstance(component, Match))
@@ -158,35 +155,38 @@ class Components:
     @cached_property
     def _possible(self) -> dict[SymbolKey, int]:
         """For each symbol, the components that can be above zero, as bits; perhaps a few more."""
-        possible = dict.fromkeys(self._keys, 0)
-        own = {key: self._labelled(key) for key in self._keys}
-        parents: dict[SymbolKey, list[SymbolKey]] = {key: [] for key in self._keys}
-        for key in self._keys:
-            for child in {s.key for alternative in self.tree.alternatives(key) for s in alternative.successors}:
-                parents[child].append(key)
-        queue = list(self._keys)
+        possible = dict.fromkeys(self.tree.reachable, 0)
+        named = {pattern.symbol for c in self.all if not isinstance(c, Deep) for pattern in tops(c)}
+        # Symbols above are looked at once something is found below them.
+        queue = [key for key in possible if None in named or key[0] in named]
         waiting = set(queue)
         while queue:
             key = queue.pop()
             waiting.discard(key)
-            mask = self._possible_at(key, own[key], possible)
+            mask = self._possible_at(key, possible)
             if mask != possible[key]:
                 possible[key] = mask
-                again = [parent for parent in parents[key] if parent not in waiting]
+                again = [parent for parent in self.tree.callers[key] if parent not in waiting]
                 queue += again
                 waiting.update(again)
         return possible
 
     def _labelled(self, key: SymbolKey) -> tuple[int, ...]:
         """The components that begin at a node of this symbol under some alternative."""
-        return tuple(
-            i
-            for i, component in enumerate(self.all)
-            if isinstance(component, Deep) or any(pattern.symbol in (None, key[0]) for pattern in tops(component))
-        )
+        return tuple(sorted({*self._by_top.get(None, ()), *self._by_top.get(key[0], ())}))
 
-    def _possible_at(self, key: SymbolKey, own: Sequence[int], possible: Mapping[SymbolKey, int]) -> int:
-        mask = possible[key]
+    @cached_property
+    def _by_top(self) -> dict[str | None, list[int]]:
+        """The components by the symbols of the nodes that they begin at; under None those that begin at any."""
+        found: dict[str | None, list[int]] = {}
+        for i, component in enumerate(self.all):
+            names = {None} if isinstance(component, Deep) else {pattern.symbol for pattern in tops(component)}
+            for name in names:
+                found.setdefault(name, []).append(i)
+        return found
+
+    def _possible_at(self, key: SymbolKey, possible: Mapping[SymbolKey, int]) -> int:
+        mask, own = possible[key], self._labelled(key)
         for alternative in self.tree.alternatives(key):
             below = [possible[successor.key] for successor in alternative.successors]
             inherited = 0
@@ -220,10 +220,10 @@ class Components:
             any(mask >> bit & 1 for mask in below) for bit in bits[1:]
         )
 
-    def _asked(self, key: SymbolKey, alternative: Alternative, place: int, mask: int) -> int:
+    def _asked(self, conditions: Sequence[Below], place: int, mask: int) -> int:
         """The components of the child at a place that the components `mask` of a node ask for, as bits."""
         asked = mask & self._inherited
-        for condition in self.conditions(key, alternative, _bits(mask)):
+        for condition in conditions:
             if condition.deep:
                 asked |= 1 << self.number[Deep(condition)]
             for step, inner in enumerate(condition.run):
@@ -232,11 +232,14 @@ class Components:
         return asked
 
 
+def top_terms(component: Total | Match) -> tuple[tuple[Pattern, int], ...]:
+    """The patterns whose top node is laid, and what each embedding counts for."""
+    return ((component.pattern, 1),) if isinstance(component, Match) else component.reading.terms
+
+
 def tops(component: Total | Match) -> tuple[Pattern, ...]:
     """The patterns whose top node is laid."""
-    if isinstance(component, Match):
-        return (component.pattern,)
-    return tuple(pattern for pattern, _ in component.reading.terms)
+    return tuple(pattern for pattern, _ in top_terms(component))
 
 
 def _belows(pattern: Pattern) -> Iterator[Below]:

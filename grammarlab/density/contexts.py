@@ -167,7 +167,7 @@ def _edges_needed(tree: TreeGrammar, patterns: Sequence[Pattern]) -> dict[Symbol
         pattern, depth = waiting.pop()
         asked.append((pattern, depth))
         waiting += [(inner, depth + 1) for below in pattern.below if not below.deep for inner in below.run]
-    keys = tree.reachable()
+    keys = tree.reachable
     length = {
         key: max((depth for pattern, depth in asked if pattern.symbol in (None, key[0])), default=0) for key in keys
     }
@@ -185,7 +185,7 @@ def _edges_needed(tree: TreeGrammar, patterns: Sequence[Pattern]) -> dict[Symbol
 
 def _symbols_inside(tree: TreeGrammar) -> dict[SymbolKey, set[str]]:
     """The names of each symbol and of all that its trees may hold."""
-    keys = tree.reachable()
+    keys = tree.reachable
     calls = {key: {s.key for alternative in tree.alternatives(key) for s in alternative.successors} for key in keys}
     found: dict[SymbolKey, set[str]] = {}
     for group in groups(calls):

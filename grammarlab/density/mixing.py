@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -34,16 +34,11 @@ class ContextVariant(Variant):
 
 
 class ContextNames(AbstractNames):
-    """Names variants after their component and where they stand.
+    """Names variants after their component and where they stand."""
 
-    Args:
-        splitting: what is to be named.
-        taken: names that are in use.
-    """
-
-    def __init__(self, splitting: Splitting, taken: Collection[str]) -> None:
-        super().__init__(taken)
-        self._mixed = len(splitting.components) > 1
+    @property
+    def _mixed(self) -> bool:
+        return len(self._splitting.components) > 1
 
     def suffix(self, variant: Variant) -> str:
         above = _edges(variant)

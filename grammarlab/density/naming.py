@@ -26,10 +26,12 @@ class AbstractNames(ABC):
     """Finds names for variants that nothing else has.
 
     Args:
+        splitting: what is to be named.
         taken: names that are in use.
     """
 
-    def __init__(self, taken: Collection[str]) -> None:
+    def __init__(self, splitting: Splitting, taken: Collection[str]) -> None:
+        self._splitting = splitting
         self._taken = set(taken)
 
     def name(self, variant: Variant) -> str:
@@ -55,16 +57,10 @@ class AbstractNames(ABC):
 
 
 class Names(AbstractNames):
-    """Names variants after the trees that their futures ask for.
-
-    Args:
-        splitting: what is to be named.
-        taken: names that are in use.
-    """
+    """Names variants after the trees that their futures ask for."""
 
     def __init__(self, splitting: Splitting, taken: Collection[str]) -> None:
-        super().__init__(taken)
-        self._splitting = splitting
+        super().__init__(splitting, taken)
         self._components = splitting.automaton.components
         self._varying_of: dict[SymbolKey, dict[int, int]] = {}
 

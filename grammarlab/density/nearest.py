@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from grammarlab.density import sampled
-from grammarlab.density.compile import compile_density
 from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.ranges import with_ranges
 from grammarlab.density.target import Target
+from grammarlab.density.thinning import Progress, silent
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import InexactError
 
@@ -27,6 +27,7 @@ def compile_nearest(
     *,
     num_samples: int = sampled.NUM_SAMPLES,
     seed: int = 0,
+    on_progress: Progress = silent,
 ) -> LearnedGrammar:
     """The exact grammar of a density; else, with a finding that says why, one of sub-ranges or one of samples.
 
@@ -36,18 +37,21 @@ def compile_nearest(
         header: of the new file.
         num_samples: to learn from, where there is no exact grammar.
         seed: of these samples.
+        on_progress: told about these samples.
 
     Raises:
         GrammarlabError: when the preference is 0 for every model.
     """
     try:
-        return _compiled(target, forest, header("compile"))
+        return target.compiled(forest, header("compile"))
     except InexactError as error:
         reason = str(error)
     nearer = _with_ranges(target, forest, header("ranges"))
     if nearer is not None:
         return _explained(nearer, "numbers are drawn from ranges instead", reason)
-    learned = sampled.learn(target, "tied", num_samples=num_samples, seed=seed, header=header("tied"))
+    learned = sampled.learn(
+        target, "tied", num_samples=num_samples, seed=seed, header=header("tied"), on_progress=on_progress
+    )
     return _explained(learned, "one was learned from samples instead", reason)
 
 
@@ -58,23 +62,11 @@ def _with_ranges(target: Target, forest: Forest, header: Sequence[str]) -> Learn
             reads, preference = with_ranges(target.grammar, target.reads, target.preference, number)
             if preference is target.preference:
                 return None
-            learned = _compiled(replace(target, reads=reads, preference=preference), forest, header)
+            learned = replace(target, reads=reads, preference=preference).compiled(forest, header)
         except InexactError:
             continue
         return replace(learned, method="ranges")
     return None
-
-
-def _compiled(target: Target, forest: Forest, header: Sequence[str]) -> LearnedGrammar:
-    return compile_density(
-        target.grammar,
-        target.reads,
-        target.preference,
-        base=target.base,
-        forest=forest,
-        header=header,
-        assets=target.assets,
-    )
 
 
 def _explained(learned: LearnedGrammar, what: str, reason: str) -> LearnedGrammar:

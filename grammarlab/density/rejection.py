@@ -6,16 +6,19 @@ a model. A learned grammar can propose the models, so that fewer are rejected.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Ints
 from grammarlab.density.learned import LearnedGrammar, num_alternatives
 from grammarlab.density.sampler import AbstractSampler
 from grammarlab.density.splitting import Base
 from grammarlab.density.target import Target
-from grammarlab.density.thinning import MOST_PROPOSALS, Acceptance, Thinned, thin
+from grammarlab.density.thinning import MOST_PROPOSALS, Acceptance, Progress, Thinned, silent, thin
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
@@ -23,9 +26,12 @@ from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.errors import GrammarlabError, UsageError
 
 Floats = NDArray[np.float64]
+K = TypeVar("K")
 
 PILOT_MODELS = 2_000
 """Models that are accepted to estimate the mean of the preference, and a bound where none is known."""
+PILOT_PROPOSALS = 200_000
+"""A pilot run looks at no more: of a preference for one model in 500, it has met 400 then."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +62,8 @@ class RejectionSampler(AbstractSampler):
         Raises:
             GrammarlabError: when too few are accepted.
         """
-        found = _thinned(self.target, self.proposal, num_models, seed, self.pilot.bound, self.most_proposals)
+        options: dict[str, Any] = {"least": self.pilot.bound, "most_proposals": self.most_proposals}
+        found = _thinned(self.target, self.proposal, select_models, num_models, seed, **options)
         forest = join_forests([select_models(models, rows) for models, rows in found.chunks])
         if forest.num_models < num_models:
             raise GrammarlabError(
@@ -113,6 +120,7 @@ def reject(
     proposal: LearnedGrammar | None = None,
     seed: int = 0,
     most_proposals: int = MOST_PROPOSALS,
+    on_progress: Progress = silent,
 ) -> RejectionSampler:
     """A sampler of a wanted density by rejection.
 
@@ -122,24 +130,32 @@ def reject(
         proposal: a learned grammar that proposes models; must make all models that the target makes.
         seed: of the pilot run.
         most_proposals: models that are looked at before it gives up.
+        on_progress: told about models that the pilot run accepts.
 
     Raises:
         GrammarlabError: when no model is accepted.
     """
-    pilot = _thinned(target, proposal, num_pilot, seed, 0.0, most_proposals).acceptance
+    most = min(most_proposals, PILOT_PROPOSALS)
+    options: dict[str, Any] = {"most_proposals": most, "on_progress": on_progress}
+    pilot = _thinned(target, proposal, lambda forest, rows: None, num_pilot, seed, **options).acceptance
     return RejectionSampler(target, proposal, pilot, most_proposals)
 
 
 def _thinned(
-    target: Target, proposal: LearnedGrammar | None, num_models: int, seed: int, least: float, most_proposals: int
-) -> Thinned[Forest]:
+    target: Target,
+    proposal: LearnedGrammar | None,
+    keep: Callable[[Forest, Ints], K],
+    num_models: int,
+    seed: int,
+    **options: Any,
+) -> Thinned[K]:
     if num_models < 1:
         raise UsageError(f"expected at least one model, found {num_models}")
     made_by = proposal or target.even
     program = compile_grammar(target.grammar if made_by is None else made_by.grammar)
 
     def propose(first: int, number: int) -> Forest:
-        forest = derive(program, number, seed, first_model=first, assets=target.assets)
+        forest = derive(program, number, seed, first_model=first, assets=target.folder)
         return forest if made_by is None else made_by.as_original(forest)
 
     def weigh(forest: Forest) -> Floats:
@@ -150,14 +166,4 @@ def _thinned(
         return scores * base / proposal.ratio(forest)
 
     bound = target.bound if proposal is None else None
-    return thin(
-        propose,
-        weigh,
-        select_models,
-        num_models,
-        seed,
-        bound=bound,
-        least=least,
-        most_proposals=most_proposals,
-        chunk=target.chunk,
-    )
+    return thin(propose, weigh, keep, num_models, seed, bound=bound, chunk=target.chunk, **options)

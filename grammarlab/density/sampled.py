@@ -1,8 +1,7 @@
 """Learning a grammar from samples: parameter learning, structure learning, and structure learning with S tied.
 
-Section 4.6 of the paper. Models are drawn from the target density by rejection; what they took where is counted; a
-mixture of grammars is fitted to the counts. The methods differ in how symbols are split and in which choices are
-learned:
+Section 4.6 of the paper. Models are drawn from the target density; what they took where is counted; a mixture of
+grammars is fitted to the counts. The methods differ in how symbols are split and in which choices are learned:
 
 - *parameters*: no symbol is split, all choices are learned, one component;
 - *structure*: symbols that relevant features name are split by the edges above them, all choices are learned, one
@@ -29,21 +28,18 @@ from grammarlab.density.automaton import InexactError
 from grammarlab.density.choices import Choices, relevant_choices
 from grammarlab.density.clustering import cluster, merged
 from grammarlab.density.contexts import Contexts, NoContext, OpenPatterns, ParentEdges
+from grammarlab.density.drawing import Candidates, draw
 from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.mixing import ContextNames, as_splitting
 from grammarlab.density.mixture import Cells, Mixture, dense, fit_mixture
 from grammarlab.density.ranges import even_cuts, range_ends
 from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.density.target import Target, pattern_of
-from grammarlab.density.thinning import MOST_PROPOSALS, Acceptance, thin
+from grammarlab.density.thinning import MOST_PROPOSALS, Progress, silent
 from grammarlab.density.weights import Weights
 from grammarlab.density.writing import Origin, write
-from grammarlab.derivation.compiler import compile_grammar
-from grammarlab.derivation.derive import derive
-from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.selection import select_models
 from grammarlab.errors import UsageError
-from grammarlab.features.counting import count
 from grammarlab.features.pattern import Draw, HalfSpace, Threshold
 
 Floats = NDArray[np.float64]
@@ -90,6 +86,7 @@ def learn(
     num_components: int | None = None,
     most_proposals: int = MOST_PROPOSALS,
     header: Sequence[str] = (),
+    on_progress: Progress = silent,
 ) -> LearnedGrammar:
     """A grammar whose density comes near a wanted one, learned from samples of it.
 
@@ -103,6 +100,7 @@ def learn(
         num_components: of the mixture, at most; by default as the method says.
         most_proposals: models that are looked at, for samples among them.
         header: lines of a comment at the top of the new file.
+        on_progress: told about models drawn.
 
     Raises:
         UsageError: for less than one sample or component.
@@ -110,29 +108,18 @@ def learn(
     """
     if num_samples < 1 or (num_components is not None and num_components < 1):
         raise UsageError(f"expected at least one sample and one component, found {num_samples} and {num_components}")
-    if target.even is not None:
-        for parts in target.even.attributes:
-            if target.even.grammar.attributes[parts.name].value != target.grammar.attributes[parts.name].value:
-                raise UsageError(f"an even base also evens out how {parts.name} is chosen: use the method compile")
-        inner = replace(target, grammar=target.even.grammar, base="grammar")
-        learned = learn(
-            inner,
-            method,
-            num_samples=num_samples,
-            seed=seed,
-            relevance=relevance,
-            num_components=num_components,
-            most_proposals=most_proposals,
-            header=header,
-        )
-        return _composed(target.even, learned)
+    even = target.even
+    if even is not None:
+        _check_attributes(even)
+        target = replace(target, grammar=even.grammar, base="grammar")
     learner = _Learner(target, method, relevance)
-    sample, acceptance = learner.draw(num_samples, seed, most_proposals)
-    mixture = learner.fit(sample, num_components)
-    findings = [str(acceptance), *learner.findings]
-    if len(sample.weights) < num_samples:
-        findings.append(f"only {len(sample.weights):,} models to learn from, {num_samples:,} were wanted")
-    return written(target, learner.choices, mixture, method, acceptance.mean_weight, findings, header)
+    drawn = draw(target, learner.keep, num_samples, seed, most_proposals=most_proposals, on_progress=on_progress)
+    mixture = learner.fit(learner.sample(drawn.chunks), num_components)
+    findings = [drawn.finding, *learner.findings]
+    if drawn.num_models < num_samples:
+        findings.append(f"only {drawn.num_models:,} models to learn from, {num_samples:,} were wanted")
+    learned = written(target, learner.choices, mixture, method, drawn.mean_preference, findings, header)
+    return learned if even is None else _composed(even, learned)
 
 
 def written(
@@ -160,14 +147,6 @@ def written(
         tuple(findings),
         target.assets,
     )
-
-
-class _Proposed(NamedTuple):
-    """Models that may be accepted."""
-
-    forest: Forest
-    values: Floats
-    """[n, features] of the features."""
 
 
 class _Kept(NamedTuple):
@@ -218,37 +197,22 @@ class _Learner:
                 self.findings.append(f"${name} keeps its density: {error}")
         return found
 
-    def draw(self, num_samples: int, seed: int, most_proposals: int) -> tuple[Sample, Acceptance]:
-        """Models of the target density."""
+    def keep(self, models: Candidates, rows: Ints) -> _Kept:
+        """What is learned from some of the models."""
+        counts = self.choices.count(self.target.grammar, select_models(models.forest, rows))
+        return _Kept(counts, models.values[rows])
+
+    def sample(self, chunks: Sequence[tuple[_Kept, Ints]]) -> Sample:
+        """The models to learn from: some rows of each chunk."""
         target = self.target
-        program = compile_grammar(target.grammar)
-
-        def propose(first: int, number: int) -> _Proposed:
-            forest = derive(program, number, seed, first_model=first, assets=target.assets)
-            return _Proposed(forest, count(forest, target.features))
-
-        def keep(models: _Proposed, rows: Ints) -> _Kept:
-            counts = self.choices.count(target.grammar, select_models(models.forest, rows))
-            return _Kept(counts, models.values[rows])
-
-        found = thin(
-            propose,
-            lambda models: target.scores(models.values),
-            keep,
-            num_samples,
-            seed,
-            bound=target.bound,
-            most_proposals=most_proposals,
-            chunk=target.chunk,
-        )
-        counts = sparse.csr_array(sparse.vstack([kept.counts[rows] for kept, rows in found.chunks]))
-        values = np.concatenate([kept.values[rows] for kept, rows in found.chunks])
+        counts = sparse.csr_array(sparse.vstack([kept.counts[rows] for kept, rows in chunks]))
+        values = np.concatenate([kept.values[rows] for kept, rows in chunks])
         counted = [bool(list(pattern_of(feature))) for feature in target.features]
         summed = [not isinstance(item, Draw | Threshold | HalfSpace) for item in target.reads]
         parts = dense(counts[:, min(self.choices.first_of_attribute, default=len(self.choices.original)) :])
         features = np.concatenate([(values * self.relevance)[:, counted], parts], axis=1)
         reads = np.concatenate([target.read(values)[:, summed], parts], axis=1)
-        return Sample(counts, features, reads, np.ones(len(values))), found.acceptance
+        return Sample(counts, features, reads, np.ones(len(values)))
 
     def fit(self, sample: Sample, num_components: int | None) -> Mixture:
         """The mixture of the method."""
@@ -347,6 +311,13 @@ def kinds(counts: sparse.csr_array) -> Ints:
 def consecutive(labels: Ints) -> Ints:
     """Labels numbered anew, from 0 without gaps."""
     return np.unique(labels, return_inverse=True)[1].reshape(-1)
+
+
+def _check_attributes(even: LearnedGrammar) -> None:
+    """Makes sure that evening out a grammar left its drawn attributes as they are."""
+    for parts in even.attributes:
+        if even.grammar.attributes[parts.name].value != even.original.attributes[parts.name].value:
+            raise UsageError(f"an even base also evens out how {parts.name} is chosen: use the method compile")
 
 
 def _composed(even: LearnedGrammar, learned: LearnedGrammar) -> LearnedGrammar:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -28,10 +29,10 @@ Branch: TypeAlias = tuple[int, ...]
 
 ENOUGH_DERIVATIONS = 30
 """From so many derivations on, what was always so is taken to be so."""
-_MOST_COUNTERS = 8_000_000
-"""So many values are counted one by one; of more, those that occur are sorted."""
 ENOUGH_MODELS = 300
 """More models of a sample are not looked at."""
+_BLOCK = 1 << 16
+"""Nodes that are looked at together: so many stay in the cache."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +84,7 @@ LEAF = Alternative(None, ())
 """How a symbol without a rule is rewritten."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class TreeGrammar:
     """The stochastic skeleton of a grammar."""
 
@@ -119,6 +120,7 @@ class TreeGrammar:
         """All ways to rewrite a symbol."""
         yield from leaves(self.body(key))
 
+    @cached_property
     def reachable(self) -> tuple[SymbolKey, ...]:
         """The symbols that some derivation holds, each after one that has it as a successor."""
         found = dict.fromkeys([self.start])
@@ -130,6 +132,15 @@ class TreeGrammar:
                         found[successor.key] = None
                         queue.append(successor.key)
         return tuple(found)
+
+    @cached_property
+    def callers(self) -> Mapping[SymbolKey, tuple[SymbolKey, ...]]:
+        """For each reachable symbol, those that have it as a successor."""
+        found: dict[SymbolKey, list[SymbolKey]] = {key: [] for key in self.reachable}
+        for key in self.reachable:
+            for child in {s.key for alternative in self.alternatives(key) for s in alternative.successors}:
+                found[child].append(key)
+        return {key: tuple(callers) for key, callers in found.items()}
 
     def observed(self, forest: Forest) -> TreeGrammar:
         """The skeleton with the numbers of copies that a sample of derivations shows.
@@ -224,22 +235,22 @@ class _Copies:
 
     def __init__(self, forest: Forest) -> None:
         nodes = forest.nodes
-        self._rules = {(rule.symbol, rule.parameters, rule.branch): i for i, rule in enumerate(forest.rules)}
-        looked_at = (nodes.rule >= 0) & (nodes.model < ENOUGH_MODELS)
-        self._derivations = np.bincount(nodes.rule[looked_at], minlength=len(forest.rules))
-        below = np.flatnonzero((nodes.parent >= 0) & (nodes.model < ENOUGH_MODELS))
-        places = int(nodes.child.max(initial=0)) + 1
-        at = nodes.rule[nodes.parent[below]].astype(np.int64) * places + nodes.child[below]
-        made = nodes.parent[below].astype(np.int64) * places + nodes.child[below]
-        pairs, per_parent = _counted(made)
-        parents, children = np.divmod(pairs, places)
-        group = nodes.rule[parents].astype(np.int64) * places + children
-        size = len(forest.rules) * places
-        self._places = places
-        self._total = np.bincount(at, minlength=size)
-        self._parents = np.bincount(group, minlength=size)
-        self._most = np.zeros(size, dtype=np.int64)
-        np.maximum.at(self._most, group, per_parent)
+        self._rules = {(name.symbol, name.parameters, name.branch): i for i, name in enumerate(forest.rules)}
+        self._places = int(nodes.child.max(initial=0)) + 1
+        size = len(forest.rules) * self._places
+        taken, total, repeats = (np.zeros(n + 1, dtype=np.int64) for n in (len(forest.rules), size, size))
+        for start in range(0, len(nodes), _BLOCK):
+            rows: slice | Ints = slice(start, start + _BLOCK)
+            if forest.num_models > ENOUGH_MODELS:
+                rows = start + np.flatnonzero(nodes.model[rows] < ENOUGH_MODELS)
+            parent, repeat = nodes.parent[rows], nodes.repeat[rows]
+            taken += np.bincount(nodes.rule[rows] + 1, minlength=len(taken))
+            at = nodes.rule[parent] * np.int32(self._places) + nodes.child[rows]
+            at[parent < 0] = size
+            total += np.bincount(at, minlength=len(total))
+            later = np.flatnonzero(repeat)
+            repeats += np.bincount(at[later], repeat[later], minlength=len(repeats)).astype(np.int64)
+        self._derivations, self._total, self._repeats = taken[1:], total, repeats
 
     def derivations(self, key: SymbolKey, branch: Branch) -> int:
         """How often a branch was taken."""
@@ -252,32 +263,27 @@ class _Copies:
         if place >= self._places:
             return 0
         at = rule * self._places + place
-        count, most = int(self._derivations[rule]), int(self._most[at])
-        return most if self._total[at] == most * count and self._parents[at] in (0, count) else None
-
-
-def _counted(values: Ints) -> tuple[Ints, Ints]:
-    """The different values, >= 0, and how often each occurs."""
-    if values.max(initial=0) > _MOST_COUNTERS:
-        return np.unique(values, return_counts=True)
-    counts = np.bincount(values)
-    found = np.flatnonzero(counts)
-    return found, counts[found]
+        count = int(self._derivations[rule])
+        copies, left = divmod(int(self._total[at]), count)
+        # The children of one parent are numbered from 0, so the sum of these numbers is least where all have as many.
+        return copies if not left and self._repeats[at] == count * (copies * (copies - 1) // 2) else None
 
 
 def _settled(body: Body, key: SymbolKey, counts: _Copies) -> Body:
+    """The choices with the numbers of copies that were counted; the same object where they say what it says."""
     if not isinstance(body, Alternative):
-        return replace(body, branches=tuple(_settled(branch, key, counts) for branch in body.branches))
+        branches = tuple(_settled(branch, key, counts) for branch in body.branches)
+        same = all(new is old for new, old in zip(branches, body.branches, strict=True))
+        return body if same else replace(body, branches=branches)
     branch = body.branch
     number = 0 if branch is None else counts.derivations(key, branch)
     if branch is None or number == 0:
         return body
-    successors = []
+    successors = list(body.successors)
     for place, successor in enumerate(body.successors):
-        copies = successor.copies
         if not successor.certain:
-            found = counts.constant(key, branch, place)
+            copies = counts.constant(key, branch, place)
             # Few derivations can show that a number differs, not that it never does.
-            copies = found if found == copies or found is None or number >= ENOUGH_DERIVATIONS else copies
-        successors.append(replace(successor, copies=copies))
-    return replace(body, successors=tuple(successors))
+            if copies != successor.copies and (copies is None or number >= ENOUGH_DERIVATIONS):
+                successors[place] = replace(successor, copies=copies)
+    return replace(body, successors=tuple(successors)) if successors != list(body.successors) else body

@@ -104,7 +104,7 @@ class _Build:
     def __init__(self, automaton: Automaton, base: Base, max_ways: int) -> None:
         self.automaton = automaton
         self.tree = automaton.components.tree
-        self.free = _uncounted(automaton) if base == "uniform" else frozenset(self.tree.reachable())
+        self.free = _uncounted(automaton) if base == "uniform" else frozenset(self.tree.reachable)
         """Symbols that stay as they are where their future does not care."""
         self.max_ways = max_ways
         self.num_ways = 0
@@ -206,7 +206,7 @@ def _uncounted(automaton: Automaton) -> frozenset[SymbolKey]:
     different number of them in different cases.
     """
     tree, active = automaton.components.tree, automaton.components.active
-    calls = {key: tuple({s.key for a in tree.alternatives(key) for s in a.successors}) for key in tree.reachable()}
+    calls = {key: tuple({s.key for a in tree.alternatives(key) for s in a.successors}) for key in tree.reachable}
     number: dict[SymbolKey, int] = {}
     for group in groups(calls):
         for key in group:

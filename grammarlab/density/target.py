@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.features.counting import count
 from grammarlab.features.pattern import Feature, Pattern, Present
 from grammarlab.features.score import Score
+from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 
 Floats = NDArray[np.float64]
@@ -79,9 +80,14 @@ class Target:
         return self.scores(count(forest, self.features))
 
     @cached_property
+    def folder(self) -> AssetFolder | None:
+        """The assets, each read once however often models are derived."""
+        return None if self.assets is None else AssetFolder(self.assets)
+
+    @cached_property
     def first_look(self) -> Forest:
         """A few models of the grammar, to see how often successors occur and how large models are."""
-        return derive(self.grammar, ENOUGH_MODELS, 0, assets=self.assets)
+        return derive(self.grammar, ENOUGH_MODELS, 0, assets=self.folder)
 
     @property
     def chunk(self) -> int:
@@ -94,9 +100,22 @@ class Target:
         """Where the base is uniform, the grammar under which all trees are equally likely."""
         if self.base == "grammar":
             return None
-        options: dict[str, Any] = {"forest": self.first_look, "assets": self.assets}
         reads, _ = with_ranges(self.grammar, self.reads, _ones, 1)
-        return compile_density(self.grammar, reads, _ones, base="uniform", **options)
+        return replace(self, reads=reads, preference=_ones).compiled(self.first_look)
+
+    def compiled(self, forest: Forest | None = None, header: Sequence[str] = ()) -> LearnedGrammar:
+        """The exact grammar of the density.
+
+        Args:
+            forest: derivations of the grammar that show how often successors inside blocks occur.
+            header: lines of a comment at the top of the new file.
+
+        Raises:
+            InexactError: when there is none, or it would be too large; says why.
+            GrammarlabError: when the preference is 0 for every model, or no derivation ends.
+        """
+        options: dict[str, Any] = {"forest": forest, "header": header, "assets": self.assets}
+        return compile_density(self.grammar, self.reads, self.preference, base=self.base, **options)
 
 
 def pattern_of(feature: Feature) -> Iterator[Pattern]:

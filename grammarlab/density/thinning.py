@@ -7,9 +7,9 @@ whenever a larger one turns up, what was accepted before is thinned by the quoti
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +21,18 @@ from grammarlab.randomness import fold, root_keys, uniforms
 Floats = NDArray[np.float64]
 T = TypeVar("T")
 K = TypeVar("K")
+Progress: TypeAlias = Callable[[str, int, int], None]
+"""Is told what is being done, how much of it is finished, and how much there is."""
 
 MOST_PROPOSALS = 1_000_000
 """After so many models it is time to give up."""
 _LANE = 0x5245_4A45_4354
 """Tells the draws that decide on models from those that made them."""
 _FIRST_CHUNK = 256
+
+
+def silent(what: str, done: int, total: int) -> None:
+    """Tells nobody about progress."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +86,7 @@ def thin(
     least: float = 0.0,
     most_proposals: int = MOST_PROPOSALS,
     chunk: int = 4_096,
+    on_progress: Progress = silent,
 ) -> Thinned[K]:
     """Accepts models until there are enough.
 
@@ -94,6 +101,7 @@ def thin(
         least: without a bound, what the largest weight is at least.
         most_proposals: after so many it ends, with as many as there are.
         chunk: most models proposed at once.
+        on_progress: told about accepted models.
 
     Raises:
         GrammarlabError: when none is accepted.
@@ -114,11 +122,13 @@ def thin(
         # Accepted for all bounds up to this one.
         limit = np.divide(weights, draws, out=np.full(size, np.inf), where=draws > 0.0) * (weights > 0.0)
         rows = np.flatnonzero((limit >= most) & (weights > 0.0))
-        kept.append((keep(models, rows), limit[rows]))
+        if len(rows):
+            kept.append((keep(models, rows), limit[rows]))
         accepted = sum(int((limits >= most).sum()) for _, limits in kept)
         proposals += size
         total += float(weights.sum())
         cut += float(np.maximum(weights - most, 0.0).sum())
+        on_progress("models drawn", min(accepted, num_models), num_models)
         wanted = (num_models - accepted) * 1.1 / max(accepted / proposals, 1e-9)
         size = int(min(chunk, max(_FIRST_CHUNK, wanted)))
     if not accepted:
@@ -126,16 +136,18 @@ def thin(
             f"none of {proposals:,} models was accepted: what is liked is too rare for rejection. "
             "Try the method compile, which needs no samples"
         )
-    found: list[tuple[K, Ints]] = []
-    left = num_models
-    for models, limits in kept:
-        rows = np.flatnonzero(limits >= most)[:left]
-        left -= len(rows)
-        if len(rows):
-            found.append((models, rows))
     truncated = cut / total if total else 0.0
     acceptance = Acceptance(proposals, accepted, most, bound is not None, total / proposals, truncated)
-    return Thinned(tuple(found), acceptance)
+    return Thinned(tuple(_accepted(kept, most, num_models)), acceptance)
+
+
+def _accepted(kept: Sequence[tuple[K, Floats]], bound: float, num_models: int) -> Iterator[tuple[K, Ints]]:
+    """The first models that are accepted for a bound: of each chunk that has some, which."""
+    for models, limits in kept:
+        rows = np.flatnonzero(limits >= bound)[:num_models]
+        num_models -= len(rows)
+        if len(rows):
+            yield models, rows
 
 
 def _checked(weights: Floats, size: int) -> Floats:

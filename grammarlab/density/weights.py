@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.density.graph import groups
-from grammarlab.density.skeleton import Alternative, Body, Branch, Chance, SymbolKey
+from grammarlab.density.skeleton import Alternative, Body, Chance, SymbolKey, leaves
 from grammarlab.density.splitting import PLAIN, Base, Splitting, Variant, Way
 from grammarlab.errors import InexactError
 
@@ -74,7 +74,7 @@ class Weights:
         seen = self._tree.seen
         if not any(name == key and count for (name, _), count in seen.items()):
             return True
-        return any(seen.get((key, branch), 0) for branch in _branches(body))
+        return any(seen.get((key, end.branch), 0) for end in leaves(body) if end.branch is not None)
 
     def _evaluate(self, number: int) -> float:
         variant = self._splitting.variants[number]
@@ -99,13 +99,17 @@ class Weights:
                 break
             self.variant[list(group)] = after
             if (after - before <= 1e-15 * after).all():
+                if (values - before > EQUAL * values).any():
+                    # Not a solution, and no larger number is nearer to one: there is none.
+                    break
                 for variant in variants:
                     self.body(variant, self._tree.body(variant.key))
                 return
         name = variants[0].key[0]
         raise InexactError(
             f"{name} calls itself so often that its weight has no bound: an even base needs a grammar with finitely "
-            "many trees, and a preference must not grow faster than the grammar's probabilities fall"
+            "many trees, and a preference must not grow faster than the grammar's probabilities fall. Try the base "
+            "grammar, or a score with comparisons"
         )
 
     def _linear(self, variant: Variant, body: Body, place: Mapping[int, int]) -> tuple[float, Floats]:
@@ -149,9 +153,3 @@ def branch_weights(chance: Chance, base: Base) -> tuple[float, ...] | None:
 
 def _called(variant: Variant) -> tuple[int, ...]:
     return tuple({child for ways in variant.ways.values() for way in ways for child in way.children.values()})
-
-
-def _branches(body: Body) -> list[Branch]:
-    if isinstance(body, Alternative):
-        return [] if body.branch is None else [body.branch]
-    return [branch for inner in body.branches for branch in _branches(inner)]

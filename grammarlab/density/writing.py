@@ -107,6 +107,8 @@ class _Writer:
         self._follow()
         self.name: dict[int, str] = {}
         """The name of each variant that has a rule of its own."""
+        self.named: dict[SymbolKey, list[int]] = {}
+        """The same variants by symbol, in the order of their rules."""
         self.words = words
         self.mixture = self.words.fresh("component") if self.mixed else ""
         """The attribute that says which component a model is of."""
@@ -115,10 +117,11 @@ class _Writer:
     def run(self, header: Sequence[str]) -> Written:
         copies: dict[SymbolKey, list[RuleCopy]] = {}
         origins: dict[SymbolKey, Origin] = {}
-        reachable = set(self.tree.reachable())
+        reachable = set(self.tree.reachable)
         for key in self.tree.bodies:
             made = self._copies(key)
-            if made or (key in reachable and key not in self.plain and not self._stays(key)):
+            # A rule that no plain symbol needs stays where its only variant says the same.
+            if made or (key in reachable and key not in self.plain and key not in self.named):
                 copies[key] = made
             for copy in made:
                 if copy.body is not None:
@@ -183,13 +186,14 @@ class _Writer:
 
     def _find_names(self) -> None:
         start = self.tree.start
-        by_key: dict[SymbolKey, list[int]] = {}
-        for number in sorted({*self.parents, *self._lone_start()}):
-            by_key.setdefault(self.splitting.variants[number].key, []).append(number)
-        for key, numbers in by_key.items():
+        lone_start = self._lone_start()
+        for number in sorted({*self.parents, *lone_start}):
+            self.named.setdefault(self.splitting.variants[number].key, []).append(number)
+        for key, numbers in self.named.items():
             free = key not in self.plain and not (key == start and self.branching)
-            for number in sorted(numbers, key=lambda n: n not in self._lone_start()):
-                alone = free and (len(numbers) == 1 or number in self._lone_start())
+            numbers.sort(key=lambda number: number not in lone_start)
+            for number in numbers:
+                alone = free and (len(numbers) == 1 or number in lone_start)
                 self.name[number] = key[0] if alone else self.words.name(self.splitting.variants[number])
         if self.branching:
             self.start_name = self.words.fresh(f"{start[0]}_mixture") if start in self.plain else start[0]
@@ -205,7 +209,7 @@ class _Writer:
 
     def _copies(self, key: SymbolKey) -> list[RuleCopy]:
         """What stands in place of a rule; nothing where it stays or goes."""
-        numbers = [number for number in self.name if self.splitting.variants[number].key == key]
+        numbers = self.named.get(key, [])
         changed = [number for number in numbers if not self._unchanged(number)]
         is_start = key == self.tree.start
         if not changed and not (is_start and self.branching):
@@ -226,10 +230,6 @@ class _Writer:
     def _start_body(self, start: int) -> Body:
         body = self.tree.body(self.tree.start)
         return _plain_body(body) if start == PLAIN else self._body(self.splitting.variants[start], body)
-
-    def _stays(self, key: SymbolKey) -> bool:
-        """Whether a rule that no plain symbol needs stays because its only variant says the same."""
-        return any(self.splitting.variants[number].key == key for number in self.name)
 
     def _comment(self, number: int) -> str:
         variant = self.splitting.variants[number]

@@ -7,13 +7,14 @@ others, and in which branches are left out or stand several times.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from bisect import bisect_right
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias, TypeVar
 
 from grammarlab.errors import Location
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.outline import Chunk, outline
+from grammarlab.language.outline import outline
 from grammarlab.language.syntax import Attribute, Case, Choice, Rule, Stochastic, Style
 from grammarlab.language.tokens import Token, tokenize
 
@@ -149,18 +150,13 @@ def _lines(heads: Sequence[str], texts: Sequence[str], indent: str) -> str:
 
 
 class _Surgery:
+    """The edits to one rule file. Only the definitions that change are read again, word by word."""
+
     def __init__(self, grammar: Grammar) -> None:
         self.text = grammar.text
-        words = tokenize(self.text, grammar.file)
-        chunks = [chunk for chunk in outline(words).chunks if chunk.tokens[0].type != "_VERSION"]
-        self.definitions = list(zip(grammar.tree.definitions, chunks, strict=True))
+        self.definitions = grammar.tree.definitions
+        self.spans = grammar.tree.spans
         self.line_starts = _line_starts(self.text)
-        self.comments = {
-            comment.location.line + comment.text.count("\n"): comment.location.line
-            for comment in words.comments
-            if comment.alone
-        }
-        """First line of each comment that stands alone, by its last line."""
 
     def run(
         self,
@@ -170,58 +166,87 @@ class _Surgery:
     ) -> str:
         edits: list[tuple[int, int, str]] = []
         done: set[object] = set()
-        for definition, chunk in self.definitions:
+        for number, definition in enumerate(self.definitions):
             if isinstance(definition, Style):
                 break
             if isinstance(definition, Rule):
                 key: object = (definition.name, len(definition.parameters))
                 wanted = rules.get((definition.name, len(definition.parameters)))
-                edit = None if wanted is None else self._rule(definition, chunk, wanted)
+                edit = None if wanted is None or key in done else self._rule(number, definition, wanted)
             else:
                 key = getattr(definition, "name", None)
                 value = attributes.get(definition.name) if isinstance(definition, Attribute) else None
-                edit = None if value is None else _value_edit(definition.location, chunk, value)
-            if edit is not None and key not in done:
+                edit = None if value is None or key in done else self._value(number, value)
+            if edit is not None:
                 done.add(key)
                 edits.append(edit)
         if new_attributes:
-            first = self.definitions[0][1].tokens[0].start
+            first = self.spans[0][0]
             edits.append((first, first, "".join(f"{attribute}\n\n" for attribute in new_attributes)))
         return _edited(self.text, edits)
 
-    def _rule(self, rule: Rule, chunk: Chunk, copies: Sequence[RuleCopy]) -> tuple[int, int, str]:
-        end = _end_with_comment(self.text, chunk.tokens[-1].end)
+    def _rule(self, number: int, rule: Rule, copies: Sequence[RuleCopy]) -> tuple[int, int, str]:
+        start, end = self.spans[number][0], _end_with_comment(self.text, self.spans[number][1])
         if not copies:
-            return self._begin_with_comments(chunk), end, ""
-        writer = _Writer(self.text, rule, chunk.tokens)
+            return self._begin_with_comments(number), end, ""
+        writer = _Writer(self.text, rule, self._tokens(number), self._offset)
         marked = any(copy.start for copy in copies)
         text = "\n\n".join(writer.copy(copy, marked) for copy in copies)
         # Several rules stand apart from what follows, as they do from each other.
         crowded = len(copies) > 1 and self.text[end:].strip() and self.text[end : end + 2] != "\n\n"
-        return chunk.tokens[0].start, end, text + ("\n" if crowded else "")
+        return start, end, text + ("\n" if crowded else "")
 
-    def _begin_with_comments(self, chunk: Chunk) -> int:
+    def _value(self, number: int, value: str) -> tuple[int, int, str]:
+        """The edit that gives an attribute another value."""
+        name = self._offset(self.definitions[number].location)
+        equals = next(token for token in self._tokens(number) if token.start > name and token.type == "_EQUALS")
+        return equals.end, self.spans[number][1], value
+
+    def _tokens(self, number: int) -> list[Token]:
+        """The words of a definition, with offsets in the whole text."""
+        start, end = self.spans[number]
+        words = (token for chunk in outline(tokenize(self.text[start:end])).chunks for token in chunk.tokens)
+        return [token._replace(start=token.start + start, end=token.end + start) for token in words]
+
+    def _offset(self, location: Location) -> int:
+        """Where in the text a line and a column are."""
+        return self.line_starts[location.line - 1] + location.column - 1
+
+    def _begin_with_comments(self, number: int) -> int:
         """Where a definition begins, with the comments right above it and the empty line above those."""
-        line = chunk.tokens[0].location.line
-        # What stands at the top of the file is about the file.
-        while self.comments.get(line - 1, 1) > 1:
-            line = self.comments[line - 1]
+        start = self.spans[number][0]
+        above = self.spans[number - 1][1] if number else 0
+        words = tokenize(self.text[above:start])
+        line, line_above = (bisect_right(self.line_starts, offset) for offset in (start, above))
+        first_line: dict[int, int] = {}
+        """Of each comment that stands alone, by its last line."""
+        for comment in words.comments:
+            begin = line_above + comment.location.line - 1
+            # What stands at the top of the file is about the file, what stands beside a definition about that.
+            if comment.alone and begin > line_above:
+                first_line[begin + comment.text.count("\n")] = begin
+        while line - 1 in first_line:
+            line = first_line[line - 1]
         start = self.line_starts[line - 1]
         if line > 1 and not self.text[self.line_starts[line - 2] : start].strip():
             start = self.line_starts[line - 2]
-        return start - (2 if self.text[start - 2 : start] == "\r\n" else min(start, 1))
+        start -= 2 if self.text[start - 2 : start] == "\r\n" else min(start, 1)
+        # Only the version may be in between: it belongs to no definition.
+        return max(start, above + max((word.end for word in words.tokens), default=0))
 
 
 class _Writer:
     """The text of one rule, cut at its choices."""
 
-    def __init__(self, text: str, rule: Rule, tokens: Sequence[Token]) -> None:
+    def __init__(self, text: str, rule: Rule, tokens: Sequence[Token], offset: Callable[[Location], int]) -> None:
         self.text = text
         self.rule = rule
         self.tokens = tokens
+        self.offset = offset
+        """Where in the text a line and a column are."""
         arrow = next(i for i, token in enumerate(tokens) if token.type == "_ARROW")
         self.arrow = tokens[arrow]
-        self.name = next(token for token in tokens if token.location == rule.location)
+        self.name = next(token for token in tokens if token.start == offset(rule.location))
         self.heads: dict[Path, str] = {}
         """Text of the head of each branch."""
         self.ends: dict[Path, Sequence[Token]] = {}
@@ -300,21 +325,12 @@ class _Writer:
         tokens = self.ends[text.path]
         if not tokens:
             return ""
-        names = {(place.line, place.column): name for place, name in text.names.items()}
+        names = {self.offset(place): name for place, name in text.names.items()}
         start, end = tokens[0].start, _end_with_comment(self.text, tokens[-1].end)
         edits = [
-            (token.start - start, token.end - start, names[token.location.line, token.location.column])
-            for token in tokens
-            if (token.location.line, token.location.column) in names
+            (token.start - start, token.end - start, names[token.start]) for token in tokens if token.start in names
         ]
         return _edited(self.text[start:end], edits)
-
-
-def _value_edit(name: Location, chunk: Chunk, value: str) -> tuple[int, int, str]:
-    """The edit that gives an attribute another value."""
-    after = next(i for i, token in enumerate(chunk.tokens) if token.location == name)
-    equals = next(token for token in chunk.tokens[after:] if token.type == "_EQUALS")
-    return equals.end, chunk.tokens[-1].end, value
 
 
 def _end_with_comment(text: str, end: int) -> int:

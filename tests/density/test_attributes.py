@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from grammarlab.density.compile import compile_density, compile_score
+from grammarlab.density.compile import compile_density
+from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import GrammarlabError
 from grammarlab.features.counting import count
@@ -61,7 +62,7 @@ def test_attributes_that_go_with_the_tree_make_a_mixture():
 def test_a_score_over_a_threshold_and_a_pattern_compiles():
     score = Score.of_text("choose($h < 2 and {Low}, 100, $h >= 4 and not {Low}, 50, 0)")
     grammar = Grammar.parse(MIXED)
-    learned = compile_score(grammar, score)
+    learned = Target.of_score(grammar, score).compiled()
     forest = derive(grammar, 300, 1)
     values = score.evaluate(count(forest, score.features))
     assert learned.ratio(forest) == pytest.approx(values / learned.mean_preference, rel=1e-12)

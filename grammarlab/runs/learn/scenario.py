@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import cast
+from typing import Any, cast
 
 from threadpoolctl import threadpool_limits
 
@@ -18,6 +18,7 @@ from grammarlab.density.nearest import compile_nearest
 from grammarlab.density.rejection import reject
 from grammarlab.density.skeleton import ENOUGH_MODELS
 from grammarlab.density.target import Target
+from grammarlab.density.thinning import Progress, silent
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
@@ -59,7 +60,12 @@ class LearnResult:
 
 
 def learn_from_scenario(
-    grammar: str, scenario: Path, method: str, file: Path, num_samples: int = sampled.NUM_SAMPLES
+    grammar: str,
+    scenario: Path,
+    method: str,
+    file: Path,
+    num_samples: int = sampled.NUM_SAMPLES,
+    on_progress: Progress = silent,
 ) -> LearnResult:
     """Learns the grammar that samples in proportion to a known preference, and measures it.
 
@@ -69,6 +75,7 @@ def learn_from_scenario(
         method: of `METHODS`.
         file: where to write the new rule file; assets that it names are put beside it.
         num_samples: models to learn from, for the methods that need them.
+        on_progress: told about these models.
 
     Raises:
         UsageError: for an unknown method, or a grammar that the scenario is not about.
@@ -76,20 +83,23 @@ def learn_from_scenario(
     """
     check_method(method)
     source = scenario_of(scenario, grammar, Grammar.parse(find_rules(grammar).text()))
-    learned, seconds = learned_of(source, method, num_samples)
+    learned, seconds = learned_of(source, method, num_samples, on_progress)
     if isinstance(learned, LearnedGrammar):
         write_learned(file, learned, source.assets)
     written = file if isinstance(learned, LearnedGrammar) else None
     return LearnResult(learned, source, written, LabelledSet.of(source).measure(learned), seconds)
 
 
-def learned_of(source: Source, method: str, num_samples: int = sampled.NUM_SAMPLES) -> tuple[Learned, float]:
+def learned_of(
+    source: Source, method: str, num_samples: int = sampled.NUM_SAMPLES, on_progress: Progress = silent
+) -> tuple[Learned, float]:
     """What a method makes of a scenario, and how many seconds it took.
 
     Args:
         source: the scenario with its grammar.
         method: of `METHODS`.
         num_samples: models to learn from; others than those of the labelled set.
+        on_progress: told about these models.
 
     Raises:
         GrammarlabError: when the density cannot be made.
@@ -100,12 +110,18 @@ def learned_of(source: Source, method: str, num_samples: int = sampled.NUM_SAMPL
     target = Target.of_score(grammar, found.score, found.base, source.assets)
     lines = [origin_line(find_rules(found.grammar).name, grammar), f"Scenario {found.name}: {found.title}"]
     begun = perf_counter()
-    learned = learn_target(target, method, forest, lines, (found.seed + 1) % 2**64, num_samples)
+    learned = learn_target(target, method, forest, lines, (found.seed + 1) % 2**64, num_samples, on_progress)
     return learned, perf_counter() - begun
 
 
 def learn_target(
-    target: Target, method: str, forest: Forest, lines: Sequence[str], seed: int, num_samples: int = sampled.NUM_SAMPLES
+    target: Target,
+    method: str,
+    forest: Forest,
+    lines: Sequence[str],
+    seed: int,
+    num_samples: int = sampled.NUM_SAMPLES,
+    on_progress: Progress = silent,
 ) -> Learned:
     """What a method makes of a wanted density.
 
@@ -116,10 +132,12 @@ def learn_target(
         lines: of a comment at the top of the new file.
         seed: of samples.
         num_samples: models to learn from.
+        on_progress: told about these models.
 
     Raises:
         GrammarlabError: when the density cannot be made.
     """
+    options: dict[str, Any] = {"seed": seed, "on_progress": on_progress}
 
     def header(made_by: str) -> list[str]:
         return [*lines, f"Method {made_by}, base {target.base}"]
@@ -127,11 +145,11 @@ def learn_target(
     # At these sizes several threads are slower than one.
     with threadpool_limits(1):
         if method == "compile":
-            return compile_nearest(target, forest, header, num_samples=num_samples, seed=seed)
+            return compile_nearest(target, forest, header, num_samples=num_samples, **options)
         if method == "rejection":
-            return reject(target, num_pilot=num_samples, seed=seed)
+            return reject(target, num_pilot=num_samples, **options)
         chosen = cast(sampled.Method, method)
-        return sampled.learn(target, chosen, num_samples=num_samples, seed=seed, header=header(method))
+        return sampled.learn(target, chosen, num_samples=num_samples, header=header(method), **options)
 
 
 def check_method(method: str, known: Sequence[str] = METHODS) -> None:

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from grammarlab.density import nearest
+from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
-from grammarlab.errors import AssetError, InexactError, UsageError
+from grammarlab.errors import AssetError, GrammarlabError, InexactError, LanguageError, UsageError
 from grammarlab.evaluation.flattening import flattened, flattened_hash
 from grammarlab.evaluation.scenario import FeatureOptions
 from grammarlab.features.counting import count
@@ -83,6 +83,7 @@ def test_labels_become_the_grammar_that_samples_in_proportion_to_them(grammar, t
     assert result.learned.method == "compile"
     assert result.measured.after.js < 1e-6
     assert result.measured.before.js > 0.1
+    assert result.target.bound == 60.0
     assert sum(step.js for step in result.steps) < 1e-6
     text = (tmp_path / "new.cga").read_text()
     assert "Labels labels.csv: 80 scores" in text
@@ -99,6 +100,7 @@ def test_factors_multiply(grammar, tmp_path):
     result = learn(tmp_path, labels)
     is_learned(result, grammar, lambda forest: red_below(forest) * glassy(forest))
     assert [factor.name for factor in result.factors] == ["colour", "material"]
+    assert result.target.bound == pytest.approx(60.0)
 
 
 def test_models_of_the_flattened_grammar_may_be_labelled(grammar, tmp_path):
@@ -108,7 +110,7 @@ def test_models_of_the_flattened_grammar_may_be_labelled(grammar, tmp_path):
 
 
 def test_scattered_models_are_found_by_their_addresses(grammar, tmp_path):
-    models = [3 + 100 * i for i in range(60)]
+    models = [3 + 100 * i for i in range(52)]
     scores = [float(red_below(derive(grammar, 1, 5, first_model=model))[0]) for model in models]
     is_learned(learn(tmp_path, label_models(grammar.hash, 5, models, scores)), grammar, red_below)
 
@@ -117,7 +119,7 @@ def test_what_no_exact_grammar_can_follow_is_learned_from_samples_with_the_reaso
     def refuse(*_arguments, **_options):
         raise InexactError("too many kinds of Lot")
 
-    monkeypatch.setattr(nearest, "compile_density", refuse)
+    monkeypatch.setattr(Target, "compiled", refuse)
     result = learn(tmp_path, scored(grammar, red_below))
     assert result.learned.method == "tied"
     assert "too many kinds of Lot" in result.learned.findings[0]
@@ -202,6 +204,36 @@ def test_contradicting_scores_are_averaged(grammar, tmp_path):
 def test_one_label_is_enough_for_an_answer(grammar, tmp_path):
     labels = Labels((Label(1, 0, "overall", 50.0, grammar.hash),))
     assert learn(tmp_path, labels).learned.ratio(derive(grammar, 50, 1)).min() > 0.0
+
+
+def test_thousands_of_labels_are_learned_from(grammar, tmp_path):
+    is_learned(learn(tmp_path, scored(grammar, red_below, number=2_000)), grammar, red_below)
+
+
+def test_thousands_of_features_are_looked_at(tmp_path):
+    rules = [f"S{i} --> " + " ".join(f"5% : L{i}x{j}" for j in range(19)) + f" else : L{i}x19" for i in range(52)]
+    text = "Lot --> " + " ".join(f"S{i}" for i in range(52)) + "\n" + "\n".join(rules)
+    (tmp_path / "house.cga").write_text(text)
+    many = Grammar.parse(text)
+    result = learn(tmp_path, scored(many, lambda forest: 70.0 * count(forest, [parse("L3x7")])[:, 0]))
+    assert len(result.factors[0].simplified.rows[0]) > 1_000
+    is_learned(result, many, lambda forest: 70.0 * count(forest, [parse("L3x7")])[:, 0])
+
+
+def test_a_grammar_that_never_ends_is_told(tmp_path):
+    (tmp_path / "house.cga").write_text("Lot --> A Lot")
+    labels = Labels((Label(1, 0, "overall", 50.0, Grammar.parse("Lot --> A Lot").hash),))
+    with pytest.raises(LanguageError, match="the rule Lot never ends"):
+        learn(tmp_path, labels)
+
+
+def test_an_even_base_of_infinitely_many_trees_is_refused(tmp_path):
+    text = "Lot --> 60% : Leaf else : Lot Lot"
+    (tmp_path / "house.cga").write_text(text)
+    grammar = Grammar.parse(text)
+    labels = scored(grammar, lambda forest: 50.0 * (count(forest, [parse("Leaf")])[:, 0] > 1))
+    with pytest.raises(GrammarlabError, match=r"Lot calls itself so often .* finitely many trees"):
+        learn(tmp_path, labels, base="uniform")
 
 
 def test_labels_of_another_grammar_are_refused_with_a_way_on(grammar, tmp_path):
