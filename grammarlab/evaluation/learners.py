@@ -38,6 +38,7 @@ def learner_of(method: Method, features: FeatureOptions) -> Learner:
         method.path_length or features.path_length,
         method.grows,
         partial(_search, searched) if searched else None,
+        method.query == "default",
     )
 
 

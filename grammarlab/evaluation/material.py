@@ -68,16 +68,21 @@ class Material:
     """Derivations of some models of the pool, by index, in order."""
     margins: Callable[[Bound], Floats]
     """[m] signed distance of each model of the pool to a bound."""
+    wider: Callable[[], Material] | None = None
+    """The same with many more models of the flattened grammar at the end of the pool, for what is rare; None where
+    there are no more."""
 
     def as_one_factor(self) -> Material:
         """The same models for a person who scores the product of all factors."""
         if len(self.factors) == 1:
             return self
+        wider = self.wider
         return replace(
             self,
             factors=(" x ".join(self.factors),),
             scores=_product(self.scores),
             pool_scores=_product(self.pool_scores),
+            wider=None if wider is None else lambda: wider().as_one_factor(),
         )
 
     @property

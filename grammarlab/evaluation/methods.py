@@ -19,7 +19,7 @@ that nothing is asked twice."""
 OPTIONS = {"paper": ("noise", "penalty")}
 """Parameters of fits that may be set, by the name of the fit."""
 PAPER_FAMILIES = ("paths", "symbols", "draws")
-"""The features of section 4.5.1 of the paper."""
+"""The features that the paper begins with (sections 4.5.1 and 4.7), random parameters among them."""
 MAX_BATCH = 1024
 
 
@@ -42,7 +42,7 @@ class Method:
     factored: bool = True
     """Whether each factor of a scenario has labels of its own; otherwise the person scores the product."""
     families: tuple[str, ...] = FAMILIES
-    """Kinds of features that the method may look at, of those that the scenario offers."""
+    """Kinds of features that the method looks at; where it is all there are, those that the scenario offers."""
     options: tuple[tuple[str, float], ...] = ()
     """Parameters of the fit by name: those of `OPTIONS`."""
 

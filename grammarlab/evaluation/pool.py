@@ -9,13 +9,20 @@ from grammarlab.evaluation.seeds import derived_seed
 
 FLATTENED_PART = 5
 """One model of so many is a sample of the flattened grammar, the others are samples of the grammar."""
+WIDER = 10
+"""How many times as many samples of the flattened grammar a pool holds where liked models are rare."""
 _LANES = 1, 2
 """Places below a seed that both parts have their seeds from."""
 
 
-def pool_sizes(size: int) -> tuple[int, int]:
-    """How many models of a pool are samples of the grammar, and how many of the flattened grammar."""
-    return size - size // FLATTENED_PART, size // FLATTENED_PART
+def pool_sizes(size: int, wide: bool = False) -> tuple[int, int]:
+    """How many models of a pool are samples of the grammar, and how many of the flattened grammar.
+
+    Args:
+        size: both together, before the pool is widened.
+        wide: whether it is widened for rare models; the first ones are those of the pool that is not.
+    """
+    return size - size // FLATTENED_PART, size // FLATTENED_PART * (WIDER if wide else 1)
 
 
 def pool_log_weights(log_ratios: NDArray[np.float64], sizes: tuple[int, int]) -> NDArray[np.float64]:

@@ -46,18 +46,20 @@ class Source:
     assets: Path
     """The folder that asset names in the rules are relative to."""
     families: tuple[str, ...] = FAMILIES
-    """Kinds of features to count, of those that the scenario names."""
+    """Kinds of features to count; where it is all there are, those that the scenario names."""
+    wide: bool = False
+    """Whether the pool is widened for rare models."""
 
     @property
     def feature_options(self) -> FeatureOptions:
         """What a learner looks at."""
         offered = self.scenario.features
-        return replace(offered, families=tuple(name for name in offered.families if name in self.families))
+        return offered if self.families == FAMILIES else replace(offered, families=self.families)
 
     @property
     def pool_sizes(self) -> tuple[int, int]:
         """How many models of the pool are samples of the grammar, and how many of the flattened grammar."""
-        return pool_sizes(self.scenario.num_models)
+        return pool_sizes(self.scenario.num_models, self.wide)
 
     @property
     def key(self) -> str:
@@ -109,6 +111,7 @@ def prepare(source: Source, keep: Keep = make_always) -> Material:
         tables.table,
         tables.examples,
         tables.margins,
+        None if source.wide else lru_cache(maxsize=1)(lambda: prepare(replace(source, wide=True), keep)),
     )
     if not (material.weights * material.target).any():
         raise UsageError(
@@ -200,6 +203,7 @@ class _Tables:
         self._base = lru_cache(maxsize=4)(self._count_base)
         self._extra = lru_cache(maxsize=64)(self._count_extra)
         self._latest = lru_cache(maxsize=2)(self._join)
+        self._example = lru_cache(maxsize=4096)(self._derive)
 
     def table(self, columns: Columns) -> Table:
         return self._latest(columns)
@@ -245,10 +249,10 @@ class _Tables:
     def _programs(self) -> tuple[Program, Program]:
         return compile_grammar(self._source.grammar), flattened(self._source.grammar).program
 
-    def _example(self, index: int) -> Forest:
+    def _derive(self, index: int) -> Forest:
         flat, seed, number = pool_address(self._source, index)
         program = self._programs[flat]
-        return derive(program, 1, seed, first_model=number, assets=self._source.assets)
+        return without_geometry(derive(program, 1, seed, first_model=number, assets=self._source.assets))
 
 
 def options_of(features: FeatureOptions, length: int) -> Options:

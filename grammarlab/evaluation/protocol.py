@@ -15,6 +15,8 @@ This is the protocol of section 4.7 of the paper, as an `init` and a `step`. Its
 - JS = H((p* + q) / 2) - H(p*) / 2 - H(q) / 2 in nats, 0 to ln 2; "original" is that of û = 1.
 - path length k: features are counted for paths of up to k edges. A learner that may grow them adds one edge, up to
   `MAX_PATH_LENGTH`, whenever models with equal rows got different scores, and fits again.
+- wide pool: a learner that is offered it gets many more models of the flattened grammar to ask about once liked models
+  have turned out to be rare (`grammarlab.preference.queries.liked_are_rare`).
 - extra features: what `Learner.search` finds in the labelled derivations after each round. Where there are bounds on
   continuous draws among them, half of a round goes to models near them (`bounds.between`).
 
@@ -42,7 +44,7 @@ from grammarlab.features.growth import conflicts
 from grammarlab.features.pattern import Feature
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.factors import ProductPreference
-from grammarlab.preference.queries import Situation
+from grammarlab.preference.queries import Situation, liked_are_rare
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -64,6 +66,8 @@ class Learner:
     """Whether longer paths are taken in when models with equal rows got different scores."""
     search: Callable[[tuple[Forest, ...], Floats], tuple[Feature, ...]] | None = None
     """The derivations of all labelled models and their scores give features to look at besides; None for none."""
+    widens: bool = False
+    """Whether it is offered a wider pool where liked models are rare (`grammarlab.preference.queries`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +92,8 @@ class State:
     rounds: int
     """Rounds done."""
     columns: Columns
+    wide: bool = False
+    """Whether it is offered a wider pool."""
 
     @property
     def labels(self) -> int:
@@ -114,22 +120,26 @@ def step(material: Material, learner: Learner, seed: int, num_labels: int, state
     Returns:
         The state after the round, and its point of the curve.
     """
+    offered = _offered(material, state.wide)
     active = state.rounds % len(state.factors)
     choose_seed, fit_seed = (derived_seed(seed, state.rounds, active, lane) for lane in (0, 1))
-    factor = _answer(material, learner, state.columns, state.factors[active], active, num_labels, choose_seed)
-    factor = _searched(material, learner, factor)
+    factor = _answer(offered, learner, state.columns, state.factors[active], active, num_labels, choose_seed)
+    factor = _searched(offered, learner, factor)
     factors = (*state.factors[:active], factor, *state.factors[active + 1 :])
-    columns = _columns(material, learner, factors, state.columns.path_length)
-    again = [index == active or columns != state.columns for index in range(len(factors))]
-    before, table = material.table(state.columns), material.table(columns)
-    if not np.array_equal(before.groups, table.groups):
+    wide = state.wide or (learner.widens and material.wider is not None and liked_are_rare(factor.scores))
+    known = _offered(material, wide)
+    columns = _columns(known, learner, factors, state.columns.path_length)
+    changed = (columns, wide) != (state.columns, state.wide)
+    again = [index == active or changed for index in range(len(factors))]
+    before, table = offered.table(state.columns), known.table(columns)
+    if wide != state.wide or not np.array_equal(before.groups, table.groups):
         # What was learned about other columns does not carry over.
         factors = tuple(replace(f, preference=None) for f in factors)
     factors = tuple(
         _fit(learner, table, f, fit_seed) if fit_it and len(f.asked) else f
         for f, fit_it in zip(factors, again, strict=True)
     )
-    state = State(factors, state.rounds + 1, columns)
+    state = State(factors, state.rounds + 1, columns, wide)
     js, correlation = agreement(material.target, learned(material, state), material.weights)
     liked = sum(int((f.scores > 0).sum()) for f in factors)
     return state, Point(state.labels, js, correlation, liked)
@@ -153,7 +163,7 @@ def run(material: Material, learner: Learner, seed: int, max_labels: int) -> tup
 
 def learned(material: Material, state: State) -> Floats:
     """[n] the learned preference of the labelled set, >= 0: 1 everywhere before the first label."""
-    rows = material.table(state.columns).labelled
+    rows = _offered(material, state.wide).table(state.columns).labelled
     known = {
         name: factor.preference
         for name, factor in zip(material.factors, state.factors, strict=True)
@@ -162,6 +172,10 @@ def learned(material: Material, state: State) -> Floats:
     if not known:
         return np.ones(len(rows))
     return np.clip(ProductPreference(known).predict(rows).mean, 0.0, None) / MAX_SCORE
+
+
+def _offered(material: Material, wide: bool) -> Material:
+    return material.wider() if wide and material.wider is not None else material
 
 
 def _answer(

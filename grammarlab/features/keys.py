@@ -59,7 +59,11 @@ class Meaning:
                 return self._extra[key[1]]
 
     def group(self, key: Key) -> Key:
-        """The choice that a column is one alternative of: equal for all alternatives of one choice in one context."""
+        """The choice that a column is one alternative of: equal for all alternatives of one choice in one context.
+
+        What is no such alternative is alone. So are pairs of siblings: someone who likes a cylinder above a box need
+        not care about any other pair of blocks.
+        """
         match key:
             case ("edge", above, _):
                 return self.group(self._key(above))
@@ -68,8 +72,6 @@ class Meaning:
                 return "rule", context, rule.symbol, rule.parameters
             case ("far", rule, child, label):
                 return "far", rule, child, self._labels.symbol_of(label)
-            case ("next", one, other):
-                return "next", self._labels.symbol_of(one), self._labels.symbol_of(other)
             case ("branch", name, _):
                 return "draw", name
             case ("symbol", symbol) if self.is_alternative(key):

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -156,14 +157,12 @@ class KeyIndex:
 
     def columns(self, keys: Iterable[Key], grow: bool) -> Ints:
         """The column of each key; a new one is added with ``grow``, else -1."""
-        return np.array([self._column(key, grow) for key in keys], dtype=np.int64)
-
-    def _column(self, key: Key, grow: bool) -> int:
-        column = self._columns.get(key, -1)
-        if column < 0 and grow:
-            column = self._columns[key] = len(self.keys)
-            self.keys.append(key)
-        return column
+        known = self._columns
+        if not grow:
+            return np.array([known.get(key, -1) for key in keys], dtype=np.int64)
+        columns = np.array([known.setdefault(key, len(known)) for key in keys], dtype=np.int64)
+        self.keys.extend(islice(known, len(self.keys), None))
+        return columns
 
 
 def _key(rule: RuleName) -> tuple[str, int, tuple[int, ...]]:

@@ -37,8 +37,6 @@ class Names:
                 return self._before(context) + self._end(context, symbol)
             case ("far", rule, child, symbol):
                 return f"{self._steps(((rule, child),))} ⋯ {symbol}"
-            case ("next", one, other):
-                return f"{one} then {other}"
             case ("draw", name):
                 return name
             case ("either", name):

@@ -16,13 +16,14 @@ where ``above`` is the column of a "rule" key and ``context`` the column of an "
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import repeat
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Ints, offsets_from_counts
 from grammarlab.features.labels import KeyIndex, Labels
 from grammarlab.features.trees import Trees
 
@@ -87,9 +88,10 @@ def tally(trees: Trees, rows: Ints | slice, number: Numbers, columns: Sequence[I
         width: how many columns there are.
     """
     size = len(columns[0])
-    cells = [(np.flatnonzero(column >= 0), column[column >= 0]) for column in columns]
-    places = np.concatenate([place for place, _ in cells]), np.concatenate([column for _, column in cells])
-    spread = sparse.csr_array((np.ones(len(places[0]), dtype=np.int64), places), shape=(size, width))
+    cells = np.stack(columns, axis=1)
+    known = cells >= 0
+    ones = np.ones(int(known.sum()), dtype=np.int64)
+    spread = sparse.csr_array((ones, cells[known], offsets_from_counts(known.sum(axis=1))), shape=(size, width))
     repeated = np.bincount(number[trees.repeated[rows]], minlength=size)
     return Tally(_count_by_model(trees.model[rows], number, trees.num_models, size) @ spread, repeated @ spread > 0)
 
@@ -147,6 +149,6 @@ def _compact_pairs(first: Numbers, second: Numbers, num_first: int, num_second: 
 def _lookup(index: KeyIndex, grow: bool, kind: str, above: Ints, own: Ints, valid: NDArray[np.bool_]) -> Ints:
     """Columns of the keys (kind, above, own) where they are valid, else -1."""
     columns = np.full(len(own), -1, dtype=np.int64)
-    pairs = zip(above[valid].tolist(), own[valid].tolist(), strict=True)
-    columns[valid] = index.columns(((kind, *pair) for pair in pairs), grow)
+    above, own = above[valid], own[valid]
+    columns[valid] = index.columns(zip(repeat(kind, len(own)), above.tolist(), own.tolist(), strict=True), grow)
     return columns

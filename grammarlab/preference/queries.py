@@ -24,7 +24,8 @@ from grammarlab.preference.disagreement import (
     most_telling,
 )
 from grammarlab.preference.grouped import GroupedPreference
-from grammarlab.preference.posterior import squared_distances
+from grammarlab.preference.observations import observe
+from grammarlab.preference.posterior import Hyperparameters, condition, squared_distances
 
 Way = Literal["default", "uniform", "grammar", "density", "uncertainty", "already ranked"]
 
@@ -32,6 +33,15 @@ LIKED_SHARE = 0.5
 """Part of a default batch that settles which of the models that seem liked are not."""
 NOISE = 1e-2
 """Variance of a score around the function that `default` reckons with, as a share of the squared highest score."""
+RARE = 1 / 16
+"""Liked models are rare where a smaller part of the scored ones, `FEWEST` or more, was liked."""
+FEWEST = 64
+FEW_LIKED = 4
+"""With fewer liked ones among rare ones, nothing is known but that others like them may be liked."""
+_ALIKE_DISTANCE = 2.6
+"""Weighted squared distance between two typical models where all columns matter alike."""
+_ALIKE_NOISE = 1e-3
+"""As a share of the amplitude."""
 _CANDIDATES = (800, 200)
 """Models from the grammar and from elsewhere that `default` looks at, at most."""
 
@@ -67,6 +77,19 @@ class Situation:
         return np.where(self.from_grammar, 1.0, weights * np.maximum(1.0 - share * weights, 0.0))[models]
 
 
+def liked_are_rare(scores: Floats) -> bool:
+    """Whether models that are liked have been so rare at any time that proposals should be picked among many more.
+
+    Args:
+        scores: [n] in the order in which they were given.
+
+    >>> liked_are_rare(np.zeros(63)), liked_are_rare(np.zeros(64)), liked_are_rare(np.repeat([0.0, 50.0], [60, 4]))
+    (False, True, False)
+    """
+    number = np.arange(1, len(scores) + 1)
+    return bool(np.any((np.cumsum(scores > 0.0) < RARE * number)[FEWEST - 1 :]))
+
+
 def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
     """Models to show next.
 
@@ -94,13 +117,17 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     """One part that looks for mistakes among models that seem liked, one that lowers the total uncertainty most.
 
     As long as nothing is liked the first part is about models from elsewhere, since what is liked may be too rare for
-    the grammar to show.
+    the grammar to show. Where it has turned out to be rare, that part is all; then come models like the first few that
+    are liked, since no explanation of so few is worth much.
     """
     preference = situation.preference
     if preference is None:
         return _grammar(situation, num, randomness)
     if not isinstance(preference, GroupedPreference):
         return _mixed(preference, situation, num, randomness)
+    rare = liked_are_rare(situation.scores)
+    if rare and 0 < np.count_nonzero(situation.scores) < FEW_LIKED:
+        return _resembling(situation, num, randomness)
     candidates = _candidates(situation, num, randomness)
     rows, typical = situation.pool[candidates], situation.stands_for(candidates)
     noise, open_ = NOISE * preference.highest**2, np.ones(len(candidates), dtype=bool)
@@ -109,20 +136,39 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     mean, covariance = joint(preference, rows, doubtful_weights(preference, liked if len(liked) else known))
     elsewhere = (~situation.from_grammar[candidates]).astype(np.float64)
     stakes = np.maximum(mean, 0.0) * typical if len(liked) else elsewhere
-    first = most_doubtful(covariance, round(LIKED_SHARE * num), noise, stakes, open_)
+    share = 1.0 if rare and not len(liked) else LIKED_SHARE
+    first = most_doubtful(covariance, min(round(share * num), len(candidates)), noise, stakes, open_)
     open_[first] = False
     _, covariance = joint(preference, rows, cautious_weights(preference, rows))
     second = most_telling(given(covariance, first, noise), num - len(first), noise, typical, open_)
     return candidates[np.concatenate((first, second))]
 
 
+def _resembling(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """Models like the liked ones and unlike the others, under a Gaussian process to which all columns matter alike."""
+    variance = situation.pool.var(axis=0)
+    varies = variance > 0.0
+    weights = np.zeros(len(variance))
+    weights[varies] = _ALIKE_DISTANCE / (2.0 * varies.sum() * variance[varies])
+    known = observe(situation.pool[situation.asked], situation.scores)
+    alike = condition(Hyperparameters(MAX_SCORE**2, weights, _ALIKE_NOISE * MAX_SCORE**2), known)
+    open_ = randomness.permutation(np.flatnonzero(_unasked(situation)))
+    return open_[np.argsort(-alike.predict(situation.pool[open_]).mean, kind="stable")[:num]]
+
+
 def _candidates(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
-    """Unasked models to choose from: some from the grammar, some from elsewhere; more where they are needed."""
+    """Unasked models to choose from: some from the grammar, some from elsewhere; more where they are needed.
+
+    Where liked models are rare, those from elsewhere are the ones that seem to be liked most.
+    """
     open_ = _unasked(situation)
     pools = [
         randomness.permutation(np.flatnonzero(open_ & kind))
         for kind in (situation.from_grammar, ~situation.from_grammar)
     ]
+    if situation.preference is not None and liked_are_rare(situation.scores) and np.any(situation.scores > 0.0):
+        liking = situation.preference.predict(situation.pool[pools[1]]).mean
+        pools[1] = pools[1][np.argsort(-liking, kind="stable")]
     chosen = [pool[:most] for pool, most in zip(pools, _CANDIDATES, strict=True)]
     missing = num - sum(len(part) for part in chosen)
     if missing > 0:

@@ -8,8 +8,11 @@ from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.evaluation import scenario
 from grammarlab.evaluation.agreement import agreement
+from grammarlab.evaluation.flattening import flattened
 from grammarlab.evaluation.material import Columns
-from grammarlab.evaluation.preparation import Source, labelled_program, prepare
+from grammarlab.evaluation.methods import PAPER_FAMILIES
+from grammarlab.evaluation.pool import WIDER
+from grammarlab.evaluation.preparation import Source, labelled_program, pool_address, prepare
 from grammarlab.language.grammar import Grammar
 
 RULES = """
@@ -68,6 +71,27 @@ def test_weighted_models_of_both_parts_of_the_pool_stand_for_the_grammar():
     assert material.pool_weights[liked].max() < material.pool_weights[~liked].max()
 
 
+def test_a_wider_pool_goes_on_where_the_pool_ends():
+    material = prepare(source())
+    assert material.wider is not None
+    wider = material.wider()
+    assert wider is material.wider()
+    assert wider.wider is None
+    size = len(material.pool_scores)
+    assert (~wider.pool_from_grammar).sum() == WIDER * (~material.pool_from_grammar).sum()
+    assert np.array_equal(wider.pool_scores[:size], material.pool_scores)
+    assert np.array_equal(wider.pool_from_grammar[:size], material.pool_from_grammar)
+    assert np.array_equal(wider.scores, material.scores)
+    assert wider.pool_weights.mean() == pytest.approx(1.0, abs=0.1)
+    last = len(wider.pool_scores) - 1
+    flat, seed, index = pool_address(replace(source(), wide=True), last)
+    (example,) = wider.examples(np.array([last]))
+    again = derive(flattened(Grammar.parse(RULES)).program, 1, seed, first_model=index)
+    assert flat
+    assert np.array_equal(example.draws.value, again.draws.value)
+    assert wider.pool_scores[last, 0] == 50 * round_blocks(again)[0]
+
+
 def test_equal_rows_have_equal_scores_where_the_features_tell():
     table, material = prepare(source()).table(Columns(1)), prepare(source())
     together = np.concatenate([table.labelled, table.pool])
@@ -86,6 +110,13 @@ def test_longer_paths_have_more_columns_and_families_can_be_left_out():
         prepare(without).table(Columns(1)).labelled.shape[1]
         <= prepare(with_symbols).table(Columns(1)).labelled.shape[1]
     )
+
+
+def test_a_method_with_kinds_of_features_of_its_own_looks_at_those():
+    offered = source(features=scenario.FeatureOptions(2, ("paths", "siblings")))
+    assert offered.feature_options.families == ("paths", "siblings")
+    paper = replace(offered, families=PAPER_FAMILIES).feature_options
+    assert (paper.path_length, paper.families) == (2, PAPER_FAMILIES)
 
 
 def test_a_flattened_set_measures_the_same_divergence_with_its_weights():

@@ -5,8 +5,9 @@ import pytest
 from scipy.spatial.distance import jensenshannon
 
 from grammarlab.evaluation import protocol
-from grammarlab.evaluation.material import Columns
+from grammarlab.evaluation.material import Columns, Table
 from grammarlab.evaluation.scenario import MAX_PATH_LENGTH
+from grammarlab.preference.queries import FEWEST
 from tests.evaluation.doubles import BITS, LABELLED, LEARNER, POOL, Remembers, world
 
 
@@ -91,6 +92,32 @@ def test_longer_paths_begin_all_factors_anew():
     rows = [factor.preference.rows for factor in state.factors if isinstance(factor.preference, Remembers)]
     assert [len(r) for r in rows] == [48, 48]
     assert all(r.shape[1] == BITS for r in rows)
+
+
+def test_a_wider_pool_is_offered_once_liked_models_are_rare():
+    material = world(2)
+    rows, rare = material.table(Columns(2)), replace(material, pool_scores=np.zeros_like(material.pool_scores))
+    twice = Table(rows.labelled, np.concatenate([rows.pool, rows.pool]), rows.groups, rows.group_names)
+    wider = replace(
+        rare,
+        pool_scores=np.concatenate([rare.pool_scores, material.pool_scores]),
+        pool_weights=np.ones(2 * POOL),
+        pool_from_grammar=np.arange(2 * POOL) < POOL,
+        table=lambda _columns: twice,
+    )
+    rare = replace(rare, wider=lambda: wider)
+    for offered, learner in ((rare, LEARNER), (material, replace(LEARNER, widens=True))):
+        assert not protocol.run(offered, learner, 0, 2 * POOL)[0].wide
+    learner, state = replace(LEARNER, widens=True), protocol.init(rare, LEARNER)
+    for labels in range(16, 320, 16):
+        state, _ = protocol.step(rare, learner, 0, 16, state)
+        assert state.wide == (labels >= 2 * FEWEST - 16)
+    assert any((factor.scores > 0).any() for factor in state.factors)
+    assert any((factor.asked >= POOL).any() for factor in state.factors)
+    assert len(protocol.learned(rare, state)) == LABELLED
+    whole = rare.as_one_factor().wider
+    assert whole is not None
+    assert whole().pool_scores.shape == (2 * POOL, 1)
 
 
 def test_a_query_rule_that_repeats_itself_is_a_mistake_that_shows():

@@ -166,6 +166,15 @@ def test_names_say_what_a_column_is():
     assert len(set(names.values())) == len(names)
 
 
+def test_each_pair_of_adjacent_siblings_is_a_group_of_its_own():
+    table = extract(towers(300), Options(1, draws=False, adjacent_pairs=True))
+    pairs = [column for column, feature in enumerate(table.features) if " + " in str(feature)]
+    assert len(pairs) > 2
+    names = [table.names[column].removeprefix("any ") for column in pairs]
+    assert [table.group_names[group] for group in table.groups[pairs]] == names
+    assert all((table.groups == group).sum() == 1 for group in table.groups[pairs])
+
+
 def test_alternatives_of_one_choice_in_one_context_share_a_group():
     table = extract(towers(300), Options(2, draws=False))
     members = {}

@@ -5,7 +5,7 @@ import pytest
 
 from grammarlab.errors import UsageError
 from grammarlab.preference import gaussian_process, grouped, queries
-from grammarlab.preference.queries import WAYS, Situation, propose
+from grammarlab.preference.queries import FEW_LIKED, FEWEST, RARE, WAYS, Situation, liked_are_rare, propose
 from tests.preference.test_grouped import GROUPS, styled_rows
 
 NEW_WAYS = [way for way in WAYS if way != "already ranked"]
@@ -141,3 +141,45 @@ def test_the_default_asks_about_what_lowers_the_error_more_than_chance():
 def test_an_unknown_way_is_answered_with_the_known_ones():
     with pytest.raises(UsageError, match=r"called 'magic'\. There are: default, uniform"):
         propose("magic", situation(num_asked=4), 1, seed=0)  # pyright: ignore[reportArgumentType]
+
+
+def test_models_that_once_were_rare_stay_rare():
+    randomness = np.random.default_rng(0)
+    for share in (0.0, 0.03, 0.06, 0.09, 0.5):
+        scores = np.where(randomness.random(300) < share, 70.0, 0.0)
+        answers = [liked_are_rare(scores[:n]) for n in range(301)]
+        expected = [any((scores[:k] > 0).mean() < RARE for k in range(FEWEST, n + 1)) for n in range(301)]
+        assert answers == expected == sorted(answers)
+
+
+def rare_situation(num_liked, num_asked=FEWEST):
+    """A pool in which models with three bits of twelve are liked, and some scored ones, the liked ones last."""
+    rows = np.random.default_rng(3).integers(0, 2, (1600, 12)).astype(float)
+    truth = 100.0 * (rows[:, :3].sum(axis=1) == 3) * (rows[:, 3:6].sum(axis=1) == 0)
+    asked = np.concatenate([np.flatnonzero(truth == 0)[: num_asked - num_liked], np.flatnonzero(truth)[:num_liked]])
+    preference = grouped.fit(rows[asked], truth[asked])
+    return Situation(rows, np.arange(1600) < 1200, asked, truth[asked], preference), truth
+
+
+def test_where_liked_models_are_rare_others_like_the_few_known_ones_are_asked_about():
+    known, truth = rare_situation(num_liked=1)
+    assert (truth > 0).mean() < 0.03
+    assert (truth[propose("default", known, 16, seed=0)] > 0).sum() >= 3
+
+
+def test_where_nothing_is_liked_for_long_only_models_from_elsewhere_are_asked_about():
+    known, _ = rare_situation(num_liked=0)
+    assert not known.from_grammar[propose("default", known, 16, seed=0)].any()
+    before, _ = rare_situation(num_liked=0, num_asked=FEWEST - 1)
+    assert known.from_grammar[propose("default", before, 16, seed=0)].any()
+
+
+def test_where_liked_models_are_rare_the_likeliest_ones_from_elsewhere_are_candidates():
+    known, _ = rare_situation(num_liked=FEW_LIKED, num_asked=80)
+    assert known.preference is not None
+    assert liked_are_rare(known.scores)
+    mean = known.preference.predict(known.pool).mean
+    chosen = propose("default", known, 16, seed=0)
+    left = np.setdiff1d(np.flatnonzero(~known.from_grammar), known.asked)
+    worst = np.sort(mean[left])[-200]
+    assert (mean[chosen[~known.from_grammar[chosen]]] >= worst - 1e-9).all()
