@@ -18,21 +18,26 @@ from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.importing import load
 
 GRAMMARS = Path(__file__).parent.parent / "grammars"
-NUM_MODELS = 1_000
+NUM_MODELS = 5_000
+"""As many as the labelled sets of the scenarios have."""
+LARGE = {"building": 1_000, "skyscraper": 2_000}
+"""Fewer of those that have hundreds of nodes each."""
 LENGTHS = [2, 4]
 NAMES = sorted(path.stem for path in GRAMMARS.glob("*.cga"))
 
 
 @pytest.fixture(scope="module", params=NAMES)
 def forest(request):
-    return derive(load(GRAMMARS / f"{request.param}.cga"), NUM_MODELS, 1, assets=AssetFolder(GRAMMARS / "assets"))
+    name = request.param
+    num_models = LARGE.get(name, NUM_MODELS)
+    return derive(load(GRAMMARS / f"{name}.cga"), num_models, 1, assets=AssetFolder(GRAMMARS / "assets"))
 
 
 def tree_by_tree(forest, length):
     """A Counter of paths for every model; paths are tuples of (rule, child), a rule alone at the end has child -1."""
     nodes = forest.nodes
     models, parents, rules, children = (c.tolist() for c in (nodes.model, nodes.parent, nodes.rule, nodes.child))
-    counters = [Counter() for _ in range(NUM_MODELS)]
+    counters = [Counter() for _ in range(forest.num_models)]
     for row in range(len(models)):
         counter, rule, above, edges = counters[models[row]], rules[row], row, ()
         for edge in range(length + 1):
@@ -82,4 +87,4 @@ def test_count_a_pattern(benchmark, forest, text):
 
 
 def _tell(benchmark, forest):
-    benchmark.extra_info["nodes per model"] = len(forest.nodes) / NUM_MODELS
+    benchmark.extra_info["nodes per model"] = len(forest.nodes) / forest.num_models
