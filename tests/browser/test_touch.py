@@ -96,9 +96,11 @@ def test_a_finger_scrolls_and_a_second_one_then_zooms(touched, zoomed):
     hand = Hand(touched.page)
     hand.put((x, y))
     hand.move(((x, y), (x, y - 80)), steps=8)
+    # A finger that rests before it is lifted does not throw what it moved.
+    expect_still(zoomed)
     hand.lift()
     expect_still(zoomed)
-    assert -95 < middle(zoomed)[1] - y < -50
+    assert -82 < middle(zoomed)[1] - y < -50
     touched.expect_chosen([])
     before = zoomed.bounding_box()
     x, y = middle(zoomed)
