@@ -13,7 +13,10 @@ from playwright.sync_api import expect
 PAGE = files("grammarlab.runs.scoring") / "page"
 
 LUMINANCE = """
-(element) => {
+async (element) => {
+  // A colour on its way to another is neither.
+  const transitions = document.getAnimations().filter((each) => each instanceof CSSTransition);
+  await Promise.allSettled(transitions.map((each) => each.finished));
   const canvas = document.createElement('canvas').getContext('2d', { willReadFrequently: true });
   const luminance = (colour) => {
     canvas.fillStyle = colour;
