@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
@@ -48,8 +48,9 @@ class _Learner:
         self._options = options_of(FEATURES, FEATURES.path_length)
         self._version = 0
         self._rows: Rows | None = None
-        self._preferences: dict[str, AbstractPreference] = {}
+        self._preferences: dict[int, AbstractPreference] = {}
         self._product: ProductPreference | None = None
+        self._liked: tuple[int, ...] = ()
         self._density: Floats | None = None
 
     def do(self, request: Prepare | Update | Choose, report: Report) -> Any:
@@ -57,7 +58,7 @@ class _Learner:
             return self._prepare(report)
         if isinstance(request, Update):
             return self._update(request, report)
-        return self._choose(request.factors, request.choice)
+        return self._choose(request, request.choice)
 
     def _prepare(self, report: Report) -> Features | None:
         report("deriving models", 0, 2)
@@ -90,11 +91,12 @@ class _Learner:
         report("choosing models", total - 1, total)
         # From here on nothing is left half done.
         self._learn_from(options, rows)
-        self._preferences = preferences
+        self._preferences = {request.numbers[name]: preference for name, preference in preferences.items()}
         liked = [name for name, scores in factors.items() if any(scores.values())]
         self._product = ProductPreference({name: preferences[name] for name in liked}) if liked else None
+        self._liked = tuple(request.numbers[name] for name in liked)
         product = None if self._product is None else self._predicted(self._product, rows)
-        chosen = None if request.choice is None else self._choose(request.factors, request.choice)
+        chosen = None if request.choice is None else self._choose(request, request.choice)
         found = {name: self._predicted(preference, rows) for name, preference in preferences.items()}
         left_out = _left_out(request.factors, liked)
         features, elsewhere = self._features(request.known), rows.names_elsewhere
@@ -129,10 +131,13 @@ class _Learner:
         before, self._density = self._density, density
         return jensen_shannon(weights if before is None else before, density)
 
-    def _choose(self, factors: Factors, choice: Choice) -> tuple[str, ...]:
-        kept = [] if self._product is None else list(self._product.factors)
-        scores = factors.get(choice.factor, {}) if choice.factor else _product(factors, kept)
-        preference = self._preferences.get(choice.factor) if choice.factor else self._product
+    def _choose(self, request: Update | Choose, choice: Choice) -> tuple[str, ...]:
+        by_number = {request.numbers[name]: scores for name, scores in request.factors.items()}
+        if choice.factor:
+            number = request.numbers[choice.factor]
+            scores, preference = by_number[number], self._preferences.get(number)
+        else:
+            scores, preference = _product([by_number.get(number, {}) for number in self._liked]), self._product
         # One of the ways: the session checks it before it is sent here.
         way = cast("Way", choice.way)
         rows = self._rows_to_choose_from(way, list(scores))
@@ -175,13 +180,12 @@ def _left_out(factors: Factors, liked: Sequence[str]) -> tuple[str, ...]:
     return tuple(reasons)
 
 
-def _product(factors: Factors, names: Sequence[str]) -> dict[str, float]:
+def _product(factors: Sequence[Mapping[str, float]]) -> dict[str, float]:
     """The models that have a score for all of some factors, and the product of these."""
     found = {}
-    for model in factors[names[0]] if names else ():
-        scores = [factors.get(name, {}).get(model) for name in names]
-        given = [score for score in scores if score is not None]
-        if len(given) == len(scores):
+    for model in factors[0] if factors else ():
+        given = [scores[model] for scores in factors if model in scores]
+        if len(given) == len(factors):
             found[model] = MAX_SCORE * float(np.prod(np.array(given) / MAX_SCORE))
     return found
 

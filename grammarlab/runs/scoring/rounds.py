@@ -192,7 +192,7 @@ class Rounds:
         if self.updating is None:
             self._progress("choosing models", 0, 1)
         done = partial(self._chosen, choice, self.record.num_shown)
-        self._choosing = self._learners.submit(Choose(self._factors(), choice), done)
+        self._choosing = self._learners.submit(Choose(self._factors(), self.record.numbers, choice), done)
 
     def sort(self, order: Order) -> None:
         """Sorts the models that are shown.
@@ -288,8 +288,9 @@ class Rounds:
         features = self.knowledge.features
         known = 0 if features is None else features.version
         self._progress("waiting", 0, 1)
-        done = partial(self._learned, choice, revision, self.record.numbers)
-        ticket = self._learners.submit(Update(factors, choice, known), done, on_progress=self._progress)
+        numbers = self.record.numbers
+        done = partial(self._learned, choice, revision, numbers)
+        ticket = self._learners.submit(Update(factors, numbers, choice, known), done, on_progress=self._progress)
         if choice is not None:
             self._ticket = ticket
 

@@ -60,6 +60,8 @@ class Choose:
     """Asks for models to show: [num] addresses, of the pool or, with those already ranked, of any that have a score."""
 
     factors: Factors
+    numbers: Mapping[str, int]
+    """Of the factors; they stay when a factor is renamed."""
     choice: Choice
 
 
@@ -68,6 +70,8 @@ class Update:
     """Asks to learn from all scores: `Learned`."""
 
     factors: Factors
+    numbers: Mapping[str, int]
+    """As of `Choose`."""
     choice: Choice | None
     """What to show then; None for nothing new."""
     known: int = 0

@@ -16,6 +16,8 @@ from grammarlab.runs.scoring.tasks import Choice, Choose, Features, Learned, Pre
 from tests.runs.scoring.tower import TOWER, kind_of
 
 SEED, SIZE = 3, 150
+NUMBERS = {name: number for number, name in enumerate(("overall", "a", "b", "c"), 1)}
+"""Of factors."""
 
 
 def report(_stage: str, done: int, total: int) -> None:
@@ -33,7 +35,7 @@ def handler() -> Handler:
 
 
 def update(handler: Handler, factors: dict[str, dict[str, float]], choice: Choice | None = None) -> Learned:
-    return handler(Update(factors, choice), report)
+    return handler(Update(factors, NUMBERS, choice), report)
 
 
 def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
@@ -42,8 +44,8 @@ def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
     assert features.rows.shape == (SIZE, len(features.names))
     assert len(set(features.names)) == len(features.names)
     scores = {"overall": dict.fromkeys(pool.names[:3], 50.0)}
-    assert handler(Update(scores, None, features.version), report).features is None
-    again = handler(Update(scores, None, 0), report).features
+    assert handler(Update(scores, NUMBERS, None, features.version), report).features is None
+    again = handler(Update(scores, NUMBERS, None, 0), report).features
     assert again.version == features.version
     assert np.array_equal(again.rows, features.rows)
 
@@ -116,10 +118,10 @@ def test_a_mistake_among_models_that_are_not_of_the_pool_is_shown_first(handler:
     scores[elsewhere[13]] = 100.0 - scores[elsewhere[13]]
     choice = Choice("already ranked", "overall", 40, 1)
     update(handler, {"overall": scores})
-    chosen = handler(Choose({"overall": scores}, choice), report)
+    chosen = handler(Choose({"overall": scores}, NUMBERS, choice), report)
     assert chosen[0] == elsewhere[13]
     assert set(chosen) == set(scores)
-    others = handler(Choose({"overall": scores}, Choice("default", "overall", SIZE, 1)), report)
+    others = handler(Choose({"overall": scores}, NUMBERS, Choice("default", "overall", SIZE, 1)), report)
     assert set(others) == set(pool.names[20:])
 
 
@@ -142,6 +144,20 @@ def test_the_density_does_not_move_without_new_scores(handler: Handler, pool: Mo
 def test_models_are_chosen_before_anything_is_learned(pool: ModelPool):
     handler = learner(TOWER, "tower", ".", SEED, SIZE)
     for way in WAYS:
-        chosen = handler(Choose({"overall": {pool.names[0]: 5.0}}, Choice(way, "overall", 4, 2)), report)
+        chosen = handler(Choose({"overall": {pool.names[0]: 5.0}}, NUMBERS, Choice(way, "overall", 4, 2)), report)
         assert len(chosen) == (1 if way == "already ranked" else 4)
         assert (pool.names[0] in chosen) == (way == "already ranked")
+
+
+def test_a_renamed_factor_keeps_what_was_learned(handler: Handler, pool: ModelPool):
+    scores = {model: 100.0 * (kind_of(model) == "Flat") for model in pool.names[:40]}
+    update(handler, {"a": scores, "b": scores})
+
+    def chosen(factors: dict[str, dict[str, float]], numbers: dict[str, int], factor: str) -> list[str]:
+        return handler(Choose(factors, numbers, Choice("density", factor, 20, 1)), report)
+
+    for factor, renamed in (("a", "roofs"), ("", "")):
+        before = chosen({"a": scores, "b": scores}, NUMBERS, factor)
+        numbers = {"roofs": NUMBERS["a"], "b": NUMBERS["b"], "a": 9}
+        assert chosen({"roofs": scores, "b": scores, "a": {}}, numbers, renamed) == before
+    assert chosen({"roofs": scores, "b": scores, "a": {}}, numbers, "a") != before
