@@ -14,6 +14,17 @@ from playwright.sync_api import Locator, Page, expect
 
 TOKEN = "known-to-page-and-next-run"  # noqa: S105 - of servers that live for a test
 
+SETTLED = """
+() => Promise.allSettled(
+  document.getAnimations().filter((each) => each instanceof CSSTransition).map((each) => each.finished)
+)
+"""
+
+
+def settle(page: Page) -> None:
+    """Waits until no colour or place is on its way to another."""
+    page.evaluate(SETTLED)
+
 
 class Server:
     """``grammarlab score`` in a process of its own."""

@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+from tests.browser.driver import settle
+
 PAGE = files("grammarlab.runs.scoring") / "page"
 
 LUMINANCE = """
-async (element) => {
-  // A colour on its way to another is neither.
-  const transitions = document.getAnimations().filter((each) => each instanceof CSSTransition);
-  await Promise.allSettled(transitions.map((each) => each.finished));
+(element) => {
   const canvas = document.createElement('canvas').getContext('2d', { willReadFrequently: true });
   const luminance = (colour) => {
     canvas.fillStyle = colour;
@@ -34,6 +33,7 @@ async (element) => {
 
 def contrast(locator):
     """Of text against what is behind it, as WCAG 2 defines it."""
+    settle(locator.page)
     return ratio(*locator.evaluate(LUMINANCE))
 
 
@@ -166,6 +166,7 @@ def test_a_whole_round_by_keys_alone(towers):
 
 def test_colours_that_mean_something_stay_where_the_system_chooses_colours(opened, server):
     towers = opened(server.address, forced_colors="active")
+    settle(towers.page)
     bars = [towers.page.locator(f".gl-key.{name} i") for name in ("gl-predicted", "gl-uncertain")]
     first, second = (bar.evaluate("element => getComputedStyle(element).backgroundColor") for bar in bars)
     assert first != second
