@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
+from statistics import median
+from time import process_time
 
 import pytest
 
@@ -62,9 +64,15 @@ def test_paths_tree_by_tree(benchmark, forest, length):
 @pytest.mark.parametrize("length", LENGTHS)
 def test_paths_by_columns(benchmark, forest, length):
     labels = Labels.of([forest])
-    counts = benchmark(lambda: count_paths(Trees(forest), labels, length, KeyIndex(), grow=True).counts)
+
+    def by_columns():
+        return count_paths(Trees(forest), labels, length, KeyIndex(), grow=True).counts
+
+    counts = benchmark(by_columns)
     _tell(benchmark, forest)
     benchmark.extra_info["columns"] = counts.shape[1]
+    ratio = _seconds(lambda: tree_by_tree(forest, length), 3) / _seconds(by_columns, 15)
+    benchmark.extra_info["times as fast as tree by tree"] = ratio
 
 
 @pytest.mark.parametrize("length", LENGTHS)
@@ -84,6 +92,16 @@ def test_apply_a_vocabulary(benchmark, forest, length):
 def test_count_a_pattern(benchmark, forest, text):
     benchmark(count, forest, [parse(text)])
     _tell(benchmark, forest)
+
+
+def _seconds(run, rounds):
+    """Processor time, the median of some rounds."""
+    times = []
+    for _ in range(rounds):
+        start = process_time()
+        run()
+        times.append(process_time() - start)
+    return median(times)
 
 
 def _tell(benchmark, forest):

@@ -62,16 +62,15 @@ class Labels:
         """The last label, of nodes whose rule or symbol is not among these."""
         return len(self.rules) + len(self.symbols)
 
-    def numbers(self, forest: Forest) -> NDArray[np.int32]:
+    def numbers(self, forest: Forest) -> Ints:
         """[N] the label of each node of a forest."""
         rules = [self._rule_numbers.get(_key(rule), self.unknown) for rule in forest.rules]
         first = len(self.rules)
         symbols = [first + self._symbol_numbers.get(s, self.unknown - first) for s in forest.symbols]
         nodes = forest.nodes
-        label = np.array([*rules, self.unknown], dtype=np.int32)[nodes.rule]
-        leaves = np.flatnonzero(nodes.rule < 0)
-        label[leaves] = np.array([*symbols, self.unknown], dtype=np.int32)[nodes.symbol[leaves]]
-        return label
+        own = nodes.symbol + np.int64(len(rules))
+        np.copyto(own, nodes.rule, where=nodes.rule >= 0)
+        return np.array([*rules, *symbols], dtype=np.int64)[own]
 
     def symbol_of(self, label: int) -> str:
         """The symbol of the nodes of a known label."""
@@ -169,7 +168,7 @@ def _key(rule: RuleName) -> tuple[str, int, tuple[int, ...]]:
     return rule.symbol, rule.parameters, rule.branch
 
 
-def _seen_successors(forest: Forest, label: NDArray[np.int32]) -> list[tuple[int, int, str]]:
+def _seen_successors(forest: Forest, label: Ints) -> list[tuple[int, int, str]]:
     """Different (label of a node, ``child`` and symbol of one below it)."""
     nodes = forest.nodes
     inner = np.flatnonzero(nodes.parent >= 0)
@@ -181,7 +180,7 @@ def _seen_successors(forest: Forest, label: NDArray[np.int32]) -> list[tuple[int
     return [(u, c, forest.symbols[s]) for u, c, s in zip(upper.tolist(), child.tolist(), symbol.tolist(), strict=True)]
 
 
-def _rule_draws(forest: Forest, label: NDArray[np.int32]) -> tuple[Ints, NDArray[np.float64]]:
+def _rule_draws(forest: Forest, label: Ints) -> tuple[Ints, NDArray[np.float64]]:
     """Labels and log-densities of the draws that decided how their node was rewritten."""
     definitions = {symbol: number for number, symbol in enumerate(forest.symbols)}
     own = [definitions.get(site.definition, -1) if site.kind == "choice" else -1 for site in forest.sites]

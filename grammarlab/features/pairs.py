@@ -25,7 +25,7 @@ _MOST_STEPS = 200
 
 def count_far_pairs(trees: Trees, labels: Labels, index: KeyIndex, grow: bool) -> Tally:
     """How often each edge has each choice below it, the child of the edge itself left out."""
-    label = trees.labels(labels).astype(np.int64)
+    label = trees.labels(labels)
     children = int(trees.forest.nodes.child.max(initial=0)) + 1
     rows, keys = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
     for lower, middle in _ancestors_of_choices(trees, label, labels):
@@ -45,7 +45,7 @@ def count_far_pairs(trees: Trees, labels: Labels, index: KeyIndex, grow: bool) -
 
 def choices_below(trees: Trees, labels: Labels) -> list[tuple[int, int]]:
     """Different (label of a node, label of a choice below it)."""
-    label = trees.labels(labels).astype(np.int64)
+    label = trees.labels(labels)
     size = labels.unknown + 1
     keys = [label[middle] * size + label[lower] for lower, middle in _ancestors_of_choices(trees, label, labels)]
     upper, below = np.divmod(distinct(np.concatenate([np.zeros(0, np.int64), *keys]), size**2), size)
@@ -55,19 +55,19 @@ def choices_below(trees: Trees, labels: Labels) -> list[tuple[int, int]]:
 def _ancestors_of_choices(trees: Trees, label: Ints, labels: Labels) -> Iterator[tuple[Ints, Ints]]:
     """Nodes that are choices, beside their parents, then beside the parents of those, and so on."""
     lower = np.flatnonzero(labels.chosen[label])
-    middle = trees.parent[lower].astype(np.int64)
+    middle = trees.parent[lower]
     for _ in range(_MOST_STEPS):
         inner = middle >= 0
         lower, middle = lower[inner], middle[inner]
         if not len(lower):
             return
         yield lower, middle
-        middle = trees.parent[middle].astype(np.int64)
+        middle = trees.parent[middle]
 
 
 def count_adjacent_pairs(trees: Trees, labels: Labels, index: KeyIndex, grow: bool) -> Tally:
     """How often each choice is followed by each choice among siblings."""
-    label = trees.labels(labels).astype(np.int64)
+    label = trees.labels(labels)
     chosen = labels.chosen[label]
     rows = np.flatnonzero(chosen & (trees.next_sibling >= 0))
     rows = rows[chosen[trees.next_sibling[rows]]]

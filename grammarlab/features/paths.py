@@ -17,28 +17,40 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import repeat
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.arrays import Ints, offsets_from_counts
+from grammarlab.arrays import Ints, distinct, offsets_from_counts
 from grammarlab.features.labels import KeyIndex, Labels
 from grammarlab.features.trees import Trees
 
-Numbers: TypeAlias = NDArray[np.integer]
+
+class _Kinds(NamedTuple):
+    """The K different pairs of a label and the ``child`` that a node is, ascending."""
+
+    number: Ints
+    """[N] of each node."""
+    label: Ints
+    """[K]"""
+    child: Ints
+    """[K]"""
 
 
 class _Level(NamedTuple):
-    """The nodes numbered by their label and the last edges above them, as many as the level says or up to the root."""
+    """The S different sequences of a label and the last edges above it, as many as the level says or up to the root."""
 
-    number: Numbers
-    """[N] from 0."""
+    codes: Ints
+    """[S] the sequence of the node above at the level before (one past the last where there is no node) times K, plus
+    the kind of the node; ascending. At level 0, labels."""
     rules: Ints
-    """[S] column of the "rule" key with exactly so many edges, for each number; -1 for leaves and near the root."""
+    """[S] column of the "rule" key with exactly so many edges; -1 for leaves and near the root."""
     edges: Ints
     """[S] column of the "edge" key likewise; -1 near the root."""
+    shorter: Ints
+    """[S] the sequence of the level before that lacks the first edge."""
 
 
 class Tally(NamedTuple):
@@ -60,12 +72,12 @@ def count_paths(trees: Trees, labels: Labels, length: int, index: KeyIndex, grow
         index: columns of the keys above.
         grow: whether paths that the index does not know are added to it, or left out.
     """
-    levels = _number_nodes(trees, labels, length, index, grow)
-    number, size = levels[-1].number, len(levels[-1].rules)
-    example = np.zeros(size, dtype=np.int64)
-    example[number] = np.arange(len(number))
-    columns = [level.rules[level.number[example]] for level in levels[:-1]]
-    columns += [level.edges[level.number[example]] for level in levels[1:]]
+    number, levels = _number_nodes(trees, labels, length, index, grow)
+    columns: list[Ints] = []
+    sequence = np.arange(len(levels[-1].codes))
+    for level in reversed(levels):
+        columns += [level.rules[sequence], level.edges[sequence]]
+        sequence = level.shorter[sequence]
     return tally(trees, slice(None), number, columns, len(index))
 
 
@@ -77,7 +89,7 @@ def count_symbols(trees: Trees, labels: Labels, index: KeyIndex, grow: bool) -> 
     return tally(trees, slice(None), number, [columns], len(index))
 
 
-def tally(trees: Trees, rows: Ints | slice, number: Numbers, columns: Sequence[Ints], width: int) -> Tally:
+def tally(trees: Trees, rows: Ints | slice, number: Ints, columns: Sequence[Ints], width: int) -> Tally:
     """How many of some nodes each model has, by number, spread over columns.
 
     Args:
@@ -92,58 +104,88 @@ def tally(trees: Trees, rows: Ints | slice, number: Numbers, columns: Sequence[I
     known = cells >= 0
     ones = np.ones(int(known.sum()), dtype=np.int64)
     spread = sparse.csr_array((ones, cells[known], offsets_from_counts(known.sum(axis=1))), shape=(size, width))
-    repeated = np.bincount(number[trees.repeated[rows]], minlength=size)
-    return Tally(_count_by_model(trees.model[rows], number, trees.num_models, size) @ spread, repeated @ spread > 0)
+    counts = _count_by_model(trees.model[rows], number, trees.num_models, size) @ spread
+    return Tally(counts, _columns_met(cells, number[trees.repeated[rows]], width))
 
 
-def _count_by_model(models: Numbers, number: Numbers, num_models: int, size: int) -> sparse.csr_array:
+def _columns_met(cells: Ints, number: Ints, width: int) -> NDArray[np.bool_]:
+    """[width] the columns that belong to some of these numbers."""
+    met = np.zeros(len(cells), dtype=bool)
+    met[number] = True
+    columns = np.zeros(width + 1, dtype=bool)
+    columns[cells[met]] = True
+    return columns[:-1]
+
+
+def _count_by_model(models: NDArray[np.integer], number: Ints, num_models: int, size: int) -> sparse.csr_array:
     """[num_models, size] how often each number stands beside each model."""
-    shape = (num_models, size)
-    if num_models * size <= 8 * len(number):
-        dense = np.bincount(models * np.int64(size) + number, minlength=num_models * size)
-        return sparse.csr_array(dense.reshape(shape))
-    return sparse.coo_array((np.ones(len(number), dtype=np.int64), (models, number)), shape=shape).tocsr()
+    narrow = np.int32 if num_models * size < 1 << 31 else np.int64  # sorts and divides twice as fast
+    place = models * narrow(size)
+    place += number
+    found, counts = np.unique(place, return_counts=True)
+    model = found // narrow(max(size, 1))
+    offsets = offsets_from_counts(np.bincount(model, minlength=num_models))
+    return sparse.csr_array((counts, found - model * narrow(size), offsets), shape=(num_models, size))
 
 
-def compact(values: Numbers, limit: int) -> tuple[Numbers, Ints]:
+def compact(values: Ints, limit: int) -> tuple[Ints, Ints]:
     """For each value 0 <= value < limit its rank among the different values, and these, ascending."""
     if limit > 8 * len(values) + 1024:
         found, rank = np.unique(values, return_inverse=True)
-        return rank.astype(np.int32), found.astype(np.int64)
-    present = np.zeros(limit, dtype=bool)
-    present[values] = True
-    rank = np.cumsum(present, dtype=np.int32) - np.int32(1)
-    return rank[values], np.flatnonzero(present)
+        return rank, found
+    found = distinct(values, limit)
+    rank = np.empty(limit, dtype=np.int64)
+    rank[found] = np.arange(len(found))
+    return rank[values], found
 
 
-def _number_nodes(trees: Trees, labels: Labels, length: int, index: KeyIndex, grow: bool) -> list[_Level]:
-    """Levels 0 to ``length``."""
-    label_of = trees.labels(labels)
-    children = int(trees.forest.nodes.child.max(initial=0)) + 1
-    own, kinds = _compact_pairs(label_of, trees.forest.nodes.child, labels.unknown + 1, children)
-    kind_label, kind_child = np.divmod(kinds, children)
-    number, label = compact(label_of, labels.unknown + 1)
-    none = np.full(len(label), -1, dtype=np.int64)
-    levels = [_Level(number, _lookup(index, grow, "rule", none, label, label < len(labels.rules)), none)]
-    roots = trees.parent < 0
-    for level in range(1, length + 1):
-        above = levels[-1]
-        upper = above.number[trees.parent] + np.int32(1)
-        upper[roots] = 0
-        number, found = _compact_pairs(upper, own, len(above.rules) + 1, len(kinds))
-        upper, kind = np.divmod(found, len(kinds))
-        context = np.concatenate(([-1], above.rules))[upper]
-        edges = _lookup(index, grow, "edge", context, kind_child[kind], context >= 0)
-        ends = (edges >= 0) & (kind_label[kind] < len(labels.rules)) & (level < length)
-        levels.append(_Level(number, _lookup(index, grow, "rule", edges, kind_label[kind], ends), edges))
-    return levels
+def _number_nodes(trees: Trees, labels: Labels, length: int, index: KeyIndex, grow: bool) -> tuple[Ints, list[_Level]]:
+    """The sequence [N] of each node at the last level, and levels 0 to ``length``, fewer where no path is as long."""
+    kinds = _find_kinds(trees, labels)
+    roots = np.flatnonzero(trees.parent < 0)
+    number, levels = trees.labels(labels), [_labels_alone(kinds, labels, index, grow)]
+    while len(levels) <= length and (levels[-1].rules >= 0).any():
+        above_roots = len(levels[-1].codes)
+        number = number[trees.parent]
+        number[roots] = above_roots
+        number *= len(kinds.label)
+        number += kinds.number
+        number, codes = compact(number, (above_roots + 1) * len(kinds.label))
+        num_rules = len(labels.rules) if len(levels) < length else 0
+        levels.append(_next_level(levels, codes, kinds, num_rules, index, grow))
+    return number, levels
 
 
-def _compact_pairs(first: Numbers, second: Numbers, num_first: int, num_second: int) -> tuple[Numbers, Ints]:
-    """`compact` of first * num_second + second."""
-    limit = num_first * num_second
-    kind = np.int32 if limit < 1 << 31 else np.int64
-    return compact(first * kind(num_second) + second, limit)
+def _find_kinds(trees: Trees, labels: Labels) -> _Kinds:
+    child = trees.forest.nodes.child
+    children = int(child.max(initial=0)) + 1
+    number = trees.labels(labels) * children
+    number += child
+    number, found = compact(number, (labels.unknown + 1) * children)
+    return _Kinds(number, *np.divmod(found, children))
+
+
+def _labels_alone(kinds: _Kinds, labels: Labels, index: KeyIndex, grow: bool) -> _Level:
+    label = np.arange(labels.unknown + 1)
+    none = np.full(len(label), -1)
+    met = np.isin(label, kinds.label) & (label < len(labels.rules))
+    return _Level(label, _lookup(index, grow, "rule", none, label, met), none, none)
+
+
+def _next_level(
+    levels: list[_Level], codes: Ints, kinds: _Kinds, num_rules: int, index: KeyIndex, grow: bool
+) -> _Level:
+    """The level after some others; labels below ``num_rules`` have columns of their own."""
+    before = levels[-1]
+    above, kind = np.divmod(codes, len(kinds.label))
+    context = np.append(before.rules, -1)[above]
+    edges = _lookup(index, grow, "edge", context, kinds.child[kind], context >= 0)
+    ends = (edges >= 0) & (kinds.label[kind] < num_rules)
+    rules = _lookup(index, grow, "rule", edges, kinds.label[kind], ends)
+    if len(levels) == 1:
+        return _Level(codes, rules, edges, kinds.label[kind])
+    shorter = np.append(before.shorter, len(levels[-2].codes))[above]
+    return _Level(codes, rules, edges, np.searchsorted(before.codes, shorter * len(kinds.label) + kind))
 
 
 def _lookup(index: KeyIndex, grow: bool, kind: str, above: Ints, own: Ints, valid: NDArray[np.bool_]) -> Ints:

@@ -18,6 +18,9 @@ Floats = NDArray[np.float64]
 _MOST_STEPS = 100
 """How far values climb node by node; deeper trees are then summed up whole, which takes longer but is linear."""
 
+_SHORTEST_LOOK = 64
+"""How many rows are searched at least for the end of a piece of `Trees._waves`; else twice the piece before."""
+
 
 class Trees:
     """Look-ups over the N nodes of a forest."""
@@ -31,12 +34,12 @@ class Trees:
         _check(forest)
         self.forest = forest
         self.model = forest.nodes.model
-        self.parent = forest.nodes.parent
+        self.parent = forest.nodes.parent.astype(np.int64)  # what numpy indexes with, four times as fast
         self.num_models = forest.num_models
         self._scratch = np.zeros(len(forest.nodes))
-        self._labelled: tuple[Labels, NDArray[np.int32]] | None = None
+        self._labelled: tuple[Labels, Ints] | None = None
 
-    def labels(self, labels: Labels) -> NDArray[np.int32]:
+    def labels(self, labels: Labels) -> Ints:
         """[N] the label of each node; worked out once for the same labels."""
         if self._labelled is None or self._labelled[0] is not labels:
             self._labelled = labels, labels.numbers(self.forest)
@@ -77,11 +80,11 @@ class Trees:
     @cached_property
     def repeated(self) -> NDArray[np.bool_]:
         """[N] whether a node, or one above it, is one of several shapes that a single successor made, but the first."""
-        flags = self.forest.nodes.repeat > 0
-        for start, end in pairwise(self._waves):
-            above = self.parent[start:end]
-            flags[start:end] |= flags[above] & (above >= 0)
-        return flags
+        flags = np.append(self.forest.nodes.repeat > 0, False)  # the last one stands above the roots
+        if flags.any():
+            for start, end in pairwise(self._waves):
+                flags[start:end] |= flags[self.parent[start:end]]
+        return flags[:-1]
 
     def sum_by_parent(self, rows: Ints, values: Floats, at: Ints) -> Floats:
         """[len(at)] for each of some nodes, the sum of the values of its children."""
@@ -116,10 +119,13 @@ class Trees:
     @cached_property
     def _waves(self) -> list[int]:
         """Where to cut the rows, from 0 to N, so that no row has its parent in its own piece."""
-        latest = np.maximum.accumulate(self.parent)
-        cuts = [0]
-        while cuts[-1] < len(latest):
-            cuts.append(int(np.searchsorted(latest, latest.dtype.type(cuts[-1]))))
+        cuts, longest = [0], _SHORTEST_LOOK
+        while cuts[-1] < len(self.parent):
+            start = cuts[-1]
+            inside = self.parent[start : start + longest] >= start
+            length = int(inside.argmax()) or len(inside)
+            cuts.append(start + length)
+            longest = max(2 * length, _SHORTEST_LOOK)
         return cuts
 
     @cached_property
@@ -146,18 +152,21 @@ def _check(forest: Forest) -> None:
     nodes, draws = forest.nodes, forest.draws
     size = len(nodes)
     good = (
-        _within(nodes.model, 0, forest.num_models)
-        and _within(nodes.symbol, 0, len(forest.symbols))
-        and _within(nodes.rule, -1, len(forest.rules))
-        and _within(nodes.child, 0, 1 << 15)
-        and bool((nodes.parent < np.arange(size)).all())
-        and _within(nodes.parent, -1, size)
-        and _within(draws.node, 0, size)
-        and _within(draws.site, 0, len(forest.sites))
+        _within(nodes.model, forest.num_models)
+        and _within(nodes.symbol, len(forest.symbols))
+        and int(nodes.rule.min(initial=-1)) >= -1
+        and int(nodes.rule.max(initial=-1)) < len(forest.rules)
+        and _within(nodes.child, 1 << 15)
+        and bool((nodes.parent < np.arange(size, dtype=nodes.parent.dtype)).all())
+        and int(nodes.parent.min(initial=-1)) >= -1
+        and _within(draws.node, size)
+        and _within(draws.site, len(forest.sites))
     )
     if not good:
         raise UsageError("these derivations are damaged: their columns do not make trees. Sample them again.")
 
 
-def _within(column: NDArray[np.integer], low: int, high: int) -> bool:
-    return len(column) == 0 or (int(column.min()) >= low and int(column.max()) < high)
+def _within(column: NDArray[np.integer], high: int) -> bool:
+    """Whether 0 <= value < high for all."""
+    # Read as unsigned integers, negative ones are the largest.
+    return int(column.view(column.dtype.str.replace("i", "u")).max(initial=0)) < high or not len(column)

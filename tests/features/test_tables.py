@@ -1,6 +1,7 @@
 """Tables of features against enumeration by hand and against patterns."""
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ from grammarlab.features.vocabulary import Options, Vocabulary, extract
 from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
-from tests.features.forests import forest_of, random_forest
+from tests.features.forests import RULES, forest_of, random_forest
 
 SEEDS = st.integers(0, 2**32)
 EVERYTHING = Options(3, far_pairs=True, adjacent_pairs=True)
@@ -41,11 +42,11 @@ Shop --> 1% : Red else : Blue
 """
 
 
-def paths_by_hand(forest, length):
+def paths_by_hand(forest, length, rows=None):
     """For every path, how often each model has it: node by node, one ancestor after the other."""
     nodes = forest.nodes
     found = Counter()
-    for row in range(len(nodes)):
+    for row in range(len(nodes)) if rows is None else rows:
         model, rule = int(nodes.model[row]), int(nodes.rule[row])
         end = () if rule < 0 else ((rule, -1),)
         above, edges = row, ()
@@ -62,7 +63,7 @@ def paths_by_hand(forest, length):
     return found
 
 
-@given(SEEDS, st.integers(1, 4), st.floats(0, 1))
+@given(SEEDS, st.integers(1, 6), st.floats(0, 1))
 def test_all_paths_are_counted(seed, length, depth):
     forest = random_forest(np.random.default_rng(seed), 3, 15, depth)
     labels, index = Labels.of([forest]), KeyIndex()
@@ -72,6 +73,37 @@ def test_all_paths_are_counted(seed, length, depth):
         (model, meaning.steps(index.keys[column])): counts[model, column] for model, column in np.argwhere(counts > 0)
     }
     assert found == paths_by_hand(forest, length)
+
+
+@given(SEEDS, st.integers(1, 4), st.floats(0, 1))
+def test_paths_that_geometry_repeats_are_told(seed, length, depth):
+    forest = random_forest(np.random.default_rng(seed), 3, 15, depth)
+    labels, index = Labels.of([forest]), KeyIndex()
+    repeated = count_paths(Trees(forest), labels, length, index, grow=True).repeated
+    meaning = vocabularies.Meaning(labels, index.keys, ())
+    rows = []
+    for row, parent in enumerate(forest.nodes.parent):
+        if forest.nodes.repeat[row] > 0 or parent in rows:
+            rows.append(row)
+    paths = {path for _, path in paths_by_hand(forest, length, rows)}
+    assert {meaning.steps(index.keys[column]) for column in np.flatnonzero(repeated)} == paths
+
+
+@given(SEEDS, st.integers(1, 4), st.floats(0, 1), st.integers(0, len(RULES) - 1))
+def test_known_paths_are_counted_among_others(seed, length, depth, other):
+    rng = np.random.default_rng(seed)
+    forest, new = random_forest(rng, 3, 15, depth), random_forest(rng, 4, 15, depth)
+    labels, index = Labels.of([forest]), KeyIndex()
+    count_paths(Trees(forest), labels, length, index, grow=True)
+    unknown = replace(RULES[other], symbol="Other")
+    new = replace(new, rules=(*RULES[:other], unknown, *RULES[other + 1 :]), symbols=("A", "B", "Other"))
+    counts = count_paths(Trees(new), labels, length, index, grow=False).counts.toarray()
+    found = paths_by_hand(new, length)
+    meaning = vocabularies.Meaning(labels, index.keys, ())
+    for column, key in enumerate(index.keys):
+        steps = meaning.steps(key)
+        known = all(rule != other for rule, _ in steps)
+        assert counts[:, column].tolist() == [found[model, steps] * known for model in range(4)]
 
 
 def features_of_all_keys(vocabulary):
