@@ -124,9 +124,10 @@ def _tell(result: EvaluationResult, as_json: bool) -> None:
     for results in result.scenarios:
         for method, records in results.by_method().items():
             js = results.scenario.target.js
-            reached = [record.curve.labels_to(js) for record in records]
+            reached = [curve.labels_to(js) for curve in results.counted(records)]
             found = sorted(labels for labels in reached if labels is not None)
-            text = f"{found[0]} to {found[-1]} labels" if found else "never"
+            later = " from the first liked model on" * (results.scenario.target.since == "first liked")
+            text = f"{found[0]} to {found[-1]} labels{later}" if found else "never"
             say(
                 f"{results.scenario.name} {method}: JS {results.js_original:.3f} at first; "
                 f"at most {js:g} after {text} ({len(found)} of {len(reached)} seeds)"
@@ -153,6 +154,9 @@ def _as_json(results: ScenarioResults, result: EvaluationResult) -> dict[str, An
                 "correlations": [point.correlation for point in record.curve.points],
                 "labels_to_0.01": record.curve.labels_to(),
                 "labels_until_below_0.01": record.curve.labels_until_below(),
+                "labels_before_first_liked": record.curve.labels_before_first_liked(),
+                "labels_to_0.01_since_first_liked": record.curve.since_first_liked().labels_to(),
+                "labels_until_below_0.01_since_first_liked": record.curve.since_first_liked().labels_until_below(),
             }
             for record in results.records
         ],

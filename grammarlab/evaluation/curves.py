@@ -44,9 +44,26 @@ class Curve:
             stays = point.labels
         return stays
 
-    def labels_to_first_liked(self) -> int | None:
-        """The number of labels after the round that showed the first model with a score above 0."""
-        return next((point.labels for point in self.points if point.liked), None)
+    def labels_before_first_liked(self) -> int | None:
+        """The labels before the round that showed the first model with a score above 0; None where none did."""
+        before = 0
+        for point in self.points:
+            if point.liked:
+                return before
+            before = point.labels
+        return None
+
+    def since_first_liked(self) -> Curve:
+        """The rounds from the one on that showed the first model with a score above 0, as if they were the first ones.
+
+        All labels of that round count, also those that were given before the liked model came. Without rounds where no
+        model is liked.
+        """
+        before = self.labels_before_first_liked()
+        if before is None:
+            return Curve(())
+        later = (point for point in self.points if point.labels > before)
+        return Curve(tuple(point._replace(labels=point.labels - before) for point in later))
 
     def until(self, max_labels: int) -> Curve:
         """The rounds with at most ``max_labels`` labels."""

@@ -31,6 +31,7 @@ MAX_DIVERGENCE = 0.7
 
 Base: TypeAlias = Literal["grammar", "uniform"]
 Draws: TypeAlias = Literal["grammar", "flattened"]
+Since: TypeAlias = Literal["start", "first liked"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +85,11 @@ class Target:
     """Scores until there, at most; None where there is no target."""
     aim: int | None = None
     """Scores until there that would be better still."""
+    since: Since = "start"
+    """From where these scores count: from the first one, or from the round that shows the first model with a score
+    above 0 (`Curve.since_first_liked`)."""
+    ask: int | None = None
+    """Scores to ask for, all counted, so that the target can be reached; None for as many as it says."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -295,7 +301,10 @@ def _paper(file: TomlFile, table: dict[str, Any]) -> PaperFigures:
 
 
 def _target(file: TomlFile, table: dict[str, Any]) -> Target:
-    part = file.part(table, "target", ("js", "labels", "aim"))
+    part = file.part(table, "target", ("js", "labels", "aim", "since", "ask"))
     js = file.number(part, "js", MAX_DIVERGENCE)
-    labels, aim = (file.integer(part, key, 1, MAX_MODELS) for key in ("labels", "aim"))
-    return Target(Target().js if js is None else js, labels, aim)
+    labels, aim, ask = (file.integer(part, key, 1, MAX_MODELS) for key in ("labels", "aim", "ask"))
+    since = cast(Since, file.one_of(part, "since", ("start", "first liked")))
+    if ask is not None and labels is not None and ask < labels:
+        raise file.wrong(f"expected to ask for at least the {labels} labels of the target, found ask = {ask}", "ask")
+    return Target(Target().js if js is None else js, labels, aim, since, ask)

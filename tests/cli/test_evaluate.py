@@ -1,6 +1,7 @@
 """``grammarlab evaluate``."""
 
 import json
+import re
 
 import pyarrow.parquet as pq
 import pytest
@@ -74,6 +75,9 @@ def test_json_is_one_object_about_the_scenario(evaluate):
         assert all(0 <= js <= 0.7 for _, js in curve["curve"])
         close = [labels for labels, js in curve["curve"] if js <= 0.01]
         assert curve["labels_to_0.01"] == (close[0] if close else None)
+        assert curve["labels_before_first_liked"] == 0
+        for name in ("labels_to_0.01", "labels_until_below_0.01"):
+            assert curve[f"{name}_since_first_liked"] == curve[name]
 
 
 def test_the_same_command_says_the_same_with_any_number_of_workers(evaluate, tmp_path):
@@ -84,7 +88,7 @@ def test_the_same_command_says_the_same_with_any_number_of_workers(evaluate, tmp
 
 
 def test_a_run_leaves_tables_and_pictures_and_a_report_elsewhere(evaluate, tmp_path, monkeypatch):
-    monkeypatch.setattr(grid_pictures, "SIZES", (1, 2))
+    monkeypatch.setattr(grid_pictures, "SIZES", {1: 20_000, 2: 10_000})
     result = evaluate("--figures", "all", "--grids", "--report", tmp_path / "docs" / "results.md", scenario="")
     assert result.stdout == ""
     assert "tiny kde: JS" in result.stderr
@@ -98,12 +102,36 @@ def test_a_run_leaves_tables_and_pictures_and_a_report_elsewhere(evaluate, tmp_p
     assert {row["method"] for row in rows} == {"kde", "2x2", "4x4"}
     page = (tmp_path / "docs" / "results.md").read_text(encoding="utf-8")
     assert "| tiny | Boxes rather than cylinders |" in page
-    for picture in ("tiny.png", "figure-mine.png", "tiny-scores.jpg", "tiny-after-1x1.jpg"):
+    for picture in ("tiny.png", "figure-mine.png", "tiny-scores.jpg", "tiny-after-1x1.jpg", "tiny-before-2x2.jpg"):
         assert f"](results/{picture})" in page
         with Image.open(tmp_path / "docs" / "results" / picture) as opened:
             assert opened.width > 100
-    assert "tiny-after-2x2.jpg" not in page
-    assert "tiny-after-2x2.jpg" in (out / "results.md").read_text(encoding="utf-8")
+    for text in (page, (out / "results.md").read_text(encoding="utf-8")):
+        assert "| samples before learning | samples after 32 labels (kde, seed 0) |" in text
+        assert re.search(r"(?<!!)\[2x2 samples after\]\(\w+/tiny-after-2x2.jpg\)", text)
+
+
+def test_samples_before_and_after_have_one_shape(evaluate, tmp_path, monkeypatch):
+    monkeypatch.setattr(grid_pictures, "SIZES", {2: 10_000})
+    evaluate("--grids")
+    sizes = []
+    for stage in ("before", "after"):
+        with Image.open(tmp_path / "out" / "grids" / f"tiny-{stage}-2x2.jpg") as opened:
+            sizes.append(opened.size)
+    assert sizes[0] == sizes[1]
+
+
+def test_a_target_may_count_from_the_first_liked_model(evaluate, folder, tmp_path):
+    rare = SCENARIO.replace("[paper]", '[target]\njs = 0.7\nlabels = 8\nsince = "first liked"\nask = 24\n[paper]')
+    (folder / "tiny.toml").write_text(rare.replace("{Block:0} == 1", "{Block:0} == 5"))
+    options = ("--batch", "8", "--max-labels", "0")
+    assert "at most 0.7 after 8 to 8 labels from the first liked model on (2 of 2 seeds)" in evaluate(*options).stderr
+    page = (tmp_path / "out" / "results.md").read_text(encoding="utf-8")
+    assert "| tiny | kde | **8** (8–8; 2/2) | **8** (8–8; 2/2) | 8 from the first liked model on |" in page
+    assert "Before that round, **0** (0–0; 2/2) labels had been given." in page
+    assert "labels from the first liked model on" in (tmp_path / "out" / "plots" / "tiny.svg").read_text()
+    curves = json.loads(evaluate(*options, "--json").stdout)["curves"]
+    assert {curve["curve"][-1][0] for curve in curves} == {24}
 
 
 def test_a_second_run_goes_on_from_the_first_unless_it_is_to_begin_anew(evaluate, tmp_path):

@@ -27,6 +27,32 @@ def test_the_first_round_that_is_close_is_found(curve, js):
     assert curve.labels_to(js) == (close[0] if close else None)
 
 
+@given(st.lists(st.integers(0, 1), max_size=12), st.integers(1, 9))
+def test_counting_from_the_first_liked_model_leaves_out_the_rounds_that_showed_none(liked, batch):
+    points = [Point(batch * (k + 1), 0.1 / (k + 1), 0.0, sum(liked[: k + 1])) for k in range(len(liked))]
+    curve = Curve(tuple(points))
+    rounds_before = liked.index(1) if any(liked) else len(liked)
+    later = curve.since_first_liked()
+    assert [point.js for point in later.points] == [point.js for point in points[rounds_before:]]
+    assert [point.labels for point in later.points] == [batch * (k + 1) for k in range(len(points) - rounds_before)]
+    assert curve.labels_before_first_liked() == (batch * rounds_before if any(liked) else None)
+    for js in (0.2, 0.05, 0.02):
+        close = [point.labels - batch * rounds_before for point in points[rounds_before:] if point.js <= js]
+        assert later.labels_to(js) == (close[0] if close else None)
+
+
+def test_all_labels_of_the_round_that_shows_the_first_liked_model_count():
+    curve = Curve((Point(8, 0.3, 0.0, 0), Point(16, 0.001, 0.9, 1)))
+    assert (curve.labels_before_first_liked(), curve.since_first_liked().labels_to(), curve.labels_to()) == (8, 8, 16)
+    assert curve.until(8).since_first_liked() == Curve(())
+
+
+def test_a_person_who_never_saw_a_liked_model_reached_nothing_however_close_the_density():
+    curve = Curve((Point(8, 0.0, 0.0, 0),))
+    assert (curve.labels_to(), curve.labels_until_below()) == (8, 8)
+    assert (curve.since_first_liked().labels_to(), curve.since_first_liked().labels_until_below()) == (None, None)
+
+
 @given(CURVES, st.integers(0, 200))
 def test_a_curve_is_a_staircase_that_begins_before_the_first_round(curve, labels):
     known = [point.js for point in curve.until(labels).points]

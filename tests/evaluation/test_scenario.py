@@ -95,13 +95,15 @@ figure = "4.11b"
 js = 1e-3
 labels = 64
 aim = 48
+since = "first liked"
+ask = 512
 """
     )
     assert (scenario.num_models, scenario.seed) == (10, 2**64 - 1)
     assert (scenario.base, scenario.draws, scenario.methods) == ("uniform", "flattened", ("a", "b"))
     assert scenario.features == FeatureOptions(4, ("paths", "siblings"))
     assert scenario.paper == PaperFigures(0.3, 0.2, 0.0, 245, 438, "4.11b")
-    assert scenario.target == Target(1e-3, 64, 48)
+    assert scenario.target == Target(1e-3, 64, 48, "first liked", 512)
     assert scenario.hash != parse(SMALL).hash
 
 
@@ -173,6 +175,12 @@ def test_a_rule_file_is_looked_for_beside_the_scenario():
         (('"low"', '"low"\n[features]\nfamilies = ["path"]'), 18, "called 'path'; did you mean paths?"),
         (('"low"', '"low"\n[paper]\noriginal = 3'), 18, "expected original = a number from 0 to 0.7"),
         (('"low"', '"low"\n[target]\nlabel = 3'), 18, "nothing in [target] is called 'label'; did you mean labels?"),
+        (('"low"', '"low"\n[target]\nsince = "liked"'), 18, "expected since = 'start' or 'first liked', found 'liked'"),
+        (
+            ('"low"', '"low"\n[target]\nlabels = 9\nask = 8'),
+            19,
+            "expected to ask for at least the 9 labels",
+        ),
         (('"toy"', '"toy"\ntarget = 3'), 4, "expected a table [target]"),
         (('"toy"', '"toy"\ndefinitions = 3'), 6, "this is no TOML"),
         (('"toy"', '"toy'), 3, "this is no TOML: Illegal character"),

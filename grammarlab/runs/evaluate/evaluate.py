@@ -1,8 +1,8 @@
 """Learning curves of scenarios, methods and seeds, and a folder with tables and pictures of them.
 
 A folder of results holds ``curves.jsonl`` (every curve as soon as it is finished), ``results.parquet`` (one row a
-round), ``results.md``, ``plots/`` and, on request, ``grids/``, ``density.jsonl`` and ``grammars.jsonl``; and
-``cache/``, which may be deleted at any time.
+round), ``results.md``, ``plots/`` and, on request, ``grids/`` with ``samples.jsonl``, ``density.jsonl`` and
+``grammars.jsonl``; and ``cache/``, which may be deleted at any time.
 """
 
 from __future__ import annotations
@@ -14,9 +14,11 @@ from pathlib import Path
 from grammarlab.evaluation.methods import Method
 from grammarlab.runs.evaluate.curves import run_tasks
 from grammarlab.runs.evaluate.figures import PlannedFigure
-from grammarlab.runs.evaluate.pictures import copied_beside, draw_figure, draw_results, draw_samples
+from grammarlab.runs.evaluate.pictures import ABOUT_SAMPLES, draw_figure, draw_results, draw_samples, with_samples
 from grammarlab.runs.evaluate.report import PAGE, TABLE, ScenarioResults, write_page, write_table
 from grammarlab.runs.evaluate.request import EvaluationRequest
+from grammarlab.runs.evaluate.samples import draw_models
+from grammarlab.runs.evaluate.sections import copied_beside
 from grammarlab.runs.evaluate.task import Task, load_source, make_curve, prepare_material
 from grammarlab.runs.learn.persons import Person, PersonRow, person_rows, person_table
 from grammarlab.runs.learn.table import DensityRow, density_rows, density_tables
@@ -58,8 +60,7 @@ def evaluate_run(
     Args:
         request: what to measure.
         folder: for the results, made when missing.
-        report: another place to write the page to; its pictures, but for the large ones, go into a folder of the same
-            name beside it.
+        report: another place to write the page to; its pictures go into a folder of the same name beside it.
         cache: folder for counted features; ``cache`` in the folder of results when left out.
         jobs: processes; no number depends on it.
         fresh: forget the curves that the folder holds.
@@ -86,11 +87,17 @@ def evaluate_run(
     )
     write_table(folder / TABLE, list(made.values()))
     pictures = draw_results(results, folder / PLOTS)
+    if request.grids:
+        firsts = [part[0] for part in plain.values()]
+        models = draw_models(firsts, folder, jobs=jobs, fresh=fresh, on_progress=on_progress)
+        drawn = draw_samples(dict(zip(plain, models, strict=True)), folder / GRIDS, jobs, on_progress)
+        pictures = [
+            with_samples(section, made[task], drawn[task.scenario])
+            for section, task in zip(pictures, firsts, strict=True)
+        ]
     for figure in request.figures:
         lines = [tuple(made[task] for task in line) for line in planned[figure.name]]
         pictures.append(draw_figure(figure, lines, folder / PLOTS))
-    if request.grids:
-        pictures += draw_samples([part[0] for part in plain.values()], folder / GRIDS, jobs, on_progress)
     scenarios = [item.scenario for item in results]
     densities: tuple[DensityRow, ...] = ()
     if request.density:
@@ -100,9 +107,10 @@ def evaluate_run(
     grammars = person_rows(people, folder, jobs=jobs, fresh=fresh, on_progress=on_progress) if people else ()
     sections = [density_tables(densities, scenarios)] if densities else []
     sections += [person_table(grammars, scenarios)] if grammars else []
+    sections += [ABOUT_SAMPLES] if request.grids else []
     for page in (folder / PAGE, *([report] if report else [])):
         own = page == folder / PAGE
-        beside = pictures if own else [copied_beside(picture, page) for picture in pictures if picture.small]
+        beside = pictures if own else [copied_beside(picture, page) for picture in pictures]
         write_page(page, results, beside, command, sections)
     return EvaluationResult(results, folder / TABLE, folder / PAGE, densities, grammars)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from grammarlab.evaluation.pages import Group, example_models
 from grammarlab.evaluation.preparation import Source
-from grammarlab.runs.evaluate.grids import save_picture, tiles_of
+from grammarlab.runs.evaluate.grids import TILE_AREA, save_picture, tiles_of
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
 
@@ -39,13 +39,14 @@ def draw_examples(scenario: Path, folder: Path, jobs: int) -> Path:
 
 
 def _draw(source: Source, groups: list[Group], jobs: int) -> np.ndarray:
-    tiles = tiles_of(source, [model for group in groups for model in group.models], jobs)
+    tiles = tiles_of(source, [model for group in groups for model in group.models], TILE_AREA, jobs)
     drawn = iter(tiles.pictures)
     blank = np.full((tiles.height, tiles.width, 3), PAPER, np.uint8)
     cells, captions = [], []
     for group in groups:
         empty = COLUMNS - len(group.models)
         cells += [*(next(drawn) for _ in group.models), *[blank] * empty]
-        captions += [(f"{group.score:g}", group.means)] * len(group.models) + [("", "")] * empty
-    heading = (f"{source.scenario.name} scores", source.scenario.title)
+        # Once a row, where it has room: below one picture a long meaning would be cut.
+        captions += [(f"{group.score:g}   {group.means}", "")] + [("", "")] * (COLUMNS - 1)
+    heading = (f"{source.scenario.name}: models and their scores", source.scenario.title)
     return draw_page(lay_out(len(cells), COLUMNS, tiles.width, tiles.height), cells, captions, heading)

@@ -2,33 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
-from grammarlab.runs.atomic import atomic_file
 from grammarlab.runs.evaluate.figures import PlannedFigure
 from grammarlab.runs.evaluate.grids import draw_grids
 from grammarlab.runs.evaluate.pages import draw_examples
 from grammarlab.runs.evaluate.plots import Series, draw_curves
-from grammarlab.runs.evaluate.report import Picture, ScenarioResults
+from grammarlab.runs.evaluate.report import ScenarioResults
+from grammarlab.runs.evaluate.samples import BeforeAfter
+from grammarlab.runs.evaluate.sections import Picture, Section
 from grammarlab.runs.evaluate.store import CurveRecord
-from grammarlab.runs.evaluate.task import Task, load_source
 from grammarlab.runs.sample import Progress
+from grammarlab.runs.workers import map_unordered
+
+ABOUT_SAMPLES = """\
+## Pictures
+
+For each scenario: divergence against labels, the median over seeds and a band from the 10 % to the 90 % quantile;
+models of the labelled set for each score, as in appendix A of the paper; samples of the density before learning and
+after all labels of one simulated person, each above its true score, as in appendix B.
+"""
+"""What a page says before pictures of samples."""
 
 
-def draw_results(results: Sequence[ScenarioResults], folder: Path) -> list[Picture]:
+def draw_results(results: Sequence[ScenarioResults], folder: Path) -> list[Section]:
     """Draw the curves of each scenario, a line a method."""
-    pictures = []
+    sections = []
     for item in results:
-        series = [Series(method, records) for method, records in item.by_method().items()]
-        title = f"{item.scenario.name}: {item.scenario.title}"
-        png, *_ = draw_curves(folder / item.scenario.name, title, series)
-        pictures.append(Picture(png, title))
-    return pictures
+        target, title = item.scenario.target, f"{item.scenario.name}: {item.scenario.title}"
+        series = [
+            Series(method, tuple(replace(r, curve=c) for r, c in zip(records, item.counted(records), strict=True)))
+            for method, records in item.by_method().items()
+        ]
+        labels = "labels from the first liked model on" if target.since == "first liked" else "labels"
+        png, *_ = draw_curves(folder / item.scenario.name, title, series, close=target.js, labels=labels)
+        sections.append(Section(title, ((Picture(png, title),),)))
+    return sections
 
 
-def draw_figure(figure: PlannedFigure, lines: Sequence[tuple[CurveRecord, ...]], folder: Path) -> Picture:
+def draw_figure(figure: PlannedFigure, lines: Sequence[tuple[CurveRecord, ...]], folder: Path) -> Section:
     """Draw an experiment.
 
     Args:
@@ -38,30 +53,69 @@ def draw_figure(figure: PlannedFigure, lines: Sequence[tuple[CurveRecord, ...]],
     """
     series = [Series(curve.label, records) for curve, records in zip(figure.curves, lines, strict=True)]
     png, *_ = draw_curves(folder / f"figure-{figure.name}", figure.title, series)
-    return Picture(png, f"Figure {figure.name}: {figure.title}", figure.paper and f"Paper: {figure.paper}")
+    title = f"Figure {figure.name}: {figure.title}"
+    return Section(title, ((Picture(png, title),),), figure.paper and f"Paper: {figure.paper}")
 
 
-def draw_samples(tasks: Sequence[Task], folder: Path, jobs: int, on_progress: Progress) -> list[Picture]:
-    """Draw what each scenario likes, and samples before and after the curves of some tasks, one a scenario."""
-    pictures = []
-    on_progress("grids", 0, len(tasks))
-    for done, task in enumerate(tasks, 1):
-        name = load_source(task.scenario).scenario.name
-        examples = draw_examples(task.scenario, folder, jobs)
-        pictures.append(Picture(examples, f"{name}: models and their scores"))
-        grids = draw_grids(task, folder, jobs)
-        for size, files in grids.items():
-            for stage, file in files.items():
-                title = f"{name}: {size}x{size} samples {stage}"
-                pictures.append(Picture(file, title, small=size == min(grids)))
-        on_progress("grids", done, len(tasks))
-    return pictures
+@dataclass(frozen=True, slots=True)
+class SamplePictures:
+    """Pictures of what a scenario's person likes, and of samples before and after learning it."""
+
+    scenario: Path
+    examples: Path
+    """Models with their true scores."""
+    grids: dict[int, dict[str, Path]]
+    """By models along each side, and then by stage: ``before`` and ``after``."""
 
 
-def copied_beside(picture: Picture, page: Path) -> Picture:
-    """The picture as a copy in a folder beside a page, of the page's name."""
-    folder = page.with_suffix("")
-    folder.mkdir(parents=True, exist_ok=True)
-    with atomic_file(folder / picture.file.name) as part:
-        part.write_bytes(picture.file.read_bytes())
-    return replace(picture, file=folder / picture.file.name)
+def draw_samples(
+    samples: Mapping[Path, BeforeAfter], folder: Path, jobs: int, on_progress: Progress
+) -> dict[Path, SamplePictures]:
+    """Draw what scenarios like, and samples before and after learning it.
+
+    Args:
+        samples: by scenario file.
+        folder: for the pictures, made when missing.
+        jobs: processes; the pictures do not depend on it.
+        on_progress: told about every finished scenario.
+
+    Returns:
+        The pictures, by scenario file.
+    """
+    side_by_side = min(jobs, len(samples))
+    draw = partial(_draw_samples, folder=folder, jobs=jobs // side_by_side)
+    found: dict[Path, SamplePictures] = {}
+    on_progress("grids", 0, len(samples))
+    for pictures in map_unordered(draw, samples.items(), side_by_side):
+        found[pictures.scenario] = pictures
+        on_progress("grids", len(found), len(samples))
+    return found
+
+
+def _draw_samples(item: tuple[Path, BeforeAfter], folder: Path, jobs: int) -> SamplePictures:
+    scenario, samples = item
+    examples = draw_examples(scenario, folder, jobs)
+    return SamplePictures(scenario, examples, draw_grids(scenario, samples, folder, jobs))
+
+
+def with_samples(section: Section, record: CurveRecord, pictures: SamplePictures) -> Section:
+    """The part of a scenario with samples below its curves.
+
+    Args:
+        section: the curves.
+        record: the curve that the samples belong to.
+        pictures: of the samples.
+    """
+    smallest, *larger = sorted(pictures.grids)
+    titles = {
+        "before": "samples before learning",
+        "after": f"samples after {record.curve.points[-1].labels} labels ({record.method}, seed {record.seed})",
+    }
+    examples = Picture(pictures.examples, f"{record.scenario}: models and their scores")
+    grid = tuple(Picture(file, titles[stage]) for stage, file in pictures.grids[smallest].items())
+    linked = tuple(
+        Picture(file, f"{size}x{size} samples {stage}")
+        for size in larger
+        for stage, file in pictures.grids[size].items()
+    )
+    return replace(section, rows=(*section.rows, (examples,), grid), linked=linked)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,6 +27,8 @@ FLOOR = 1e-4
 BAND = (0.1, 0.9)
 """The band around a median lies between these quantiles over the runs."""
 SUFFIXES = (".png", ".svg")
+TITLE_WIDTH = 68
+"""Characters of a line above a picture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,13 +40,17 @@ class Series:
     """The runs, one a seed; at least one."""
 
 
-def draw_curves(path: Path, title: str, series: Sequence[Series]) -> tuple[Path, ...]:
+def draw_curves(
+    path: Path, title: str, series: Sequence[Series], *, close: float = CLOSE, labels: str = "labels"
+) -> tuple[Path, ...]:
     """Draw divergence against labels: the median over runs and a band between two quantiles.
 
     Args:
         path: without a suffix; its folder is made when missing.
         title: what stands above.
         series: at least one.
+        close: the divergence that is wanted, drawn as a level line.
+        labels: what stands below the axis that counts them.
 
     Returns:
         The files, one for each of `SUFFIXES`.
@@ -54,32 +61,36 @@ def draw_curves(path: Path, title: str, series: Sequence[Series]) -> tuple[Path,
     figure = _figure()
     axes = figure.subplots()
     for index, line in enumerate(series):
-        labels, (low, median, high) = quantiles(line.records)
+        counts, (low, median, high) = quantiles(line.records)
         color = COLORS[index % len(COLORS)]
-        axes.plot(labels, median, DASHES[index % len(DASHES)], color=color, label=line.label, linewidth=1.8)
-        axes.fill_between(labels, low, high, color=color, alpha=0.15, linewidth=0)
-    axes.axhline(CLOSE, color="#777777", linewidth=0.8)
+        axes.plot(counts, median, DASHES[index % len(DASHES)], color=color, label=line.label, linewidth=1.8)
+        axes.fill_between(counts, low, high, color=color, alpha=0.15, linewidth=0)
+    axes.axhline(close, color="#777777", linewidth=0.8)
     axes.set_yscale("log")
     axes.set_ylim(FLOOR / 1.5, np.log(2))
     axes.set_xlim(left=0)
-    axes.set_xlabel("labels")
+    axes.set_xlabel(labels)
     axes.set_ylabel("Jensen-Shannon divergence (nats)")
-    axes.set_title(title, fontsize=11)
+    axes.set_title(fill(title, TITLE_WIDTH), fontsize=11)
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(frameon=False, fontsize=9)
     return _save(figure, path)
 
 
 def quantiles(records: Sequence[CurveRecord]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """The labels at which any run has a round, from 0, and over the runs the low quantile, median and high quantile.
+    """The labels at which any run has a round, from 0, and the low quantile, median and high quantile over the runs.
+
+    A run counts up to its last round.
 
     Returns:
         Labels [k] and divergences [3, k] in nats, at least `FLOOR`.
     """
     labels = sorted({0, *(point.labels for record in records for point in record.curve.points)})
-    values = [[record.curve.js_at(count, record.js_original) for count in labels] for record in records]
+    values = np.array([[record.curve.js_at(count, record.js_original) for count in labels] for record in records])
+    lasts = [record.curve.points[-1].labels if record.curve.points else 0 for record in records]
+    values[np.array(labels) > np.array(lasts)[:, None]] = np.nan
     low, high = BAND
-    return np.array(labels), np.maximum(np.quantile(values, [low, 0.5, high], axis=0), FLOOR)
+    return np.array(labels), np.maximum(np.nanquantile(values, [low, 0.5, high], axis=0), FLOOR)
 
 
 def _figure() -> Figure:

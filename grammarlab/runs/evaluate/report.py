@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,9 +10,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from grammarlab.evaluation.curves import CLOSE, Summary, summarize
-from grammarlab.evaluation.scenario import Scenario
+from grammarlab.evaluation.curves import CLOSE, Curve, Summary, summarize
+from grammarlab.evaluation.scenario import Scenario, Target
 from grammarlab.runs.atomic import atomic_file, write_text
+from grammarlab.runs.evaluate.sections import Section, cell, markdown
 from grammarlab.runs.evaluate.store import CurveRecord
 
 TABLE = "results.parquet"
@@ -38,17 +38,10 @@ class ScenarioResults:
         names = dict.fromkeys(record.method for record in self.records)
         return {name: tuple(record for record in self.records if record.method == name) for name in names}
 
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A picture for the page."""
-
-    file: Path
-    title: str
-    remark: str = ""
-    """What stands below it."""
-    small: bool = True
-    """Whether a page elsewhere shows it too."""
+    def counted(self, records: Sequence[CurveRecord]) -> list[Curve]:
+        """Curves of the scenario, their labels counted from where its target counts them."""
+        later = self.scenario.target.since == "first liked"
+        return [record.curve.since_first_liked() if later else record.curve for record in records]
 
 
 def write_table(path: Path, records: Sequence[CurveRecord]) -> None:
@@ -74,7 +67,7 @@ def write_table(path: Path, records: Sequence[CurveRecord]) -> None:
 def write_page(
     path: Path,
     results: Sequence[ScenarioResults],
-    pictures: Sequence[Picture],
+    pictures: Sequence[Section],
     command: str,
     sections: Sequence[str] = (),
 ) -> None:
@@ -83,7 +76,7 @@ def write_page(
     Args:
         path: of the page; pictures are linked relative to it.
         results: in the order of the page.
-        pictures: likewise.
+        pictures: what stands below all tables, in order.
         command: the command that writes the page again.
         sections: Markdown to put below the tables.
     """
@@ -93,7 +86,7 @@ def write_page(
         _original_table(results),
         _labels_table(results),
         *sections,
-        *(_picture(picture, path.parent) for picture in pictures),
+        *(markdown(section, path.parent) for section in pictures),
     ]
     write_text(path, "\n".join(parts))
 
@@ -117,12 +110,13 @@ def _original_table(results: Sequence[ScenarioResults]) -> str:
 
 
 def _labels_table(results: Sequence[ScenarioResults]) -> str:
-    rows = []
+    rows, notes = [], []
     for item in results:
         target = item.scenario.target
         for method, records in item.by_method().items():
-            first = summarize([record.curve.labels_to(target.js) for record in records])
-            stays = summarize([record.curve.labels_until_below(target.js) for record in records])
+            curves = item.counted(records)
+            first = summarize([curve.labels_to(target.js) for curve in curves])
+            stays = summarize([curve.labels_until_below(target.js) for curve in curves])
             last = [record.curve.points[-1] for record in records]
             rows.append(
                 (
@@ -130,21 +124,37 @@ def _labels_table(results: Sequence[ScenarioResults]) -> str:
                     method,
                     _summary(first),
                     _summary(stays),
-                    _number(target.labels),
-                    _number(target.aim),
+                    _target(target, target.labels),
+                    _target(target, target.aim),
                     _paper_labels(item.scenario, method),
                     f"{np.median([point.js for point in last]):.4f}",
                     f"{np.median([point.correlation for point in last]):.3f}",
                     f"{max(point.labels for point in last)}",
                 )
             )
+            if target.since == "first liked":
+                notes.append(_first_liked(item.scenario, method, records))
     head = ("scenario", "method", "first", "stays", "target", "aim", "paper", "last JS", "correlation", "labels asked")
     return (
         "## Labels\n\n"
         f"Labels until the divergence is at most {CLOSE:g} nats (or the scenario's target, where it has another): "
         "median over seeds (lowest–highest), and of how many seeds. *First* counts to the first round that is as "
         "close, *stays* to the round from which on none is further away. The last columns are medians after all "
-        "labels.\n\n" + _markdown(head, rows)
+        "labels.\n\n" + _markdown(head, rows) + "".join(f"\n{note}\n" for note in notes)
+    )
+
+
+def _target(target: Target, labels: int | None) -> str:
+    later = labels is not None and target.since == "first liked"
+    return _number(labels) + " from the first liked model on" * later
+
+
+def _first_liked(scenario: Scenario, method: str, records: Sequence[CurveRecord]) -> str:
+    """What a row means that does not count all labels."""
+    before = summarize([record.curve.labels_before_first_liked() for record in records])
+    return (
+        f"{scenario.name}, {method}: *first* and *stays* count from the first liked model on, with all labels of the "
+        f"round that showed it. Before that round, {_summary(before)} labels had been given."
     )
 
 
@@ -170,12 +180,6 @@ def _difference(value: float, reference: float | None) -> str:
     return "" if reference is None else f"{100 * (value / reference - 1):+.0f} %"
 
 
-def _picture(picture: Picture, folder: Path) -> str:
-    link = Path(os.path.relpath(picture.file, folder)).as_posix()
-    remark = f"\n{picture.remark}\n" if picture.remark else ""
-    return f"## {picture.title}\n\n![{picture.title}]({link})\n{remark}"
-
-
 def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = ["| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |" for cells in (head, *rows)]
+    lines = ["| " + " | ".join(map(cell, cells)) + " |" for cells in (head, *rows)]
     return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]]) + "\n"

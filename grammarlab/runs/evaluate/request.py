@@ -33,7 +33,7 @@ class EvaluationRequest:
     seeds: int
     """Simulated persons for each method: seeds 0 to seeds - 1."""
     max_labels: int
-    """Scores each of them gives; 0 for as many as the scenario's target, and `ENOUGH_LABELS` at least."""
+    """Scores each of them gives; 0 for as many as the scenario's target asks for."""
     figures: tuple[PlannedFigure, ...] = ()
     """Experiments to draw besides."""
     grids: bool = False
@@ -66,8 +66,8 @@ class EvaluationRequest:
             methods: names with commas between; empty for those that each scenario names.
             batch: models a round, for all methods; None for what each prefers.
             seeds: >= 1.
-            max_labels: scores that each person gives; 0 for as many as each scenario's target, and `ENOUGH_LABELS`
-                at least.
+            max_labels: scores that each person gives; 0 for as many as each scenario's target asks for, and where it
+                does not say, for its labels and `ENOUGH_LABELS` at least.
             figures: ``all``, or names with commas between, of the experiments beside the scenarios; empty for none.
             grids: whether to draw samples before and after.
             density: whether to measure the ways to make a density of a known preference.
@@ -99,7 +99,8 @@ class EvaluationRequest:
 
     def labels_of(self, scenario: Path) -> int:
         """How many scores each person gives on a scenario."""
-        return self.max_labels or max(load_source(scenario).scenario.target.labels or 0, ENOUGH_LABELS)
+        target = load_source(scenario).scenario.target
+        return self.max_labels or target.ask or max(target.labels or 0, ENOUGH_LABELS)
 
 
 def _label_numbers(text: str) -> dict[str, int]:

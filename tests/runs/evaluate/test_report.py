@@ -7,7 +7,8 @@ from grammarlab.evaluation.curves import Curve, Point
 from grammarlab.evaluation.scenario import Target, load
 from grammarlab.runs.evaluate.find import shipped_scenarios
 from grammarlab.runs.evaluate.plots import FLOOR, Series, draw_curves, quantiles
-from grammarlab.runs.evaluate.report import Picture, ScenarioResults, write_page, write_table
+from grammarlab.runs.evaluate.report import ScenarioResults, write_page, write_table
+from grammarlab.runs.evaluate.sections import Picture, Section
 from grammarlab.runs.evaluate.store import CurveRecord
 
 
@@ -36,7 +37,7 @@ def test_the_page_has_medians_and_spreads_beside_targets_and_the_paper(tmp_path)
     scenario = replace(load(shipped_scenarios()["B3"]), target=Target(0.01, 32, 16))
     results = ScenarioResults(scenario, RECORDS)
     (tmp_path / "docs").mkdir()
-    picture = Picture(tmp_path / "plots" / "a.png", "A | picture", "Paper: something.")
+    picture = Section("Plot", ((Picture(tmp_path / "plots" / "a.png", "A picture"),),), "Paper: something.")
     write_page(tmp_path / "docs" / "page.md", [results], [picture], "grammarlab evaluate x")
     text = (tmp_path / "docs" / "page.md").read_text(encoding="utf-8")
     assert "Written by `grammarlab evaluate x`" in text
@@ -45,9 +46,19 @@ def test_the_page_has_medians_and_spreads_beside_targets_and_the_paper(tmp_path)
         "| B3 | default | **32** (16–never; 2/3) | **64** (16–never; 2/3) | 32 | 16 |  | 0.0010 | 0.999 | 64 |" in text
     )
     assert "| B3 | paper | never (0/1) | never (0/1) | 32 | 16 |" in text
-    assert "](../plots/a.png)" in text
+    assert text.endswith("## Plot\n\n![A picture](../plots/a.png)\n\nPaper: something.\n")
     lengths = {line.count("|") for line in text.split("## Labels")[1].splitlines() if line.startswith("|")}
     assert len(lengths) == 1
+
+
+def test_a_row_may_count_from_the_first_liked_model_and_says_so(tmp_path):
+    scenario = replace(load(shipped_scenarios()["B3"]), target=Target(0.01, 32, since="first liked"))
+    never = replace(RECORDS[0], curve=Curve((Point(16, 0.0, 0.0, 0),)))
+    write_page(tmp_path / "page.md", [ScenarioResults(scenario, (*RECORDS[:3], never))], [], "x")
+    text = (tmp_path / "page.md").read_text(encoding="utf-8")
+    assert "| **–** (16–never; 2/4) | **–** (16–never; 2/4) | 32 from the first liked model on |  |" in text
+    assert "B3, default: *first* and *stays* count from the first liked model on" in text
+    assert "Before that round, **16** (16–never; 3/4) labels had been given.\n" in text
 
 
 def test_the_line_of_a_picture_is_the_median_of_staircases_and_starts_before_learning():
@@ -58,6 +69,18 @@ def test_the_line_of_a_picture_is_the_median_of_staircases_and_starts_before_lea
     assert (median <= high).all()
     assert low[0] == 0.1
     assert quantiles(RECORDS[1:2])[1].min() == FLOOR
+
+
+def test_a_run_counts_in_a_picture_up_to_its_last_round():
+    short = replace(RECORDS[0], curve=RECORDS[0].curve.until(32))
+    labels, (_, median, _) = quantiles([short, replace(RECORDS[1], curve=Curve(())), RECORDS[2]])
+    assert labels.tolist() == [0, 16, 32, 48, 64]
+    assert median.tolist() == pytest.approx([0.1, 0.05, (0.009 + 0.04) / 2, 0.03, 0.02])
+
+
+def test_a_picture_without_any_round_can_be_drawn(tmp_path):
+    png, _ = draw_curves(tmp_path / "a", "Title", [Series("default", (replace(RECORDS[0], curve=Curve(())),))])
+    assert png.stat().st_size > 0
 
 
 def test_equal_curves_give_equal_pictures_in_both_formats(tmp_path):

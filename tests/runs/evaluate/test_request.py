@@ -4,13 +4,14 @@ from grammarlab.errors import UsageError
 from grammarlab.runs.evaluate.find import shipped_scenarios
 from grammarlab.runs.evaluate.request import ENOUGH_LABELS, EvaluationRequest
 
-B3, F1 = (shipped_scenarios()[name] for name in ("B3", "F1"))
+B3, F1, L4 = (shipped_scenarios()[name] for name in ("B3", "F1", "L4"))
 
 
 def test_each_scenario_can_be_measured_up_to_its_own_target():
-    request = EvaluationRequest.of((B3, F1), methods="default", max_labels=0)
+    request = EvaluationRequest.of((B3, F1, L4), methods="default", max_labels=0)
     assert request.labels_of(B3) == ENOUGH_LABELS
     assert request.labels_of(F1) == 170
+    assert request.labels_of(L4) == 768
 
 
 def test_a_number_of_labels_holds_for_every_scenario():

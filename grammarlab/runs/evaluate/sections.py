@@ -1,0 +1,69 @@
+"""Parts of a Markdown page that show pictures."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from grammarlab.runs.atomic import atomic_file
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture for a page."""
+
+    file: Path
+    title: str
+    """What it shows; stands above it where it has neighbours."""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A heading and pictures below it."""
+
+    title: str
+    rows: tuple[tuple[Picture, ...], ...]
+    """Pictures side by side, row by row."""
+    remark: str = ""
+    """What stands below them."""
+    linked: tuple[Picture, ...] = ()
+    """Pictures that are too large to be shown."""
+
+
+def markdown(section: Section, folder: Path) -> str:
+    """A part of a page that lies in a folder."""
+    parts = [f"## {section.title}", *(_row(row, folder) for row in section.rows)]
+    links = [f"[{picture.title}]({_link(picture, folder)})" for picture in section.linked]
+    below = " ".join(filter(None, [section.remark, f"Larger: {', '.join(links)}." if links else ""]))
+    return "\n\n".join([*parts, *filter(None, [below])]) + "\n"
+
+
+def copied_beside(section: Section, page: Path) -> Section:
+    """The part with copies of its pictures, in a folder beside a page and of the page's name."""
+    rows = tuple(tuple(_copied(picture, page.with_suffix("")) for picture in row) for row in section.rows)
+    return replace(section, rows=rows, linked=tuple(_copied(other, page.with_suffix("")) for other in section.linked))
+
+
+def cell(text: str) -> str:
+    """A text that may stand in a table."""
+    return text.replace("|", "\\|")
+
+
+def _row(pictures: tuple[Picture, ...], folder: Path) -> str:
+    shown = [f"![{picture.title}]({_link(picture, folder)})" for picture in pictures]
+    if len(shown) == 1:
+        return shown[0]
+    lines = [[picture.title for picture in pictures], ["---"] * len(shown), shown]
+    return "\n".join("| " + " | ".join(map(cell, line)) + " |" for line in lines)
+
+
+def _link(picture: Picture, folder: Path) -> str:
+    return Path(os.path.relpath(picture.file, folder)).as_posix()
+
+
+def _copied(picture: Picture, folder: Path) -> Picture:
+    folder.mkdir(parents=True, exist_ok=True)
+    with atomic_file(folder / picture.file.name) as part:
+        part.write_bytes(picture.file.read_bytes())
+    return replace(picture, file=folder / picture.file.name)

@@ -1,0 +1,71 @@
+"""Samples before and after learning."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grammarlab.derivation import derive
+from grammarlab.evaluation.methods import METHODS
+from grammarlab.evaluation.preparation import labelled_program
+from grammarlab.features.counting import count
+from grammarlab.runs.evaluate import samples
+from grammarlab.runs.evaluate.samples import NUM_MODELS, STORE, choose, draw_models
+from grammarlab.runs.evaluate.task import Task, load_source, make_curve
+
+SCENARIO = """
+name = "boxes"
+title = "Red boxes"
+grammar = "boxes.cga"
+num_models = 60
+[[preference]]
+score = 80
+when = "{Red}"
+"""
+RULES = "Lot --> 40% : extrude(2) Red else : extrude(3) Blue\nRed --> color(1, 0, 0) B.\nBlue --> color(0, 0, 1) B."
+
+
+@pytest.fixture
+def tasks(tmp_path: Path) -> list[Task]:
+    (tmp_path / "boxes.cga").write_text(RULES)
+    (tmp_path / "boxes.toml").write_text(SCENARIO)
+    path = tmp_path / "boxes.toml"
+    return [Task(path, load_source(path).key, METHODS["kde"], seed, 32, tmp_path / "cache") for seed in (0, 1)]
+
+
+def test_samples_have_their_true_scores_and_the_divergences_of_the_curve(tasks, tmp_path):
+    source = load_source(tasks[0].scenario)
+    forest = derive(labelled_program(source), 60, source.scenario.seed, assets=source.assets)
+    truth = source.scenario.score.evaluate(count(forest, source.scenario.score.features))
+    for task, found in zip(tasks, draw_models(tasks, tmp_path), strict=True):
+        record = make_curve(task)
+        assert found.labels == record.curve.points[-1].labels
+        assert (found.before.js, found.after.js) == (record.js_original, record.curve.points[-1].js)
+        for sample in (found.before, found.after):
+            assert len(sample.models) == NUM_MODELS
+            assert sample.scores == pytest.approx(truth[list(sample.models)])
+        assert np.mean(found.after.scores) > np.mean(found.before.scores)
+
+
+def test_samples_are_the_same_for_any_number_of_processes_and_when_read_back(tasks, tmp_path, monkeypatch):
+    one, two = (draw_models(tasks, tmp_path / str(jobs), jobs=jobs) for jobs in (1, 2))
+    assert one == two
+    lines = [sorted((tmp_path / jobs / STORE).read_bytes().splitlines()) for jobs in "12"]
+    assert lines[0] == lines[1]
+    monkeypatch.setattr(samples, "run_protocol", None)
+    assert draw_models(tasks, tmp_path / "1") == one
+    with pytest.raises(TypeError):
+        draw_models(tasks, tmp_path / "1", fresh=True)
+
+
+def test_a_small_sample_is_the_beginning_of_a_large_one():
+    weights = np.arange(50.0)
+    assert choose(weights, 100, 7)[:16] == choose(weights, 16, 7)
+    assert choose(weights, 100, 7) != choose(weights, 100, 8)
+
+
+def test_models_are_drawn_as_often_as_their_weights_say():
+    weights = np.array([0.0, 1.0, 3.0])
+    counts = np.bincount(choose(weights, 40_000, 1), minlength=3)
+    assert counts[0] == 0
+    assert counts[2] / counts[1] == pytest.approx(3, rel=0.05)
