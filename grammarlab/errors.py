@@ -6,6 +6,7 @@ GrammarlabError
 ├── DerivationError        a rule that cannot be carried out on a shape: carries a location
 │   └── BudgetError        too many shapes, or too deep
 ├── AssetError             a mesh, image or footprint that is missing, broken or out of bounds
+│   └── MissingAssetError  a file that its folder lacks
 └── InexactError           a density that no grammar gives exactly: says why
 
 A finding is one remark of the checker about a place in a rule file. Locations count lines and
@@ -137,3 +138,7 @@ class InexactError(GrammarlabError):
 
 class AssetError(GrammarlabError):
     """A mesh, image or footprint that is missing, broken, or outside its folder."""
+
+
+class MissingAssetError(AssetError):
+    """A name in the bounds of an asset folder for which there is no file."""

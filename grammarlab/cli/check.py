@@ -12,6 +12,9 @@ from grammarlab.cli.report import FAILURE, friendly_errors, print_json
 
 def check(
     grammar: Annotated[str, typer.Argument(metavar="FILE", help="A .cga file, or the name of a shipped grammar.")],
+    assets: Annotated[
+        Path | None, typer.Option("--assets", help="Folder of assets; the one beside the rules when left out.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")] = False,
 ) -> None:
     """List every error, unsupported feature and doubtful place of a rule file and of the files it imports.
@@ -22,8 +25,8 @@ def check(
         from grammarlab.runs.checks import check_source
         from grammarlab.runs.examples import find_rules
 
-        file = find_rules(grammar).path
-        checked = check_source(file)
+        source = find_rules(grammar, assets)
+        file, checked = source.path, check_source(source)
         findings = [finding for one in checked for finding in one.findings]
         counts = {kind: sum(f.severity == kind for f in findings) for kind in ("error", "unsupported", "warning")}
         if as_json:

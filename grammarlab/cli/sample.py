@@ -15,6 +15,9 @@ from grammarlab.errors import UsageError
 MOST_PRINTS = 50
 """Printed lines that are shown."""
 
+MOST_WARNINGS = 20
+"""Warnings about missing assets that are shown."""
+
 MOST_NAMES = 8
 """Features that are named where some are left out."""
 
@@ -177,6 +180,7 @@ def _first(names: list[str]) -> str:
 
 def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = None) -> None:
     _tell_prints(result.prints)
+    _tell_missing(result)
     if result.missing_images:
         say(f"no such image in {result.request.assets}: {_first(list(result.missing_images))}")
     if as_json:
@@ -190,6 +194,17 @@ def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = 
         say(f"not equal to the manifest: {', '.join(different)}. Compare the versions in both manifests.")
     elif different is not None:
         say("all files are equal to those of the manifest, bit for bit.")
+
+
+def _tell_missing(result: RunResult) -> None:
+    """The meshes that were looked for in vain, each with the place that asked for it."""
+    findings = result.missing_asset_warnings()
+    for one in findings[:MOST_WARNINGS]:
+        say(f"{one.location}: {one.severity}: {one.message} [{one.code}]")
+    if len(findings) > MOST_WARNINGS:
+        say(f"… and {len(findings) - MOST_WARNINGS:,} more assets that are not there; --json has them")
+    if findings:
+        say(f"  hint: {findings[0].hint}")
 
 
 def _tell_prints(texts: tuple[str, ...]) -> None:
@@ -208,6 +223,7 @@ def _as_json(result: RunResult) -> dict[str, Any]:
         "seed": request.seed,
         "models": [{**asdict(model), "file": str(result.folder / model.file)} for model in result.models],
         "prints": list(result.prints),
+        "warnings": [finding.as_dict() for finding in result.missing_asset_warnings()],
         "sheet": None if result.sheet is None else str(result.sheet),
         "derivations": str(result.derivations),
         "manifest": str(result.manifest),

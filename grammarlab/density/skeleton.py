@@ -20,7 +20,7 @@ from grammarlab.errors import Location, UsageError
 from grammarlab.language.builtins import operations
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.percentages import constant
-from grammarlab.language.syntax import Block, Case, Choice, Group, Invoke, Part, Scoped, Sequence, Stochastic
+from grammarlab.language.syntax import Block, Case, Choice, Group, Invoke, Part, Scatter, Scoped, Sequence, Stochastic
 
 SymbolKey: TypeAlias = tuple[str, int]
 """A symbol and how many arguments it is given: rules of one name may differ in it."""
@@ -212,6 +212,8 @@ def _successors(
             for part, repeated in _parts(item.group, item.group.repeated):
                 some = copies if single and not repeated else None
                 yield from _inside(part.body, some, False, known)
+        elif isinstance(item, Scatter):
+            yield from _inside(item.body, None, False, known)
 
 
 def _inside(choice: Choice, copies: int | None, certain: bool, known: frozenset[SymbolKey]) -> Iterator[Successor]:

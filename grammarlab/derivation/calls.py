@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.shapes import Floats, Shapes, Value, kind_of, number_column, part_keys
+from grammarlab.derivation.shapes import ARRAY, Floats, Shapes, Value, kind_of, number_column, part_keys
 from grammarlab.errors import DerivationError, Location
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class Call(NamedTuple):
         value = argument.value
         if type(value) is float and math.isfinite(value):
             return value
-        if isinstance(value, str) or (isinstance(value, np.ndarray) and value.dtype.kind == "i"):
+        if isinstance(value, str) or (isinstance(value, np.ndarray) and value.dtype.kind in "iu"):
             raise self.error(f"{self.name} expected a number, found a {kind_of(value)}")
         if isinstance(value, np.ndarray):
             column = value.astype(np.float64, copy=False)
@@ -120,6 +120,8 @@ class Head(NamedTuple):
     """What must hold for a component to be selected, in place of `argument`."""
     text: str = ""
     """What was written, for blocks with selectors."""
+    block: int = -1
+    """For parts that are placed by chance: the number of the block whose keys they are placed with."""
 
 
 class Part(NamedTuple):
@@ -144,14 +146,14 @@ def selected(
         picked: [K] the components that a selector picks.
 
     Raises:
-        DerivationError: when the condition gives a string.
+        DerivationError: when the condition gives a string or an array.
     """
     words = {name: picked(name) for name in condition.selectors}
     key = part_keys(parts.key, condition.block, number)
     value = condition.code(parts._replace(key=key, state={**parts.state, **words}), call.workspace)
     kind = kind_of(value)
-    if kind == "string":
-        raise call.error(f"{call.name} expects selectors, numbers or conditions before the colons, found a string")
+    if kind in ("string", ARRAY):
+        raise call.error(f"{call.name} expects selectors, numbers or conditions before the colons, found a {kind}")
     return np.broadcast_to(value if kind == "bool" else number == np.rint(value), parts.num)
 
 
@@ -205,5 +207,6 @@ class Builtin:
     evaluate: BuiltinFunction
     num_arguments: tuple[int, int]
     random: bool = False
+    takes_arrays: bool = False
     keywords: frozenset[str] = frozenset()
     """Words that are arguments as they stand, not names to look up."""

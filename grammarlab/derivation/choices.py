@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Floats, Shapes, Value, kind_of, number_column
+from grammarlab.derivation.shapes import ARRAY, NUM_LANES, SITE_LANE, Floats, Shapes, Value, kind_of, number_column
 from grammarlab.errors import DerivationError, Location
 from grammarlab.randomness import uniforms
 
@@ -128,8 +128,8 @@ def _weights(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspac
     given: list[float | Floats] = []
     for code in choice.percentages:
         value = 0.0 if code is None else code(shapes, workspace)
-        if kind_of(value) == "string":
-            raise DerivationError("expected a percentage, found a string", choice.location)
+        if kind_of(value) in ("string", ARRAY):
+            raise DerivationError(f"expected a percentage, found a {kind_of(value)}", choice.location)
         given.append(value if isinstance(value, np.ndarray) else float(value))  # type: ignore[arg-type]
     if any(isinstance(value, np.ndarray) for value in given):
         weights = np.stack([number_column(value, shapes.num) for value in given], axis=1)

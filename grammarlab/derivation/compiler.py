@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 
 from grammarlab.derivation.addresses import number_sites
+from grammarlab.derivation.array_expressions import makes_arrays
 from grammarlab.derivation.expressions import CompiledFunction, ExpressionCompiler, Names
 from grammarlab.derivation.forest import RuleName
 from grammarlab.derivation.functions import BUILTINS
@@ -25,6 +26,7 @@ from grammarlab.language.syntax import (
     Node,
     Rule,
     RuleFile,
+    Scatter,
     Stochastic,
 )
 from grammarlab.language.syntax import Sequence as SyntaxSequence
@@ -63,6 +65,7 @@ class _Compilation:
             compiled,
             addresses,
             {id(node): site for site, node in enumerate(self._site_nodes)},
+            any(makes_arrays(node) for node in _walk(tree)),
         )
         self._drawing_functions_set = drawing
         self._drawing_rules = self._rules_that_draw()
@@ -119,7 +122,9 @@ class _Compilation:
         return self._draws_itself(node) or any(callee in self._drawing_rules for callee in _invoked(node))
 
     def _draws_itself(self, node: object) -> bool:
-        return any(_is_random(n) or _called(n) in self._drawing_functions_set for n in _walk(node))
+        return any(
+            _is_random(n) or isinstance(n, Scatter) or _called(n) in self._drawing_functions_set for n in _walk(node)
+        )
 
     def _drawing_functions(self) -> frozenset[tuple[str, int]]:
         calls = {(f.name, len(f.parameters)): {_called(n) for n in _walk(f.value)} - {None} for f in self._functions}

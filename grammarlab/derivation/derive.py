@@ -108,6 +108,7 @@ def derive(
         workspace.meshes.freeze(),
         workspace.materials.freeze(),
         tuple(recorder.prints),
+        recorder.missing_assets(),
     )
 
 

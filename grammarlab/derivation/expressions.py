@@ -13,24 +13,30 @@ from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
+from grammarlab.derivation import array_expressions
 from grammarlab.derivation.calls import Builtin, FunctionCall
 from grammarlab.derivation.choices import Branching, CaseChoice, Code, Leaf, RandomChoice, Rows, route
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.derivation.operators import BINARY, UNARY
 from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Shapes, Value, join_values
+from grammarlab.derivation.tables import is_table
 from grammarlab.errors import BudgetError, DerivationError, Location
 from grammarlab.language.builtins import functions
 from grammarlab.language.syntax import (
+    Array,
     Binary,
     Boolean,
     Call,
     Case,
     Choice,
+    Components,
     Expression,
     Floating,
+    Index,
     Name,
     Number,
     Relative,
+    Span,
     Stochastic,
     String,
     Unary,
@@ -76,6 +82,8 @@ class Names:
     """Number of each `Call`, `Name` and `Stochastic` node, by ``id()``."""
     sites: Mapping[int, int]
     """Index of each random node among the sites of the forest, by ``id()``."""
+    has_arrays: bool = False
+    """Whether any value may be an array."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,16 +143,33 @@ class ExpressionCompiler:
             case Call():
                 return self._call(node)
             case Unary(operator=operator, operand=operand) if operator in UNARY:
-                return _apply_unary(operator, self.expression(operand), node.location)
+                return _apply_unary(operator, self._single(operator, operand), node.location)
             case Binary(operator="&&" | "||" as operator):
                 return _short_circuit(operator, self.expression(node.left), self.expression(node.right), node.location)
             case Binary(operator=operator) if operator in BINARY:
-                return _apply_binary(operator, self.expression(node.left), self.expression(node.right), node.location)
+                apply = _apply_to_any if self.names.has_arrays else _apply_binary
+                return apply(operator, self.expression(node.left), self.expression(node.right), node.location)
             case Case() | Stochastic():
                 return self.choice(node)
             case Relative() | Floating():
                 return _refusal("' and ~ only have a meaning in sizes, not inside an expression", node.location)
-        return _refusal("arrays are not supported", node.location)
+            case Array() | Span() | Index() | Components():
+                return array_expressions.compiled(self, node)
+        return _refusal("operators with a dot, element by element, are not supported", node.location)
+
+    def _single(self, operator: str, operand: Expression) -> Code:
+        """Code for the operand of an operator that takes no arrays."""
+        code = self.expression(operand)
+        if not self.names.has_arrays:
+            return code
+
+        def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
+            value = code(shapes, workspace)
+            if is_table(value):
+                raise DerivationError(f"{operator} expects a single value, found an array", operand.location)
+            return value
+
+        return evaluate
 
     def _leaf(self, choice: Choice, path: tuple[int, ...]) -> Code:
         if isinstance(choice, Case | Stochastic | Operations):
@@ -190,9 +215,12 @@ class ExpressionCompiler:
         location, evaluate = node.location, builtin.evaluate
         address = self.names.addresses[id(node)]
         site = self.names.sites.get(id(node), -1)
+        refuses = self.names.has_arrays and not builtin.takes_arrays
 
         def call(shapes: Shapes, workspace: Workspace) -> Value:
             values = tuple([argument(shapes, workspace) for argument in arguments])
+            if refuses and any(is_table(value) for value in values):
+                raise DerivationError(f"{name} takes no arrays", location, "take a cell of the array, as in a[0]")
             return evaluate(FunctionCall(name, shapes, values, workspace, address, site, location))
 
         return call
@@ -264,6 +292,19 @@ def _apply_binary(operator: str, left: Code, right: Code, location: Location) ->
     return lambda shapes, workspace: apply(
         left(shapes, workspace), right(shapes, workspace), workspace.strings, location
     )
+
+
+def _apply_to_any(operator: str, left: Code, right: Code, location: Location) -> Code:
+    """A binary operator whose sides may be arrays."""
+    apply = BINARY[operator]
+
+    def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
+        first, second = left(shapes, workspace), right(shapes, workspace)
+        if is_table(first) or is_table(second):
+            return array_expressions.binary(operator, first, second, workspace, location)
+        return apply(first, second, workspace.strings, location)
+
+    return evaluate
 
 
 def _short_circuit(operator: str, left: Code, right: Code, location: Location) -> Code:

@@ -7,6 +7,7 @@ log-density.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.materials import Materials
+from grammarlab.errors import Location
 from grammarlab.geometry.mesh import Meshes
 
 Floats = NDArray[np.float64]
@@ -45,7 +47,7 @@ class Site:
     where that has several: ``Wall``, ``Wall#2``. An attribute drawn from one of several ranges
     (``25%: rand(1, 2) else: rand(2, 5)``) has one name for all of them; every other name stands for one site."""
     kind: SiteKind
-    """``N%`` lists, ``rand``, ``p``, ``fileRandom`` and ``listRandom``."""
+    """``N%`` lists, ``rand``, ``p``, ``fileRandom``, and ``listRandom`` and others that draw an item of a list."""
     definition: str
     """The rule, function or attribute it stands in."""
     line: int
@@ -122,6 +124,22 @@ class Reports:
     keys: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True, order=True)
+class MissingAsset:
+    """A mesh that the asset folder lacks; a unit box stood in its place."""
+
+    path: str
+    """As the rules call it."""
+    location: Location
+    """The first place in the rule file that asked for it."""
+
+
+def by_path(missing: Iterable[MissingAsset]) -> tuple[MissingAsset, ...]:
+    """Each missing asset once, at its first place, by path."""
+    first = {asset.path: asset for asset in sorted(missing, reverse=True)}
+    return tuple(first[path] for path in sorted(first))
+
+
 @dataclass(frozen=True, slots=True)
 class Forest:
     """The derivation trees of `num_models` models of one grammar."""
@@ -144,6 +162,8 @@ class Forest:
     materials: Materials
     prints: tuple[str, ...] = ()
     """The texts that ``print`` showed while these models were derived, at most 10,000; no part of a stored forest."""
+    missing_assets: tuple[MissingAsset, ...] = ()
+    """By path; no part of a stored forest."""
 
     def log_probability(self) -> Floats:
         """[num_models] natural logarithm of the density of each model's draws."""

@@ -29,7 +29,7 @@ class MeshPool:
         self._starts = [0]
         self._used = 4
         self._named: dict[str, int] = {}
-        self._upside_down: dict[int, int] = {}
+        self._mirrored: dict[tuple[int, int], int] = {}
 
     def __len__(self) -> int:
         return self._used
@@ -49,20 +49,21 @@ class MeshPool:
             known = self._named[name] = int(self.add(mesh)[0])
         return known
 
-    def upside_down(self, ids: NDArray[np.integer]) -> Ids:
-        """The ids [N] of meshes whose points stand on their heads, with the same faces.
+    def mirrored(self, ids: NDArray[np.integer], axis: int) -> Ids:
+        """The ids [N] of meshes whose points are mirrored along an axis, with the same faces, which look inwards then.
 
-        Scaled by a negative height they are where the given ones are: this is how scopes of negative height keep
-        their geometry. Turned over twice, a mesh is itself again.
+        Scaled by a negative size they are where the given ones are: this is how scopes of negative height keep their
+        geometry. Mirrored twice, a mesh is itself again.
         """
         different, which = np.unique(ids, return_inverse=True)
         for mesh in different.tolist():
-            if mesh not in self._upside_down:
+            if (axis, mesh) not in self._mirrored:
                 unit = self.take(np.array([mesh]))
-                x, y, z = unit.points.T
-                turned = int(self.add(unit.with_points(np.stack((x, 1.0 - y, z), axis=1)))[0])
-                self._upside_down[mesh], self._upside_down[turned] = turned, mesh
-        return np.array([self._upside_down[mesh] for mesh in different.tolist()], dtype=np.int32)[which]
+                points = unit.points.copy()
+                points[:, axis] = 1.0 - points[:, axis]
+                turned = int(self.add(unit.with_points(points))[0])
+                self._mirrored[axis, mesh], self._mirrored[axis, turned] = turned, mesh
+        return np.array([self._mirrored[axis, mesh] for mesh in different.tolist()], dtype=np.int32)[which]
 
     def take(self, ids: NDArray[np.integer]) -> Meshes:
         """The meshes [N] with these ids, in the unit cube."""
@@ -98,9 +99,25 @@ def turned_over(shapes: Shapes, chosen: NDArray[np.bool_], pool: MeshPool, frame
     """The same geometry in scopes that begin at their other end, with the height negated, where chosen [N]."""
     height = np.where(chosen, shapes.size[:, 1], 0.0)
     mesh = shapes.mesh.copy()
-    mesh[chosen] = pool.upside_down(mesh[chosen])
+    mesh[chosen] = pool.mirrored(mesh[chosen], 1)
     position = shapes.position + frames.axis(shapes.frame, 1) * height[:, None]
     return shapes._replace(position=position, size=shapes.size - 2.0 * height[:, None] * _UP, mesh=mesh)
+
+
+def mirrored(shapes: Shapes, chosen: NDArray[np.bool_], pool: MeshPool, frames: FramePool) -> Shapes:
+    """Shapes mirrored along the axes [N, 3] where their sizes are negative, in scopes of positive size.
+
+    Geometry that filled the scope from its origin towards one side fills it towards the other, and its faces look
+    the other way.
+    """
+    for axis in np.flatnonzero(chosen.any(axis=0)).tolist():
+        rows = np.flatnonzero(chosen[:, axis])
+        position, size, mesh = shapes.position.copy(), shapes.size.copy(), shapes.mesh.copy()
+        position[rows] += frames.axis(shapes.frame[rows], axis) * size[rows, axis, None]
+        size[rows, axis] *= -1.0
+        mesh[rows] = pool.mirrored(mesh[rows], axis)
+        shapes = shapes.rescoped(position, size, shapes.frame, mesh)
+    return shapes
 
 
 def replaced(shapes: Shapes, meshes: Meshes, pool: MeshPool, frames: FramePool) -> Shapes:

@@ -1,4 +1,4 @@
-"""What a derivation writes down as it goes: nodes, leaves, draws, reports and prints."""
+"""What a derivation writes down as it goes: nodes, leaves, draws, reports, prints and missing assets."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.forest import Draws, Leaves, Nodes, Reports
+from grammarlab.derivation.forest import Draws, Leaves, MissingAsset, Nodes, Reports, by_path
 from grammarlab.derivation.frames import FramePool
 from grammarlab.derivation.meshes import MeshPool, upright
 from grammarlab.derivation.shapes import EMPTY, Floats, Ids, Shapes
+from grammarlab.errors import Location
 
 _MOST_PRINTS = 10_000
 _ZERO = np.zeros(1, dtype=np.int32)
@@ -26,6 +27,7 @@ class Recorder:
         self._leaves: list[Shapes] = []
         self._draws: list[tuple[Ids, int, Floats, float | Floats]] = []
         self._reports: list[tuple[Ids, str, Floats]] = []
+        self._missing_assets: set[MissingAsset] = set()
         self.prints: list[str] = []
 
     def add_roots(self, models: Ids, symbol: int) -> Ids:
@@ -65,6 +67,14 @@ class Recorder:
     def add_prints(self, texts: Sequence[str]) -> None:
         """Record printed texts, up to a bound: a rule may print for every one of a million shapes."""
         self.prints += texts[: max(0, _MOST_PRINTS - len(self.prints))]
+
+    def add_missing_asset(self, path: str, location: Location) -> None:
+        """Note that a place in the rules asked for an asset that is not there."""
+        self._missing_assets.add(MissingAsset(path, location))
+
+    def missing_assets(self) -> tuple[MissingAsset, ...]:
+        """All missing assets."""
+        return by_path(self._missing_assets)
 
     def largest_model(self) -> tuple[int, int]:
         """The model with the most nodes so far, and how many it has."""

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports
+from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, by_path
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
 from grammarlab.geometry.mesh import Meshes
@@ -91,6 +91,7 @@ def join_forests(forests: Sequence[Forest]) -> Forest:
             tuple(texture for forest in forests for texture in forest.materials.textures),
         ),
         prints=tuple(text for forest in forests for text in forest.prints),
+        missing_assets=by_path(asset for forest in forests for asset in forest.missing_assets),
     )
 
 

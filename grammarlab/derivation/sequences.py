@@ -3,60 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import count
-from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, TypeAlias
 
-from grammarlab.derivation.calls import Argument, BlockOperation, Call, Condition, Head, Operation
-from grammarlab.derivation.choices import Branching, Code, Leaf, route
+from grammarlab.derivation.arguments import NO_ARGUMENT, Constant, Late, argument, head, together, word
+from grammarlab.derivation.calls import Argument, BlockOperation, Call, Head, Operation
+from grammarlab.derivation.choices import Branching, Leaf, route
 from grammarlab.derivation.expressions import ExpressionCompiler
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
-from grammarlab.derivation.shapes import Shapes, Value, child_keys, kind_of, part_keys
+from grammarlab.derivation.shapes import Shapes, child_keys, part_keys
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language import syntax
 from grammarlab.language.builtins import blocks, operations
-from grammarlab.language.printing import expression
 from grammarlab.language.syntax import (
-    Binary,
     Block,
-    Boolean,
     Expression,
-    Floating,
     Group,
     Invoke,
     Item,
     Name,
-    Number,
     Part,
-    Relative,
+    Scatter,
     Scoped,
-    String,
-    Unary,
 )
-from grammarlab.language.syntax import Call as SyntaxCall
-from grammarlab.language.walking import walk
 
 if TYPE_CHECKING:
     from grammarlab.derivation.workspace import Workspace
 
 Step: TypeAlias = "Callable[[Shapes, Shapes, Workspace], Shapes]"
 """From the current shapes, and those that the sequence began with, to the shapes that the next step goes on with."""
-
-
-_T = TypeVar("_T")
-Late: TypeAlias = "Callable[[Shapes, Workspace], _T]"
-"""A value that is evaluated for some shapes."""
-
-
-@dataclass(frozen=True, slots=True)
-class Constant(Generic[_T]):
-    """A late value that the text alone gives."""
-
-    value: _T
-
-    def __call__(self, shapes: Shapes, workspace: Workspace) -> _T:
-        """The value, whatever the shapes."""
-        return self.value
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,13 +117,15 @@ class SequenceCompiler:
                 return _bracket(self.body(item.body, in_block))
             case Block() if item.name in BLOCKS:
                 return self._block(BLOCKS[item.name], item)
+            case Scatter():
+                return self._scatter(BLOCKS["scatter"], item)
         return _refusal(getattr(item, "name", type(item).__name__.lower()), item.location)
 
     def _has_rule(self, item: Invoke) -> bool:
         return (item.name, len(item.arguments)) in self._successors.rules
 
     def _operation(self, operation: Operation, item: Invoke) -> Step:
-        arguments = _together(self._arguments(item.name, item.arguments, operation, item.location))
+        arguments = together(self._arguments(item.name, item.arguments, operation, item.location))
         name, location, apply = item.name, item.location, operation.apply
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
@@ -158,12 +136,33 @@ class SequenceCompiler:
     def _block(self, operation: BlockOperation, item: Block) -> Step:
         number = self._num_blocks
         self._num_blocks += 1
-        arguments = _together(self._arguments(item.name, item.arguments, operation, item.location))
+        arguments = together(self._arguments(item.name, item.arguments, operation, item.location))
         parts = list(_flattened(item.group, item.group.repeated))
-        heads = _together([self._head(part, group, operation, number) for part, group in parts])
-        draws = tuple(self._successors.draws(part.body) for part, _ in parts)
-        bodies = tuple(self.body(part.body, in_block=True) for part, _ in parts)
-        name, location, divide = item.name, item.location, operation.divide
+        heads = together([head(self._expressions, part, group, operation.selectors, number) for part, group in parts])
+        return self._parted(item, item.name, number, operation, arguments, heads, [part.body for part, _ in parts])
+
+    def _scatter(self, operation: BlockOperation, item: Scatter) -> Step:
+        """Two blocks in one: the keys of the first are those of the points, the second's say where they lie."""
+        number = self._num_blocks
+        self._num_blocks += 2
+        arguments = together(self._arguments("scatter", item.arguments, operation, item.location))
+        heads = Constant((Head(NO_ARGUMENT, block=number + 1),))
+        return self._parted(item, "scatter", number, operation, arguments, heads, [item.body])
+
+    def _parted(
+        self,
+        item: Block | Scatter,
+        name: str,
+        number: int,
+        operation: BlockOperation,
+        arguments: Late[tuple[Argument, ...]],
+        heads: Late[tuple[Head, ...]],
+        choices: Sequence[syntax.Choice],
+    ) -> Step:
+        """Code that takes shapes apart, and does with the parts of each head what its choice says."""
+        draws = tuple(self._successors.draws(choice) for choice in choices)
+        bodies = tuple(self.body(choice, in_block=True) for choice in choices)
+        location, divide = item.location, operation.divide
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
             call = Call(name, shapes, arguments(shapes, workspace), origin, workspace, location)
@@ -204,72 +203,22 @@ class SequenceCompiler:
             wanted = str(least) if least == most else f"{least} to {most}"
             raise DerivationError(f"{name} expects {wanted} arguments, found {len(arguments)}", location)
         if isinstance(operation, Operation) and operation.names_target:
-            return self._target(arguments[0]), self._argument(arguments[1], frozenset())
+            return self._target(arguments[0]), argument(self._expressions, arguments[1], frozenset())
         # CGA tells keywords from values by their place: extrude(x) is a height, extrude(x, 3) a direction.
         forms = [form for form in (*operations().get(name, ()), *blocks().get(name, ())) if form.takes(len(arguments))]
         words = [frozenset[str]().union(*(f.parameters[i].keywords for f in forms)) for i in range(len(arguments))]
-        for argument, possible in zip(arguments, words, strict=True):
-            if _word(argument) in possible - operation.keywords:
-                message = f"{name} with {_word(argument)} is not supported"
-                return (_failure(message, argument.location),)
-        return tuple(self._argument(argument, possible) for argument, possible in zip(arguments, words, strict=True))
+        for node, possible in zip(arguments, words, strict=True):
+            if word(node) in possible - operation.keywords:
+                return (_failure(f"{name} with {word(node)} is not supported", node.location),)
+        return tuple(
+            argument(self._expressions, node, possible) for node, possible in zip(arguments, words, strict=True)
+        )
 
     def _target(self, node: Expression) -> Late[Argument]:
         """What ``set`` changes: a name, or a text in ``sel``."""
         if isinstance(node, Name):
             return Constant(Argument(node.identifier, keyword=True))
-        return self._argument(node, frozenset())
-
-    def _argument(self, node: Expression, keywords: frozenset[str]) -> Late[Argument]:
-        if _word(node) in keywords:
-            return Constant(Argument(_word(node), keyword=True))
-        if isinstance(node, SyntaxCall) and node.function == "sel" and len(node.arguments) == 1:
-            text = self._expressions.expression(node.arguments[0])
-            return lambda shapes, workspace: Argument(_same_text(text(shapes, workspace), node.location), keyword=True)
-        inner, prefixes = _without_prefixes(node)
-        floating, relative = Floating in prefixes, Relative in prefixes
-        if isinstance(inner, Number | Boolean | String):
-            return Constant(Argument(inner.value, False, relative, floating))
-        code: Code = self._expressions.expression(inner)
-        return lambda shapes, workspace: Argument(code(shapes, workspace), False, relative, floating)
-
-    def _head(self, part: Part, group: int, operation: BlockOperation, block: int) -> Late[Head]:
-        words, node = operation.selectors, part.head
-        if words and not _is_selector_or_index(node, words):
-            code = replace(self._expressions, selectors=words).expression(node)
-            used = frozenset(inner.identifier for inner in walk(node) if isinstance(inner, Name)) & words
-            condition = Condition(code, used, block)
-            return Constant(Head(_NO_ARGUMENT, part.inclusive, group, part.connected, condition, expression(node)))
-        argument = self._argument(node, words)
-        head = Head(_NO_ARGUMENT, part.inclusive, group, part.connected, None, expression(node) if words else "")
-        if isinstance(argument, Constant):
-            return Constant(head._replace(argument=argument.value))
-        return lambda shapes, workspace: head._replace(argument=argument(shapes, workspace))
-
-
-_NO_ARGUMENT = Argument("")
-_COUNTING = frozenset({"+", "-", "*", "/", "%"})
-
-
-def _is_selector_or_index(node: Expression, words: frozenset[str]) -> bool:
-    """Whether the head of a part is one selector, or a number that does not depend on the component."""
-    if isinstance(node, Name):
-        return node.identifier in words
-    return isinstance(node, Number) or (isinstance(node, Binary | Unary) and node.operator in _COUNTING)
-
-
-def _without_prefixes(node: Expression) -> tuple[Expression, frozenset[type]]:
-    """A size without its ``~`` and ``'``, which stand in front but hold for all of it: ``~height - 0.3``, ``-'0.5``."""
-    if isinstance(node, Floating | Relative):
-        inner, prefixes = _without_prefixes(node.operand)
-        return inner, prefixes | {type(node)}
-    if isinstance(node, Unary):
-        inner, prefixes = _without_prefixes(node.operand)
-        return (replace(node, operand=inner), prefixes) if prefixes else (node, prefixes)
-    if isinstance(node, Binary):
-        left, prefixes = _without_prefixes(node.left)
-        return (replace(node, left=left), prefixes) if prefixes else (node, prefixes)
-    return node, frozenset()
+        return argument(self._expressions, node, frozenset())
 
 
 def _bracket(body: Branching[Operations]) -> Step:
@@ -290,25 +239,6 @@ def _leaf(symbol: int, child: int, in_block: bool) -> Step:
         return shapes
 
     return step
-
-
-def _word(node: Expression) -> str:
-    """The word that an argument is, with quotes around it as older files have them, or without; else empty."""
-    return node.identifier if isinstance(node, Name) else node.value if isinstance(node, String) else ""
-
-
-def _same_text(value: Value, location: Location) -> str:
-    if isinstance(value, str):
-        return value
-    raise DerivationError(f"sel expects one string for all shapes, found a {kind_of(value)}", location)
-
-
-def _together(codes: Sequence[Late[_T]]) -> Late[tuple[_T, ...]]:
-    """All of these values for some shapes."""
-    known = tuple([code.value for code in codes if isinstance(code, Constant)])
-    if len(known) == len(codes):
-        return Constant(known)
-    return lambda shapes, workspace: tuple([code(shapes, workspace) for code in codes])
 
 
 def _failure(message: str, location: Location) -> Callable[[Shapes, Workspace], Argument]:
@@ -336,7 +266,7 @@ def _consumes(sequence: syntax.Sequence) -> bool:
 
 def _makes_shapes(sequence: syntax.Sequence) -> bool:
     for item in sequence.items:
-        if isinstance(item, Block):
+        if isinstance(item, Block | Scatter):
             return True
         if isinstance(item, Invoke) and item.name not in OPERATIONS and item.name != "NIL":
             return True

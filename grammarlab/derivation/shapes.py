@@ -19,8 +19,14 @@ EMPTY, BOX, FOOTPRINT, FACE = 0, 1, 2, 3
 """Meshes that are scope only: nothing, the whole box, the rectangle y = 0 seen from above, the rectangle z = 0 seen
 from the front. Every other mesh id refers to the mesh pool alone."""
 
-Value: TypeAlias = "float | bool | str | NDArray[np.float64] | NDArray[np.bool_] | NDArray[np.int32]"
-"""What an expression gives for N shapes: one constant for all, or a column [N]. Columns of int32 are string ids."""
+Value: TypeAlias = (
+    "float | bool | str | NDArray[np.float64] | NDArray[np.bool_] | NDArray[np.int32] | NDArray[np.uint32]"
+)
+"""What an expression gives for N shapes: one constant for all, or a column [N]. Columns of int32 are string ids, those
+of uint32 ids of arrays."""
+
+ARRAY = "whole array"
+"""What `kind_of` calls an array."""
 
 CHILD_LANE, BLOCK_LANE, SITE_LANE, NUM_LANES = 0, 1, 2, 3
 """Keys below one key: words ``NUM_LANES * i + lane`` for the i-th successor, block and random expression."""
@@ -158,7 +164,7 @@ def join_values(values: Sequence[Value], counts: Sequence[int], strings: StringP
 
 
 def as_column(value: Value, count: int, strings: StringPool) -> NDArray:
-    """A value as a column [count] of float64, bool or string ids."""
+    """A value as a column [count] of float64, bool, string ids or ids of arrays."""
     if isinstance(value, np.ndarray):
         return value
     if isinstance(value, str):
@@ -167,9 +173,9 @@ def as_column(value: Value, count: int, strings: StringPool) -> NDArray:
 
 
 def kind_of(value: Value) -> str:
-    """``float``, ``bool`` or ``string``, as CGA calls its types."""
+    """``float``, ``bool`` or ``string``, as CGA calls its types, or `ARRAY`."""
     if isinstance(value, np.ndarray):
-        return {"f": "float", "b": "bool", "i": "string"}[value.dtype.kind]
+        return {"f": "float", "b": "bool", "i": "string", "u": ARRAY}[value.dtype.kind]
     return "bool" if isinstance(value, bool) else "string" if isinstance(value, str) else "float"
 
 

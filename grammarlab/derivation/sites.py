@@ -10,7 +10,16 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import Call, Import, Name, Node, Stochastic, alternatives
 from grammarlab.language.walking import walk
 
-_KINDS: dict[str, SiteKind] = {"rand": "uniform", "p": "bernoulli", "fileRandom": "file", "listRandom": "item"}
+_KINDS: dict[str, SiteKind] = {
+    "assetApproxRatio": "item",
+    "assetApproxSize": "item",
+    "assetFitSize": "item",
+    "fileRandom": "file",
+    "imageApproxRatio": "item",
+    "listRandom": "item",
+    "p": "bernoulli",
+    "rand": "uniform",
+}
 
 
 def function_name(node: Node) -> str:

@@ -14,8 +14,9 @@ from grammarlab.derivation.meshes import MeshPool
 from grammarlab.derivation.recorder import Recorder
 from grammarlab.derivation.shapes import Shapes, Value
 from grammarlab.derivation.strings import StringPool
-from grammarlab.errors import BudgetError, DerivationError, Location
-from grammarlab.geometry.assets import AssetFolder
+from grammarlab.derivation.tables import TablePool
+from grammarlab.errors import AssetError, BudgetError, DerivationError, Location, MissingAssetError
+from grammarlab.geometry.assets import Asset, AssetFolder
 
 if TYPE_CHECKING:
     from grammarlab.derivation.program import Program
@@ -51,6 +52,7 @@ class Workspace:
     budget: Budget
     assets: AssetFolder | None = None
     """What asset paths are relative to and may not leave."""
+    tables: TablePool = field(default_factory=TablePool)
     recorder: Recorder = field(default_factory=Recorder)
     pending: list[list[Shapes]] = field(init=False)
     """For each rule, the shapes that wait for it, in the order they were made."""
@@ -86,6 +88,23 @@ class Workspace:
             return local
         value = self.attribute(name)
         return value.take(shapes.model) if isinstance(value, np.ndarray) else value
+
+    def asset(self, path: str, location: Location) -> Asset | None:
+        """A mesh from the asset folder; None, and a record of it, where the folder has no such file.
+
+        Raises:
+            DerivationError: when there is no asset folder, or the file is broken or outside it.
+        """
+        if self.assets is None:
+            hint = "say where it is with --assets DIR"
+            raise DerivationError(f'the asset "{path}" needs an asset folder', location, hint)
+        try:
+            return self.assets.load(path)
+        except MissingAssetError:
+            self.recorder.add_missing_asset(path, location)
+            return None
+        except AssetError as error:
+            raise DerivationError(str(error), location) from error
 
     def expanded(self, parts: int, shapes: int, location: Location) -> None:
         """Refuse an operation that would make more parts of ``shapes`` shapes than the budget allows.

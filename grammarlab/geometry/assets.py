@@ -15,7 +15,7 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.errors import AssetError
+from grammarlab.errors import AssetError, MissingAssetError
 from grammarlab.geometry.asset_paths import meanings
 from grammarlab.geometry.gltf_guard import check_gltf
 from grammarlab.geometry.mesh import Meshes
@@ -65,7 +65,8 @@ def load_asset(path: str, root: Path) -> Asset:
         root: the asset folder; nothing outside it is read, links included.
 
     Raises:
-        AssetError: when the file is missing, outside the folder, too large, or holds no mesh.
+        MissingAssetError: when there is no such file in the folder.
+        AssetError: when it lies outside, is too large, or holds no mesh.
     """
     file = find_asset(path, root)
     if file.suffix.lower() not in FORMATS:
@@ -84,7 +85,8 @@ def find_asset(path: str, root: Path) -> Path:
     """Where an asset lies.
 
     Raises:
-        AssetError: when there is no such file in the folder, it lies outside, or it is too large.
+        MissingAssetError: when there is no such file in the folder.
+        AssetError: when it lies outside, or is too large.
     """
     folder = root.resolve()
     for meaning in meanings(path):
@@ -92,7 +94,7 @@ def find_asset(path: str, root: Path) -> Path:
         if size is not None:
             break
     else:
-        raise AssetError(f'there is no asset "{path}" in the asset folder {root}')
+        raise MissingAssetError(f'there is no asset "{path}" in the asset folder {root}')
     if size > MAX_BYTES:
         raise AssetError(f'the asset "{path}" has {size} bytes, more than the {MAX_BYTES} that are read')
     return file

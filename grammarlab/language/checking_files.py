@@ -8,7 +8,7 @@ from pathlib import Path
 from grammarlab.errors import Finding, LanguageError
 from grammarlab.language.checking import check_parsed
 from grammarlab.language.grammar import read_text
-from grammarlab.language.importing import MAX_FILES, ImportProblemError, locate
+from grammarlab.language.importing import MAX_FILES, ImportProblemError, locate, rules_folder
 from grammarlab.language.parsing import parse
 from grammarlab.language.symbols import EVERYTHING, SupportedFeatures, Symbols
 from grammarlab.language.syntax import Import, RuleFile
@@ -22,6 +22,8 @@ class CheckedFile:
     text: str
     findings: tuple[Finding, ...]
     """In the order of its text."""
+    tree: RuleFile
+    """Without the definitions that have syntax errors."""
 
 
 def check_files(
@@ -33,8 +35,8 @@ def check_files(
         path: the rule file.
         name: what messages call it; imported files are called by their paths from there.
         supported: what can be carried out; anything else is reported with the severity ``unsupported``.
-        root: the folder that no import may leave, and that paths beginning with a slash start from; by default the
-            folder of the rule file.
+        root: the folder that no import may leave, and that paths beginning with a slash start from; by default what
+            `rules_folder` gives.
 
     Returns:
         The file, then those it imports, each once.
@@ -43,7 +45,7 @@ def check_files(
         LanguageError: the file cannot be read, or is too large.
     """
     folder = path.resolve().parent
-    checker = _Checker(supported, folder if root is None else root.resolve(), folder, Path(name).parent)
+    checker = _Checker(supported, rules_folder(folder) if root is None else root.resolve(), folder, Path(name).parent)
     checker.read(path.resolve(), name, read_text(path), ())
     return tuple(checker.checked.values())
 
@@ -65,10 +67,10 @@ class _Checker:
         text = text.removeprefix("\ufeff")
         parsed = parse(text, name)
         # Holds the file's place among the others while those it imports are read.
-        self.checked[path] = CheckedFile(name, text, ())
+        self.checked[path] = CheckedFile(name, text, (), parsed.tree)
         libraries, problems = self._libraries(parsed.tree, path, (*users, path))
         findings, symbols = check_parsed(parsed, self.supported, libraries, problems, imported=bool(users))
-        self.checked[path] = CheckedFile(name, text, findings)
+        self.checked[path] = CheckedFile(name, text, findings, parsed.tree)
         self.symbols[path] = None if parsed.findings else symbols
 
     def _libraries(

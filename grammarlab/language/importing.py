@@ -12,6 +12,8 @@ from grammarlab.language.syntax import Import
 MAX_FILES = 200
 """A rule file may import so many others, directly or not."""
 _MOST_ABOVE = 12
+_RULES = "rules"
+"""What CityEngine calls the folder of rule files in a project."""
 
 
 def load(path: str | Path, root: str | Path | None = None) -> Grammar:
@@ -22,7 +24,7 @@ def load(path: str | Path, root: str | Path | None = None) -> Grammar:
     Args:
         path: the rule file.
         root: the folder that no import may leave, and that paths beginning with a slash start from; by default
-            the folder of the rule file.
+            what `rules_folder` gives.
 
     Raises:
         LanguageError: with every syntax error of the file, or because it cannot be read or is too large.
@@ -30,8 +32,13 @@ def load(path: str | Path, root: str | Path | None = None) -> Grammar:
     path = Path(path)
     grammar = Grammar.parse(read_text(path), str(path))
     folder = path.resolve().parent
-    reader = _Reader(folder if root is None else Path(root).resolve())
+    reader = _Reader(rules_folder(folder) if root is None else Path(root).resolve())
     return reader.with_imports(grammar, folder, (path.resolve(),))
+
+
+def rules_folder(folder: Path) -> Path:
+    """The folder that imports of the rule files in a folder may not leave: the ``rules`` that it is in, or itself."""
+    return next((each for each in (folder, *folder.parents) if each.name.lower() == _RULES), folder)
 
 
 class _Reader:
@@ -79,8 +86,9 @@ class _Reader:
 def locate(statement: Import, folder: Path, root: Path, users: tuple[Path, ...]) -> Path:
     """Where an imported file lies.
 
-    A path that begins with a slash starts in CityEngine from a workspace of projects: where the folder has no such
-    file, the folders in front are left out one by one.
+    A path is looked for in the folder of the importing file, then in those above it up to the root; it may begin with
+    ``rules``, as seen from a project. One that begins with a slash starts in CityEngine from a workspace of projects:
+    it is looked for from the root first, and the folders in front are left out one by one.
 
     Args:
         statement: what imports it.
@@ -93,8 +101,17 @@ def locate(statement: Import, folder: Path, root: Path, users: tuple[Path, ...])
     """
     written = PurePosixPath(statement.path.replace("\\", "/"))
     parts = tuple(part for part in written.parts if part != "/")
-    start, deepest = (root, len(parts)) if written.is_absolute() else (folder, 1)
-    paths = [_inside(statement, start, parts[first:], root) for first in range(max(1, min(deepest, _MOST_ABOVE)))]
+    within = [each for each in (folder, *folder.parents) if each.is_relative_to(root)][:_MOST_ABOVE]
+    above = within[:1] if ".." in parts else within
+    if written.is_absolute():
+        starts, deepest = [root, *above], len(parts)
+    else:
+        starts, deepest = above or [folder], 2 if parts and parts[0].lower() == _RULES else 1
+    paths = [
+        _inside(statement, start, parts[first:], root)
+        for first in range(max(1, min(deepest, _MOST_ABOVE)))
+        for start in starts
+    ]
     path = next(filter(_is_file, paths), paths[0])
     if path in users:
         message = f"'{statement.path}' imports the file that imports it"

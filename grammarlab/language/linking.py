@@ -123,7 +123,10 @@ class _Linker:
         """The text of an imported file, and of those it imports."""
         library = importer.grammar.libraries[statement.alias]
         if library is None:
-            yield import_statement(replace(statement, alias=importer.prefix + statement.alias)) + "\n"
+            values = tuple((name, _renamed(value, importer)) for name, value in statement.arguments)
+            rules = tuple(_bodies(statement.rules, importer))
+            full = replace(statement, alias=importer.prefix + statement.alias, arguments=values, rules=rules)
+            yield import_statement(full) + "\n"
             return
         self.copies += 1
         if self.copies > MAX_COPIES:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
@@ -11,6 +12,8 @@ from grammarlab.language.builtins import attributes
 from grammarlab.language.checking import SupportedFeatures, check, check_text
 from grammarlab.language.checking_files import CheckedFile, check_files
 from grammarlab.language.grammar import Grammar
+from grammarlab.runs.examples import RuleSource
+from grammarlab.runs.missing_assets import missing_in, warnings_of
 
 _KEYWORDS = {
     **{name: operation.keywords for name, operation in OPERATIONS.items()},
@@ -25,7 +28,7 @@ SUPPORTED = SupportedFeatures(
     functions=frozenset(BUILTINS) | {"sel"},
     attributes=frozenset(SHAPE_ATTRIBUTES),
     keywords=frozenset(f"{name}:{word}" for name, words in _KEYWORDS.items() for word in words),
-    constructs=frozenset({"connected", "import"}),
+    constructs=frozenset({"array", "comp-function", "connected", "import"}),
     harmless=CHANGE_LOOKS
     | frozenset(name for name in attributes() if name.startswith(("trim.", "material.")) and name not in _MATERIAL),
 )
@@ -37,13 +40,19 @@ def findings_of(text: str, file: str) -> tuple[Finding, ...]:
     return check_text(text, file, SUPPORTED)
 
 
-def check_source(path: Path) -> tuple[CheckedFile, ...]:
-    """Everything wrong with a rule file and the files it imports, and every feature that is not carried out.
+def check_source(source: RuleSource) -> tuple[CheckedFile, ...]:
+    """Everything wrong with a rule file and the files it imports, features not carried out and meshes not there.
 
     Raises:
         LanguageError: the file cannot be read, or is too large.
     """
-    return check_files(path, str(path), SUPPORTED)
+    checked = check_files(source.path, str(source.path), SUPPORTED)
+    return tuple(replace(one, findings=_with_assets(one, source.assets)) for one in checked)
+
+
+def _with_assets(one: CheckedFile, assets: Path) -> tuple[Finding, ...]:
+    lacking = warnings_of(missing_in(one.tree, assets), assets)
+    return tuple(sorted((*one.findings, *lacking), key=lambda finding: finding.location))
 
 
 def grammar_to_run(text: str, file: str) -> Grammar:

@@ -83,7 +83,8 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> tuple[in
         for k, (file, shapes, num_triangles, log_probability, reports) in enumerate(columns)
     )
     hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
-    record = BatchRecord(models, hashes, forest.prints, _missing_images(forest, request.assets))
+    images = _missing_images(forest, request.assets)
+    record = BatchRecord(models, hashes, forest.prints, images, forest.missing_assets)
     write_record(folder, batch, record)
     return batch.index, record
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab import __version__
+from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import AssetError
 from grammarlab.render.choice import Choice
 from grammarlab.runs.atomic import write_text
@@ -49,6 +50,7 @@ def write_manifest(
     asset_files: Mapping[str, str],
     models: Sequence[ModelRecord] = (),
     files: Mapping[str, str] | None = None,
+    missing_assets: Sequence[MissingAsset] = (),
 ) -> Path:
     """Write the manifest of a run, complete when it says which files it made.
 
@@ -59,6 +61,7 @@ def write_manifest(
         asset_files: hashes of the asset files that the request names.
         models: the finished models, by index.
         files: hashes of all files; None while the run is going on.
+        missing_assets: meshes that the asset folder lacks.
     """
     values = {
         "format": FORMAT,
@@ -67,6 +70,7 @@ def write_manifest(
         "request": request.as_json(),
         "assets": _describe_assets(request.assets, folder),
         "asset_files": dict(asset_files),
+        "missing_assets": [asdict(asset) for asset in missing_assets],
         "versions": current_versions() | _drawing_versions(choice),
         "models": [asdict(model) for model in models],
         "files": dict(sorted((files or {}).items())),

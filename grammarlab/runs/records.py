@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from grammarlab.derivation.forest import MissingAsset
+from grammarlab.errors import Location
 from grammarlab.runs.atomic import write_text
 from grammarlab.runs.batches import Batch
 
@@ -44,6 +46,8 @@ class BatchRecord:
     """What the rules printed."""
     missing_images: tuple[str, ...] = ()
     """Textures of the models that the asset folder lacks."""
+    missing_assets: tuple[MissingAsset, ...] = ()
+    """Meshes that it lacks."""
 
 
 def batch_folder(folder: Path, batch: Batch) -> Path:
@@ -61,8 +65,11 @@ def read_record(folder: Path, batch: Batch) -> BatchRecord | None:
     try:
         values = json.loads((batch_folder(folder, batch) / RECORD).read_text(encoding="utf-8"))
         models = tuple(ModelRecord(**model) for model in values["models"])
-        missing = tuple(values.get("missing_images", ()))
-        record = BatchRecord(models, values["hashes"], tuple(values["prints"]), missing)
+        images = tuple(values.get("missing_images", ()))
+        assets = tuple(
+            MissingAsset(each["path"], Location(**each["location"])) for each in values.get("missing_assets", ())
+        )
+        record = BatchRecord(models, values["hashes"], tuple(values["prints"]), images, assets)
     except (OSError, ValueError, KeyError, TypeError):
         return None
     return record if all((folder / file).is_file() for file in record.hashes) else None

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from grammarlab.errors import AssetError, UsageError
+from grammarlab.derivation.forest import MissingAsset, by_path
+from grammarlab.errors import AssetError, Finding, UsageError
 from grammarlab.render.choice import Choice, choose
 from grammarlab.runs.asset_files import first_difference, hash_assets
 from grammarlab.runs.atomic import file_hash
@@ -15,6 +16,7 @@ from grammarlab.runs.batches import cut_batches
 from grammarlab.runs.clearing import clear_run
 from grammarlab.runs.derive_batch import compiled, sample_batch
 from grammarlab.runs.manifest import MANIFEST, Manifest, read_manifest, write_manifest
+from grammarlab.runs.missing_assets import warnings_of
 from grammarlab.runs.records import DERIVATIONS, BatchRecord, ModelRecord, read_record
 from grammarlab.runs.request import SampleRequest
 from grammarlab.runs.sheet import draw_sheet, sheet_name
@@ -40,6 +42,12 @@ class RunResult:
     """What the rules printed, at most a bounded number of texts a batch."""
     missing_images: tuple[str, ...] = ()
     """Textures of the models that the asset folder lacks, in alphabetical order."""
+    missing_assets: tuple[MissingAsset, ...] = ()
+    """Meshes that it lacks, by path."""
+
+    def missing_asset_warnings(self) -> tuple[Finding, ...]:
+        """A finding for each missing mesh, as `grammarlab check` has them."""
+        return warnings_of(self.missing_assets, self.request.assets)
 
     @property
     def derivations(self) -> Path:
@@ -93,10 +101,11 @@ def sample_run(
             draw_sheet(request, folder, batches, jobs, choice)
         hashes[sheet.name] = file_hash(sheet)
         on_progress("picture", 1, 1)
-    manifest = write_manifest(folder, request, choice, asset_files, models, hashes)
+    missing_assets = by_path(asset for record in records for asset in record.missing_assets)
+    manifest = write_manifest(folder, request, choice, asset_files, models, hashes, missing_assets)
     prints = tuple(text for record in records for text in record.prints)
-    missing = sorted({name for record in records for name in record.missing_images})
-    return RunResult(request, folder, models, sheet, manifest, prints, tuple(missing))
+    images = sorted({name for record in records for name in record.missing_images})
+    return RunResult(request, folder, models, sheet, manifest, prints, tuple(images), missing_assets)
 
 
 def repeat_run(

@@ -30,6 +30,22 @@ def test_check_as_json_carries_the_same_findings(run, rules):
     assert values["findings"][0]["location"]["line"] == 3
 
 
+def test_check_warns_of_meshes_that_are_not_there(run, rules, tmp_path):
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "oak.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    path = rules(
+        'attr tree = "oak.obj"\nLot --> i(tree) i("gone.obj") i("builtin:cube") i("../x.obj") i("a" + "b") Oak'
+    )
+    rules('Oak --> i("leaf.obj")', "unused.cga")
+    found = [
+        json.loads(run("check", path, "--json", *options).stdout)["findings"]
+        for options in ([], ["--assets", tmp_path / "meshes"])
+    ]
+    named = [[f["message"].split('"')[1] for f in each if f["code"] == "missing-asset"] for each in found]
+    assert named == [["oak.obj", "gone.obj"], ["gone.obj"]]
+    assert "--assets DIR" in run("check", path).stdout
+
+
 def test_check_reports_a_missing_or_unreadable_file(run, tmp_path):
     assert "no rule file" in run("check", tmp_path / "nowhere.cga", code=2).stderr
     (tmp_path / "big.cga").write_bytes(b" " * 20_000_000)

@@ -24,7 +24,8 @@ def test_json_is_one_object_about_the_run(run, rules, tmp_path):
         "sample", path, "-n", "3", "--seed", "8", "-o", tmp_path / "out", "--no-image", "--json", "--jobs", "1"
     )
     values = json.loads(result.stdout)
-    assert set(values) == {"grammar", "hash", "seed", "models", "prints", "sheet", "derivations", "manifest"}
+    told = {"grammar", "hash", "seed", "models", "prints", "warnings", "sheet", "derivations", "manifest"}
+    assert (set(values), values["warnings"]) == (told, [])
     assert (values["grammar"], values["seed"], values["sheet"]) == ("house", 8, None)
     assert [m["index"] for m in values["models"]] == [0, 1, 2]
     for model in values["models"]:
@@ -176,6 +177,45 @@ def test_what_is_left_out_or_cannot_be_carried_out_is_told_once(run, rules, tmp_
     told = run("sample", path, "-n", "2", "-o", tmp_path / "out", "--no-image", "--jobs", "1").stderr.splitlines()
     assert told[0] == "left out, as no shape or colour depends on it: projectUV, setupProjection, trim.vertical"
     assert told[1].startswith('not carried out: the import "gone.cga", which cannot be read, the operation cleanupG')
+
+
+MISSING = (
+    'attr tree = "trees/oak.obj"\n'
+    'Lot --> extrude(3) comp(f) { side : i("win" + "dow.glb") A | top : i(tree) B }\nB --> i(tree) i("seat.obj")'
+)
+
+
+def test_meshes_that_are_not_there_are_told_once_with_their_place(run, rules, tmp_path):
+    options = ["-n", "2", "-o", tmp_path / "out", "--no-image", "--jobs", "1"]
+    path = rules(MISSING)
+    told = [line for line in run("sample", path, *options).stderr.splitlines() if "missing-asset" in line]
+    places = {"seat.obj": "3:15", "trees/oak.obj": "2:68", "window.glb": "2:37"}
+    assert told == [
+        f'house.cga:{place}: warning: there is no asset "{name}" in the asset folder {tmp_path}; '
+        "a box stands in its place [missing-asset]"
+        for name, place in places.items()
+    ]
+    again = run("sample", path, *options, "--resume", "--json")
+    assert again.stderr.count("hint: say where the meshes are with --assets DIR") == 1
+    found = json.loads(again.stdout)["warnings"]
+    assert {one["code"] for one in found} == {"missing-asset"}
+    recorded = json.loads((tmp_path / "out" / "manifest.json").read_text())["missing_assets"]
+    assert [(one["path"], one["location"]) for one in recorded] == [
+        (name, one["location"]) for name, one in zip(places, found, strict=True)
+    ]
+
+
+def test_many_meshes_that_are_not_there_are_counted(run, rules, tmp_path):
+    path = rules("Lot --> " + " ".join(f'i("{k}.obj")' for k in range(30)))
+    told = run("sample", path, "-n", "1", "-o", tmp_path / "out", "--no-image", "--jobs", "1").stderr
+    assert told.count("missing-asset") == sample_module.MOST_WARNINGS
+    assert "and 10 more assets that are not there" in told
+
+
+def test_meshes_outside_their_folder_are_still_refused(run, rules, tmp_path):
+    path = rules('Lot --> i("../../gone.obj")')
+    told = run("sample", path, "-n", "1", "-o", tmp_path / "out", "--no-image", "--jobs", "1", code=1).stderr
+    assert "lies outside the asset folder" in told
 
 
 def test_images_that_are_not_there_are_told_once(run, rules, tmp_path):

@@ -32,6 +32,15 @@ def test_successors_are_numbered_as_the_engine_numbers_them():
     assert (second.branch, none.branch, none.successors) == ((1, 0), None, ())
 
 
+def test_successors_of_scattered_points_are_numbered_as_the_engine_numbers_them():
+    text = "Lot --> A scatter(surface, 5, uniform) { B [ C ] } split(x) { ~1 : D }"
+    body = skeleton(text).body(("Lot", 0))
+    assert isinstance(body, Alternative)
+    assert [(s.key[0], s.copies) for s in body.successors] == [("A", 1), ("B", None), ("C", None), ("D", 1)]
+    nodes = derive(Grammar.parse(text), 1, 1).nodes
+    assert nodes.child[1:].tolist() == [0] + [1] * 5 + [2] * 5 + [3]
+
+
 def test_chances_have_probabilities_where_the_text_tells_them():
     body = skeleton().body(("Lot", 0))
     assert isinstance(body, Chance)

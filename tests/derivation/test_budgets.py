@@ -82,11 +82,6 @@ def test_errors_of_budgets_are_errors_of_derivations():
     assert issubclass(BudgetError, DerivationError)
 
 
-def test_missing_assets_are_named_with_their_place(tmp_path):
-    with pytest.raises(DerivationError, match=r'<text>:1:9: there is no asset "house.obj"'):
-        sample('Lot --> i("house.obj")', assets=tmp_path)
-
-
 def test_assets_outside_their_folder_are_refused(tmp_path):
     (tmp_path / "assets").mkdir()
     (tmp_path / "secret.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")

@@ -64,6 +64,13 @@ SEQUENCES = [
     *("shapeU(1, 2, 1) { shape : A }", "shapeO(1, 1, 1, 1) { shape : A | remainder = B }"),
     *("innerRectangle(edge) { shape : A | remainder : B }", "innerRectangle(scope) { shape = A }"),
     "set(scope.tx, 1) set(scope.ry, 3) set(scope.sz, 2) set(pivot.pz, 1) set(pivot.oy, 9) A",
+    *("scatter(surface, 3, uniform) { A }", "scatter(scope, 3, gaussian, left, '0.1) { primitiveCube() }"),
+    *(
+        "s(-1, 2, -3)",
+        "primitiveCube(-1, 2, 3)",
+        "setback([1, 2]) { all : A }",
+        "setback(comp(fe) { all : 1 }) { all : A }",
+    ),
     *("[ t(0, 1, 0) A ] B.", "NIL", "Wall(3) Wall(1, 2)", "case p(0.5) : A else : 30% : B 30% : C else : NIL"),
 ]
 VALUES = [
@@ -77,6 +84,10 @@ VALUES = [
     *("sin(1) + cos(1) + tan(1) + asin(1) + acos(1) + atan(1) + atan2(1, 2)", "exp(1) + ln(2) + log10(3) + 5 % 3"),
     *("isnan(1) || isinf(1) || !(1 < 2)", 'str(1) + len("a") + "b"', 'float("1") + find("a", "b", 0)', 'bool("f")'),
 ]
+VALUES += ['assetBestSize("*.obj", "xz") + assetApproxRatio("*", "xy", 2)', 'assetFitSize("*.obj", "x", 0.2)']
+VALUES += ['assetsSortSize("", xz, 0) + assetsSortRatio("", xyz)', 'imagesSortRatio("", yx) + imageInfo("a.png", sy)']
+VALUES += ['imageBestRatio("*.png", "xz") + imageApproxRatio("*.png", "yz", 3)']
+VALUES += ["[1, 2; 3, 4][1, 0] + size([1:3]) + nRows(floatArray)", "comp(f) { top : comp.index | side = 2 }"]
 VALUES += ["initialShape.origin.oy", "initialShape.symbol", "trim.vertical", "convert(x, scope, world, pos, 1, 2, 3)"]
 HEAD = "attr height = 3\nWall(x) --> extrude(x) A\nWall(x, y) --> extrude(x + y) B\n"
 

@@ -238,8 +238,14 @@ def test_the_size_and_the_corner_of_an_asset_are_those_of_its_file(tmp_path):
     forest = derive(Grammar.parse(f"Lot --> {measures}"), 1, seed=1, assets=tmp_path)
     values = dict(zip((forest.reports.keys[key] for key in forest.reports.key), forest.reports.value, strict=True))
     assert values == {"sx": 2, "sy": 4, "sz": 1, "tx": 1, "ty": 2, "tz": 3}
-    with pytest.raises(DerivationError, match=r'there is no asset "none\.obj"'):
-        derive(Grammar.parse('Lot --> print(assetInfo("none.obj", sx))'), 1, seed=1, assets=tmp_path)
+
+
+def test_a_missing_asset_measures_as_the_box_that_stands_for_it(tmp_path):
+    rules = 'Lot --> report("sy", assetInfo("none.obj", sy)) report("ty", assetInfo("none.obj", ty))'
+    forest = derive(Grammar.parse(rules), 2, seed=1, assets=tmp_path)
+    assert forest.reports.value.tolist() == [1.0, 1.0, 0.0, 0.0]
+    (missing,) = forest.missing_assets
+    assert (missing.path, missing.location.column) == ("none.obj", 22)
 
 
 def test_trim_planes_are_remembered_and_change_nothing():
@@ -257,3 +263,31 @@ def test_the_origin_of_the_initial_shape_is_its_first_corner_and_turn():
     corners = np.array([[0.0, 0, 4], [6, 0, 4], [6, 0, 0], [0, 0, 0]]) @ turn.T + [7, 2, 9]
     found = derive(Grammar.parse(rules), 1, seed=1, footprint=corners).reports.value
     assert np.allclose(found, [7, 2, 9, 0, 25, 0])
+
+
+@pytest.mark.parametrize(
+    ("ramp", "ends"),
+    list(
+        {
+            "whiteToBlack": ("#ffffff", "#000000"),
+            "greenToRed": ("#3ba800", "#ff0000"),
+            "yellowToRed": ("#f5f500", "#f50000"),
+            "redToBlue": ("#c44539", "#3661cf"),
+            "orangeToBlue": ("#ffc800", "#0000ff"),
+            "brownToBlue": ("#9c5621", "#218291"),
+            "spectrum": ("#b952a4", "#ed2726"),
+        }.items()
+    ),
+)
+def test_a_color_ramp_goes_from_its_first_color_to_its_last_in_36_small_steps(ramp, ends):
+    values = [-1.0, *((i + 0.5) / 36 for i in range(36)), 1.0, 7.0]
+    rules = "Lot --> " + " ".join(f'print(colorRamp("{ramp}", {value}))' for value in values)
+    prints = derive(Grammar.parse(rules), 1, seed=1).prints
+    assert (prints[0], prints[1], prints[-2], prints[-1]) == (ends[0], *ends, ends[1])
+    colors = np.array([[int(text[i : i + 2], 16) for i in (1, 3, 5)] for text in prints[1:-2]])
+    assert len(np.unique(colors, axis=0)) == 36
+    assert np.abs(np.diff(colors, axis=0)).max() <= 50
+
+
+def test_a_ramp_nobody_knows_is_an_empty_text():
+    assert derive(Grammar.parse('Lot --> print(colorRamp("rainbow", 0.5))'), 1, seed=1).prints == ("",)

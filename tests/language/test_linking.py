@@ -9,6 +9,8 @@ from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from grammarlab.language.linking import linked
+from grammarlab.language.syntax import Invoke, Name
+from grammarlab.language.walking import walk
 
 BRICK = (
     "attr height = 2\nattr x = 3\nk(height) = height + x\n@StartRule\nLot --> extrude(height) Done(x)\nDone(x) --> A"
@@ -106,6 +108,55 @@ def test_an_import_that_cannot_be_read_stays(tmp_path):
     )
     assert {statement.alias for statement in Grammar.parse(text).imports.values()} == {"gone", "a.lost"}
     assert not check(Grammar.parse(text))
+
+
+def test_values_handed_to_an_import_that_cannot_be_read_are_those_of_the_file_that_says_so(tmp_path):
+    text = link(
+        tmp_path,
+        main='import a : "a.cga"\nLot --> a.Lot',
+        a="attr size = 3\n"
+        'import lost : "lost.cga" (height = size, Wall --> extrude(size) Brick)\n'
+        "Brick --> B\nLot --> lost.Y",
+    )
+    (statement,) = Grammar.parse(text).imports.values()
+    named = [node.identifier for node in walk(statement) if isinstance(node, Name)]
+    made = [node.name for node in walk(statement) if isinstance(node, Invoke)]
+    assert (named, made) == (["a.size", "a.size"], ["extrude", "a.Brick"])
+    assert not check(Grammar.parse(text))
+
+
+@pytest.mark.parametrize(
+    ("path", "place"),
+    [
+        ("walls/brick.cga", "rules/walls"),
+        ("brick.cga", "rules"),
+        ("rules/walls/brick.cga", "rules/walls"),
+        ("../walls/brick.cga", "rules/walls"),
+        ("/Town/rules/walls/brick.cga", "rules/walls"),
+        ("/Town/rules/brick.cga", "rules/lots"),
+    ],
+)
+def test_an_import_is_looked_for_up_to_the_folder_of_rules(tmp_path, path, place):
+    lots = tmp_path / "town" / "rules" / "lots"
+    lots.mkdir(parents=True)
+    there = tmp_path / "town" / place
+    there.mkdir(parents=True, exist_ok=True)
+    (there / "brick.cga").write_text(BRICK)
+    (lots / "main.cga").write_text(f'import b : "{path}"\nLot --> b.Lot')
+    assert heights(linked(load(lots / "main.cga"))) == [2.0]
+
+
+def test_the_nearest_of_several_imports_of_one_name_is_taken_and_none_beyond_the_folder_of_rules(tmp_path):
+    lots = tmp_path / "town" / "rules" / "lots"
+    lots.mkdir(parents=True)
+    (lots / "main.cga").write_text('import b : "brick.cga"\nLot --> b.Lot')
+    (tmp_path / "town" / "brick.cga").write_text(BRICK)
+    assert [f.code for f in load(lots / "main.cga").import_findings] == ["bad-import"]
+    for folder, height in ((lots.parent, 5), (lots, 7)):
+        (folder / "brick.cga").write_text(BRICK.replace("height = 2", f"height = {height}"))
+        assert heights(linked(load(lots / "main.cga"))) == [height]
+    (lots / "main.cga").write_text('import b : "../../brick.cga"\nLot --> b.Lot')
+    assert "lies outside" in load(lots / "main.cga").import_findings[0].message
 
 
 def test_more_copies_of_files_than_allowed_are_refused(tmp_path):

@@ -1,15 +1,31 @@
 """Built-in functions and shape attributes, one family a file."""
 
-from grammarlab.derivation.functions import attributes, colors, coordinates, files, geometry, lists, maths, random, text
+from grammarlab.derivation.functions import (
+    arrays,
+    attributes,
+    colors,
+    coordinates,
+    files,
+    fitting,
+    geometry,
+    lists,
+    maths,
+    ramps,
+    random,
+    text,
+)
 
 BUILTINS = {
     **maths.BUILTINS,
     **random.BUILTINS,
     **text.BUILTINS,
+    **arrays.BUILTINS,
     **lists.BUILTINS,
     **colors.BUILTINS,
+    **ramps.BUILTINS,
     **coordinates.BUILTINS,
     **files.BUILTINS,
+    **fitting.BUILTINS,
     **geometry.BUILTINS,
 }
 """Every built-in function by name."""

@@ -1,7 +1,8 @@
-"""Asset files seen from a rule: listing them, and the parts of their names."""
+"""Asset files seen from a rule: listing them, the parts of their names, and how large they are."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fnmatch import fnmatchcase
 from functools import partial
 from itertools import islice
@@ -12,8 +13,9 @@ import numpy as np
 from grammarlab.derivation.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.text import text_function
 from grammarlab.derivation.shapes import Value, kind_of
-from grammarlab.errors import AssetError, DerivationError
+from grammarlab.errors import AssetError, DerivationError, MissingAssetError
 from grammarlab.geometry.asset_paths import meanings
+from grammarlab.geometry.images import image_size
 from grammarlab.language.keywords import KEYWORDS
 
 _MOST_FILES = 20_000
@@ -51,27 +53,58 @@ def _exists(call: FunctionCall) -> Value:
     return text_function(lambda name: name in found(name)).evaluate(call)
 
 
+def mesh_extent(path: str, call: FunctionCall) -> tuple[float, ...]:
+    """The size of a mesh in its file; that of a unit box where the folder lacks it, as ``i`` puts one in its place."""
+    asset = None if path.startswith("builtin:") else call.workspace.asset(path, call.location)
+    return (1.0, 1.0, 1.0) if asset is None else tuple(asset.size.tolist())
+
+
+def image_extent(path: str, call: FunctionCall) -> tuple[float, ...]:
+    """Width and height of an image in pixels; 1 and 1 where the folder lacks it.
+
+    Raises:
+        DerivationError: when it is no image, or lies outside the asset folder.
+    """
+    root = root_of(call)
+    if root is None or path.startswith("builtin:"):
+        return 1.0, 1.0
+    try:
+        width, height = image_size(path, root)
+    except MissingAssetError:
+        return 1.0, 1.0
+    except AssetError as error:
+        raise DerivationError(str(error), call.location) from error
+    return float(width), float(height)
+
+
 def _asset_info(call: FunctionCall) -> Value:
     """``assetInfo(path, sx)``: the size of a mesh in its file, or with ``tx`` where its low corner lies."""
-    path, measure = call.arguments[0], str(call.arguments[1])
-    strings, folder, axis = call.workspace.strings, call.workspace.assets, "xyz".index(measure[1])
+    measure = str(call.arguments[1])
+    axis = "xyz".index(measure[1])
 
-    def measured(name: str) -> float:
-        if name.startswith("builtin:"):
-            return 1.0 if measure[0] == "s" else 0.0
-        if folder is None:
-            raise DerivationError(f'the asset "{name}" needs an asset folder', call.location)
-        try:
-            asset = folder.load(name)
-        except AssetError as error:
-            raise DerivationError(str(error), call.location) from error
-        return float((asset.size if measure[0] == "s" else asset.low)[axis])
+    def measured(path: str) -> float:
+        if measure[0] == "s":
+            return mesh_extent(path, call)[axis]
+        asset = None if path.startswith("builtin:") else call.workspace.asset(path, call.location)
+        return 0.0 if asset is None else float(asset.low[axis])
 
+    return _measured(call, measured)
+
+
+def _image_info(call: FunctionCall) -> Value:
+    """``imageInfo(path, sx)``: the width of an image in pixels, or with ``sy`` its height."""
+    axis = "xy".index(str(call.arguments[1])[1])
+    return _measured(call, lambda path: image_extent(path, call)[axis])
+
+
+def _measured(call: FunctionCall, measure: Callable[[str], float]) -> Value:
+    """A number for each file, found once for each different path."""
+    path = call.arguments[0]
     if isinstance(path, str):
-        return measured(path)
+        return measure(path)
     if kind_of(path) != "string":
-        raise DerivationError(f"assetInfo expected a string, found a {kind_of(path)}", call.location)
-    return strings.numbers(np.asarray(path), measured)
+        raise DerivationError(f"{call.name} expected a string, found a {kind_of(path)}", call.location)
+    return call.workspace.strings.numbers(np.asarray(path), measure)
 
 
 BUILTINS: dict[str, Builtin] = {
@@ -84,4 +117,5 @@ BUILTINS: dict[str, Builtin] = {
     "fileExtension": text_function(lambda path: PurePosixPath(path).suffix.removeprefix(".")),
     "fileName": text_function(lambda path: PurePosixPath(path).name),
     "fileSearch": Builtin(_search, (1, 1)),
+    "imageInfo": Builtin(_image_info, (2, 2), keywords=KEYWORDS["image_measure"]),
 }

@@ -63,9 +63,15 @@ def file_random(call: FunctionCall) -> Value:
 
 def list_random(call: FunctionCall) -> Value:
     """``listRandom("a;b;c;")``: one of the items, all equally likely; empty when there is none."""
-    lists, strings = call.arguments[0], call.workspace.strings
+    lists = call.arguments[0]
     if kind_of(lists) != "string":
         raise DerivationError(f"listRandom expected a string, found a {kind_of(lists)}", call.location)
+    return one_of(call, lists)
+
+
+def one_of(call: FunctionCall, lists: Value) -> Value:
+    """One of the items of a list, all equally likely; empty when there is none."""
+    strings = call.workspace.strings
     column = lists if isinstance(lists, np.ndarray) else np.full(call.shapes.num, strings.id(str(lists)))
     codes, which = np.unique(column, return_inverse=True)
     choices = [items(strings[code]) or [""] for code in codes.tolist()]

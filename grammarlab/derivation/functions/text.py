@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grammarlab.derivation.calls import Builtin, FunctionCall
-from grammarlab.derivation.operators import check_length, number_text, value_texts
+from grammarlab.derivation.operators import check_length, number_text
 from grammarlab.derivation.shapes import Shapes, Value, kind_of
+from grammarlab.derivation.tables import texts_of
 from grammarlab.errors import DerivationError
 from grammarlab.language.builtins import functions
 
@@ -109,12 +110,12 @@ def _is_true(text: str) -> bool:
 
 
 def _convert_to_text(call: FunctionCall) -> Value:
-    return value_texts(call.arguments[0], call.workspace.strings)
+    return texts_of(call.arguments[0], call.workspace)
 
 
 def print_value(value: Value, shapes: Shapes, workspace: Workspace) -> None:
     """Collect what ``print`` shows, a text for each shape."""
-    texts = value_texts(value, workspace.strings)
+    texts = texts_of(value, workspace)
     shown = [texts] * shapes.num if isinstance(texts, str) else [workspace.strings[text] for text in texts.tolist()]
     workspace.recorder.add_prints(shown)
 
@@ -184,8 +185,8 @@ BUILTINS: dict[str, Builtin] = {
     "isNull": Builtin(_is_null, (1, 1)),
     "isnull": Builtin(_is_null, (1, 1)),
     "len": text_function(lambda text: float(len(text))),
-    "print": Builtin(_print, (1, 1)),
+    "print": Builtin(_print, (1, 1), takes_arrays=True),
     "replace": text_function(_replace, (3, 3)),
-    "str": Builtin(_convert_to_text, (1, 1)),
+    "str": Builtin(_convert_to_text, (1, 1), takes_arrays=True),
     "substring": text_function(_substring, (3, 3)),
 }

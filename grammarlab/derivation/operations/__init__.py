@@ -9,6 +9,7 @@ from grammarlab.derivation.operations import (
     neutral,
     planar,
     roofs,
+    scattering,
     scope,
     splits,
 )
@@ -25,7 +26,7 @@ OPERATIONS = {
 }
 """Operations without a block, by name."""
 
-BLOCKS = {**components.BLOCKS, **planar.BLOCKS, **splits.BLOCKS}
+BLOCKS = {**components.BLOCKS, **planar.BLOCKS, **scattering.BLOCKS, **splits.BLOCKS}
 """Operations with a block, by name."""
 
 CHANGE_LOOKS = neutral.CHANGE_LOOKS

@@ -12,7 +12,7 @@ from grammarlab.derivation.functions.colors import parse_color
 from grammarlab.derivation.functions.text import print_value
 from grammarlab.derivation.materials import CHANNELS
 from grammarlab.derivation.operations.placement import PLACEMENT, set_placement
-from grammarlab.derivation.shapes import Shapes, kind_of, number_column
+from grammarlab.derivation.shapes import ARRAY, Shapes, kind_of, number_column
 
 _COLOR = ("color.r", "color.g", "color.b")
 _ALIASES = {"color.a": "opacity"}
@@ -116,7 +116,7 @@ def report(call: Call) -> Shapes:
     key = call.text(call.arguments[0])
     value = call.arguments[1].value
     column = np.full(call.shapes.num, np.nan)
-    if kind_of(value) != "string":
+    if kind_of(value) not in ("string", ARRAY):
         column = number_column(value, call.shapes.num)
     recorder, strings = call.workspace.recorder, call.workspace.strings
     if isinstance(key, str):

@@ -226,6 +226,41 @@ def comp(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     return parts
 
 
+class Taken(NamedTuple):
+    """The components that one part takes, and the K shapes they make."""
+
+    shapes: Shapes
+    number: Rows
+    """[K] index of each shape's first component."""
+    row: Rows
+    """[C] the shape that each component is taken from."""
+    place: Rows
+    """[C] its number there."""
+    which: Rows
+    """[C] the shape that it is, or is a part of."""
+
+
+def taken_apart(call: Call, heads: tuple[Head, ...]) -> tuple[list[Taken], Rows]:
+    """The components that each part of ``comp`` takes, and how many each shape [N] has in all.
+
+    Raises:
+        DerivationError: for the operator ``=:``.
+    """
+    kind = call.words[0] if call.words else ""
+    if kind not in _MAKERS or any(head.connected for head in heads):
+        raise call.error("comp as a value expects f, e, v, fe or fv, and : or = between selectors and values")
+    components = _components(call, kind)
+    available = np.ones(len(components.row), dtype=bool)
+    found = []
+    for head in heads:
+        chosen = _chosen(call, components, head, available)
+        available[chosen] = False
+        part, row = _part(call, components, chosen, head), components.row[chosen]
+        which = np.unique(row, return_inverse=True)[1] if head.joined else np.arange(len(chosen))
+        found.append(Taken(part.shapes, part.number.astype(np.int64), row, components.index[chosen], which))
+    return found, np.bincount(components.row, minlength=call.shapes.num)
+
+
 def _components(call: Call, kind: str) -> AbstractComponents:
     shapes = call.shapes
     if kind != "f":

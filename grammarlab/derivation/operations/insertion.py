@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.derivation.calls import Call, Operation
-from grammarlab.derivation.meshes import upright
+from grammarlab.derivation.meshes import mirrored, upright
 from grammarlab.derivation.shapes import BOX, FOOTPRINT, Floats, Ids, Shapes
-from grammarlab.errors import AssetError
 from grammarlab.geometry import primitives
 
 _INSERT_WORDS = frozenset(
@@ -25,6 +24,9 @@ def i(call: Call) -> Shapes:
 
     Dimensions of the scope that are 0 follow the mesh: one such dimension takes the mean scale of the two others, two
     take the scale of the third, and if all three are 0 the mesh keeps its own size.
+
+    An asset that the folder lacks is a unit box, so that what is derived keeps its place and size (`Forest` names it).
+    The public reference leaves open what CityEngine does; a broken file, or one outside the folder, is an error.
     """
     call = _upright(call)
     text = call.text(call.values[0])
@@ -57,7 +59,7 @@ def _inserted(call: Call, shapes: Shapes, path: str) -> Shapes:
 
 def _asset(call: Call, path: str) -> tuple[int, Floats, Floats]:
     """A mesh in the unit cube, and the size [3] and low corner [3] that it has in its file."""
-    pool, folder = call.workspace.meshes, call.workspace.assets
+    pool = call.workspace.meshes
     name = path.removesuffix(":notex")
     if name in ("builtin:cube", "builtin:box"):
         return BOX, np.ones(3), np.zeros(3)
@@ -66,12 +68,9 @@ def _asset(call: Call, path: str) -> tuple[int, Floats, Floats]:
     if path.startswith("builtin:"):
         known = ", ".join(primitives.BUILTIN_ASSETS)
         raise call.error(f'no built-in mesh is called "{path}"', f"there are {known}")
-    if folder is None:
-        raise call.error(f'the asset "{path}" needs an asset folder', "say where it is with --assets DIR")
-    try:
-        asset = folder.load(path)
-    except AssetError as error:
-        raise call.error(str(error)) from error
+    asset = call.workspace.asset(path, call.location)
+    if asset is None:
+        return BOX, np.ones(3), np.zeros(3)
     return pool.named(path, asset.meshes), asset.size, asset.low
 
 
@@ -103,7 +102,10 @@ def fitted(shapes: Shapes, mesh: int, own: Floats, low: Floats, call: Call) -> S
 
 
 def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
-    """``primitiveX(counts, dimensions)``: without dimensions fitted to the scope, with them standing in its middle."""
+    """``primitiveX(counts, dimensions)``: without dimensions fitted to the scope, with them standing in its middle.
+
+    Negative dimensions mirror it, as negative sizes do in ``s``; the reference leaves them open.
+    """
 
     def apply(call: Call) -> Shapes:
         call = _upright(call)
@@ -152,12 +154,11 @@ def _extent(name: str, dimensions: list[float | Floats], count: int) -> Floats:
 
 
 def _standing(call: Call, shapes: Shapes, mesh: Ids, size: Floats) -> Shapes:
-    """Shapes whose new geometry stands in the middle of the scope's floor."""
-    if (size < 0.0).any():
-        raise call.error(f"{call.name} expects dimensions of at least 0 metres, found {size.min():g}")
+    """Shapes whose new geometry stands in the middle of the scope's floor, mirrored along axes of negative size."""
     offset = 0.5 * (shapes.size - size) * [1.0, 0.0, 1.0]
     position = shapes.position + call.workspace.frames.to_world(shapes.frame, offset)
-    return shapes._replace(mesh=mesh, size=size, position=position)
+    standing = shapes._replace(mesh=mesh, size=size, position=position)
+    return mirrored(standing, size < 0.0, call.workspace.meshes, call.workspace.frames)
 
 
 _MAKERS = {

@@ -14,6 +14,7 @@ from grammarlab.derivation.functions.geometry import local_meshes, oriented
 from grammarlab.derivation.meshes import add_faces, normalized, replaced
 from grammarlab.derivation.operations.components import edges_of_faces
 from grammarlab.derivation.shapes import Shapes
+from grammarlab.derivation.tables import is_table
 from grammarlab.geometry import inner as rectangles
 from grammarlab.geometry import offset as outlines
 from grammarlab.geometry import setback as strips
@@ -46,6 +47,7 @@ def offset(call: Call) -> Shapes:
 def setback(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     """``setback(distance) { selector : ... | remainder : ... }``: strips along edges cut off.
 
+    An array holds a distance for each edge of each face, in order; edges beyond its end stay.
     Selectors look at the outward normals of the edges; a number counts the edges of a face, around and around; a
     condition is evaluated on each edge.
     """
@@ -57,8 +59,7 @@ def setback(call: Call, heads: tuple[Head, ...]) -> list[Part]:
         if head.argument.value != "remainder":
             chosen = _edges(call, head, meshes, outward, mesh)
             groups[chosen & (groups == REMAINDER)] = place
-    distances = call.column(call.values[0])[mesh]
-    result = strips.setback(meshes, distances, groups)
+    result = strips.setback(meshes, _distances(call, meshes, mesh), groups)
     places = [REMAINDER if head.argument.value == "remainder" else place for place, head in enumerate(heads)]
     return _parts(call, result, heads, places)
 
@@ -101,6 +102,24 @@ def _edges(call: Call, head: Head, meshes: Meshes, outward: NDArray[np.float64],
     place = np.arange(len(outward)) - meshes.face_offsets[:-1][meshes.face_of_corner()]
     index = np.rint(call.column(head.argument)).astype(np.int64)[mesh]
     return place == index % np.maximum(counts, 1)
+
+
+def _distances(call: Call, meshes: Meshes, mesh: Rows) -> NDArray[np.float64]:
+    """[C] how far the edge that leaves each corner is set back."""
+    value = call.values[0].value
+    if not is_table(value):
+        return call.column(call.values[0])[mesh]
+    is_edge = edge_table(meshes).edge_of_corner >= 0
+    ends = np.searchsorted(mesh, np.arange(len(meshes) + 1))
+    distances = np.zeros(len(mesh))
+    for number, table in enumerate(np.asarray(value).tolist()):
+        array = call.workspace.tables[table]
+        if array.kind != "float":
+            raise call.error(f"setback expected distances, found an array of the type {array.kind}")
+        corners = ends[number] + np.flatnonzero(is_edge[ends[number] : ends[number + 1]])
+        given = corners[: len(array.cells)]
+        distances[given] = array.cells[: len(given)]
+    return distances
 
 
 def _wings(name: str, cut: Callable[..., Setback]) -> BlockOperation:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.angles import euler
 from grammarlab.derivation.calls import Argument, Call, Operation
+from grammarlab.derivation.meshes import mirrored
 from grammarlab.derivation.pivots import pivot_position
 from grammarlab.derivation.shapes import Shapes
 
@@ -40,34 +41,27 @@ def moved(call: Call, lengths: tuple[Argument, ...]) -> Floats:
 
 
 def s(call: Call) -> Shapes:
-    """``s(x, y, z)``: set the size of the scope; the geometry is scaled with it."""
-    size = call.shapes.size.copy()
+    """``s(x, y, z)``: set the size of the scope; the geometry is scaled with it.
+
+    A negative size mirrors the shape along that axis, and its faces look inwards then. The scope has a positive size
+    afterwards and begins at its other end, other than that of a shape which has sunk, whose height stays negative.
+    """
+    size, turns = call.shapes.size.copy(), False
     for axis, argument in enumerate(call.arguments):
         value = argument.value
         if not (argument.relative and type(value) is float and 0.0 <= value < math.inf):
-            size[:, axis] = _not_negative(call, call.length(argument, axis), axis)
+            size[:, axis] = length = call.length(argument, axis)
+            turns = turns or (length.min() if isinstance(length, np.ndarray) else length) < 0.0
         elif value != 1.0:
             size[:, axis] *= value
-    return call.shapes.resized(size)
+    return _turned(call, size) if turns else call.shapes.resized(size)
 
 
-def _not_negative(call: Call, length: float | Floats, axis: int) -> float | Floats:
-    """A size along an axis; below zero only for shapes whose size already is.
-
-    Raises:
-        DerivationError: when another one is below zero.
-    """
-    lowest = length.min() if isinstance(length, np.ndarray) else length
-    if lowest >= 0.0:
-        return length
-    turned = call.shapes.size[:, axis] < 0.0
-    lowest = np.where(turned, 0.0, length).min()
-    if lowest < _SMALLEST:
-        raise call.error(
-            f"{call.name} expected sizes of at least 0 metres, found {lowest:.6g} along {'xyz'[axis]}",
-            "clamp it with max(0, ...), or use mirror() to turn a shape over",
-        )
-    return np.where(turned, length, np.maximum(length, 0.0))
+def _turned(call: Call, size: Floats) -> Shapes:
+    """Shapes of new sizes [N, 3], some negative, mirrored where only the new one is."""
+    sunk = call.shapes.size < 0.0
+    size = np.where((size < 0.0) & (size > _SMALLEST) & ~sunk, 0.0, size)
+    return mirrored(call.shapes.resized(size), (size < 0.0) & ~sunk, call.workspace.meshes, call.workspace.frames)
 
 
 def center(call: Call) -> Shapes:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from grammarlab.errors import DerivationError
+from grammarlab.derivation import derive
 from grammarlab.geometry import measure
+from grammarlab.language.grammar import Grammar
 from grammarlab.runs.footprints import read_footprints
 from tests.derivation.operations.leaves import (
     L_SHAPE,
@@ -278,9 +279,44 @@ def test_components_and_aligned_shapes_have_a_pivot_of_their_own(before, of_its_
     assert np.allclose(frames[names == "A"], untouched @ turn if of_its_own else turn @ untouched, atol=1e-12)
 
 
-def test_a_negative_size_is_refused_with_its_place():
-    with pytest.raises(DerivationError, match=r"<text>:2:.*at least 0 metres, found -2 along y"):
-        sampled("Lot -->\n s('1, -2, '1) A")
+@pytest.mark.parametrize(
+    ("size", "low", "volume"),
+    [
+        ("-4, 3, 2", (-4, 0, 0), -24),
+        ("4, -3, 2", (0, -3, 0), -24),
+        ("4, 3, -2", (0, 0, -2), -24),
+        ("-4, 3, -2", (-4, 0, -2), 24),
+        ("-4, -3, -2", (-4, -3, -2), -24),
+        ("'-2, 3, 2", (-10, 0, 0), -60),
+    ],
+)
+@pytest.mark.parametrize("shape", ['i("builtin:cube")', "extrude(5)", "primitiveCylinder(4)"])
+def test_a_negative_size_mirrors_a_shape_about_its_origin(shape, size, low, volume):
+    forest = derive(Grammar.parse(f"Lot --> {shape} s({size}) A"), 2, 1, footprint=(5.0, 5.0))
+    meshes = world_meshes(forest)
+    corner, far = meshes.bounds()
+    assert np.allclose(corner, low)
+    assert np.allclose(far - corner, np.abs(forest.leaves.size))
+    share = 0.5 if "Cylinder" in shape else 1.0
+    assert np.allclose(measure.volumes(meshes), share * volume)
+    assert (forest.leaves.size > 0).all()
+
+
+def test_a_size_given_negatively_twice_is_the_size():
+    once, twice = (
+        derive(Grammar.parse(f"Lot --> extrude(3) {ops} A"), 2, 1, footprint=(5.0, 4.0))
+        for ops in ("s(2, '1, '1)", "s(-2, '1, '1) t('1, 0, 0) s('-1, '1, '1) ")
+    )
+    assert np.allclose(once.leaves.position - twice.leaves.position, [2.0, 0.0, 0.0])
+    assert np.array_equal(once.leaves.mesh, twice.leaves.mesh)
+    assert np.allclose(measure.volumes(world_meshes(twice)), 24.0)
+
+
+def test_primitives_of_negative_dimensions_stand_on_their_heads():
+    forest = derive(Grammar.parse("Lot --> primitiveCube(-2, -3, 1) A"), 1, 1, footprint=(6.0, 4.0))
+    low, high = world_meshes(forest).bounds()
+    assert np.allclose(low, [2.0, -3.0, 1.5])
+    assert np.allclose(high, [4.0, 0.0, 2.5])
 
 
 def test_materials_come_from_where_the_shape_was():

@@ -1,0 +1,141 @@
+"""``scatter``: points strewn over a surface or a scope, each a shape without extent."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from grammarlab.arrays import index_in_row
+from grammarlab.derivation.calls import BlockOperation, Call, Head, Part
+from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.meshes import upright
+from grammarlab.derivation.shapes import EMPTY, Floats, Ids, number_column, part_keys
+from grammarlab.geometry.measure import areas, face_normals
+from grammarlab.geometry.mesh import Indices, Meshes
+from grammarlab.geometry.surface import nearest_on, points_on
+from grammarlab.randomness import Keys, uniforms
+
+_ENDS = {"left": (0, 0.0), "right": (0, 1.0), "bottom": (1, 0.0), "top": (1, 1.0), "back": (2, 0.0), "front": (2, 1.0)}
+"""Axis of the scope, and where along it the middle of a side lies."""
+_SPREAD = 0.16
+"""Standard deviation where none is given, as a share of the scope's size."""
+_TRIES = 32
+"""Draws from a normal distribution until one meets a flat surface."""
+_NEAR = 1e-6
+"""Share of the scope's size up to which a point lies on a surface."""
+
+
+def scatter(call: Call, heads: tuple[Head, ...]) -> list[Part]:
+    """``scatter(surface|scope, n, uniform)``, ``scatter(surface|scope, n, gaussian, mean, deviation) { … }``.
+
+    Strews n points, rounded to a whole number. On a surface their y axes are its normals; the scopes turn there the
+    shortest way. In a scope they keep its axes. Without distribution parameters the mean is the center and the
+    deviation ``'0.16``.
+
+    Normally distributed points are drawn within the scope, along each axis by itself. On a surface that is flat along
+    an axis of the scope they are drawn up to 32 times until they meet it; after that, and on every other surface, the
+    closest point of the surface takes their place.
+
+    Where points lie is no recorded draw: no tree depends on it.
+    """
+    call = call._replace(shapes=upright(call.shapes, call.workspace.meshes, call.workspace.frames))
+    shapes, words = call.shapes, call.words
+    on_surface = words[0] == "surface"
+    counts = np.maximum(np.rint(call.column(call.values[0])), 0.0)
+    call.workspace.expanded(int(counts.sum()), shapes.num, call.location)
+    meshes = local_meshes(shapes, call.workspace)
+    if on_surface:
+        counts = np.where(areas(meshes) > 0.0, counts, 0.0)
+    number = index_in_row(counts.astype(np.int64))
+    rows = np.repeat(np.arange(shapes.num), counts.astype(np.int64))
+    key = cast("Keys", part_keys(shapes.random_key().take(rows), heads[0].block, number))
+    frame = shapes.frame.take(rows)
+    if "gaussian" in words:
+        local, face = _normal(call, meshes, rows, key, on_surface)
+    elif on_surface:
+        local, face = points_on(meshes, rows, _draws(key, 0))
+    else:
+        local, face = _draws(key, 0) * shapes.size[rows], rows
+    position = shapes.position[rows] + call.workspace.frames.to_world(frame, local)
+    if on_surface:
+        frame = _standing(call, meshes, frame, face)
+    mesh = np.full(len(rows), EMPTY, dtype=np.int32)
+    return [Part(shapes.place(rows, position, np.zeros((len(rows), 3)), frame, mesh), number)]
+
+
+def _draws(key: Keys, attempt: int) -> Floats:
+    """[K, 3] three uniform draws for each point."""
+    return np.stack([uniforms(key, 3 * attempt + axis) for axis in range(3)], axis=1)
+
+
+def _normal(call: Call, meshes: Meshes, rows: Indices, key: Keys, on_surface: bool) -> tuple[Floats, Indices]:
+    """Normally distributed points [K, 3], and the faces [K] they lie on."""
+    shapes = call.shapes
+    size, mean, deviation = shapes.size[rows], _mean(call)[rows], _deviation(call)[rows]
+    points = _truncated(_draws(key, 0), size, mean, deviation)
+    if not on_surface:
+        return points, rows
+    found, face = nearest_on(meshes, rows, points)
+    reach = _NEAR * np.maximum(size.max(axis=1, initial=0.0), 1e-9)
+    left = np.flatnonzero((size <= 0.0).any(axis=1) & (_apart(found, points) > reach))
+    for attempt in range(1, _TRIES):
+        if len(left) == 0:
+            break
+        points[left] = _truncated(_draws(key[left], attempt), size[left], mean[left], deviation[left])
+        found[left], face[left] = nearest_on(meshes, rows[left], points[left])
+        left = left[_apart(found[left], points[left]) > reach[left]]
+    return found, face
+
+
+def _apart(one: Floats, other: Floats) -> Floats:
+    return np.abs(one - other).max(axis=1, initial=0.0)
+
+
+def _truncated(draws: Floats, size: Floats, mean: Floats, deviation: Floats) -> Floats:
+    """[K, 3] from uniform draws, normally distributed numbers from 0 to the sizes."""
+    scale = np.where(deviation > 0.0, deviation, 1.0)
+    low, high = ndtr(-mean / scale), ndtr((size - mean) / scale)
+    drawn = mean + scale * ndtri(low + (high - low) * draws)
+    return np.clip(np.where(deviation > 0.0, drawn, mean), 0.0, size)
+
+
+def _mean(call: Call) -> Floats:
+    """[N, 3] the middle of the scope, or of one of its sides."""
+    mean = 0.5 * call.shapes.size
+    for word in call.words[2:3]:
+        if word in _ENDS:
+            axis, share = _ENDS[word]
+            mean[:, axis] = share * call.shapes.size[:, axis]
+    return mean
+
+
+def _deviation(call: Call) -> Floats:
+    """[N, 3] standard deviation along each axis in metres."""
+    size = call.shapes.size
+    if len(call.values) < 2:
+        return _SPREAD * size
+    argument = call.values[1]
+    given = number_column(call.number(argument), call.shapes.num)
+    if (given < 0.0).any():
+        raise call.error(f"scatter expects a deviation of at least 0, found {given.min():g}")
+    return given[:, None] * (size if argument.relative else np.ones(3))
+
+
+def _standing(call: Call, meshes: Meshes, frame: Ids, face: Indices) -> Ids:
+    """The frames of points [K], turned the shortest way so that their y axes are the normals of their faces."""
+    if len(face) == 0:
+        return frame
+    faces, first, which = np.unique(face, return_index=True, return_inverse=True)
+    x, y, z = face_normals(meshes)[faces].T
+    share = 1.0 / np.maximum(1.0 + y, 1e-12)
+    turn = np.stack([1.0 - x * x * share, x, -x * z * share, -x, y, -z, -x * z * share, z, 1.0 - z * z * share], axis=1)
+    turn = turn.reshape(-1, 3, 3)
+    turn[y < -1.0 + 1e-9] = np.diag([1.0, -1.0, -1.0])
+    return call.workspace.frames.rotated(frame[first], turn)[which]
+
+
+BLOCKS: dict[str, BlockOperation] = {
+    "scatter": BlockOperation(scatter, frozenset({"surface", "scope", "uniform", "gaussian", "center", *_ENDS}), (3, 5))
+}
