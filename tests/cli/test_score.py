@@ -35,13 +35,16 @@ def served(*arguments):
 @pytest.mark.parametrize("kill", [signal.SIGINT, signal.SIGKILL])
 def test_the_page_is_there_and_ctrl_c_ends_it_cleanly(house, tmp_path, kill):
     with served(house, "--session", tmp_path / "a.db", "--no-browser") as process:
-        assert process.stdout is not None
-        address = process.stdout.readline().strip()
-        assert address.startswith("http://127.0.0.1:")
-        with urllib.request.urlopen(address, timeout=30) as response:  # noqa: S310 - just checked
-            assert b"page.js?token=" in response.read()
-        process.send_signal(kill)
-        _, said = process.communicate(timeout=30)
+        try:
+            assert process.stdout is not None
+            address = process.stdout.readline().strip()
+            assert address.startswith("http://127.0.0.1:")
+            with urllib.request.urlopen(address, timeout=30) as response:  # noqa: S310 - just checked
+                assert b"page.js?token=" in response.read()
+            process.send_signal(kill)
+            _, said = process.communicate(timeout=30)
+        finally:
+            process.kill()  # a process that goes on would be waited for without end
     assert process.returncode == (0 if kill == signal.SIGINT else -signal.SIGKILL)
     assert "Traceback" not in said
     assert "a.db" in said
