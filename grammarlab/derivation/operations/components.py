@@ -7,7 +7,7 @@ The faces of boxes and rectangles are table look-ups; every other geometry goes 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -217,13 +217,7 @@ def comp(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     if kind not in _MAKERS:
         raise call.error(f"comp expects f, e, v, fe or fv, found {kind or 'something else'}")
     components = _components(call, kind)
-    available = np.ones(len(components.row), dtype=bool)
-    parts = []
-    for head in heads:
-        chosen = _chosen(call, components, head, available)
-        available[chosen] = False
-        parts.append(_part(call, components, chosen, head))
-    return parts
+    return [_part(call, components, chosen, head) for head, chosen in _each_taken(call, components, heads)]
 
 
 class Taken(NamedTuple):
@@ -250,11 +244,8 @@ def taken_apart(call: Call, heads: tuple[Head, ...]) -> tuple[list[Taken], Rows]
     if kind not in _MAKERS or any(head.connected for head in heads):
         raise call.error("comp as a value expects f, e, v, fe or fv, and : or = between selectors and values")
     components = _components(call, kind)
-    available = np.ones(len(components.row), dtype=bool)
     found = []
-    for head in heads:
-        chosen = _chosen(call, components, head, available)
-        available[chosen] = False
+    for head, chosen in _each_taken(call, components, heads):
         part, row = _part(call, components, chosen, head), components.row[chosen]
         which = np.unique(row, return_inverse=True)[1] if head.joined else np.arange(len(chosen))
         found.append(Taken(part.shapes, part.number.astype(np.int64), row, components.index[chosen], which))
@@ -279,6 +270,15 @@ def _components(call: Call, kind: str) -> AbstractComponents:
     if len(rows):
         groups.append((rows, _MeshComponents(call, shapes.take(rows), kind)))
     return _MixedComponents(shapes, groups) if groups else _MeshComponents(call, shapes, kind)
+
+
+def _each_taken(call: Call, components: AbstractComponents, heads: Sequence[Head]) -> Iterator[tuple[Head, Rows]]:
+    """Each part with the components that it takes, of those that no part before it took."""
+    available = np.ones(len(components.row), dtype=bool)
+    for head in heads:
+        chosen = _chosen(call, components, head, available)
+        available[chosen] = False
+        yield head, chosen
 
 
 def _chosen(call: Call, components: AbstractComponents, head: Head, available: Flags) -> Rows:

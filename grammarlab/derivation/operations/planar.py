@@ -110,15 +110,16 @@ def _distances(call: Call, meshes: Meshes, mesh: Rows) -> NDArray[np.float64]:
     if not is_table(value):
         return call.column(call.values[0])[mesh]
     is_edge = edge_table(meshes).edge_of_corner >= 0
-    ends = np.searchsorted(mesh, np.arange(len(meshes) + 1))
-    distances = np.zeros(len(mesh))
-    for number, table in enumerate(np.asarray(value).tolist()):
-        array = call.workspace.tables[table]
+    before = np.cumsum(is_edge) - is_edge
+    first = np.searchsorted(mesh, np.arange(len(meshes)))
+    place = before - np.append(before, 0)[first][mesh]
+    table, distances = np.asarray(value)[mesh], np.zeros(len(mesh))
+    for number in np.unique(table).tolist():
+        array = call.workspace.tables[number]
         if array.kind != "float":
             raise call.error(f"setback expected distances, found an array of the type {array.kind}")
-        corners = ends[number] + np.flatnonzero(is_edge[ends[number] : ends[number + 1]])
-        given = corners[: len(array.cells)]
-        distances[given] = array.cells[: len(given)]
+        given = is_edge & (table == number) & (place < len(array.cells))
+        distances[given] = np.array(array.cells, dtype=np.float64)[place[given]]
     return distances
 
 
