@@ -13,8 +13,9 @@ import pyarrow.parquet as pq
 from grammarlab.evaluation.curves import CLOSE, Curve, Summary, summarize
 from grammarlab.evaluation.scenario import Scenario, Target
 from grammarlab.runs.atomic import atomic_file, write_text
-from grammarlab.runs.evaluate.sections import Section, cell, markdown
+from grammarlab.runs.evaluate.sections import Section, markdown
 from grammarlab.runs.evaluate.store import CurveRecord
+from grammarlab.runs.markdown import table
 
 TABLE = "results.parquet"
 PAGE = "results.md"
@@ -105,7 +106,7 @@ def _original_table(results: Sequence[ScenarioResults]) -> str:
     return (
         "## The tasks\n\n"
         "Jensen-Shannon divergence in nats between the wanted density and the grammar as it is.\n\n"
-        + _markdown(("scenario", "what is liked", "original", "paper", "difference"), rows)
+        + table(("scenario", "what is liked", "original", "paper", "difference"), rows)
     )
 
 
@@ -140,7 +141,7 @@ def _labels_table(results: Sequence[ScenarioResults]) -> str:
         f"Labels until the divergence is at most {CLOSE:g} nats (or the scenario's target, where it has another): "
         "median over seeds (lowest–highest), and of how many seeds. *First* counts to the first round that is as "
         "close, *stays* to the round from which on none is further away. The last columns are medians after all "
-        "labels.\n\n" + _markdown(head, rows) + "".join(f"\n{note}\n" for note in notes)
+        "labels.\n\n" + table(head, rows) + "".join(f"\n{note}\n" for note in notes)
     )
 
 
@@ -178,8 +179,3 @@ def _number(value: float | None, form: str = "g") -> str:
 
 def _difference(value: float, reference: float | None) -> str:
     return "" if reference is None else f"{100 * (value / reference - 1):+.0f} %"
-
-
-def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = ["| " + " | ".join(map(cell, cells)) + " |" for cells in (head, *rows)]
-    return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]]) + "\n"

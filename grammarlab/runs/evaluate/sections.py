@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from grammarlab.runs.atomic import atomic_file
+from grammarlab.runs.markdown import table
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,17 +46,11 @@ def copied_beside(section: Section, page: Path) -> Section:
     return replace(section, rows=rows, linked=tuple(_copied(other, page.with_suffix("")) for other in section.linked))
 
 
-def cell(text: str) -> str:
-    """A text that may stand in a table."""
-    return text.replace("|", "\\|")
-
-
 def _row(pictures: tuple[Picture, ...], folder: Path) -> str:
     shown = [f"![{picture.title}]({_link(picture, folder)})" for picture in pictures]
     if len(shown) == 1:
         return shown[0]
-    lines = [[picture.title for picture in pictures], ["---"] * len(shown), shown]
-    return "\n".join("| " + " | ".join(map(cell, line)) + " |" for line in lines)
+    return table([picture.title for picture in pictures], [shown]).rstrip("\n")
 
 
 def _link(picture: Picture, folder: Path) -> str:

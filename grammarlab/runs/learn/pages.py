@@ -8,8 +8,9 @@ from grammarlab.density.sampler import GrammarSampler
 from grammarlab.runs.learn.examples import ExamplesResult
 from grammarlab.runs.learn.labels import LabelsResult
 from grammarlab.runs.learn.measure import Learned, Truth
-from grammarlab.runs.learn.report import Report, compared_rows, cost_facts, nats, table
+from grammarlab.runs.learn.report import Report, compared_rows, cost_facts, nats
 from grammarlab.runs.learn.scenario import LearnResult
+from grammarlab.runs.markdown import table
 
 Rows = tuple[tuple[str, str, str], ...]
 

@@ -20,7 +20,7 @@ from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.label import label_models_of
 from grammarlab.runs.learn.labels import learn_from_labels
 from grammarlab.runs.learn.measure import LabelledSet
-from grammarlab.runs.learn.report import table
+from grammarlab.runs.markdown import table
 from grammarlab.runs.sample import Progress
 from grammarlab.runs.workers import map_unordered
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from grammarlab.density.sampler import AbstractSampler
 from grammarlab.runs.atomic import write_text
 from grammarlab.runs.learn.measure import Learned, Measured
 from grammarlab.runs.learn.side_by_side import draw_side_by_side
+from grammarlab.runs.markdown import table
 
 SIDES = (4, 10)
 """Models along each side of the grids."""
@@ -115,9 +115,3 @@ def nats(value: float) -> str:
 def percent(share: float) -> str:
     """A share, with two digits however small it is."""
     return f"{100 * share:.2g} %" if share < 0.1 else f"{100 * share:.1f} %"
-
-
-def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A Markdown table."""
-    lines = [header, ("---",) * len(header), *rows]
-    return "".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |\n" for line in lines)

@@ -22,8 +22,8 @@ from grammarlab.evaluation.scenario import Scenario
 from grammarlab.runs.evaluate.kept import Kept
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.learn.measure import LabelledSet, Learned
-from grammarlab.runs.learn.report import table
 from grammarlab.runs.learn.scenario import learned_of
+from grammarlab.runs.markdown import table
 from grammarlab.runs.sample import Progress
 
 NUM_SAMPLES = 5_000
