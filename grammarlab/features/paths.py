@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.arrays import Ints, distinct, offsets_from_counts
+from grammarlab.arrays import Ints, distinct, distinct_counts, offsets_from_counts
 from grammarlab.features.labels import KeyIndex, Labels
 from grammarlab.features.trees import Trees
 
@@ -119,13 +119,13 @@ def _columns_met(cells: Ints, number: Ints, width: int) -> NDArray[np.bool_]:
 
 def _count_by_model(models: NDArray[np.integer], number: Ints, num_models: int, size: int) -> sparse.csr_array:
     """[num_models, size] how often each number stands beside each model."""
-    narrow = np.int32 if num_models * size < 1 << 31 else np.int64  # sorts and divides twice as fast
+    narrow = np.int32 if num_models * size < 1 << 31 else np.int64  # sorts twice as fast
     place = models * narrow(size)
     place += number
-    found, counts = np.unique(place, return_counts=True)
-    model = found // narrow(max(size, 1))
+    found, counts = distinct_counts(place, num_models * size)
+    model = found // max(size, 1)
     offsets = offsets_from_counts(np.bincount(model, minlength=num_models))
-    return sparse.csr_array((counts, found - model * narrow(size), offsets), shape=(num_models, size))
+    return sparse.csr_array((counts, found - model * size, offsets), shape=(num_models, size))
 
 
 def compact(values: Ints, limit: int) -> tuple[Ints, Ints]:
@@ -168,7 +168,9 @@ def _find_kinds(trees: Trees, labels: Labels) -> _Kinds:
 def _labels_alone(kinds: _Kinds, labels: Labels, index: KeyIndex, grow: bool) -> _Level:
     label = np.arange(labels.unknown + 1)
     none = np.full(len(label), -1)
-    met = np.isin(label, kinds.label) & (label < len(labels.rules))
+    met = np.zeros(len(label), dtype=bool)
+    met[kinds.label] = True
+    met[len(labels.rules) :] = False
     return _Level(label, _lookup(index, grow, "rule", none, label, met), none, none)
 
 
