@@ -38,6 +38,14 @@ def table(legs: int, base: int | None, plan: int = 0, finish: int = 0, parts: st
     return f"Table(Finish:{finish}(Plan:{plan}({legs_and_base} TopFinish:0(Top:0) {parts})))"
 
 
+def with_style(legs: int, style: int, base: int | None, pads: int = 0) -> str:
+    """A table with some branch of the rule that gives its legs their style, and likewise of its pads."""
+    legs_alone, base_alone = f"LegCount:{legs}", f"Base:{base}"
+    symbol = ("OneLeg", "TwoLegs", "FourLegs")[legs]
+    styled_base = f"Base:0(Pads:{pads})" if base == 0 else base_alone
+    return table(legs, base).replace(legs_alone, f"{legs_alone}({symbol}:{style})").replace(base_alone, styled_base)
+
+
 def building(mass: str, floors: str, *parts: str) -> str:
     return f"Lot(Building:{['MassRectangle', 'MassL', 'MassU'].index(mass)}({mass}({floors}(" + " ".join(parts) + "))))"
 
@@ -73,6 +81,27 @@ HAND_LABELLED = {
         (table(2, 3), 10),
         (table(2, 1), 0),  # four legs around a plate in the middle
         (table(2, 2), 0),
+    ],
+    "F1_styles": [
+        (with_style(0, 0, 1), 70),  # a round column on a plate
+        (with_style(0, 3, 1), 70),  # turned
+        (with_style(0, 1, 1), 0),  # with corners
+        (with_style(0, 1, 2), 70),  # with corners on a cross
+        (with_style(0, 2, 2), 70),  # tapered
+        (with_style(0, 0, 2), 0),
+        (with_style(0, 0, 4), 70),  # a plinth suits every column
+        (with_style(0, 1, 4), 70),
+        (with_style(0, 0, 3), 0),  # none stands on runners
+        (with_style(1, 0, 3), 20),  # two legs stand on runners in every style
+        (with_style(1, 1, 3), 20),
+        (with_style(1, 1, 1), 0),
+        (with_style(2, 0, None), 10),  # four legs on the floor
+        (with_style(2, 4, None), 10),
+        (with_style(2, 0, 0, pads=0), 10),  # round legs on round pads
+        (with_style(2, 3, 0, pads=1), 0),
+        (with_style(2, 4, 0, pads=1), 10),  # a crossed frame on square ones
+        (with_style(2, 1, 0, pads=0), 0),
+        (with_style(2, 1, 1), 0),
     ],
     "F2": [
         (table(0, 1, plan=0, finish=0), 60),  # round, light
