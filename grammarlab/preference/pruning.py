@@ -20,6 +20,8 @@ MOST_COLUMNS = 60
 LEAST_GAIN = 2e-4
 """A column that explains less is not taken in."""
 _ROUNDING = 1e-9
+_MOST_GROUPS = 4
+"""Up to so many numbers for each model, of groups most of which are empty, are summed up faster than numbered anew."""
 
 
 def needed_columns(rows: Floats, values: Floats, weights: Floats, candidates: Ints, tolerance: float) -> Ints:
@@ -45,12 +47,11 @@ def needed_columns(rows: Floats, values: Floats, weights: Floats, candidates: In
 
 class _Search:
     def __init__(self, rows: Floats, values: Floats, weights: Floats, candidates: Ints) -> None:
+        self.candidates = candidates.tolist()
+        self.codes = {column: _numbered(rows[:, column]) for column in self.candidates}
         # Rows are compared by random sums of their values: different rows have equal sums as good as never.
         factors = np.random.default_rng(0).integers(1, 2**63, len(candidates), dtype=np.int64)
-        self.candidates = candidates.tolist()
-        self.terms = {
-            column: _numbered(rows[:, column]) * factor for column, factor in zip(self.candidates, factors, strict=True)
-        }
+        self.factors = dict(zip(self.candidates, factors, strict=True))
         self.values, self.weights = values, weights
 
     def left(self, columns: Sequence[int]) -> float:
@@ -61,29 +62,41 @@ class _Search:
         """Columns taken in until they explain enough or none explains more."""
         chosen: list[int] = []
         waiting = self.candidates.copy()
-        sums = self._sums(())
-        remaining = self._left(sums)
+        groups = np.zeros(len(self.values), dtype=np.int64)
+        remaining = change(groups, self.values, self.weights)
         while remaining > bound and waiting and len(chosen) < MOST_COLUMNS:
-            after = np.array([self._left(sums + self.terms[column]) for column in waiting])
+            after = np.array([change(self._divided(groups, c), self.values, self.weights) for c in waiting])
             best = int(np.argmin(np.round(after, 9)))
             if remaining - after[best] < LEAST_GAIN:
                 break
             remaining = float(after[best])
             chosen.append(waiting.pop(best))
-            sums = sums + self.terms[chosen[-1]]
+            groups = _numbered(self._divided(groups, chosen[-1]))
         return chosen
 
     def downwards(self, columns: Sequence[int], bound: float) -> list[int]:
         """Columns left out as long as the others explain enough, the last one first."""
         kept, sums = list(columns), self._sums(columns)
         for column in reversed(columns):
-            if self._left(sums - self.terms[column]) <= bound:
+            without = sums - self._term(column)
+            if self._left(without) <= bound:
                 kept.remove(column)
-                sums = sums - self.terms[column]
+                sums = without
         return kept
 
+    def _divided(self, groups: Ints, column: int) -> Ints:
+        """[n] numbers of groups that are divided further by the values of a column, below a few times n."""
+        codes = self.codes[column]
+        width = int(codes.max(initial=0)) + 1
+        divided = groups * width + codes
+        few = (int(groups.max(initial=0)) + 1) * width <= _MOST_GROUPS * len(codes)
+        return divided if few else _numbered(divided)
+
     def _sums(self, columns: Sequence[int]) -> Ints:
-        return sum((self.terms[column] for column in columns), np.zeros(len(self.values), dtype=np.int64))
+        return sum((self._term(column) for column in columns), np.zeros(len(self.values), dtype=np.int64))
+
+    def _term(self, column: int) -> Ints:
+        return self.codes[column] * self.factors[column]
 
     def _left(self, sums: Ints) -> float:
         return change(_numbered(sums), self.values, self.weights)
