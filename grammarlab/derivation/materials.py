@@ -23,6 +23,22 @@ CHANNELS = {
 }
 """The numbers of a material and their values on a fresh shape, all in 0..1; colours are sRGB, as in CGA."""
 
+_OTHER_MAPS = ("bump", "dirt", "specular", "opacity", "normal", "emissive", "occlusion", "roughness", "metallic")
+_IDENTITY = {"su": 1.0, "sv": 1.0, "tu": 0.0, "tv": 0.0, "rw": 0.0}
+
+REMEMBERED: dict[str, float | str | bool] = {
+    "name": "",
+    "shader": "CityEngineShader",
+    "doubleSided": True,
+    "reflectivity": 0.0,
+    "shininess": 1.0,
+    "bumpValue": 1.0,
+    **{f"{light}.{channel}": 0.0 for light in ("ambient", "specular") for channel in "rgb"},
+    **{f"{kind}map": "" for kind in _OTHER_MAPS},
+    **{f"{kind}map.{part}": value for kind in ("color", *_OTHER_MAPS) for part, value in _IDENTITY.items()},
+}
+"""What else CGA knows of a material, and the values on a fresh shape: rules may read it back, no picture shows it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Materials:

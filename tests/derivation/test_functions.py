@@ -9,6 +9,7 @@ import pytest
 
 from grammarlab.derivation import derive
 from grammarlab.errors import BudgetError, DerivationError
+from grammarlab.language.builtins import attributes
 from grammarlab.language.grammar import Grammar
 
 
@@ -253,6 +254,22 @@ def test_trim_planes_are_remembered_and_change_nothing():
         'Lot --> set(trim.vertical, false) split(x) { ~1 : report("v", trim.vertical) report("h", trim.horizontal) A }'
     )
     assert derive(Grammar.parse(rules), 1, seed=1).reports.value.tolist() == [0.0, 1.0]
+
+
+def test_what_no_picture_shows_of_a_material_is_remembered_below_and_forgotten_beside():
+    rules = (
+        'Lot --> [ set(material.name, material.name + "wet") set(material.shininess, 7) Told ] Told '
+        'Told --> report(material.name + "/" + material.shader, material.shininess) A'
+    )
+    reports = derive(Grammar.parse(rules), 1, seed=1).reports
+    told = [(reports.keys[key], value) for key, value in zip(reports.key, reports.value.tolist(), strict=True)]
+    assert sorted(told) == [("/CityEngineShader", 1.0), ("wet/CityEngineShader", 7.0)]
+
+
+def test_every_attribute_of_a_material_that_the_language_knows_can_be_read():
+    names = [name for name in attributes() if name.startswith("material.")]
+    rules = "Lot --> " + " ".join(f"print({name})" for name in names) + " A"
+    assert len(derive(Grammar.parse(rules), 1, seed=1).prints) == len(names) > 50
 
 
 def test_the_origin_of_the_initial_shape_is_its_first_corner_and_turn():

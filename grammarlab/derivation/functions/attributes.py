@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from grammarlab.derivation.angles import euler_angles
 from grammarlab.derivation.choices import Code
 from grammarlab.derivation.functions.colors import to_hex
-from grammarlab.derivation.materials import CHANNELS, MaterialPool
+from grammarlab.derivation.materials import CHANNELS, REMEMBERED, MaterialPool
 from grammarlab.derivation.pivots import PIVOT_POSITION, pivot_position
 from grammarlab.derivation.shapes import Ids, Shapes, Value
 
@@ -27,6 +27,7 @@ STATE_DEFAULTS: dict[str, float | str | bool] = {
     "trim.horizontal": True,
     "trim.vertical": True,
     **dict.fromkeys(PIVOT_POSITION, 0.0),
+    **{f"material.{name}": value for name, value in REMEMBERED.items()},
 }
 """Entries of `Shapes.state` that operations or ``set`` change, and their values on an initial shape."""
 

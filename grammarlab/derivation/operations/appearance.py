@@ -68,12 +68,12 @@ def set_attribute(call: Call) -> Shapes:
     name, argument = str(call.arguments[0].value), call.arguments[1]
     if name in call.workspace.program.attributes:
         return call.shapes._replace(state={**call.shapes.state, name: argument.value})
-    if name.startswith("material."):
-        return _set_material(call, name.removeprefix("material."), argument)
     if name in PLACEMENT:
         return set_placement(call, name, argument)
     if name in call.shapes.state:
         return call.shapes._replace(state={**call.shapes.state, name: argument.value})
+    if name.startswith("material."):
+        return _set_material(call, name.removeprefix("material."), argument)
     if name.startswith(_WITHOUT_EFFECT):
         return call.shapes
     if "." in name:
