@@ -5,8 +5,9 @@ Needs the extra ``notebook``: ``pip install 'grammarlab[notebook]'``.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from grammarlab.runs.scoring.labels import read_labels_or_session
 from grammarlab.runs.scoring.session import Session
 from grammarlab.runs.scoring.windows import Message
 
+LOG = logging.getLogger(__name__)
 PAGE = Path(scoring.__file__).parent / "page"
 
 
@@ -35,6 +37,8 @@ class _Opened:
     """Text of the rule file, folder of its assets, and options that it was opened with."""
     newest: str = ""
     """Identifier of the widget that was made last for it."""
+    warned: set[str] = field(default_factory=set)
+    """Warnings that were logged."""
 
     @classmethod
     def of(cls, grammar: str, path: Path, options: Mapping[str, Any]) -> _Opened:
@@ -63,6 +67,13 @@ class _Opened:
         self.session.close()
         if _OPEN.get(self.path) is self:
             del _OPEN[self.path]
+
+    def warn(self, warnings: Sequence[str]) -> None:
+        """Logs each warning once, whichever widgets hear of it."""
+        for warning in warnings:
+            if warning not in self.warned:
+                self.warned.add(warning)
+                LOG.warning(warning)
 
 
 _OPEN: dict[Path, _Opened] = {}
@@ -143,4 +154,5 @@ class ScoringSession(anywidget.AnyWidget):
     def _tell(self, message: Message, buffers: Sequence[bytes]) -> None:
         if message.get("event") == "state":
             self.set_trait("state", message["state"])
+            self._opened.warn(message["state"]["warnings"])
         self.send(message, list(buffers))

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from grammarlab.cli.report import friendly_errors, say
 from grammarlab.cli.sample import complete_grammar
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from grammarlab.runs.scoring.windows import Message, Send
 
 
 def score(
@@ -40,6 +45,8 @@ def score(
         path = session or Path(f"{Path(grammar).stem}.db")
         opened = Session(grammar, path, seed=seed, assets=assets, stored_grammar=stored_grammar)
 
+        opened.listen(_warner())
+
         def tell(address: str) -> None:
             typer.echo(address)
             say(f"scores are saved in {path}; Ctrl-C ends")
@@ -52,3 +59,19 @@ def score(
             say(f"ended; go on with the same command. Scores are in {path}.")
         finally:
             opened.close()
+
+
+def _warner() -> Send:
+    """What says each warning of a session once."""
+    said: set[str] = set()
+
+    def hear(message: Message, _buffers: Sequence[bytes]) -> None:
+        if message.get("event") != "state":
+            return
+        # Several warnings may have the same hint.
+        for line in "\n".join(message["state"]["warnings"]).splitlines():
+            if line not in said:
+                said.add(line)
+                say(line)
+
+    return hear

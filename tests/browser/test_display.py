@@ -9,6 +9,8 @@ import pytest
 from PIL import Image
 from playwright.sync_api import expect
 
+from tests.browser.driver import Server
+
 
 def tile_width(towers):
     return towers.cell(0).bounding_box()["width"]
@@ -151,3 +153,26 @@ def expect_other_picture(towers, before):
         if shown(towers) != before:
             return
     pytest.fail("the 3D view shows the same as before")
+
+
+def test_a_mesh_that_is_not_there_is_told_once_and_again_when_the_page_is_loaded_again(opened, tmp_path):
+    rules = tmp_path / "house.cga"
+    rules.write_text('Lot --> i("oak.obj") A')
+    running = Server(str(rules), tmp_path / "houses.db").start()
+    try:
+        houses = opened(running.address)
+        told = houses.page.get_by_role("alert").get_by_text('there is no asset "oak.obj"')
+        houses.expect_pictures()
+        expect(told).to_have_count(1)
+        houses.cell(0).click()
+        houses.press("4")
+        houses.expect_saved()
+        expect(told).to_have_count(1)
+        houses.button("Dismiss").click()
+        houses.press("5")
+        houses.expect_saved()
+        expect(told).to_have_count(0)
+        houses.page.reload()
+        expect(told).to_have_count(1)
+    finally:
+        running.kill()

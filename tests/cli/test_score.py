@@ -1,5 +1,6 @@
 """``grammarlab score``."""
 
+import asyncio
 import json
 import os
 import signal
@@ -8,8 +9,10 @@ import subprocess
 import sys
 import urllib.request
 from contextlib import closing
+from urllib.parse import urlsplit
 
 import pytest
+from tornado.websocket import websocket_connect
 
 from grammarlab.runs.scoring.session import Session
 
@@ -50,6 +53,42 @@ def test_the_page_is_there_and_ctrl_c_ends_it_cleanly(house, tmp_path, kill):
     assert "a.db" in said
     with closing(Session(str(house), tmp_path / "a.db", jobs=0)) as session:
         assert len(session.call("state")[0]["models"]) == 32
+
+
+async def see_pictures(address):
+    """Asks for pictures of the models that a page would show first, and waits for them."""
+    place = urlsplit(address)
+    connection = await websocket_connect(f"ws://{place.netloc}/socket?{place.query}")
+    missing = None
+    while missing is None or missing:
+        message = await connection.read_message()
+        assert message is not None
+        said = json.loads(message) if isinstance(message, str) else {}
+        if said.get("event") == "state" and missing is None:
+            missing = {model for grid in said["state"]["grids"] for model in grid["models"]}
+            await connection.write_message(
+                json.dumps({"id": 2, "command": "pictures", "models": [*missing], "size": 32})
+            )
+        elif missing is not None:
+            missing -= set(said.get("models", ()))
+    connection.close()
+
+
+def test_meshes_that_are_not_there_are_told_once(rules, tmp_path):
+    path = rules('Lot --> extrude(3) comp(f) { top : i("oak.obj") A | side : i("win" + "dow.glb") i("oak.obj") B }')
+    with served(path, "--session", tmp_path / "a.db", "--no-browser") as process:
+        try:
+            assert process.stdout is not None
+            address = process.stdout.readline().strip()
+            for _ in range(2):
+                asyncio.run(see_pictures(address))
+            process.send_signal(signal.SIGINT)
+            _, said = process.communicate(timeout=30)
+        finally:
+            process.kill()
+    for name in ("oak.obj", "window.glb"):
+        assert said.count(f'there is no asset "{name}" in the asset folder {tmp_path}; a box stands in its place') == 1
+    assert said.count("--assets DIR") == 1
 
 
 def test_a_port_in_use_is_told(run, house, tmp_path):

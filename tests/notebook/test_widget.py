@@ -139,3 +139,20 @@ def test_a_session_whose_file_was_deleted_is_begun_anew(sent, tmp_path):
     again = ScoringSession("toy", tmp_path / "toys.db", size=60, jobs=0)
     assert again.labels.scores.tolist() == [70]
     again.close()
+
+
+def test_meshes_that_are_not_there_are_logged_once(sent, tmp_path, caplog):
+    rules = tmp_path / "house.cga"
+    rules.write_text('Lot --> i("oak.obj") A')
+    widgets = [ScoringSession(str(rules), tmp_path / "a.db", size=40, jobs=1) for _ in range(2)]
+    models = first_models(widgets[0])
+    for widget in widgets:
+        sent.clear()
+        widget._receive(widget, {"id": 1, "command": "pictures", "models": models[:2], "size": 32}, [])
+        wait_for(lambda: any(message.get("event") == "pictures" for message in sent))
+        wait_for(lambda widget=widget: widget.state["warnings"])
+    widgets[1].close()
+    (logged,) = caplog.records
+    assert logged.levelname == "WARNING"
+    assert 'there is no asset "oak.obj"' in logged.message
+    assert widgets[0].state["warnings"] == [logged.message]

@@ -8,7 +8,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.program import Program
-from grammarlab.errors import GrammarlabError
+from grammarlab.errors import Finding, GrammarlabError
 from grammarlab.evaluation.flattening import flattened
 from grammarlab.export.glb import merged_glb
 from grammarlab.geometry.assets import AssetFolder
@@ -27,9 +26,10 @@ from grammarlab.render.raycast import RaycastRenderer
 from grammarlab.render.renderer import RenderOptions
 from grammarlab.runs.checks import grammar_to_run
 from grammarlab.runs.examples import SUFFIX
+from grammarlab.runs.missing_assets import warnings_of
 from grammarlab.runs.scoring.addresses import Address
 from grammarlab.runs.scoring.crew import Handler, Report
-from grammarlab.runs.scoring.tasks import Begin, Draw, MakeGlb
+from grammarlab.runs.scoring.tasks import Begin, Draw, Drawn, MakeGlb
 from grammarlab.runs.sheet_page import PAPER
 from grammarlab.runs.tiles import seen_points
 from grammarlab.scene import TriangleBatch, realize, triangles
@@ -39,10 +39,6 @@ KEPT = 48
 MAX_VERTICES = 8_000_000
 """Of these, as long as there are others than those asked for last."""
 MAX_GLB_BYTES = 128 << 20
-
-
-Pictures: TypeAlias = list[NDArray[np.uint8]]
-"""[size, size, 3] of each model."""
 
 
 def artist(text: str, name: str, assets: str) -> Handler:
@@ -61,19 +57,22 @@ class _Studio:
     known_assets: AssetFolder
     """The same, with what was read of it."""
     models: OrderedDict[str, TriangleBatch] = field(default_factory=OrderedDict)
+    warnings: dict[Finding, None] = field(default_factory=dict)
+    """About any model so far."""
 
     @cached_property
     def flattened(self) -> Program:
         return flattened(self.grammar).program
 
-    def do(self, request: Begin | Draw | MakeGlb, _report: Report) -> Pictures | bytes | bool:
+    def do(self, request: Begin | Draw | MakeGlb, _report: Report) -> Drawn | bytes | bool:
         if isinstance(request, Begin):
             return True
         # One process a core is meant, so more threads would only be in each other's way.
         with threadpool_limits(1):
             if isinstance(request, MakeGlb):
                 return self._glb(request.model)
-            return self._draw(request.models, RenderOptions(request.size, request.size, request.samples))
+            pictures = self._draw(request.models, RenderOptions(request.size, request.size, request.samples))
+            return Drawn(tuple(pictures), tuple(self.warnings))
 
     def _glb(self, model: str) -> bytes:
         content = merged_glb(self._model(model), [model], np.zeros((1, 3)), self.assets)
@@ -81,7 +80,7 @@ class _Studio:
             raise GrammarlabError(f"model {model} is too large to be shown: {len(content) >> 20} MiB.")
         return content
 
-    def _draw(self, models: Sequence[str], options: RenderOptions) -> Pictures:
+    def _draw(self, models: Sequence[str], options: RenderOptions) -> list[NDArray[np.uint8]]:
         # A model that cannot be derived is told about when somebody looks at it closely; others are no worse for it.
         with suppress(GrammarlabError):
             self._derive([Address.parse(model) for model in models if model not in self.models])
@@ -106,6 +105,7 @@ class _Studio:
             first = run[0]
             program = self.flattened if first.flat else self.program
             forest = derive(program, len(run), first.seed, first_model=first.model, assets=self.known_assets)
+            self.warnings |= dict.fromkeys(warnings_of(forest.missing_assets, self.assets))
             batch = triangles(realize(forest))
             self.models |= {str(address): batch.model(index) for index, address in enumerate(run)}
         vertices = sum(len(model.vertices) for model in self.models.values())

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.errors import Finding, GrammarlabError, UsageError
 from grammarlab.evaluation.seeds import derived_seed
 from grammarlab.runs.scoring.addresses import Address, shown
 from grammarlab.runs.scoring.crew import Crew, Outcome
@@ -39,6 +39,8 @@ Refuse = Callable[[str], None]
 """Says why there is none."""
 
 _HERE = "grammarlab.runs.scoring"
+MAX_WARNINGS = 20
+"""Warnings that are told: a rule that puts names together may ask for any number of assets."""
 _LAST = 5
 """How far pictures go before what takes long anyway."""
 _SEEDS = 3
@@ -84,6 +86,8 @@ class Rounds:
         self.pool = ModelPool(about.seed, about.size)
         self.knowledge = Knowledge()
         self.message: str | None = None
+        self.warnings: dict[str, str] = {}
+        """By what they say: the same with its place in the rules and what to try."""
         self.updating: Progress | None = None
         self.is_changed = False
         self._tell = tell
@@ -91,7 +95,7 @@ class Rounds:
         self._artists = artists
         self._learners = Crew(f"{_HERE}.learner:learner", (*place, about.seed, about.size), 1, deliver, _LAST)
         self._makers = Crew(f"{_HERE}.maker:maker", (*place, str(path)), 1, deliver, _LAST)
-        self.thumbnails = Thumbnails(self._artists)
+        self.thumbnails = Thumbnails(self._artists, self._warn)
         self._is_prepared, self._is_resumed = False, bool(self.record.num_labels)
         self._ticket = self._choosing = 0
         if not self.record.grids:
@@ -282,6 +286,13 @@ class Rounds:
         done = partial(_answered, answer, refuse, lambda content: ({"file": file}, [content]))
         task = DrawSheet(num, self.store.about.seed)
         self._makers.submit(task, done, on_progress=partial(self._announce, "sheet"))
+
+    def _warn(self, findings: Sequence[Finding]) -> None:
+        """Takes in warnings about what is shown; each is told once."""
+        for finding in findings:
+            if finding.message not in self.warnings and len(self.warnings) < MAX_WARNINGS:
+                self.warnings[finding.message] = finding.render("")
+                self.is_changed = True
 
     def _learn(self, choice: Choice | None) -> None:
         factors, revision = self._factors(), (self.record.num_shown, self.record.judgements)

@@ -41,6 +41,7 @@ def state_of(rounds: Rounds) -> Message:
         "fresh": knowledge.judgements == record.judgements,
         "ways": [{"name": name, "says": says} for name, says in WAYS.items()],
         "message": rounds.message,
+        "warnings": list(rounds.warnings.values()),
     }
 
 

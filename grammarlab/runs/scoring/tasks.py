@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.errors import Finding
+
 Singles = NDArray[np.float32]
 Factors = dict[str, dict[str, float]]
 """Scores by factor and address."""
@@ -20,7 +22,7 @@ class Begin:
 
 @dataclass(frozen=True, slots=True)
 class Draw:
-    """Asks for pictures: [size, size, 3] of each model."""
+    """Asks for pictures of models: `Drawn`."""
 
     models: tuple[str, ...]
     """Addresses."""
@@ -28,6 +30,16 @@ class Draw:
     """Pixels along each side."""
     samples: int
     """Along each side of a pixel: 1 is quick, 2 good."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """Pictures of models."""
+
+    pictures: tuple[NDArray[np.uint8], ...]
+    """[size, size, 3] of each model."""
+    warnings: tuple[Finding, ...] = ()
+    """What is not on them, or on those drawn before, as the rules mean it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import math
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from grammarlab.errors import Finding
 from grammarlab.runs.scoring.crew import Crew, Outcome
 from grammarlab.runs.scoring.tasks import Draw
 from grammarlab.runs.scoring.windows import Send
@@ -46,6 +47,8 @@ class Thumbnails:
     """Pictures that windows have asked for."""
 
     crew: Crew
+    warn: Callable[[Sequence[Finding]], None]
+    """Gets the warnings of all pictures, again and again."""
     _kept: OrderedDict[tuple[str, int], _Kept] = field(default_factory=OrderedDict)
     """By model and size, the one that was used last at the end."""
     _wanted: dict[Send, tuple[int, frozenset[str]]] = field(default_factory=dict)
@@ -106,7 +109,8 @@ class Thumbnails:
         self._drawing.difference_update((model, draw.size, draw.samples) for model in draw.models)
         if outcome.value is None:
             return
-        for model, picture in zip(draw.models, outcome.value, strict=True):
+        self.warn(outcome.value.warnings)
+        for model, picture in zip(draw.models, outcome.value.pictures, strict=True):
             self._keep(model, draw.size, _Kept(picture, draw.samples))
         for send, (size, models) in list(self._wanted.items()):
             here = [model for model in draw.models if size == draw.size and model in models]

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from grammarlab.errors import AssetError, GrammarlabError, UsageError
+from grammarlab.runs.scoring.rounds import MAX_WARNINGS
 from grammarlab.runs.scoring.session import Session
 from grammarlab.runs.scoring.store import Store
 from tests.runs.scoring.tower import TOWER
@@ -347,3 +348,30 @@ def test_labels_of_other_models_are_refused(session: Session):
     with pytest.raises(GrammarlabError):
         session.call("import", buffers=[b"\xff" * 1000], format="parquet")
     assert session.call("state")[0]["scored"] == 1
+
+
+def test_meshes_that_are_not_there_are_told_once_with_their_places(tmp_path: Path):
+    rules = tmp_path / "house.cga"
+    rules.write_text('Lot --> extrude(3) comp(f) { side : i("win" + "dow.glb") A | top : i("oak.obj") i("oak.obj") B }')
+    with closing(Session(str(rules), tmp_path / "a.db", size=40, jobs=2)) as session:
+        window = Window(session)
+        models = shown_models(session.call("state")[0])
+        assert session.call("state")[0]["warnings"] == []
+        window.ask({"id": 1, "command": "pictures", "models": models, "size": 32})
+        for model in models:
+            window.wait(lambda said, model=model: said.get("event") == "pictures" and model in said["models"])
+        places = {"oak.obj": "1:68", "window.glb": "1:37"}
+        assert session.call("state")[0]["warnings"] == [
+            f'house.cga:{place}: warning: there is no asset "{name}" in the asset folder {tmp_path}; '
+            "a box stands in its place [missing-asset]\n  hint: say where the meshes are with --assets DIR"
+            for name, place in places.items()
+        ]
+
+
+def test_no_more_than_so_many_warnings_are_told(tmp_path: Path):
+    rules = tmp_path / "house.cga"
+    rules.write_text("Lot --> " + " ".join(f'i("{k}.obj")' for k in range(30)))
+    with closing(Session(str(rules), tmp_path / "a.db", size=4, jobs=1)) as session:
+        window = Window(session)
+        window.ask({"id": 1, "command": "pictures", "models": shown_models(session.call("state")[0]), "size": 32})
+        assert len(window.state(lambda state: state["warnings"])["warnings"]) == MAX_WARNINGS

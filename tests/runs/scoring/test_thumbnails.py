@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from grammarlab.errors import Finding, Location
 from grammarlab.runs.scoring import thumbnails as module
 from grammarlab.runs.scoring.crew import Crew, Outcome
-from grammarlab.runs.scoring.tasks import Draw
+from grammarlab.runs.scoring.tasks import Draw, Drawn
 from grammarlab.runs.scoring.thumbnails import CHUNK, GOOD, QUICK, SHEET, Thumbnails, sprite_sheet
 from grammarlab.runs.scoring.windows import Message
 
@@ -36,7 +37,7 @@ class Easel(Crew):
             if is_wanted():
                 most -= 1
                 self.drawn.append(draw)
-                then(Outcome([picture_of(model, draw.size) for model in draw.models]))
+                then(Outcome(Drawn(tuple(picture_of(model, draw.size) for model in draw.models), (FINDING,))))
 
 
 def picture_of(model: str, size: int) -> np.ndarray:
@@ -57,12 +58,19 @@ class Viewer:
         return [model for message, _ in self.sheets for model in message["models"]]
 
 
+FINDING = Finding("warning", "missing-asset", "no lamp", Location())
+
+
+def ignore(_findings: Sequence[Finding]) -> None:
+    """What no test but one looks at."""
+
+
 MODELS = [f"g1-{index}" for index in range(10)]
 
 
 def test_many_are_drawn_quickly_first_and_then_well_in_the_order_asked_for():
     easel, viewer = Easel(), Viewer()
-    Thumbnails(easel).request(MODELS, 40, viewer.send)
+    Thumbnails(easel, ignore).request(MODELS, 40, viewer.send)
     easel.draw()
     assert [model for draw in easel.drawn for model in draw.models] == MODELS + MODELS
     assert [draw.samples for draw in easel.drawn] == [QUICK] * 3 + [GOOD] * 3
@@ -71,14 +79,14 @@ def test_many_are_drawn_quickly_first_and_then_well_in_the_order_asked_for():
 
 def test_few_are_drawn_well_at_once():
     easel, viewer = Easel(), Viewer()
-    Thumbnails(easel).request(MODELS[:3], 40, viewer.send)
+    Thumbnails(easel, ignore).request(MODELS[:3], 40, viewer.send)
     easel.draw()
     assert [draw.samples for draw in easel.drawn] == [GOOD]
 
 
 def test_sheets_hold_the_pictures_row_by_row():
     easel, viewer = Easel(), Viewer()
-    Thumbnails(easel).request(MODELS[:3], 40, viewer.send)
+    Thumbnails(easel, ignore).request(MODELS[:3], 40, viewer.send)
     easel.draw()
     message, (content,) = viewer.sheets[0]
     sheet = np.asarray(Image.open(io.BytesIO(content))).astype(int)
@@ -90,7 +98,7 @@ def test_sheets_hold_the_pictures_row_by_row():
 
 def test_what_is_kept_is_sent_again_without_drawing():
     easel, viewer = Easel(), Viewer()
-    thumbnails = Thumbnails(easel)
+    thumbnails = Thumbnails(easel, ignore)
     many = [f"g1-{index}" for index in range(60)]
     thumbnails.request(many, 40, viewer.send)
     easel.draw()
@@ -105,7 +113,7 @@ def test_what_is_kept_is_sent_again_without_drawing():
 
 def test_windows_get_what_they_asked_for_last():
     easel, one, other = Easel(), Viewer(), Viewer()
-    thumbnails = Thumbnails(easel)
+    thumbnails = Thumbnails(easel, ignore)
     thumbnails.request(MODELS[:4], 40, one.send)
     thumbnails.request(MODELS[4:8], 40, one.send)
     thumbnails.request(MODELS[6:8], 40, other.send)
@@ -117,7 +125,7 @@ def test_windows_get_what_they_asked_for_last():
 
 def test_nothing_is_drawn_for_a_window_that_is_gone_and_it_may_come_back():
     easel, viewer = Easel(), Viewer()
-    thumbnails = Thumbnails(easel)
+    thumbnails = Thumbnails(easel, ignore)
     thumbnails.request(MODELS, 40, viewer.send)
     thumbnails.forget(viewer.send)
     easel.draw()
@@ -129,7 +137,7 @@ def test_nothing_is_drawn_for_a_window_that_is_gone_and_it_may_come_back():
 
 def test_newer_requests_come_before_older_ones():
     easel, one, other = Easel(), Viewer(), Viewer()
-    thumbnails = Thumbnails(easel)
+    thumbnails = Thumbnails(easel, ignore)
     thumbnails.request(MODELS[:4], 40, one.send)
     thumbnails.request(MODELS[4:], 40, other.send)
     easel.draw(1)
@@ -140,7 +148,7 @@ def test_newer_requests_come_before_older_ones():
 def test_only_so_many_are_kept_those_used_last(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(module, "MAX_PIXELS", 6 * 40 * 40)
     easel, viewer = Easel(), Viewer()
-    thumbnails = Thumbnails(easel)
+    thumbnails = Thumbnails(easel, ignore)
     for model in MODELS[:6]:
         thumbnails.request([model], 40, viewer.send)
         easel.draw()
@@ -156,7 +164,7 @@ def test_only_so_many_are_kept_those_used_last(monkeypatch: pytest.MonkeyPatch):
 
 def test_a_good_picture_is_not_replaced_by_a_quick_one():
     easel, viewer = Easel(), Viewer()
-    thumbnails = Thumbnails(easel)
+    thumbnails = Thumbnails(easel, ignore)
     thumbnails.request(MODELS, 40, viewer.send)
     quick = [task for task in easel.tasks if task[0].samples == QUICK]
     easel.tasks = [task for task in easel.tasks if task[0].samples == GOOD] + quick
@@ -167,7 +175,7 @@ def test_a_good_picture_is_not_replaced_by_a_quick_one():
 
 def test_a_picture_that_could_not_be_drawn_can_be_asked_for_again():
     easel, viewer = Easel(), Viewer()
-    thumbnails = Thumbnails(easel)
+    thumbnails = Thumbnails(easel, ignore)
     thumbnails.request(MODELS[:2], 40, viewer.send)
     easel.tasks.pop()[1](Outcome(error="lost"))
     thumbnails.request(MODELS[:2], 40, viewer.send)
@@ -182,3 +190,11 @@ def test_sheets_are_about_square(number: int):
     picture = Image.open(io.BytesIO(sprite_sheet(pictures, columns)))
     assert picture.width == 32 * columns
     assert picture.height == 32 * -(-number // columns)
+
+
+def test_warnings_come_with_the_pictures():
+    easel, found = Easel(), []
+    Thumbnails(easel, found.append).request(MODELS[:3], 40, Viewer().send)
+    assert not found
+    easel.draw()
+    assert found == [(FINDING,)]

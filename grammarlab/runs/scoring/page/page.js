@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 01d77fa84bcc7cb1 */
+/* Built from source/ by bundle.js; do not edit. Source 117796939e6693e3 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -1867,6 +1867,7 @@ function build(root, channel, first) {
   const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "U, Ctrl Z");
   const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
   const title = element("h1", { class: "gl-name" });
+  const warned = /* @__PURE__ */ new Set();
   root.replaceChildren(
     element(
       "header",
@@ -1918,6 +1919,10 @@ function build(root, channel, first) {
     /** @param {State} state */
     update(state) {
       if (state.message && state.message !== page.state.message) page.say(state.message);
+      for (const warning of state.warnings.filter((each) => !warned.has(each))) {
+        warned.add(warning);
+        page.complain(warning);
+      }
       page.state = state;
       page.outbox.settle(state.revision);
       title.textContent = state.title;

@@ -136,6 +136,8 @@ function build(root, channel, first) {
   const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "U, Ctrl Z");
   const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
   const title = element("h1", { class: "gl-name" });
+  /** @type {Set<string>} */
+  const warned = new Set();
 
   root.replaceChildren(
     element(
@@ -193,6 +195,10 @@ function build(root, channel, first) {
     /** @param {State} state */
     update(state) {
       if (state.message && state.message !== page.state.message) page.say(state.message);
+      for (const warning of state.warnings.filter((each) => !warned.has(each))) {
+        warned.add(warning);
+        page.complain(warning);
+      }
       page.state = state;
       page.outbox.settle(state.revision);
       title.textContent = state.title;

@@ -40,6 +40,7 @@
  * @property {boolean} fresh whether the predictions know all scores
  * @property {Way[]} ways
  * @property {string | null} message
+ * @property {string[]} warnings about the models that are shown, all so far
  *
  * @typedef {object} Transport
  * @property {(message: object, buffers: ArrayBuffer[]) => void} send
