@@ -11,6 +11,8 @@ FLATTENED_PART = 5
 """One model of so many is a sample of the flattened grammar, the others are samples of the grammar."""
 WIDER = 10
 """How many times as many samples of the flattened grammar a pool holds where liked models are rare."""
+MOST_WIDER = 50_000
+"""So many of these at most, unless the pool holds more before it is widened: memory and time are bounded."""
 _LANES = 1, 2
 """Places below a seed that both parts have their seeds from."""
 
@@ -22,7 +24,8 @@ def pool_sizes(size: int, wide: bool = False) -> tuple[int, int]:
         size: both together, before the pool is widened.
         wide: whether it is widened for rare models; the first ones are those of the pool that is not.
     """
-    return size - size // FLATTENED_PART, size // FLATTENED_PART * (WIDER if wide else 1)
+    flat = size // FLATTENED_PART
+    return size - flat, max(flat, min(WIDER * flat, MOST_WIDER)) if wide else flat
 
 
 def pool_log_weights(log_ratios: NDArray[np.float64], sizes: tuple[int, int]) -> NDArray[np.float64]:

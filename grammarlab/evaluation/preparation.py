@@ -171,7 +171,12 @@ def _pool(source: Source, flat: Flattened) -> Iterator[Forest]:
 
 
 def pool_models(
-    grammar: Grammar, flat: Flattened, sizes: tuple[int, int], seed: int, assets: Path | None
+    grammar: Grammar,
+    flat: Flattened,
+    sizes: tuple[int, int],
+    seed: int,
+    assets: Path | None,
+    known: tuple[int, int] = (0, 0),
 ) -> Iterator[Forest]:
     """The models of a pool.
 
@@ -181,10 +186,11 @@ def pool_models(
         sizes: how many models of each.
         seed: 0 <= seed < 2**64, that the seeds of both parts follow from.
         assets: folder of meshes and images.
+        known: how many models of each are left out, from the first.
     """
     programs = compile_grammar(grammar), flat.program
-    for program, size, of_part in zip(programs, sizes, pool_seeds(seed), strict=True):
-        yield from derive_chunks(program, size, of_part, assets=assets)
+    for program, size, first, of_part in zip(programs, sizes, known, pool_seeds(seed), strict=True):
+        yield from derive_chunks(program, size - first, of_part, first_model=first, assets=assets)
 
 
 def pool_address(source: Source, index: int) -> tuple[bool, int, int]:

@@ -16,7 +16,7 @@ This is the protocol of section 4.7 of the paper, as an `init` and a `step`. Its
 - path length k: features are counted for paths of up to k edges. A learner that may grow them adds one edge, up to
   `MAX_PATH_LENGTH`, whenever models with equal rows got different scores, and fits again.
 - wide pool: a learner that is offered it gets many more models of the flattened grammar to ask about once liked models
-  have turned out to be rare (`grammarlab.preference.queries.liked_are_rare`).
+  have turned out to be rare (`grammarlab.preference.queries.liked_are_rare`); so does a person in a scoring session.
 - extra features: what `Learner.search` finds in the labelled derivations after each round. Where there are bounds on
   continuous draws among them, half of a round goes to models near them (`bounds.between`).
 

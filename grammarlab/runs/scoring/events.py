@@ -112,6 +112,8 @@ class Record:
     """All models that were shown at some time, in order."""
     chart: list[tuple[int, float]] = field(default_factory=list)
     """Labels, and how far the density moved in nats, at each update."""
+    wide: bool = False
+    """Whether the models to choose from have been widened for rare ones; they stay so, whatever is undone."""
     done: list[_Scored | _Refactored] = field(default_factory=list)
     undone: list[_Scored | _Refactored] = field(default_factory=list)
     keys: set[str] = field(default_factory=set)
@@ -388,15 +390,18 @@ def _shown(record: Record, body: Body) -> None:
 
 
 def _check_learned(_record: Record, body: Body) -> None:
-    labels, js = body.get("labels"), body.get("js")
+    labels, js, wide = body.get("labels"), body.get("js"), body.get("wide", False)
     if isinstance(labels, bool) or not isinstance(labels, int) or not 0 <= labels < 1 << 31:
         raise UsageError(f"labels: expected a count, found {shown(labels)}.")
     if isinstance(js, bool) or not isinstance(js, int | float) or not 0 <= js <= math.log(2.0):
         raise UsageError(f"js: expected a divergence from 0 to ln 2, found {shown(js)}.")
+    if not isinstance(wide, bool):
+        raise UsageError(f"wide: expected true or false, found {shown(wide)}.")
 
 
 def _learned(record: Record, body: Body) -> None:
     record.chart.append((body["labels"], float(body["js"])))
+    record.wide |= body.get("wide", False)
 
 
 _KINDS: dict[str, tuple[Callable[[Record, Body], None], Callable[[Record, Body], None]]] = {

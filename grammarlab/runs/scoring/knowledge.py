@@ -20,14 +20,16 @@ MOST_NAMES = 50
 class ModelPool:
     """The models that a session chooses from: names and numbers."""
 
-    def __init__(self, seed: int, size: int) -> None:
+    def __init__(self, seed: int, size: int, wide: bool = False) -> None:
         """Names all models.
 
         Args:
             seed: of the session.
-            size: how many models, samples of the grammar first.
+            size: how many models, samples of the grammar first, before the pool is widened.
+            wide: whether it is widened for rare models (`grammarlab.evaluation.pool`), which come last.
         """
-        self.sizes = pool_sizes(size)
+        self.seed, self.size, self.wide = seed, size, wide
+        self.sizes = pool_sizes(size, wide)
         parts = enumerate(zip(self.sizes, pool_seeds(seed), strict=True))
         self.names = tuple(
             str(Address(bool(part), of_part, model)) for part, (num, of_part) in parts for model in range(num)

@@ -41,6 +41,8 @@ Refuse = Callable[[str], None]
 _HERE = "grammarlab.runs.scoring"
 MAX_WARNINGS = 20
 """Warnings that are told: a rule that puts names together may ask for any number of assets."""
+STAYED = "Predictions are new; the models stay, since you went on meanwhile. Populate for others."
+WIDENED = "What you like is rare, so from now on it is looked for among many more unusual models."
 _LAST = 5
 """How far pictures go before what takes long anyway."""
 _SEEDS = 3
@@ -83,7 +85,7 @@ class Rounds:
         """
         self.path, self.store = path, store
         about = store.about
-        self.pool = ModelPool(about.seed, about.size)
+        self.pool = ModelPool(about.seed, about.size, self.record.wide)
         self.knowledge = Knowledge()
         self.message: str | None = None
         self.warnings: dict[str, str] = {}
@@ -93,7 +95,8 @@ class Rounds:
         self._tell = tell
         place, deliver = (about.grammar, about.title, str(assets)), artists.deliver
         self._artists = artists
-        self._learners = Crew(f"{_HERE}.learner:learner", (*place, about.seed, about.size), 1, deliver, _LAST)
+        models = about.seed, about.size, self.record.wide
+        self._learners = Crew(f"{_HERE}.learner:learner", (*place, *models), 1, deliver, _LAST)
         self._makers = Crew(f"{_HERE}.maker:maker", (*place, str(path)), 1, deliver, _LAST)
         self.thumbnails = Thumbnails(self._artists, self._warn)
         self._is_prepared, self._is_resumed = False, bool(self.record.num_labels)
@@ -301,7 +304,8 @@ class Rounds:
         self._progress("waiting", 0, 1)
         numbers = self.record.numbers
         done = partial(self._learned, choice, revision, numbers)
-        ticket = self._learners.submit(Update(factors, numbers, choice, known), done, on_progress=self._progress)
+        update = Update(factors, numbers, choice, known, self.record.wide)
+        ticket = self._learners.submit(update, done, on_progress=self._progress)
         if choice is not None:
             self._ticket = ticket
 
@@ -315,15 +319,20 @@ class Rounds:
             self.message = outcome.error or "The update was cancelled; predictions are as they were."
             return
         found = outcome.value
+        if found.wide != self.pool.wide:
+            self.pool = ModelPool(self.pool.seed, self.pool.size, found.wide)
         self.knowledge.take(found, revision[1], numbers)
-        self.message = " ".join(found.left_out) or None
+        widened = (WIDENED,) if choice is not None and found.wide and not self.record.wide else ()
+        self.message = " ".join((*found.left_out, *widened)) or None
         if choice is not None:
-            self._note("learned", {"labels": sum(map(len, self._factors().values())), "js": found.js})
+            # Before models of a wider pool are shown, so that a session that is killed in between knows of it.
+            labels = sum(map(len, self._factors().values()))
+            self._note("learned", {"labels": labels, "js": found.js} | ({"wide": True} if found.wide else {}))
         if choice is not None and found.chosen is not None:
             if revision == (self.record.num_shown, self.record.judgements):
                 self._show(choice.way, found.chosen)
             else:
-                self.message = "Predictions are new; the models stay, since you went on meanwhile. Populate for others."
+                self.message = " ".join((STAYED, *widened))
 
     def _prepared(self, outcome: Outcome) -> None:
         self.knowledge.features = outcome.value

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,7 @@ from grammarlab.runs.learn.factors import selected
 from grammarlab.runs.learn.labelled_models import LabelledModels, labelled_models
 from grammarlab.runs.learn.pool import Pool
 from grammarlab.runs.scoring.addresses import Address
+from grammarlab.runs.scoring.knowledge import ModelPool
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -69,23 +70,31 @@ class Rows:
 class Models:
     """The models that a session knows."""
 
-    def __init__(self, grammar: Grammar, assets: Path, index: Mapping[str, int], seed: int) -> None:
-        """Derives nothing yet.
+    def __init__(
+        self,
+        grammar: Grammar,
+        assets: Path,
+        names: ModelPool,
+        narrow: Models | None,
+        on_progress: Callable[[int, int], None],
+    ) -> None:
+        """Derives the models of the pool.
 
         Args:
             grammar: the grammar.
             assets: folder of meshes and images.
-            index: number in the pool by address.
-            seed: of the session.
+            names: of the models of the pool.
+            narrow: those of the pool before it was widened, where they have been derived.
+            on_progress: told again and again how many models there are, of how many.
         """
-        self._grammar, self._assets, self._index, self._seed = grammar, assets, index, seed
+        self._grammar, self._assets, self.names = grammar, assets, names
+        known = None if narrow is None else narrow.pool
+        self.pool = Pool.of(
+            grammar, assets, names.seed, names.size, wide=names.wide, known=known, on_progress=on_progress
+        )
+        """The models to choose from."""
         self._base = lru_cache(maxsize=3)(self._find)
         self._derived = lru_cache(maxsize=2)(self._derive)
-
-    @cached_property
-    def pool(self) -> Pool:
-        """The models to choose from."""
-        return Pool.of(self._grammar, self._assets, self._seed, len(self._index))
 
     def scored(self, names: Sequence[str]) -> Scored:
         """Models by address; those that are not of the pool are derived.
@@ -93,9 +102,10 @@ class Models:
         Args:
             names: different addresses.
         """
-        inside = sorted((name for name in names if name in self._index), key=lambda name: self._index[name])
-        outside = tuple(name for name in names if name not in self._index)
-        in_pool = np.array([self._index[name] for name in inside], dtype=np.int64)
+        index = self.names.index
+        inside = sorted((name for name in names if name in index), key=lambda name: index[name])
+        outside = tuple(name for name in names if name not in index)
+        in_pool = np.array([index[name] for name in inside], dtype=np.int64)
         place = {name: number for number, name in enumerate(inside)}
         elsewhere: tuple[Forest, ...] = ()
         if outside:

@@ -85,9 +85,11 @@ class Update:
     numbers: Mapping[str, int]
     """As of `Choose`."""
     choice: Choice | None
-    """What to show then; None for nothing new."""
+    """What to show then; None for nothing new, and to keep the pool as it is."""
     known: int = 0
     """`Features.version` of the features that need not be sent again."""
+    wide: bool = False
+    """Whether the pool has been widened for rare models; if not, it is widened once liked models are rare."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +124,8 @@ class Learned:
 
     features: Features | None
     """Where they are others than those that are known."""
+    wide: bool
+    """Whether this is about the pool that is widened for rare models."""
     elsewhere: tuple[str, ...]
     """[e] addresses of models that have a score and are not of the pool."""
     factors: Mapping[str, Predicted]

@@ -243,6 +243,7 @@ def test_undo_of_a_change_elsewhere_leaves_the_active_factor():
         ("shown", {"way": "x", "grids": [[]]}, "a title and models"),
         ("learned", {"labels": -1, "js": 0.1}, "expected a count"),
         ("learned", {"labels": 1, "js": 0.8}, "ln 2"),
+        ("learned", {"labels": 1, "js": 0.1, "wide": 1}, "true or false"),
     ],
 )
 def test_what_cannot_have_happened_is_refused_and_changes_nothing(kind: str, body: Any, expected: str):

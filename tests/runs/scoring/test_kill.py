@@ -7,15 +7,20 @@ import json
 import signal
 import subprocess
 import sys
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, closing, suppress
 from pathlib import Path
 from urllib.parse import urlsplit
 
 from tornado.websocket import WebSocketClientConnection, WebSocketClosedError, websocket_connect
 
+from grammarlab.runs.scoring.knowledge import ModelPool
+from grammarlab.runs.scoring.session import Session
+from grammarlab.runs.scoring.store import Store
 from tests.runs.scoring.kills import MANY, Scores
 from tests.runs.scoring.processes import descendants, expect_gone
+from tests.runs.scoring.rare import POSTS
+from tests.runs.scoring.windows import Window, shown_models
 
 KILLS = MANY * 3 // 4 or 6
 UNDER_WAY = 8
@@ -23,9 +28,10 @@ UNDER_WAY = 8
 PATIENCE = 60.0
 
 
-def served(path: Path) -> subprocess.Popen[str]:
+def served(path: Path, grammar: str = "toy") -> subprocess.Popen[str]:
     """``grammarlab score`` in a process of its own."""
-    command = [str(Path(sys.executable).parent / "grammarlab"), "score", "toy", "--session", str(path), "--no-browser"]
+    grammarlab = str(Path(sys.executable).parent / "grammarlab")
+    command = [grammarlab, "score", grammar, "--session", str(path), "--no-browser"]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
 
 
@@ -107,3 +113,45 @@ def test_no_process_is_left_when_a_busy_server_is_killed(tmp_path: Path):
         workers = asyncio.run(kill_busy(server))
     assert len(workers) >= 2
     expect_gone(workers)
+
+
+async def update_and_kill(server: subprocess.Popen[str], is_time: Callable[[dict], bool]) -> None:
+    """Kills once something is said during an update."""
+    async with connected(server) as connection:
+        await connection.write_message(json.dumps({"id": 1, "command": "update"}))
+        while (message := await hear(connection)) and not is_time(message):
+            pass
+        assert message
+        server.kill()
+        while await hear(connection):
+            pass
+
+
+def of_stage(beginning: str) -> Callable[[dict], bool]:
+    return lambda message: message.get("event") == "progress" and message["stage"].startswith(beginning)
+
+
+def has_learned(message: dict) -> bool:
+    return message.get("event") == "state" and bool(message["state"]["chart"])
+
+
+def test_a_server_that_is_killed_while_or_after_the_pool_is_widened_shows_what_another_one_shows(tmp_path: Path):
+    path, rules, size = tmp_path / "s.db", tmp_path / "posts.cga", 250
+    rules.write_text(POSTS)
+    with closing(Session(str(rules), path, size=size, jobs=0)) as session:
+        session.call("score", models=list(ModelPool(0, size).names[:70]), score=0)
+    (tmp_path / "twin.db").write_bytes(path.read_bytes())
+    widening = of_stage(f"deriving {len(ModelPool(0, size, wide=True).names)} models")
+    for is_time, is_wide in ((widening, False), (of_stage("choosing"), False), (has_learned, True)):
+        with served(path, str(rules)) as server:
+            asyncio.run(update_and_kill(server, is_time))
+        with closing(Store.open(path)) as store:
+            assert store.record.wide == is_wide
+    with closing(Session(str(rules), tmp_path / "twin.db", jobs=0)) as twin:
+        window = Window(twin)
+        twin.call("update")
+        unharmed = window.state(lambda state: state["chart"] and not state["updating"])
+    with closing(Session(str(rules), path, jobs=0)) as session:
+        found, _ = session.call("state")
+    assert (found["grids"], found["chart"]) == (unharmed["grids"], unharmed["chart"])
+    assert any(model not in ModelPool(0, size).index for model in shown_models(found))
