@@ -16,6 +16,7 @@ from grammarlab.derivation.pivots import PIVOT_POSITION
 from grammarlab.derivation.program import CompiledAttribute, CompiledRule, Program
 from grammarlab.derivation.sequences import Operations, SequenceCompiler, Successors
 from grammarlab.derivation.sites import describe_sites, function_name
+from grammarlab.derivation.uv_sets import mentioned_uv_sets
 from grammarlab.errors import DerivationError
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import (
@@ -93,6 +94,7 @@ class _Compilation:
             start_rules,
             self._default_start(start_rules),
             self._state_names(),
+            mentioned_uv_sets(self._grammar.tree),
         )
 
     def _rule(self, rule: Rule) -> CompiledRule:

@@ -19,6 +19,7 @@ from grammarlab.derivation.meshes import MeshPool, normalized
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.shapes import FOOTPRINT, Shapes, Value
 from grammarlab.derivation.strings import StringPool
+from grammarlab.derivation.texture_maps import initial_maps
 from grammarlab.derivation.workspace import Budget, Workspace
 from grammarlab.errors import UsageError
 from grammarlab.geometry.assets import AssetFolder
@@ -93,6 +94,7 @@ def derive(
     recorder = workspace.recorder
     leaves = recorder.leaves(workspace.meshes, workspace.frames)
     rotations, frame = workspace.frames.used(leaves.frame)
+    texture_maps, texture_map = workspace.texture_maps.used(leaves.texture_map)
     return Forest(
         seed,
         first_model,
@@ -101,12 +103,13 @@ def derive(
         program.rule_names,
         program.sites,
         recorder.nodes(),
-        replace(leaves, frame=frame),
+        replace(leaves, frame=frame, texture_map=texture_map),
         recorder.draws(),
         recorder.reports(),
         rotations,
         workspace.meshes.freeze(),
         workspace.materials.freeze(),
+        texture_maps,
         tuple(recorder.prints),
         recorder.missing_assets(),
     )
@@ -192,6 +195,7 @@ def _prepare(
     workspace = Workspace(
         program, start, roots, overrides, StringPool(), frames, meshes, MaterialPool(), budget, assets
     )
+    workspace.roots = roots._replace(state=initial_maps(roots, program.uv_sets, workspace))
     workspace.recorder.add_roots(models, program.rules[start].symbol)
     return workspace
 
@@ -204,7 +208,7 @@ def _evaluate_attributes(workspace: Workspace) -> None:
             workspace.attribute(attribute.name)
     state = {name: STATE_DEFAULTS[name] for name in program.state_names if name in STATE_DEFAULTS}
     own = {name: workspace.attribute(name) for name in program.state_names if name in program.attributes}
-    workspace.roots = workspace.roots._replace(state={**state, **own})
+    workspace.roots = workspace.roots._replace(state={**workspace.roots.state, **state, **own})
 
 
 def _initial(

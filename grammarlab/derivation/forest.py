@@ -93,6 +93,8 @@ class Leaves:
     """[L] index into `Forest.meshes`, whose points lie in the unit cube."""
     material: NDArray[np.int32]
     """[L] index into `Forest.materials`."""
+    texture_map: NDArray[np.int32]
+    """[L] index into `Forest.texture_maps`, -1 for leaves without texture coordinates."""
 
     def __len__(self) -> int:
         return len(self.node)
@@ -160,6 +162,8 @@ class Forest:
     """[K, 3, 3] proper rotations; columns are a scope's axes in the world."""
     meshes: Meshes
     materials: Materials
+    texture_maps: Floats
+    """[K, 2, 4] how the colour map lies: u and v of a world point are rows times (x, y, z, 1), v upwards."""
     prints: tuple[str, ...] = ()
     """The texts that ``print`` showed while these models were derived, at most 10,000; no part of a stored forest."""
     missing_assets: tuple[MissingAsset, ...] = ()

@@ -51,3 +51,5 @@ class Program:
     default_start: str
     state_names: frozenset[str]
     """Attributes that some rule sets and shape attributes that some expression reads: entries of `Shapes.state`."""
+    uv_sets: frozenset[int]
+    """The sets of texture coordinates that some operation or expression mentions; all where one is computed."""

@@ -11,6 +11,7 @@ from grammarlab.derivation.forest import Draws, Leaves, MissingAsset, Nodes, Rep
 from grammarlab.derivation.frames import FramePool
 from grammarlab.derivation.meshes import MeshPool, upright
 from grammarlab.derivation.shapes import EMPTY, Floats, Ids, Shapes
+from grammarlab.derivation.texture_maps import NONE, map_ids, map_name
 from grammarlab.errors import Location
 
 _MOST_PRINTS = 10_000
@@ -112,6 +113,7 @@ class Recorder:
             whole.frame[visible],
             whole.mesh[visible],
             whole.material[visible],
+            whole.texture_map[visible],
         )
 
     def draws(self) -> Draws:
@@ -151,7 +153,13 @@ def _leaves(chunks: Sequence[Shapes]) -> Leaves:
         _joined([shapes.frame for shapes in chunks], np.int32),
         _joined([shapes.mesh for shapes in chunks], np.int32),
         _joined([shapes.material for shapes in chunks], np.int32),
+        _joined([_texture_map(shapes) for shapes in chunks], np.int32),
     )
+
+
+def _texture_map(shapes: Shapes) -> Ids:
+    """[N] the maps of the first uv set, that of the colour map."""
+    return map_ids(shapes, 0) if map_name(0) in shapes.state else np.full(shapes.num, NONE, dtype=np.int32)
 
 
 def _joined(columns: Sequence[NDArray[np.generic]], dtype: type[np.generic]) -> NDArray:

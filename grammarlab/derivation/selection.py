@@ -65,6 +65,7 @@ def join_forests(forests: Sequence[Forest]) -> Forest:
     frames = _starts([len(forest.frames) for forest in forests])
     meshes = _starts([len(forest.meshes) for forest in forests])
     materials = _starts([len(forest.materials) for forest in forests])
+    maps = _starts([len(forest.texture_maps) for forest in forests])
     keys = list(dict.fromkeys(key for forest in forests for key in forest.reports.keys))
     return replace(
         first,
@@ -78,8 +79,11 @@ def join_forests(forests: Sequence[Forest]) -> Forest:
                     frame=f.leaves.frame + frame,
                     mesh=f.leaves.mesh + mesh,
                     material=f.leaves.material + material,
+                    texture_map=moved_maps(f.leaves.texture_map, first_map),
                 )
-                for f, node, frame, mesh, material in zip(forests, nodes, frames, meshes, materials, strict=True)
+                for f, node, frame, mesh, material, first_map in zip(
+                    forests, nodes, frames, meshes, materials, maps, strict=True
+                )
             ]
         ),
         draws=_joined([replace(f.draws, node=f.draws.node + node) for f, node in zip(forests, nodes, strict=True)]),
@@ -90,9 +94,15 @@ def join_forests(forests: Sequence[Forest]) -> Forest:
             np.concatenate([forest.materials.channels for forest in forests]),
             tuple(texture for forest in forests for texture in forest.materials.textures),
         ),
+        texture_maps=np.concatenate([forest.texture_maps for forest in forests]),
         prints=tuple(text for forest in forests for text in forest.prints),
         missing_assets=by_path(asset for forest in forests for asset in forest.missing_assets),
     )
+
+
+def moved_maps(texture_map: NDArray[np.int32], first: np.integer | int) -> NDArray[np.int32]:
+    """A column of `Leaves.texture_map` in a table of maps in which its own ones come later."""
+    return np.where(texture_map >= 0, texture_map + np.int32(first), texture_map)
 
 
 def _rows(columns: _R, kept: Flags) -> _R:

@@ -15,6 +15,7 @@ from grammarlab.derivation.recorder import Recorder
 from grammarlab.derivation.shapes import Shapes, Value
 from grammarlab.derivation.strings import StringPool
 from grammarlab.derivation.tables import TablePool
+from grammarlab.derivation.texture_maps import TextureMapPool
 from grammarlab.errors import AssetError, BudgetError, DerivationError, Location, MissingAssetError
 from grammarlab.geometry.assets import Asset, AssetFolder
 
@@ -53,6 +54,7 @@ class Workspace:
     assets: AssetFolder | None = None
     """What asset paths are relative to and may not leave."""
     tables: TablePool = field(default_factory=TablePool)
+    texture_maps: TextureMapPool = field(default_factory=TextureMapPool)
     recorder: Recorder = field(default_factory=Recorder)
     pending: list[list[Shapes]] = field(init=False)
     """For each rule, the shapes that wait for it, in the order they were made."""

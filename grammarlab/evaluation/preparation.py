@@ -299,5 +299,6 @@ def without_geometry(forest: Forest) -> Forest:
         leaves.frame[none],
         leaves.mesh[none],
         leaves.material[none],
+        leaves.texture_map[none],
     )
     return replace(forest, leaves=empty)

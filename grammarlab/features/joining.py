@@ -44,4 +44,5 @@ def _trees_of(forest: Forest) -> Forest:
         frames=forest.frames[:0],
         meshes=forest.meshes.take(np.zeros(0, np.int64)),
         materials=Materials(forest.materials.channels[:0], ()),
+        texture_maps=forest.texture_maps[:0],
     )

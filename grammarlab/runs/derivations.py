@@ -1,10 +1,11 @@
 """Derivations on disk: one folder a forest, one Parquet file a table, ready for pandas, polars or DuckDB.
 
 nodes.parquet      one row a node       model, parent, symbol, rule, child, repeat
-leaves.parquet     one row a leaf       node, position, size (fixed lists of 3), frame, mesh, material
+leaves.parquet     one row a leaf       node, position, size (fixed lists of 3), frame, mesh, material, texture_map
 draws.parquet      one row a draw       node, site, value, log_density
 reports.parquet    one row a report     node, key, value
 frames.parquet     one row a frame      rotation (fixed list of 9, row by row)
+maps.parquet       one row a map        coordinates (fixed list of 8, row by row)
 meshes.parquet     one row a mesh       points, face_sizes, corners, tags (lists)
 materials.parquet  one row a material   color.r ... emissive.b, texture
 forest.json        seed, first_model, num_models and the names that the integers stand for
@@ -34,8 +35,8 @@ from grammarlab.errors import AssetError
 from grammarlab.geometry.mesh import Meshes
 from grammarlab.runs.atomic import atomic_folder
 
-FORMAT = 2
-"""Version of the layout above. In version 1 a site was a line of text."""
+FORMAT = 3
+"""Version of the layout above. In version 1 a site was a line of text; before version 3 there were no maps."""
 
 HEADER = "forest.json"
 FILES = (
@@ -46,8 +47,10 @@ FILES = (
     "frames.parquet",
     "meshes.parquet",
     "materials.parquet",
+    "maps.parquet",
     HEADER,
 )
+_WITHOUT_MAPS = {1, 2}
 Array = NDArray[Any]
 _FIRST_KINDS: dict[str, SiteKind] = {"choice": "choice", "rand": "uniform", "p": "bernoulli", "fileRandom": "file"}
 
@@ -70,6 +73,7 @@ def save_forest(forest: Forest, folder: Path | str) -> None:
         "draws": _columns(forest.draws),
         "reports": _columns(forest.reports),
         "frames": {"rotation": forest.frames.reshape(-1, 9)},
+        "maps": {"coordinates": forest.texture_maps.reshape(-1, 8)},
     }
     with atomic_folder(Path(folder)) as part:
         for name, columns in tables.items():
@@ -88,13 +92,19 @@ def load_forest(folder: Path | str) -> Forest:
         AssetError: when the folder is not one of ours, or is damaged.
     """
     folder = Path(folder)
-    missing = [name for name in FILES if not (folder / name).is_file()]
+    missing = [name for name in FILES if name != "maps.parquet" and not (folder / name).is_file()]
     if missing:
         raise AssetError(f"{folder}: expected derivations here, but {', '.join(missing)} is missing.")
     try:
         header = json.loads((folder / HEADER).read_text(encoding="utf-8"))
-        if header["format"] not in {1, FORMAT}:
+        if header["format"] not in {*_WITHOUT_MAPS, FORMAT}:
             raise AssetError(f"{folder}: expected derivations of format {FORMAT}, found format {header['format']}.")
+        leaves = _read(folder, "leaves")
+        maps = np.zeros((0, 2, 4))
+        if header["format"] in _WITHOUT_MAPS:
+            leaves["texture_map"] = np.full(len(leaves["node"]), -1, dtype=np.int32)
+        else:
+            maps = _read(folder, "maps")["coordinates"].reshape(-1, 2, 4)
         return Forest(
             seed=header["seed"],
             first_model=header["first_model"],
@@ -103,14 +113,15 @@ def load_forest(folder: Path | str) -> Forest:
             rules=tuple(RuleName(symbol, n, tuple(branch), line) for symbol, n, branch, line in header["rules"]),
             sites=tuple(map(_site, header["sites"])),
             nodes=Nodes(**_read(folder, "nodes")),
-            leaves=Leaves(**_read(folder, "leaves")),
+            leaves=Leaves(**leaves),
             draws=Draws(**_read(folder, "draws")),
             reports=Reports(**_read(folder, "reports"), keys=tuple(header["report_keys"])),
             frames=_read(folder, "frames")["rotation"].reshape(-1, 3, 3),
             meshes=_meshes_from_arrow(pq.read_table(folder / "meshes.parquet")),
             materials=_materials_from_arrow(pq.read_table(folder / "materials.parquet")),
+            texture_maps=maps,
         )
-    except (ValueError, LookupError, TypeError, AttributeError, RecursionError, pa.ArrowException) as error:
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError, pa.ArrowException) as error:
         raise AssetError(f"{folder}: the derivations are damaged ({error}). Sample them again.") from error
 
 

@@ -170,12 +170,12 @@ def test_unknown_ways_to_draw_are_refused_with_the_choices(run, option):
 def test_what_is_left_out_or_cannot_be_carried_out_is_told_once(run, rules, tmp_path):
     path = rules(
         'import lib : "lib.cga"\nimport gone : "gone.cga"\n'
-        "Lot --> setupProjection(0, scope.xy, 1, 1) projectUV(0) set(trim.vertical, false)\n"
+        "Lot --> setNormals(soft) set(trim.vertical, false)\n"
         "cleanupGeometry(all, 1) lib.A"
     )
-    rules("A --> projectUV(0) extrude(3)", "lib.cga")
+    rules("A --> softenNormals(30) extrude(3)", "lib.cga")
     told = run("sample", path, "-n", "2", "-o", tmp_path / "out", "--no-image", "--jobs", "1").stderr.splitlines()
-    assert told[0] == "left out, as no shape or colour depends on it: projectUV, setupProjection, trim.vertical"
+    assert told[0] == "left out, as no shape or colour depends on it: setNormals, softenNormals, trim.vertical"
     assert told[1].startswith('not carried out: the import "gone.cga", which cannot be read, the operation cleanupG')
 
 

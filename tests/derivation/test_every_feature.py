@@ -71,7 +71,16 @@ SEQUENCES = [
         "setback([1, 2]) { all : A }",
         "setback(comp(fe) { all : 1 }) { all : A }",
     ),
-    *("[ t(0, 1, 0) A ] B.", "NIL", "Wall(3) Wall(1, 2)", "case p(0.5) : A else : 30% : B 30% : C else : NIL"),
+    *("split(u, unitSpace, 0) { 1 : A | { ~1 : B }* }", "split(v, uvSpace, 1) { '0.5 : A }", "projectUV(3) A"),
+    *("setupProjection(0, scope.xy, ~2, '1, 0, 0, 1) projectUV(0) copyUV(0, 1) deleteUV(0) A",),
+    *("tileUV(0, ~2, 0) normalizeUV(0, uvUniform, collectiveAllFaces) A", "rotateUV(0, 9) scaleUV(0, 1, 2) A"),
+    *(
+        "translateUV(0, 1, 2) A",
+        "[ t(0, 1, 0) A ] B.",
+        "NIL",
+        "Wall(3) Wall(1, 2)",
+        "case p(0.5) : A else : 30% : B 30% : C else : NIL",
+    ),
 ]
 VALUES = [
     *("rand()", "rand(2)", "rand(1, 2)", "p(0.3)", 'fileRandom("*.png")', 'listRandom("a;b;")', "scope.tx + scope.ry"),
@@ -88,6 +97,8 @@ VALUES += ['assetBestSize("*.obj", "xz") + assetApproxRatio("*", "xy", 2)', 'ass
 VALUES += ['assetsSortSize("", xz, 0) + assetsSortRatio("", xyz)', 'imagesSortRatio("", yx) + imageInfo("a.png", sy)']
 VALUES += ['imageBestRatio("*.png", "xz") + imageApproxRatio("*.png", "yz", 3)']
 VALUES += ["[1, 2; 3, 4][1, 0] + size([1:3]) + nRows(floatArray)", "comp(f) { top : comp.index | side = 2 }"]
+VALUES += ["geometry.du(0, uvSpace) + geometry.dv(2, unitSpace)", "geometry.uMin + geometry.uMax(1)"]
+VALUES += ["geometry.vMin(2) + geometry.vMax", "geometry.hasUVs(0) || geometry.hasUVs"]
 VALUES += ["initialShape.origin.oy", "initialShape.symbol", "trim.vertical", "convert(x, scope, world, pos, 1, 2, 3)"]
 HEAD = "attr height = 3\nWall(x) --> extrude(x) A\nWall(x, y) --> extrude(x + y) B\n"
 
@@ -101,7 +112,7 @@ def test_a_feature_is_carried_out_and_found_in_order(sequence):
 
 @pytest.mark.parametrize(
     "sequence",
-    ["split(u, unitSpace, 0) { 1 : A }", "comp(g) { all : A }", "envelope(normal, 3, 4, 5)", "print(seedian)"],
+    ["splitArea(x) { 1 : A }", "comp(g) { all : A }", "envelope(normal, 3, 4, 5)", "print(seedian)"],
 )
 def test_what_is_not_carried_out_is_reported_and_refused_where_a_shape_comes_to_it(sequence):
     text = f"Lot --> {sequence}"

@@ -12,9 +12,9 @@ from grammarlab.language.grammar import Grammar
 GRAMMAR = Grammar.parse(
     """
 attr height = rand(3, 9)
-Lot --> extrude(height) split(x) { ~1 : Part | ~2 : Part }
+Lot --> setupProjection(0, scope.xz, height, 2) projectUV(0) extrude(height) split(x) { ~1 : Part | ~2 : Part }
 Part --> 50% : color("#ff0000") report("red", 1) Box. 30% : r(0, 30, 0) report("turned", height) Box.
-         else : roofGable(30) comp(f) { all : Face }
+         else : roofGable(30) deleteUV(0) comp(f) { all : Face }
 """
 )
 
@@ -33,6 +33,7 @@ def leaves_by_model(forest: Forest) -> list[list[tuple]]:
                 forest.frames[leaves.frame[row]].tolist(),
                 mesh.points.tolist(),
                 forest.materials.channels[leaves.material[row]].tolist(),
+                forest.texture_maps[leaves.texture_map[row]].tolist() if leaves.texture_map[row] >= 0 else None,
             )
         )
     return found

@@ -72,10 +72,11 @@ def _forest(num_models, symbols, rules, sites, nodes, draws) -> Forest:
             table[:, 4].astype(np.int16),
             np.zeros(len(table), np.int32),
         ),
-        Leaves(none, np.zeros((0, 3)), np.zeros((0, 3)), none, none, none),
+        Leaves(none, np.zeros((0, 3)), np.zeros((0, 3)), none, none, none, none),
         Draws(drawn[:, 0].astype(np.int32), drawn[:, 1].astype(np.int16), drawn[:, 2].copy(), np.zeros(len(drawn))),
         Reports(none, none, np.zeros(0), ()),
         np.eye(3)[None],
         Meshes.from_polygons(np.zeros((0, 3)), np.zeros(0, np.int64)),
         Materials(np.zeros((0, len(CHANNELS))), ()),
+        np.zeros((0, 2, 4)),
     )

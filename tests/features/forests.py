@@ -46,7 +46,7 @@ def forest_of(
         rules=RULES,
         sites=SITES,
         nodes=Nodes(*columns),
-        leaves=Leaves(empty, np.zeros((0, 3)), np.zeros((0, 3)), empty, empty, empty),
+        leaves=Leaves(empty, np.zeros((0, 3)), np.zeros((0, 3)), empty, empty, empty, empty),
         draws=Draws(
             drawn[:, 0].astype(np.int32), drawn[:, 1].astype(np.int16), drawn[:, 2].copy(), np.zeros(len(drawn))
         ),
@@ -54,6 +54,7 @@ def forest_of(
         frames=np.eye(3)[None],
         meshes=Meshes.from_polygons(np.zeros((0, 3)), np.zeros(0, np.int64)),
         materials=Materials(np.zeros((0, len(CHANNELS))), ()),
+        texture_maps=np.zeros((0, 2, 4)),
     )
 
 

@@ -41,6 +41,7 @@ def random_forest(rng: np.random.Generator, num_models: int, num_nodes: int, num
             frame=ints(24, num_leaves, np.int32),
             mesh=ints(5, num_leaves, np.int32),
             material=ints(2, num_leaves, np.int32),
+            texture_map=ints(3, num_leaves, np.int32) - np.int32(1),
         ),
         draws=Draws(
             node=ints(num_nodes, num_draws, np.int32),
@@ -57,6 +58,7 @@ def random_forest(rng: np.random.Generator, num_models: int, num_nodes: int, num
         frames=floats(24, 3, 3),
         meshes=random_meshes(rng, 5),
         materials=Materials(rng.random((2, len(CHANNELS))), ("", "wood/oak.jpg")),
+        texture_maps=floats(2, 2, 4),
     )
 
 

@@ -91,3 +91,19 @@ def test_the_first_format_is_still_read(saved):
     (saved / "forest.json").write_text(json.dumps(header | {"sites": ["dice"]}))
     with pytest.raises(AssetError, match="damaged"):
         load_forest(saved)
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_formats_without_texture_coordinates_are_still_read(tmp_path, version):
+    forest = random_forest(np.random.default_rng(1), 3, 50, 20, 30)
+    save_forest(forest, tmp_path / "d")
+    (tmp_path / "d" / "maps.parquet").unlink()
+    leaves = pq.read_table(tmp_path / "d" / "leaves.parquet").drop_columns("texture_map")
+    pq.write_table(leaves, tmp_path / "d" / "leaves.parquet")
+    header = json.loads((tmp_path / "d" / "forest.json").read_text())
+    with pytest.raises(AssetError, match="damaged"):
+        load_forest(tmp_path / "d")
+    (tmp_path / "d" / "forest.json").write_text(json.dumps({**header, "format": version, "sites": []}))
+    read = load_forest(tmp_path / "d")
+    assert (read.leaves.texture_map == -1).all()
+    np.testing.assert_array_equal(read.leaves.mesh, forest.leaves.mesh)

@@ -13,6 +13,7 @@ from grammarlab.derivation.functions import (
     ramps,
     random,
     text,
+    texture_coordinates,
 )
 
 BUILTINS = {
@@ -27,6 +28,7 @@ BUILTINS = {
     **files.BUILTINS,
     **fitting.BUILTINS,
     **geometry.BUILTINS,
+    **texture_coordinates.BUILTINS,
 }
 """Every built-in function by name."""
 

@@ -12,6 +12,7 @@ from grammarlab.derivation.operations import (
     scattering,
     scope,
     splits,
+    texturing,
 )
 
 OPERATIONS = {
@@ -23,6 +24,7 @@ OPERATIONS = {
     **planar.OPERATIONS,
     **roofs.OPERATIONS,
     **scope.OPERATIONS,
+    **texturing.OPERATIONS,
 }
 """Operations without a block, by name."""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,7 @@ from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.meshes import add_faces, normalized
 from grammarlab.derivation.pivots import with_pivot
 from grammarlab.derivation.shapes import BOX, EMPTY, FACE, Floats, Shapes
+from grammarlab.derivation.texture_maps import carried
 from grammarlab.geometry.measure import corner_edges, face_areas, face_normals
 from grammarlab.geometry.mesh import Meshes
 
@@ -201,6 +204,19 @@ def set_pivot(call: Call) -> Shapes:
 def mirror(call: Call) -> Shapes:
     """``mirror(x, y, z)``: turn the geometry over, within its scope, along the axes that are true."""
     flips = [_flag(call, argument) for argument in call.arguments]
+    turned = carried(_seen_from_other_ends(call, np.array(flips)), call.shapes, call.workspace)
+    return _mirrored(call._replace(shapes=turned), flips)
+
+
+def _seen_from_other_ends(call: Call, flips: NDArray[np.bool_]) -> Shapes:
+    """The same shapes in scopes that run backwards along some axes."""
+    size = call.shapes.size
+    offset = call.workspace.frames.to_world(call.shapes.frame, np.where(flips, size, 0.0))
+    return call.shapes._replace(position=call.shapes.position + offset, size=np.where(flips, -size, size))
+
+
+def _mirrored(call: Call, flips: Sequence[bool]) -> Shapes:
+    """Shapes with other geometry in the same scopes."""
     shapes = call.shapes
     rows = np.flatnonzero(shapes.mesh > BOX)
     if not any(flips) or len(rows) == 0:

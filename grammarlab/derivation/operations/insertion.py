@@ -7,6 +7,7 @@ import numpy as np
 from grammarlab.derivation.calls import Call, Operation
 from grammarlab.derivation.meshes import mirrored, upright
 from grammarlab.derivation.shapes import BOX, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.derivation.texture_maps import without_maps
 from grammarlab.geometry import primitives
 
 _INSERT_WORDS = frozenset(
@@ -28,7 +29,7 @@ def i(call: Call) -> Shapes:
     An asset that the folder lacks is a unit box, so that what is derived keeps its place and size (`Forest` names it).
     The public reference leaves open what CityEngine does; a broken file, or one outside the folder, is an error.
     """
-    call = _upright(call)
+    call = _bare(call)
     text = call.text(call.values[0])
     if isinstance(text, str):
         return _inserted(call, call.shapes, text)
@@ -41,9 +42,10 @@ def i(call: Call) -> Shapes:
     return shapes._replace(mesh=mesh, size=size, position=position)
 
 
-def _upright(call: Call) -> Call:
-    """The call on scopes of positive height."""
-    return call._replace(shapes=upright(call.shapes, call.workspace.meshes, call.workspace.frames))
+def _bare(call: Call) -> Call:
+    """The call on scopes of positive height, without the texture coordinates of the geometry that is replaced."""
+    shapes = upright(call.shapes, call.workspace.meshes, call.workspace.frames)
+    return call._replace(shapes=without_maps(shapes, call.workspace))
 
 
 def _inserted(call: Call, shapes: Shapes, path: str) -> Shapes:
@@ -108,7 +110,7 @@ def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
     """
 
     def apply(call: Call) -> Shapes:
-        call = _upright(call)
+        call = _bare(call)
         numbers = [call.number(argument) for argument in call.arguments]
         dimensions = numbers[num_counts:] if len(numbers) > num_counts else []
         if dimensions and len(dimensions) != num_dimensions:

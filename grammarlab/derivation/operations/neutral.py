@@ -1,8 +1,7 @@
-"""Operations that change texture coordinates or normals, or how a surface is cut into faces, but not where it is.
+"""Operations that change normals, or how a surface is cut into faces, but not where it is.
 
-They are accepted and have no effect: images are projected along the world's axes when a model is written, concave
-faces are cut where they are drawn. What is derived afterwards may depend on how a surface is cut into faces, and on
-nothing else of this; `grammarlab check` says so of each use.
+They are accepted and have no effect: concave faces are cut where they are drawn. What is derived afterwards may depend
+on how a surface is cut into faces, and on nothing else of this; `grammarlab check` says so of each use.
 """
 
 from __future__ import annotations
@@ -13,21 +12,7 @@ from grammarlab.language.keywords import KEYWORDS
 
 _WORDS = frozenset[str]().union(*KEYWORDS.values())
 _OF_FACES = ("cleanupGeometry", "convexify")
-_OF_LOOKS = (
-    "copyUV",
-    "deleteUV",
-    "normalizeUV",
-    "offsetUV",
-    "projectUV",
-    "rotateUV",
-    "scaleUV",
-    "setNormals",
-    "setupProjection",
-    "setupUV",
-    "softenNormals",
-    "tileUV",
-    "translateUV",
-)
+_OF_LOOKS = ("offsetUV", "setNormals", "setupUV", "softenNormals")
 
 
 def unchanged(call: Call) -> Shapes:

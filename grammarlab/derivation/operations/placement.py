@@ -8,6 +8,7 @@ from grammarlab.derivation.functions.attributes import turn_angles
 from grammarlab.derivation.operations.scope import s
 from grammarlab.derivation.pivots import pivot_position, with_pivot
 from grammarlab.derivation.shapes import Shapes
+from grammarlab.derivation.texture_maps import carried
 
 PLACEMENT = frozenset(
     f"{kind}{axis}" for kind in ("scope.t", "scope.r", "scope.s", "pivot.p", "pivot.o") for axis in "xyz"
@@ -30,6 +31,11 @@ def set_placement(call: Call, name: str, argument: Argument) -> Shapes:
     axis = "xyz".index(name[-1])
     if name.startswith("scope.s"):
         return s(call._replace(arguments=tuple(argument if other == axis else _KEPT for other in range(3))))
+    return carried(call.shapes, _placed(call, name, axis, argument), call.workspace)
+
+
+def _placed(call: Call, name: str, axis: int, argument: Argument) -> Shapes:
+    """Shapes moved or turned, with their pivots or within them."""
     shapes, frames, value = call.shapes, call.workspace.frames, call.column(argument)
     pivot = pivot_position(shapes, call.workspace)
     if name.startswith("pivot.p"):

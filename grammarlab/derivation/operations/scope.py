@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.angles import euler
-from grammarlab.derivation.calls import Argument, Call, Operation
+from grammarlab.derivation.calls import Argument, Call, Operation, OperationFunction
 from grammarlab.derivation.meshes import mirrored
 from grammarlab.derivation.pivots import pivot_position
 from grammarlab.derivation.shapes import Shapes
+from grammarlab.derivation.texture_maps import carried
 
 Floats = NDArray[np.float64]
 
@@ -54,14 +55,18 @@ def s(call: Call) -> Shapes:
             turns = turns or (length.min() if isinstance(length, np.ndarray) else length) < 0.0
         elif value != 1.0:
             size[:, axis] *= value
-    return _turned(call, size) if turns else call.shapes.resized(size)
+    return _turned(call, size) if turns else _resized(call, size)
+
+
+def _resized(call: Call, size: Floats) -> Shapes:
+    return carried(call.shapes, call.shapes.resized(size), call.workspace)
 
 
 def _turned(call: Call, size: Floats) -> Shapes:
     """Shapes of new sizes [N, 3], some negative, mirrored where only the new one is."""
     sunk = call.shapes.size < 0.0
     size = np.where((size < 0.0) & (size > _SMALLEST) & ~sunk, 0.0, size)
-    return mirrored(call.shapes.resized(size), (size < 0.0) & ~sunk, call.workspace.meshes, call.workspace.frames)
+    return mirrored(_resized(call, size), (size < 0.0) & ~sunk, call.workspace.meshes, call.workspace.frames)
 
 
 def center(call: Call) -> Shapes:
@@ -153,12 +158,17 @@ def _axes(call: Call, system: str) -> NDArray[np.int32]:
     return shapes.frame if system == "scope" else shapes.pivot
 
 
+def _moving(apply: OperationFunction) -> OperationFunction:
+    """An operation that moves or turns shapes, with their texture coordinates."""
+    return lambda call: carried(call.shapes, apply(call), call.workspace)
+
+
 OPERATIONS: dict[str, Operation] = {
-    "center": Operation(center, _CENTER_AXES, (1, 1)),
-    "r": Operation(r, _PIVOTS, (3, 4)),
-    "rotate": Operation(rotate, _SYSTEMS, (5, 5)),
+    "center": Operation(_moving(center), _CENTER_AXES, (1, 1)),
+    "r": Operation(_moving(r), _PIVOTS, (3, 4)),
+    "rotate": Operation(_moving(rotate), _SYSTEMS, (5, 5)),
     "s": Operation(s, num_arguments=(3, 3)),
     "scale": Operation(s, num_arguments=(3, 3)),
-    "t": Operation(t, num_arguments=(3, 3)),
-    "translate": Operation(translate, _SYSTEMS, (5, 5)),
+    "t": Operation(_moving(t), num_arguments=(3, 3)),
+    "translate": Operation(_moving(translate), _SYSTEMS, (5, 5)),
 }

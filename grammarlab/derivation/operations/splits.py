@@ -1,22 +1,22 @@
-"""``split``: a shape cut into slabs along one of its scope's axes."""
+"""``split``: a shape cut into slabs along one of its scope's axes, or between values of a texture coordinate."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls import BlockOperation, Call, Head, Part
 from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.functions.texture_coordinates import SPACES, UV_AXES
 from grammarlab.derivation.meshes import normalized, upright
+from grammarlab.derivation.operations.split_parts import asked_indices, elements_of, indexed, numbered
+from grammarlab.derivation.operations.texture_splits import split_between_values
 from grammarlab.derivation.shapes import FACE, FOOTPRINT, Floats, Ids, Shapes
-from grammarlab.derivation.splitting import Element, Pieces, Repeat, Row, Size, count_pieces, divide, in_a_row
+from grammarlab.derivation.splitting import Pieces, Row, count_pieces, divide, in_a_row
 from grammarlab.geometry.clip import slabs
 
 _AXES = {"x": 0, "y": 1, "z": 2}
-_INDICES = frozenset({"split.index", "split.total"})
-_WORDS = frozenset({*_AXES, "adjust", "noAdjust"})
+_WORDS = frozenset({*_AXES, "adjust", "noAdjust", *UV_AXES, *SPACES})
 
 
 def split(call: Call, heads: tuple[Head, ...]) -> list[Part]:
@@ -26,18 +26,20 @@ def split(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     with ``adjust`` (the default) the scope of a part is fitted to what is left.
     """
     words = call.words
+    if words and words[0] in UV_AXES:
+        return split_between_values(call, heads)
     axis = _AXES.get(words[0] if words else "")
     if axis is None:
-        raise call.error("split expects x, y or z first", "for example split(x) { 2 : A | ~1 : B }")
+        raise call.error("split expects x, y, z, u or v first", "for example split(x) { 2 : A | ~1 : B }")
     shapes = upright(call.shapes, call.workspace.meshes, call.workspace.frames) if axis == 1 else call.shapes
     if shapes is not call.shapes:
         call = call._replace(shapes=shapes)
     length = shapes.size[:, axis]
-    elements = _elements(call, heads, axis)
+    elements = elements_of(call, heads, length)
     along = call.workspace.frames.axis(shapes.frame, axis)
     clipped = _needs_clipping(shapes.mesh, axis)
     general = clipped if clipped.any() else None
-    asked = call.workspace.program.state_names & _INDICES
+    asked = asked_indices(call.workspace)
     row = in_a_row(length, elements)
     if row is None:
         call.workspace.expanded(count_pieces(length, elements), shapes.num, call.location)
@@ -46,43 +48,11 @@ def split(call: Call, heads: tuple[Head, ...]) -> list[Part]:
         return _slabs(shapes, axis, row, along)
     else:
         pieces = row.pieces()
-    numbers = _numbers(pieces, shapes, is_wanted=bool(asked))
+    numbers = numbered(pieces, shapes, is_wanted=bool(asked))
     made = [_part(call, axis, piece, along, general) for piece in pieces]
     if asked:
-        made = _indexed(made, pieces, numbers, shapes.num, asked)
+        made = indexed(made, pieces, numbers, shapes.num, asked)
     return [Part(part, number) for part, number in zip(made, numbers, strict=True)]
-
-
-def _elements(call: Call, heads: Sequence[Head], axis: int) -> list[Element]:
-    """The sizes of a split, those of one repeated group together."""
-    elements: list[Element] = []
-    group = -1
-    for head in heads:
-        argument = head.argument
-        size = Size(call.length(argument, axis), argument.floating)
-        if head.group < 0:
-            elements.append(size)
-        elif head.group == group and isinstance(elements[-1], Repeat):
-            elements[-1] = Repeat((*elements[-1].sizes, size))
-        else:
-            elements.append(Repeat((size,)))
-        group = head.group
-    return elements
-
-
-def _numbers(pieces: Sequence[Pieces], shapes: Shapes, is_wanted: bool) -> list[NDArray[np.int64]]:
-    """For each piece its place along its shape, from 0; only where it is wanted or something draws."""
-    counts = [len(piece.row) for piece in pieces]
-    if shapes.key is None and not is_wanted:
-        return [np.zeros(count, np.int64) for count in counts]
-    if all(piece.is_one_each for piece in pieces):
-        return [np.full(count, place) for place, count in enumerate(counts)]
-    row = np.concatenate([piece.row for piece in pieces])
-    order = np.lexsort((np.concatenate([piece.start for piece in pieces]), row))
-    per_row = np.bincount(row, minlength=shapes.num)
-    number = np.empty(len(row), np.int64)
-    number[order] = np.arange(len(row)) - np.repeat(np.cumsum(per_row) - per_row, per_row)
-    return np.split(number, np.cumsum(counts)[:-1])
 
 
 def _slabs(shapes: Shapes, axis: int, row: Row, along: Floats) -> list[Part]:
@@ -161,22 +131,6 @@ def _clipped(
         position[general] += call.workspace.frames.to_world(frame[general], low)
         size[general] = extent
     return position, size, mesh
-
-
-def _indexed(
-    made: Sequence[Shapes],
-    pieces: Sequence[Pieces],
-    numbers: Sequence[NDArray[np.int64]],
-    num_shapes: int,
-    asked: frozenset[str],
-) -> list[Shapes]:
-    """Parts that know their place and number, where the grammar asks."""
-    totals = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=num_shapes)
-    result = []
-    for part, piece, number in zip(made, pieces, numbers, strict=True):
-        known = {"split.index": number.astype(np.float64), "split.total": totals[piece.row].astype(np.float64)}
-        result.append(part._replace(state={**part.state, **{name: known[name] for name in asked}}))
-    return result
 
 
 BLOCKS: dict[str, BlockOperation] = {"split": BlockOperation(split, _WORDS, (1, 3))}

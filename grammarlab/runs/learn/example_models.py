@@ -127,12 +127,13 @@ def _forest(file: Path, program: Program, slots: _Slots) -> Forest:
         rules=program.rule_names,
         sites=program.sites,
         nodes=nodes,
-        leaves=Leaves(none, empty, empty, none, none, none),
+        leaves=Leaves(none, empty, empty, none, none, none, none),
         draws=_draws(draws, names, len(nodes), program),
         reports=Reports(none, none, np.zeros(0), ()),
         frames=np.zeros((0, 3, 3)),
         meshes=Meshes(empty, zero[:0], zero, zero, zero, np.zeros(0, dtype=np.int8)),
         materials=Materials(np.zeros((0, len(CHANNELS))), ()),
+        texture_maps=np.zeros((0, 2, 4)),
     )
 
 

@@ -1,0 +1,69 @@
+"""What splits along a scope's axis and between values of a texture coordinate share: sizes, numbers, indices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.calls import Call, Head
+from grammarlab.derivation.shapes import Floats, Shapes
+from grammarlab.derivation.splitting import Element, Pieces, Repeat, Size
+from grammarlab.derivation.workspace import Workspace
+
+_INDICES = frozenset({"split.index", "split.total"})
+
+
+def asked_indices(workspace: Workspace) -> frozenset[str]:
+    """Which of ``split.index`` and ``split.total`` the grammar reads."""
+    return workspace.program.state_names & _INDICES
+
+
+def elements_of(call: Call, heads: Sequence[Head], length: Floats) -> list[Element]:
+    """The sizes of a split of lengths [N], those of one repeated group together."""
+    elements: list[Element] = []
+    group = -1
+    for head in heads:
+        argument = head.argument
+        number = call.number(argument)
+        size = Size(number * length if argument.relative else number, argument.floating)
+        if head.group < 0:
+            elements.append(size)
+        elif head.group == group and isinstance(elements[-1], Repeat):
+            elements[-1] = Repeat((*elements[-1].sizes, size))
+        else:
+            elements.append(Repeat((size,)))
+        group = head.group
+    return elements
+
+
+def numbered(pieces: Sequence[Pieces], shapes: Shapes, is_wanted: bool) -> list[NDArray[np.int64]]:
+    """For each piece its place along its shape, from 0; only where it is wanted or something draws."""
+    counts = [len(piece.row) for piece in pieces]
+    if shapes.key is None and not is_wanted:
+        return [np.zeros(count, np.int64) for count in counts]
+    if all(piece.is_one_each for piece in pieces):
+        return [np.full(count, place) for place, count in enumerate(counts)]
+    row = np.concatenate([piece.row for piece in pieces])
+    order = np.lexsort((np.concatenate([piece.start for piece in pieces]), row))
+    per_row = np.bincount(row, minlength=shapes.num)
+    number = np.empty(len(row), np.int64)
+    number[order] = np.arange(len(row)) - np.repeat(np.cumsum(per_row) - per_row, per_row)
+    return np.split(number, np.cumsum(counts)[:-1])
+
+
+def indexed(
+    made: Sequence[Shapes],
+    pieces: Sequence[Pieces],
+    numbers: Sequence[NDArray[np.int64]],
+    num_shapes: int,
+    asked: frozenset[str],
+) -> list[Shapes]:
+    """Parts that know their place and number, where the grammar asks."""
+    totals = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=num_shapes)
+    result = []
+    for part, piece, number in zip(made, pieces, numbers, strict=True):
+        known = {"split.index": number.astype(np.float64), "split.total": totals[piece.row].astype(np.float64)}
+        result.append(part._replace(state={**part.state, **{name: known[name] for name in asked}}))
+    return result

@@ -1,0 +1,175 @@
+"""Operations on texture coordinates: projections, and changes of what they or the initial shape gave."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+
+from grammarlab.derivation.calls import Argument, Call, Operation
+from grammarlab.derivation.functions.texture_coordinates import Range, range_of, uv_set_of
+from grammarlab.derivation.shapes import Floats, Ids, Shapes, number_column
+from grammarlab.derivation.texture_maps import NONE, map_ids, projection_name, with_maps
+from grammarlab.language.keywords import KEYWORDS
+
+Change: TypeAlias = Callable[[Call, Shapes, tuple[Floats, ...], Floats], Floats]
+"""New maps [N, 2, 4] from the operation, shapes [N], its numbers [N] and their maps [N, 2, 4]."""
+
+
+def setup_projection(call: Call) -> Shapes:
+    """``setupProjection(set, axes, width, height, uOffset, vOffset, uwFactor)``: what ``projectUV`` will project by.
+
+    u is the place along the first axis, plus the offset and `uwFactor` times the place along the third axis, in
+    textures of this width; v that along the second axis, in textures of this height. Places count from the origin of
+    the scope as it is now, or of the world. ``'x`` is a share of the scope's size along the axis, ``~x`` a width of
+    which a whole number fills it, a negative one mirrors the image, and by one of 0 the coordinate is 0.
+    """
+    uv_set = _uv_set(call, 0)
+    if len(call.words) != 1 or call.words[0] not in KEYWORDS["projection"]:
+        example = "for example setupProjection(0, scope.xy, 2, 1)"
+        raise call.error("setupProjection expects a uv set, axes, a width and a height", example)
+    system, _, letters = call.words[0].partition(".")
+    axes = ["xyz".index(letter) for letter in letters]
+    shapes, numbers = call.shapes, call.values[1:]
+    rotations = call.workspace.frames.rotations(shapes.frame if system == "scope" else np.zeros_like(shapes.frame))
+    origin = shapes.position if system == "scope" else np.zeros((shapes.num, 3))
+    gradients = [rotations[:, :, axis] for axis in axes]
+    if len(numbers) > 4:
+        gradients[0] = gradients[0] + rotations[:, :, 3 - sum(axes)] * call.column(numbers[4])[:, None]
+    maps = np.empty((shapes.num, 2, 4))
+    for row, (axis, gradient) in enumerate(zip(axes, gradients, strict=True)):
+        share = _reciprocal(_tile(call, numbers[row], np.abs(shapes.size[:, axis])))
+        offset = call.length(numbers[2 + row], axis) if len(numbers) > 2 + row else 0.0
+        maps[:, row, :3] = gradient * share[:, None]
+        maps[:, row, 3] = (offset - np.einsum("ni,ni->n", gradient, origin)) * share
+    ids = call.workspace.texture_maps.add(maps, np.zeros(shapes.num, dtype=bool))
+    return shapes._replace(state={**shapes.state, projection_name(uv_set): ids})
+
+
+def project(call: Call) -> Shapes:
+    """``projectUV(set)``: coordinates by the projection that was set up; without one they stay as they are."""
+    uv_set = _uv_set(call, 0)
+    projection: Ids = np.asarray(call.shapes.state[projection_name(uv_set)])
+    return with_maps(call.shapes, uv_set, np.where(projection >= 0, projection, map_ids(call.shapes, uv_set)))
+
+
+def delete(call: Call) -> Shapes:
+    """``deleteUV(set)``: no coordinates from here on."""
+    return with_maps(call.shapes, _uv_set(call, 0), np.full(call.shapes.num, NONE, dtype=np.int32))
+
+
+def copy(call: Call) -> Shapes:
+    """``copyUV(from, to)``: the coordinates of one set for another."""
+    ids = map_ids(call.shapes, _uv_set(call, 0)).copy()
+    known = np.flatnonzero(ids >= 0)
+    ids[known] = _made(call, call.workspace.texture_maps.take(ids[known]))
+    return with_maps(call.shapes, _uv_set(call, 1), ids)
+
+
+def _uv_set(call: Call, place: int) -> int:
+    argument = call.arguments[place]
+    return uv_set_of(argument.value, call.name, call.location)
+
+
+def _made(call: Call, maps: Floats) -> Ids:
+    """Ids [N] of maps [N, 2, 4] that an operation made."""
+    return call.workspace.texture_maps.add(maps, np.zeros(len(maps), dtype=bool))
+
+
+def _tile(call: Call, argument: Argument, length: Floats) -> Floats:
+    """[N] the size of one texture: as it is, a share of a length [N], or about so large that a whole number fits."""
+    size = number_column(call.number(argument), len(length))
+    if argument.relative:
+        return size * length
+    if argument.floating:
+        count = np.maximum(np.rint(length * np.abs(_reciprocal(size))), 1.0)
+        return np.sign(size) * length / count
+    return size
+
+
+def _reciprocal(size: Floats) -> Floats:
+    return np.where(size == 0.0, 0.0, 1.0 / np.where(size == 0.0, 1.0, size))
+
+
+def _changing(change: Change, num_arguments: int, keywords: frozenset[str] = frozenset()) -> Operation:
+    """An operation that makes new maps for the shapes that have some in the set of its first argument."""
+
+    def apply(call: Call) -> Shapes:
+        uv_set = _uv_set(call, 0)
+        numbers = tuple(call.column(argument) for argument in call.values[1:])
+        ids = map_ids(call.shapes, uv_set).copy()
+        known = np.flatnonzero(ids >= 0)
+        if len(known) == 0:
+            return call.shapes
+        maps = call.workspace.texture_maps.take(ids[known])
+        chosen = tuple(number[known] for number in numbers)
+        ids[known] = _made(call, change(call, call.shapes.take(known), chosen, maps))
+        return with_maps(call.shapes, uv_set, ids)
+
+    return Operation(apply, keywords, (num_arguments, num_arguments))
+
+
+def _translated(call: Call, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
+    """``translateUV(set, u, v)``: added to all coordinates."""
+    maps[:, :, 3] += np.stack(numbers, axis=1)
+    return maps
+
+
+def _scaled(call: Call, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
+    """``scaleUV(set, u, v)``: factors of all coordinates."""
+    return maps * np.stack(numbers, axis=1)[:, :, None]
+
+
+def _rotated(call: Call, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
+    """``rotateUV(set, degrees)``: the coordinates turned about u = v = 0, from u towards v."""
+    angle = np.radians(numbers[0])[:, None]
+    u, v = maps[:, 0], maps[:, 1]
+    return np.stack([np.cos(angle) * u - np.sin(angle) * v, np.sin(angle) * u + np.cos(angle) * v], axis=1)
+
+
+def _tiled(call: Call, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
+    """``tileUV(set, width, height)``: scaled so that a texture has this size in metres on the surface.
+
+    ``'x`` is a share of the surface, ``~x`` a size of which a whole number fills it, a negative one mirrors the image,
+    and one of 0 leaves its axis as it is.
+    """
+    for axis, (argument, size) in enumerate(zip(call.values[1:], numbers, strict=True)):
+        found = _range(call, shapes, axis)
+        tile = _tile(call, argument._replace(value=size), found.extent * found.metres)
+        factor = np.where(tile == 0.0, 1.0, found.metres * _reciprocal(tile))
+        maps[:, axis] *= factor[:, None]
+    return maps
+
+
+def _normalized(call: Call, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
+    """``normalizeUV(set, uv|uvUniform|u|v, type)``: moved and scaled to 0..1, ``uvUniform`` with one factor for both.
+
+    Faces are never normalized one by one: a shape has one map.
+    """
+    mode = call.words[0] if call.words else ""
+    found = [_range(call, shapes, axis) for axis in range(2)]
+    largest = np.maximum(found[0].extent, found[1].extent)
+    for axis, one in enumerate(found):
+        if mode in ("uv", "uvUniform", "uv"[axis]):
+            extent = largest if mode == "uvUniform" else one.extent
+            maps[:, axis, 3] -= one.low
+            maps[:, axis] *= np.where(extent > 0.0, _reciprocal(extent), 1.0)[:, None]
+    return maps
+
+
+def _range(call: Call, shapes: Shapes, axis: int) -> Range:
+    return range_of(shapes, _uv_set(call, 0), axis, call.workspace)
+
+
+OPERATIONS: dict[str, Operation] = {
+    "copyUV": Operation(copy, num_arguments=(2, 2)),
+    "deleteUV": Operation(delete, num_arguments=(1, 1)),
+    "normalizeUV": _changing(_normalized, 3, KEYWORDS["uv_mode"] | KEYWORDS["uv_faces"]),
+    "projectUV": Operation(project, num_arguments=(1, 1)),
+    "rotateUV": _changing(_rotated, 2),
+    "scaleUV": _changing(_scaled, 3),
+    "setupProjection": Operation(setup_projection, KEYWORDS["projection"], (4, 7)),
+    "tileUV": _changing(_tiled, 3),
+    "translateUV": _changing(_translated, 3),
+}
