@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument
 from grammarlab.export.gltf_materials import GltfMaterials
-from grammarlab.export.textures import planar_coordinates
 from grammarlab.scene import TriangleBatch
+from grammarlab.scene.texture_coordinates import texture_coordinates
 
 GENERATOR = "grammarlab"
 
@@ -97,12 +97,12 @@ def group_indices(batch: TriangleBatch) -> NDArray[np.unsignedinteger]:
 
 def _textured_primitive(document: GltfDocument, batch: TriangleBatch, group: int) -> dict[str, Any]:
     """A primitive whose triangles share no vertices, so that each can have its own texture coordinates."""
-    rows = batch.triangles[slice(*batch.group_triangles[group : group + 2])]
-    corners = batch.vertices[rows]
+    triangles = slice(*batch.group_triangles[group : group + 2])
+    rows = batch.triangles[triangles]
     columns = {
-        "POSITION": corners.reshape(-1, 3),
+        "POSITION": batch.vertices[rows].reshape(-1, 3),
         "NORMAL": batch.normals[rows].reshape(-1, 3),
-        "TEXCOORD_0": planar_coordinates(corners).reshape(-1, 2),
+        "TEXCOORD_0": texture_coordinates(batch, triangles).reshape(-1, 2),
     }
     attributes = {}
     for name, values in columns.items():

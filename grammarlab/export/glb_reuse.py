@@ -41,8 +41,8 @@ def reused_glb(
 ) -> bytes:
     """A file with one mesh for each combination of mesh and material in use.
 
-    Textured shapes share nothing: their texture coordinates are metres, which differ with the size and the place of
-    each shape. Those of one model are merged into one mesh.
+    Textured shapes share nothing: their texture coordinates differ with the size and the place of each shape. Those of
+    one model are merged into one mesh.
 
     Args:
         scene: the models.

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.export.gltf_materials import material_name
-from grammarlab.export.textures import find_texture, planar_coordinates
+from grammarlab.export.textures import find_texture
 from grammarlab.scene import TriangleBatch
+from grammarlab.scene.texture_coordinates import texture_coordinates
 
 
 def obj_files(
@@ -39,11 +40,12 @@ def obj_files(
         lines.append(f"o {name}")
         for group in range(*batch.model_groups[model : model + 2].tolist()):
             material = int(batch.group_material[group])
-            rows = batch.triangles[slice(*batch.group_triangles[group : group + 2])]
+            triangles = slice(*batch.group_triangles[group : group + 2])
+            rows = batch.triangles[triangles]
             lines.append(f"usemtl {material_name(batch.materials, material)}")
             corners = rows.astype(np.int64).ravel() + 1
             if material in images:
-                coordinates = planar_coordinates(batch.vertices[rows]).reshape(-1, 2) * (1.0, -1.0)
+                coordinates = texture_coordinates(batch, triangles).reshape(-1, 2) * (1.0, -1.0)
                 lines.append(_rows("vt", coordinates))
                 texture = num_coordinates + 1 + np.arange(len(corners))
                 num_coordinates += len(corners)

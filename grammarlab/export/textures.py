@@ -1,4 +1,4 @@
-"""Colour maps from an asset folder, and coordinates for surfaces that carry none."""
+"""Colour maps from an asset folder."""
 
 from __future__ import annotations
 
@@ -6,9 +6,6 @@ import warnings
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from grammarlab.errors import AssetError
 from grammarlab.geometry.asset_paths import meanings
@@ -135,24 +132,3 @@ def path_below(folder: Path, name: str) -> Path:
     if not path.is_relative_to(root):
         raise AssetError(f"{name!r} lies outside the asset folder {folder}; use a path below it")
     return path
-
-
-def planar_coordinates(corners: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Texture coordinates in metres, projected along the axis that each triangle faces most.
-
-    Read from outside, u runs to the right and v down a wall, so that no image is mirrored or upside down.
-
-    Args:
-        corners: [T, 3, 3] the corners of each triangle.
-
-    Returns:
-        [T, 3, 2] with v downwards, as in glTF.
-    """
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    axis = np.abs(normal).argmax(axis=1)
-    outward = np.where(np.take_along_axis(normal, axis[:, None], axis=1) < 0, -1.0, 1.0)
-    x, y, z = corners[..., 0], corners[..., 1], corners[..., 2]
-    along_x, along_y = (axis == 0)[:, None], (axis == 1)[:, None]
-    u = np.where(along_x, -outward * z, np.where(along_y, x, outward * x))
-    v = np.where(along_y, outward * z, -y)
-    return np.stack([u, v], axis=-1).astype(np.float32)

@@ -46,6 +46,8 @@ def _triangle() -> TriangleBatch:
         all_of_it * 3,
         all_of_it,
         all_of_it,
+        np.full(1, -1, np.int32),
+        np.zeros((0, 2, 4)),
     )
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from grammarlab.derivation.materials import Materials
+from grammarlab.derivation.selection import moved_maps
 from grammarlab.export import SaveOptions, save
 from grammarlab.export.save import Reuse
 from grammarlab.geometry.mesh import Meshes
@@ -48,8 +49,8 @@ def load_scene(folder: Path, batches: tuple[Batch, ...]) -> Scene:
 
 def join_scenes(scenes: list[Scene]) -> Scene:
     """All models of several scenes, in order; at least one scene."""
-    first_model, first_mesh, first_material, first_frame = 0, 0, 0, 0
-    shifted = []
+    first_model, first_mesh, first_material, first_frame, first_map = 0, 0, 0, 0, 0
+    shifted, maps = [], []
     for scene in scenes:
         firsts = (first_model, first_mesh, first_material, first_frame)
         columns = (scene.model, scene.mesh, scene.material, scene.frame)
@@ -58,6 +59,8 @@ def join_scenes(scenes: list[Scene]) -> Scene:
         first_mesh += len(scene.meshes)
         first_material += len(scene.materials)
         first_frame += len(scene.frames)
+        maps.append(moved_maps(scene.texture_map, first_map))
+        first_map += len(scene.texture_maps)
     model, mesh, material, frame = (np.concatenate(column).astype(np.int32) for column in zip(*shifted, strict=True))
     return Scene(
         first_model,
@@ -73,4 +76,6 @@ def join_scenes(scenes: list[Scene]) -> Scene:
         np.concatenate([scene.size for scene in scenes]),
         frame,
         np.concatenate([scene.frames for scene in scenes]),
+        np.concatenate(maps),
+        np.concatenate([scene.texture_maps for scene in scenes]),
     )

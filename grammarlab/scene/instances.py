@@ -38,6 +38,10 @@ class Scene:
     """[I] index into `frames`."""
     frames: Floats
     """[K, 3, 3] proper rotations."""
+    texture_map: NDArray[np.int32]
+    """[I] index into `texture_maps`, -1 for instances without texture coordinates."""
+    texture_maps: Floats
+    """[K, 2, 4] u and v of a world point are rows times (x, y, z, 1), v upwards."""
 
     def __len__(self) -> int:
         return len(self.model)
@@ -59,6 +63,8 @@ def realize(forest: Forest) -> Scene:
         leaves.size.take(order, axis=0),
         leaves.frame[order],
         forest.frames,
+        leaves.texture_map[order],
+        forest.texture_maps,
     )
 
 
@@ -99,4 +105,6 @@ def chosen(scene: Scene, rows: slice | NDArray[np.integer] | NDArray[np.bool_]) 
         scene.size[rows],
         scene.frame[rows],
         scene.frames,
+        scene.texture_map[rows],
+        scene.texture_maps,
     )

@@ -47,6 +47,10 @@ class TriangleBatch:
     """[G + 1] into `triangles`."""
     model_groups: Ints
     """[num_models + 1] into groups."""
+    texture_map: NDArray[np.int32]
+    """[T] index into `texture_maps`, -1 for triangles without texture coordinates."""
+    texture_maps: NDArray[np.float64]
+    """[K, 2, 4] u and v of a world point are rows times (x, y, z, 1), v upwards."""
 
     def model(self, index: int) -> TriangleBatch:
         """Model `index` alone, as a batch of one (arrays are views where they can be)."""
@@ -66,6 +70,8 @@ class TriangleBatch:
             self.group_vertices[first : last + 1] - vertices.start,
             self.group_triangles[first : last + 1] - triangles.start,
             np.array([0, last - first], dtype=np.int64),
+            self.texture_map[triangles],
+            self.texture_maps,
         )
 
     def of_groups(self, groups: Ints) -> TriangleBatch:
@@ -84,6 +90,8 @@ class TriangleBatch:
             group_vertices,
             group_triangles,
             np.searchsorted(self.group_model[groups], np.arange(self.num_models + 1)),
+            self.texture_map[triangle],
+            self.texture_maps,
         )
 
     def material_of_triangle(self) -> NDArray[np.int32]:
@@ -135,7 +143,16 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
         vertex_offsets[ends],
         triangle_offsets[ends],
         np.searchsorted(group_model, np.arange(scene.num_models + 1)),
+        _texture_map(scene, triangle_offsets),
+        scene.texture_maps,
     )
+
+
+def _texture_map(scene: Scene, triangle_offsets: Ints) -> NDArray[np.int32]:
+    """[T] the map of each triangle; without any maps one number, seen T times."""
+    if len(scene.texture_maps) == 0:
+        return np.broadcast_to(np.int32(-1), triangle_offsets[-1:])
+    return scene.texture_map.repeat(np.diff(triangle_offsets))
 
 
 def count_triangles(scene: Scene) -> Ints:

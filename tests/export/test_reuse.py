@@ -17,7 +17,7 @@ from tests.export.gltf import INSTANCING, Glb, Surface, node_matrices, read_glb,
 from tests.scene.buildings import STONE, TILE, house, materials, scene_of, street
 
 WAYS = ("nodes", "instancing")
-PLACES = ("model", "material", "position", "size", "frame")
+PLACES = ("model", "material", "position", "size", "frame", "texture_map")
 
 
 def textured(folder: Path) -> tuple[Scene, Path]:
@@ -27,8 +27,13 @@ def textured(folder: Path) -> tuple[Scene, Path]:
     Image.new("RGB", (4, 16), (90, 90, 160)).save(folder / "roof.jpg")
     names = [""] * 6
     names[STONE], names[TILE] = "wall.png", "roof.jpg"
-    scene = street()
-    return replace(scene, materials=replace(scene.materials, textures=tuple(names))), folder
+    scene, rng = street(), np.random.default_rng(1)
+    return replace(
+        scene,
+        materials=replace(scene.materials, textures=tuple(names)),
+        texture_map=rng.integers(-1, 4, len(scene)).astype(np.int32),
+        texture_maps=rng.normal(0, 1, (4, 2, 4)),
+    ), folder
 
 
 def written(scene: Scene, path: Path, **options) -> Glb:

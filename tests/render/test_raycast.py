@@ -37,6 +37,8 @@ def square(color=(1.0, 1.0, 1.0), **channels) -> TriangleBatch:
         one * 4,
         one * 2,
         one,
+        np.full(2, -1, np.int32),
+        np.zeros((0, 2, 4)),
     )
 
 

@@ -114,6 +114,8 @@ def scene_of(models: list[list[Row]], table: Materials | None = None) -> Scene:
         np.array([row[3] for row in rows], dtype=float).reshape(-1, 3),
         np.arange(len(rows), dtype=np.int32),
         np.array([row[4] for row in rows], dtype=float).reshape(-1, 3, 3),
+        np.full(len(rows), -1, dtype=np.int32),
+        np.zeros((0, 2, 4)),
     )
 
 

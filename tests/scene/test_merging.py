@@ -34,6 +34,8 @@ def random_scene(seed: int, num_models: int, num_instances: int, thin: bool = Fa
         size=size,
         frame=rng.integers(0, 12, num_instances).astype(np.int32),
         frames=Rotation.random(12, rng=rng).as_matrix(),
+        texture_map=rng.integers(-1, 3, num_instances).astype(np.int32),
+        texture_maps=rng.normal(0, 1, (3, 2, 4)),
     )
 
 
@@ -92,6 +94,7 @@ def test_a_slice_of_one_model_is_that_model_merged_alone(recipe):
         assert np.array_equal(part.triangles, alone.triangles)
         assert np.array_equal(part.group_material, alone.group_material)
         assert np.array_equal(part.group_vertices, alone.group_vertices)
+        assert np.array_equal(part.texture_map, alone.texture_map)
         # Which path places a mesh depends on how many share it, so that the last bits differ.
         assert np.allclose(part.vertices, alone.vertices, rtol=1e-5, atol=1e-4)
         assert np.allclose(part.normals, alone.normals, atol=1e-4)
@@ -231,3 +234,7 @@ def test_chosen_groups_keep_their_triangles(recipe, data):
     assert list(areas) == [keys[group] for group in groups]
     assert all(areas[key] == everything[key] for key in areas)
     assert part.model_groups[-1] == len(groups)
+    spans = [slice(*batch.group_triangles[group : group + 2]) for group in groups]
+    np.testing.assert_array_equal(
+        part.texture_map, np.concatenate([batch.texture_map[:0], *(batch.texture_map[span] for span in spans)])
+    )

@@ -1,0 +1,48 @@
+"""Where images lie on triangles: by their maps, or projected along the world's axes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.scene.triangles import TriangleBatch
+
+FARTHEST = 1e9
+"""Coordinates beyond this are cut off, so that 32 bits hold them; no image could be seen there."""
+
+
+def texture_coordinates(batch: TriangleBatch, triangles: slice) -> NDArray[np.float32]:
+    """U and v of the corners of some triangles [T] of a batch: by their maps, in metres where they have none.
+
+    Returns:
+        [T, 3, 2] with v downwards, as in glTF; a whole number of repeats is left as it is.
+    """
+    corners, chosen = batch.vertices[batch.triangles[triangles]], batch.texture_map[triangles]
+    found = planar_coordinates(corners)
+    mapped = np.flatnonzero(chosen >= 0)
+    if len(mapped):
+        rows = batch.texture_maps[chosen[mapped]]
+        values = np.einsum("tij,tcj->tci", rows[:, :, :3], corners[mapped]) + rows[:, None, :, 3]
+        found[mapped] = np.clip(np.nan_to_num(values), -FARTHEST, FARTHEST) * (1.0, -1.0)
+    return found
+
+
+def planar_coordinates(corners: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Texture coordinates in metres, projected along the axis that each triangle faces most.
+
+    Read from outside, u runs to the right and v down a wall, so that no image is mirrored or upside down.
+
+    Args:
+        corners: [T, 3, 3] the corners of each triangle.
+
+    Returns:
+        [T, 3, 2] with v downwards, as in glTF.
+    """
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    axis = np.abs(normal).argmax(axis=1)
+    outward = np.where(np.take_along_axis(normal, axis[:, None], axis=1) < 0, -1.0, 1.0)
+    x, y, z = corners[..., 0], corners[..., 1], corners[..., 2]
+    along_x, along_y = (axis == 0)[:, None], (axis == 1)[:, None]
+    u = np.where(along_x, -outward * z, np.where(along_y, x, outward * x))
+    v = np.where(along_y, outward * z, -y)
+    return np.stack([u, v], axis=-1).astype(np.float32)
