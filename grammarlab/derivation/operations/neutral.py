@@ -12,7 +12,7 @@ from grammarlab.language.keywords import KEYWORDS
 
 _WORDS = frozenset[str]().union(*KEYWORDS.values())
 _OF_FACES = ("cleanupGeometry", "convexify")
-_OF_LOOKS = ("offsetUV", "setNormals", "setupUV", "softenNormals")
+_OF_LOOKS = ("setNormals", "setupUV", "softenNormals")
 
 
 def unchanged(call: Call) -> Shapes:

@@ -111,7 +111,7 @@ def _changing(change: Change, num_arguments: int, keywords: frozenset[str] = fro
 
 
 def _translated(call: Call, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
-    """``translateUV(set, u, v)``: added to all coordinates."""
+    """``translateUV(set, u, v)``, in older files ``offsetUV``: added to all coordinates."""
     maps[:, :, 3] += np.stack(numbers, axis=1)
     return maps
 
@@ -166,6 +166,7 @@ OPERATIONS: dict[str, Operation] = {
     "copyUV": Operation(copy, num_arguments=(2, 2)),
     "deleteUV": Operation(delete, num_arguments=(1, 1)),
     "normalizeUV": _changing(_normalized, 3, KEYWORDS["uv_mode"] | KEYWORDS["uv_faces"]),
+    "offsetUV": _changing(_translated, 3),
     "projectUV": Operation(project, num_arguments=(1, 1)),
     "rotateUV": _changing(_rotated, 2),
     "scaleUV": _changing(_scaled, 3),

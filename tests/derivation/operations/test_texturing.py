@@ -268,7 +268,7 @@ def test_normalized_coordinates_begin_at_zero(mode, extents, kind):
 @pytest.mark.parametrize(
     "there_and_back",
     [
-        "translateUV(0, 0.3, -7) translateUV(0, -0.3, 7)",
+        "translateUV(0, 0.3, -7) offsetUV(0, -0.3, 7)",
         "scaleUV(0, -2, 0.25) scaleUV(0, -0.5, 4)",
         "rotateUV(0, 33) rotateUV(0, -33)",
         "rotateUV(0, 90) rotateUV(0, 270)",
