@@ -54,7 +54,8 @@ class Shapes(NamedTuple):
     material: Ids
     """[N] an id of the `MaterialPool`."""
     state: Mapping[str, Value]
-    """Attributes that rules have set, and shape attributes such as ``split.index``, where the grammar reads them."""
+    """Attributes that rules have set, and shape attributes such as ``split.index``, where the grammar reads them; the
+    ids of texture maps (`texture_maps`), where it mentions coordinates."""
     locals: tuple[Value, ...]
     """Parameters of the rule or function being evaluated."""
 

@@ -65,6 +65,8 @@ class TextureMapPool:
 
         Maps that shapes came with count as `NONE`, which stays what it is.
         """
+        if self._used == 0:
+            return self._rows[:0].copy(), ids
         known = np.flatnonzero(ids >= 0)
         known = known[~self._was_given[ids[known]]]
         different, which = np.unique(ids[known], return_inverse=True)
