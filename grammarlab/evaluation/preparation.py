@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from grammarlab import __version__
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive, derive_chunks
-from grammarlab.derivation.forest import Forest, Leaves
+from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.program import Program
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.flattening import Flattened, flattened
@@ -29,6 +29,7 @@ from grammarlab.evaluation.pool import pool_log_weights, pool_seeds, pool_sizes
 from grammarlab.evaluation.scenario import FAMILIES, FeatureOptions, Scenario
 from grammarlab.features.counting import count
 from grammarlab.features.pattern import Feature
+from grammarlab.features.stripping import without_geometry
 from grammarlab.features.thresholds import margins
 from grammarlab.features.vocabulary import Options, Vocabulary
 from grammarlab.language.grammar import Grammar
@@ -286,19 +287,3 @@ def _count(source: Source, options: Options) -> Arrays:
         "groups": table.groups,
         "group_names": np.array(table.group_names),
     }
-
-
-def without_geometry(forest: Forest) -> Forest:
-    """The forest without its leaves, which hold most of its memory and no features."""
-    leaves = forest.leaves
-    none = slice(0, 0)
-    empty = Leaves(
-        leaves.node[none],
-        leaves.position[none],
-        leaves.size[none],
-        leaves.frame[none],
-        leaves.mesh[none],
-        leaves.material[none],
-        leaves.texture_map[none],
-    )
-    return replace(forest, leaves=empty)

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
 
-import numpy as np
-
-from grammarlab.derivation.forest import Forest, Leaves, Reports
-from grammarlab.derivation.materials import Materials
+from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.selection import join_forests
+from grammarlab.features.stripping import without_geometry
 
 NODES_TOGETHER = 200_000
 """Forests are joined up to about so many nodes; larger ones gain nothing."""
@@ -28,21 +25,8 @@ def join_small(forests: Forest | Sequence[Forest]) -> tuple[Forest, ...]:
         else:
             groups.append([forest])
             size = len(forest.nodes)
-    return tuple(join_forests([_trees_of(f) for f in group]) if len(group) > 1 else group[0] for group in groups)
+    return tuple(join_forests([without_geometry(f) for f in group]) if len(group) > 1 else group[0] for group in groups)
 
 
 def _speaks_alike(one: Forest, other: Forest) -> bool:
     return (one.symbols, one.rules, one.sites) == (other.symbols, other.rules, other.sites)
-
-
-def _trees_of(forest: Forest) -> Forest:
-    """The forest without what no feature looks at."""
-    return replace(
-        forest,
-        leaves=Leaves(*(getattr(forest.leaves, field.name)[:0] for field in fields(Leaves))),
-        reports=Reports(*(getattr(forest.reports, field.name)[:0] for field in fields(Reports))),
-        frames=forest.frames[:0],
-        meshes=forest.meshes.take(np.zeros(0, np.int64)),
-        materials=Materials(forest.materials.channels[:0], ()),
-        texture_maps=forest.texture_maps[:0],
-    )

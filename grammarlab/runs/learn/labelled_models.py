@@ -18,7 +18,7 @@ from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import select_models
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.flattening import flattened, flattened_hash
-from grammarlab.evaluation.preparation import without_geometry
+from grammarlab.features.stripping import without_geometry
 from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 from grammarlab.preference.labels import Label, Labels

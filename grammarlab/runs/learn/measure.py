@@ -16,7 +16,8 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.agreement import Agreement, agreement
 from grammarlab.evaluation.flattening import flattened
-from grammarlab.evaluation.preparation import Source, labelled_program, without_geometry
+from grammarlab.evaluation.preparation import Source, labelled_program
+from grammarlab.features.stripping import without_geometry
 
 Floats = NDArray[np.float64]
 Learned = LearnedGrammar | RejectionSampler

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from grammarlab.derivation.forest import Forest
 from grammarlab.evaluation.flattening import flattened
 from grammarlab.evaluation.pool import pool_log_weights, pool_sizes
-from grammarlab.evaluation.preparation import pool_models, without_geometry
+from grammarlab.evaluation.preparation import pool_models
 from grammarlab.evaluation.scenario import DEFAULT_MODELS
+from grammarlab.features.stripping import without_geometry
 from grammarlab.language.grammar import Grammar
 
 Floats = NDArray[np.float64]

@@ -17,8 +17,9 @@ from grammarlab.density.examples import learn_from_examples
 from grammarlab.density.rejection import reject
 from grammarlab.density.target import Target
 from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.evaluation.preparation import Source, without_geometry
+from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.scenario import Scenario
+from grammarlab.features.stripping import without_geometry
 from grammarlab.runs.evaluate.kept import Kept
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.learn.measure import LabelledSet, Learned
