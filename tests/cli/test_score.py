@@ -72,6 +72,8 @@ async def see_pictures(address):
         elif missing is not None:
             missing -= set(said.get("models", ()))
     connection.close()
+    while await connection.read_message() is not None:
+        pass
 
 
 def test_meshes_that_are_not_there_are_told_once(rules, tmp_path):

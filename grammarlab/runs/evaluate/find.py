@@ -48,7 +48,7 @@ def find_scenarios(argument: str) -> tuple[Path, ...]:
     if "," in argument:
         return tuple(path for part in argument.split(",") for path in find_scenarios(part))
     names = {name.lower(): name for name in shipped}
-    wanted = path.name.removesuffix(SUFFIX).lower()
+    wanted = path.stem.lower()
     near = [names[name] for name in get_close_matches(wanted, names, n=1, cutoff=0.5)]
     neighbours = [p.name for p in path.parent.glob(f"*{SUFFIX}")] if path.parent.is_dir() else []
     near += get_close_matches(path.name, neighbours, n=1, cutoff=0.6)
