@@ -32,18 +32,12 @@ def scores(forest: Forest, name: str) -> list[float]:
 # Trees labelled by hand ----------------------------------------------------------------------------------------------
 
 
-def table(legs: int, base: int | None, plan: int = 0, finish: int = 0, parts: str = "") -> str:
+def table(legs: int, base: int | None, plan: int = 0, finish: int = 0, parts: str = "", style: int = 0) -> str:
+    """A table with a branch of each of its rules, ``style`` that of the rule that shapes its legs."""
     under = "Support:0" if base is None else f"Support:1(BaseFinish:0(Base:{base}))"
-    legs_and_base = f"Under:0({under} LegFinish:0(LegCount:{legs}))"
+    shape = f"{('OneLeg', 'TwoLegs', 'FourLegs')[legs]}:{style}"
+    legs_and_base = f"Under:0({under} LegFinish:0(LegCount:{legs}({shape})))"
     return f"Table(Finish:{finish}(Plan:{plan}({legs_and_base} TopFinish:0(Top:0) {parts})))"
-
-
-def with_style(legs: int, style: int, base: int | None, pads: int = 0) -> str:
-    """A table with some branch of the rule that gives its legs their style, and likewise of its pads."""
-    legs_alone, base_alone = f"LegCount:{legs}", f"Base:{base}"
-    symbol = ("OneLeg", "TwoLegs", "FourLegs")[legs]
-    styled_base = f"Base:0(Pads:{pads})" if base == 0 else base_alone
-    return table(legs, base).replace(legs_alone, f"{legs_alone}({symbol}:{style})").replace(base_alone, styled_base)
 
 
 def building(mass: str, floors: str, *parts: str) -> str:
@@ -67,41 +61,30 @@ def plane(*styles: str) -> str:
 
 HAND_LABELLED = {
     "F1": [
-        (table(0, 1), 70),  # one leg on a plate
-        (table(0, 2), 70),  # on a cross
+        (table(0, 1, style=0), 70),  # a round column on a plate
+        (table(0, 1, style=3), 70),  # turned
+        (table(0, 1, style=1), 0),  # square
+        (table(0, 1, style=2), 0),  # tapered
+        (table(0, 2, style=1), 70),  # a square column on a cross
+        (table(0, 2, style=2), 70),
+        (table(0, 2, style=0), 0),
+        (table(0, 2, style=3), 0),
+        (table(0, 4, style=0), 70),  # a plinth suits every column
+        (table(0, 4, style=1), 70),
         (table(0, None), 0),  # on the floor: tips over
         (table(0, 0), 0),  # on pads at the corners
         (table(0, 3), 0),
         (table(1, 3), 20),  # two legs on runners
+        (table(1, 3, style=1), 20),
         (table(1, 4), 20),  # on a plinth
         (table(1, None), 0),
         (table(1, 1), 0),
         (table(2, None), 10),  # four legs on the floor
+        (table(2, None, style=4), 10),
         (table(2, 0), 10),
         (table(2, 3), 10),
         (table(2, 1), 0),  # four legs around a plate in the middle
         (table(2, 2), 0),
-    ],
-    "F1_styles": [
-        (with_style(0, 0, 1), 70),  # a round column on a plate
-        (with_style(0, 3, 1), 70),  # turned
-        (with_style(0, 1, 1), 0),  # with corners
-        (with_style(0, 1, 2), 70),  # with corners on a cross
-        (with_style(0, 2, 2), 70),  # tapered
-        (with_style(0, 0, 2), 0),
-        (with_style(0, 0, 4), 70),  # a plinth suits every column
-        (with_style(0, 1, 4), 70),
-        (with_style(0, 0, 3), 0),  # none stands on runners
-        (with_style(1, 0, 3), 20),  # two legs stand on runners in every style
-        (with_style(1, 1, 3), 20),
-        (with_style(1, 1, 1), 0),
-        (with_style(2, 0, None), 10),  # four legs on the floor
-        (with_style(2, 4, None), 10),
-        (with_style(2, 0, 0, pads=0), 10),  # round legs on round pads
-        (with_style(2, 3, 0, pads=1), 0),
-        (with_style(2, 4, 0, pads=1), 10),  # a crossed frame on square ones
-        (with_style(2, 1, 0, pads=0), 0),
-        (with_style(2, 1, 1), 0),
     ],
     "F2": [
         (table(0, 1, plan=0, finish=0), 60),  # round, light
@@ -118,13 +101,14 @@ HAND_LABELLED = {
     "F3": [
         (table(0, 1, finish=2), 70),  # steel
         (table(0, None, finish=2), 0),  # steel, but falls
+        (table(0, 2, finish=2), 0),  # steel, but a round column on a cross
         (table(0, 1, finish=0), 30),
         (table(0, 1, finish=1), 30),
         (table(0, 1, finish=0, parts="Edge:2"), 30),
         (table(0, 1, finish=2, parts="Edge:2"), 70),  # a wooden edge changes nothing
         (table(0, 1, finish=3), 0),  # paint
     ],
-    "F4": [(table(2, None, 0), 70), (table(2, None, 1), 30), (table(2, None, 2), 0), (table(2, 1, 0), 0)],
+    "F4": [(table(2, None, 0), 70), (table(2, None, 1), 30), (table(2, None, 2), 0), (table(2, 1, 0), 0), (table(0, 1, 0, style=1), 0)],
     "F2_parts": [
         (table(0, 1, plan=0, finish=0), 60),  # round, light
         (table(0, 0, plan=0, finish=0), 60),  # whether it stands or not
@@ -140,6 +124,7 @@ HAND_LABELLED = {
     "F3_parts": [
         (table(0, 1, finish=2), 70),  # steel
         (table(0, None, finish=2), 0),  # steel, but falls
+        (table(0, 2, finish=2), 0),  # steel, but a round column on a cross
         (table(0, 1, finish=0), 30),
         (table(0, 1, finish=1), 30),
         (table(0, 1, finish=0, parts="Edge:2"), 30),  # two woods are wood

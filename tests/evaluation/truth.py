@@ -78,8 +78,9 @@ ROUND, RECTANGLE = 0, 1
 def legs_if_valid(table: Node) -> int | None:
     """How many legs (as a branch) a valid table has, None for others."""
     legs, base = table.choice("LegCount"), table.choice("Base")
-    suits = {ONE: {PLATE, CROSS, PLINTH}, TWO: {RUNNERS, PLINTH}, FOUR: {None, PADS, RUNNERS, PLINTH}}
     assert legs is not None
+    one = {PLATE, PLINTH} if table.choice("OneLeg") in {0, 3} else {CROSS, PLINTH}
+    suits = {ONE: one, TWO: {RUNNERS, PLINTH}, FOUR: {None, PADS, RUNNERS, PLINTH}}
     return legs if base in suits[legs] else None
 
 
@@ -96,18 +97,6 @@ def finishes(table: Node) -> set[int]:
 
 def f1(m: Model) -> float:
     return {ONE: 70, TWO: 20, FOUR: 10}.get(legs_if_valid(m.root), 0)  # type: ignore[call-overload]
-
-
-def f1_styles(m: Model) -> float:
-    legs = legs_if_valid(m.root)
-    if legs == ONE:
-        round_base, square_base = {PLATE, PLINTH}, {CROSS, PLINTH}
-        suiting = round_base if m.root.choice("OneLeg") in {0, 3} else square_base
-        return 70 if m.root.choice("Base") in suiting else 0
-    if legs == FOUR and m.root.choice("Base") == PADS:
-        is_round = m.root.choice("FourLegs") in {0, 3}
-        return 10 if is_round == (m.root.choice("Pads") == 0) else 0
-    return f1(m)
 
 
 def f2(m: Model) -> float:
@@ -271,7 +260,6 @@ def l5(m: Model) -> float:
 
 TRUTH: dict[str, Callable[[Model], float]] = {
     "F1": f1,
-    "F1_styles": f1_styles,
     "F2": f2,
     "F3": f3,
     "F2_parts": f2_parts,
