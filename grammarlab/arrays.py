@@ -89,5 +89,5 @@ def distinct_counts(values: NDArray[np.integer], limit: int) -> tuple[Ints, Ints
         found, counts = np.unique(values, return_counts=True)
         return found.astype(np.int64), counts
     counts = np.bincount(values, minlength=limit)
-    found = np.flatnonzero(counts)
+    found = np.flatnonzero(counts > 0)  # of flags, twice as fast as of integers
     return found, counts[found]

@@ -99,13 +99,18 @@ def tally(trees: Trees, rows: Ints | slice, number: Ints, columns: Sequence[Ints
         columns: each [size], columns that a number belongs to, -1 for none.
         width: how many columns there are.
     """
-    size = len(columns[0])
     cells = np.stack(columns, axis=1)
-    known = cells >= 0
-    ones = np.ones(int(known.sum()), dtype=np.int64)
-    spread = sparse.csr_array((ones, cells[known], offsets_from_counts(known.sum(axis=1))), shape=(size, width))
-    counts = _count_by_model(trees.model[rows], number, trees.num_models, size) @ spread
-    return Tally(counts, _columns_met(cells, number[trees.repeated[rows]], width))
+    repeated = _columns_met(cells, number[trees.repeated[rows]], width)
+    models, known = trees.model[rows], cells >= 0
+    belongs = known.sum(axis=1)
+    if belongs.max(initial=0) <= 1:  # as for symbols, and in the smallest trees: nothing to spread
+        own = cells.max(axis=1)[number]
+        if not belongs.all():
+            models, own = models[own >= 0], own[own >= 0]
+        return Tally(_count_by_model(models, own, trees.num_models, width), repeated)
+    ones = np.ones(int(belongs.sum()), dtype=np.int64)
+    spread = sparse.csr_array((ones, cells[known], offsets_from_counts(belongs)), shape=(len(cells), width))
+    return Tally(_count_by_model(models, number, trees.num_models, len(cells)) @ spread, repeated)
 
 
 def _columns_met(cells: Ints, number: Ints, width: int) -> NDArray[np.bool_]:

@@ -7,7 +7,8 @@ import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from itertools import islice
-from multiprocessing import get_context
+from multiprocessing import connection, get_context, parent_process
+from threading import Thread
 from typing import TypeVar
 
 Task = TypeVar("Task")
@@ -32,7 +33,7 @@ def map_unordered(work: Callable[[Task], Result], tasks: Iterable[Task], jobs: i
         return
     source = iter(tasks)
     # Spawned, not forked: threads of numerical libraries do not survive a fork.
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_leave_interrupts_to_parent) as pool:
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=begin_worker) as pool:
         running: set[Future[Result]] = {pool.submit(work, task) for task in islice(source, 2 * jobs)}
         try:
             while running:
@@ -45,6 +46,18 @@ def map_unordered(work: Callable[[Task], Result], tasks: Iterable[Task], jobs: i
             raise
 
 
-def _leave_interrupts_to_parent() -> None:
-    """Let a batch that is under way finish when Ctrl-C reaches the whole group of processes."""
+def begin_worker() -> None:
+    """What a process that works for another one begins with.
+
+    Ctrl-C reaches the whole group of processes: what to do is for the parent to say, so that what is under way can be
+    finished. And when the parent has ended, however that was, so does the worker.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        connection.wait([parent.sentinel])
+        os._exit(1)  # nobody waits for the task any more

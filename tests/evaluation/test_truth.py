@@ -108,7 +108,13 @@ HAND_LABELLED = {
         (table(0, 1, finish=2, parts="Edge:2"), 70),  # a wooden edge changes nothing
         (table(0, 1, finish=3), 0),  # paint
     ],
-    "F4": [(table(2, None, 0), 70), (table(2, None, 1), 30), (table(2, None, 2), 0), (table(2, 1, 0), 0), (table(0, 1, 0, style=1), 0)],
+    "F4": [
+        (table(2, None, 0), 70),
+        (table(2, None, 1), 30),
+        (table(2, None, 2), 0),
+        (table(2, 1, 0), 0),
+        (table(0, 1, 0, style=1), 0),
+    ],
     "F2_parts": [
         (table(0, 1, plan=0, finish=0), 60),  # round, light
         (table(0, 0, plan=0, finish=0), 60),  # whether it stands or not

@@ -15,8 +15,8 @@ from jupyter_client.blocking.client import BlockingKernelClient
 from jupyter_client.manager import KernelManager
 from jupyter_client.provisioning.local_provisioner import LocalProvisioner
 
+from tests.runs.processes import descendants, expect_gone
 from tests.runs.scoring.kills import MANY, Scores
-from tests.runs.scoring.processes import descendants, expect_gone
 
 KILLS = MANY // 4 or 2
 UNDER_WAY = 8

@@ -7,7 +7,6 @@ that watches for it.
 from __future__ import annotations
 
 import os
-import signal
 import traceback
 from collections import deque
 from collections.abc import Callable
@@ -17,13 +16,14 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
 from itertools import count
-from multiprocessing import get_context, parent_process
-from multiprocessing.connection import Connection, wait
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from multiprocessing.sharedctypes import RawValue
 from threading import Thread
 from typing import Any
 
 from grammarlab.errors import GrammarlabError
+from grammarlab.runs.workers import begin_worker
 
 MAX_LOSSES = 8
 """Processes of a crew that may end unasked before it gives up."""
@@ -215,8 +215,7 @@ class _CancelledError(Exception):
 
 def _work(connection: Connection, cancelled: Any, politeness: int, make: str, arguments: tuple[Any, ...]) -> None:
     """What a process does: tasks, until the other end of the pipe is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    Thread(target=_end_with_session, daemon=True).start()
+    begin_worker()
     if politeness and hasattr(os, "nice"):
         os.nice(politeness)
     with suppress(EOFError, OSError):
@@ -234,14 +233,6 @@ def _work(connection: Connection, cancelled: Any, politeness: int, make: str, ar
                 connection.send(("progress", (stage, done, total)))
 
             connection.send(("done", _outcome(handler, request, report)))
-
-
-def _end_with_session() -> None:
-    """Ends this process when the one that started it has ended; nobody waits for its task any more."""
-    session = parent_process()
-    if session is not None:
-        wait([session.sentinel])
-        os._exit(1)
 
 
 def _refuse(reason: str, _request: Any, _report: Report) -> None:

@@ -16,7 +16,7 @@ import pytest
 
 from grammarlab.errors import UsageError
 from grammarlab.runs.scoring.crew import Crew, Handler, Outcome, Report
-from tests.runs.scoring.processes import expect_gone
+from tests.runs.processes import expect_gone
 
 PATIENCE = 20.0
 

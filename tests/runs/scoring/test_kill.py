@@ -17,8 +17,8 @@ from tornado.websocket import WebSocketClientConnection, WebSocketClosedError, w
 from grammarlab.runs.scoring.knowledge import ModelPool
 from grammarlab.runs.scoring.session import Session
 from grammarlab.runs.scoring.store import Store
+from tests.runs.processes import descendants, expect_gone
 from tests.runs.scoring.kills import MANY, Scores
-from tests.runs.scoring.processes import descendants, expect_gone
 from tests.runs.scoring.rare import POSTS
 from tests.runs.scoring.windows import Window, shown_models
 
