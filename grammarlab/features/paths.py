@@ -147,12 +147,10 @@ def compact(values: Ints, limit: int) -> tuple[Ints, Ints]:
 def _number_nodes(trees: Trees, labels: Labels, length: int, index: KeyIndex, grow: bool) -> tuple[Ints, list[_Level]]:
     """The sequence [N] of each node at the last level, and levels 0 to ``length``, fewer where no path is as long."""
     kinds = _find_kinds(trees, labels)
-    roots = np.flatnonzero(trees.parent < 0)
     number, levels = trees.labels(labels), [_labels_alone(kinds, labels, index, grow)]
     while len(levels) <= length and (levels[-1].rules >= 0).any():
         above_roots = len(levels[-1].codes)
-        number = number[trees.parent]
-        number[roots] = above_roots
+        number = np.append(number, above_roots)[trees.parent]  # -1, above a root, is the last one
         number *= len(kinds.label)
         number += kinds.number
         number, codes = compact(number, (above_roots + 1) * len(kinds.label))
