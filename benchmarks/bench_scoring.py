@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect, sync_playwright
-from tests.runs.scoring.processes import descendants
 
 from grammarlab.runs.scoring.knowledge import ModelPool
 from grammarlab.runs.scoring.session import Session
@@ -20,6 +19,7 @@ from grammarlab.runs.scoring.store import About, Store
 from tests.browser.chromium import ARGUMENTS, CHROMIUM, needs_chromium
 from tests.browser.driver import ScoringPage, Server
 from tests.browser.test_simulated_person import Person
+from tests.runs.processes import descendants
 
 ABOUT = About("toy", "Lot --> extrude(3)", 5, 100)
 NUM_EVENTS = 2_000
