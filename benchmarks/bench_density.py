@@ -22,7 +22,7 @@ from grammarlab.density.thinning import thin
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.selection import select_models
-from grammarlab.evaluation.flattening import flattened
+from grammarlab.learning.flattening import flattened
 from grammarlab.evaluation.scenario import load
 from grammarlab.features.counting import count
 from grammarlab.geometry.assets import AssetFolder

@@ -48,3 +48,16 @@ def root_keys(seed: int, models: NDArray[np.integer]) -> Keys:
 def uniforms(keys: Keys, site: int | NDArray[np.integer]) -> NDArray[np.float64]:
     """One uniform draw in [0, 1) for each key, at a site (an integer >= 0, a scalar or one per key)."""
     return (fold(keys, site) >> _11).astype(np.float64) * _TO_UNIT
+
+
+def derived_seed(seed: int, *places: int) -> int:
+    """A seed for a place below a seed: 0 <= result < 2**64, different for different places.
+
+    Args:
+        seed: 0 <= seed < 2**64.
+        places: >= 0, at least one.
+    """
+    key = root_keys(seed, np.array(places[:1]))
+    for place in places[1:]:
+        key = fold(key, place)
+    return int(key[0])

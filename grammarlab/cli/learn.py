@@ -11,9 +11,10 @@ from grammarlab.cli.report import friendly_errors, print_json, say
 from grammarlab.cli.sample import complete_grammar
 
 if TYPE_CHECKING:
+    from grammarlab.learning.grammar_target import Learned
     from grammarlab.runs.learn.examples import ExamplesResult
     from grammarlab.runs.learn.labels import LabelsResult
-    from grammarlab.runs.learn.measure import Learned, Truth
+    from grammarlab.runs.learn.measure import Truth
     from grammarlab.runs.learn.report import Report
     from grammarlab.runs.learn.scenario import LearnResult
 
@@ -57,7 +58,9 @@ def learn(
     base: Annotated[str, typer.Option("--base", help="With labels: what scores multiply, grammar or uniform.")] = (
         "grammar"
     ),
-    seed: Annotated[int, typer.Option("--seed", help="Of fits and of the models looked at.", min=0)] = 0,
+    seed: Annotated[
+        int | None, typer.Option("--seed", help="Of the models looked at; that of the session, or 0.", min=0)
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:
     """Make a grammar that samples models in proportion to how much they are liked."""
@@ -75,17 +78,20 @@ def learn(
             raise UsageError("learn from what? Give --labels FILE, --examples FOLDER or --scenario FILE.")
         wanted = file or Path(f"{Path(grammar).stem}_{source.stem}.cga")
         if labels is not None:
+            from grammarlab.learning.pool import Pool
             from grammarlab.runs.learn.labels import learn_from_labels
 
             options: dict[str, Any] = {"method": method or "compile", "base": base, "num_samples": samples}
+            options |= {"scenario": scenario, "pool": None if seed is None else Pool(seed)}
             with progress() as on_progress:
-                options |= {"scenario": scenario, "seed": seed, "on_progress": on_progress}
-                found = learn_from_labels(grammar, labels, wanted, **options)
+                found = learn_from_labels(grammar, labels, wanted, on_progress=on_progress, **options)
             told = _Told(_labels_as_json(found), _labels_as_lines(found), pages.page_of_labels(found))
         elif examples is not None:
             from grammarlab.runs.learn.examples import learn_from_files
 
-            given = learn_from_files(grammar, examples, wanted, method=method or "tied", seed=seed, scenario=scenario)
+            given = learn_from_files(
+                grammar, examples, wanted, method=method or "tied", seed=seed or 0, scenario=scenario
+            )
             told = _Told(_examples_as_json(given), _examples_as_lines(given), pages.page_of_examples(given))
         else:
             from grammarlab.runs.learn.scenario import learn_from_scenario
@@ -93,7 +99,7 @@ def learn(
             with progress() as on_progress:
                 known = learn_from_scenario(grammar, source, method or "compile", wanted, samples, on_progress)
             told = _Told(_as_json(known), _as_lines(known), pages.page_of_scenario(known))
-        _tell(told, report, seed, as_json)
+        _tell(told, report, seed or 0, as_json)
 
 
 def _tell(told: _Told, report: Path | None, seed: int, as_json: bool) -> None:
@@ -153,14 +159,15 @@ def _as_lines(result: LearnResult) -> list[str]:
 
 
 def _labels_as_json(result: LabelsResult) -> dict[str, Any]:
-    measured = result.measured
+    density = result.density
+    measured = density.measured
     return {
         "labels": result.num_labels,
         "method": result.learned.method,
         "js": measured.after.js,
         "js_before": measured.before.js,
-        "steps": [{"name": step.name, "js": step.js} for step in result.steps],
-        "features": [str(feature) for feature in result.features],
+        "steps": [{"name": step.name, "js": step.js} for step in density.steps],
+        "features": [str(feature) for feature in density.preference.features],
         "effective_models": measured.effective_models,
         "acceptance": measured.acceptance,
         "rules_before": result.learned.rules_before,
@@ -172,13 +179,15 @@ def _labels_as_json(result: LabelsResult) -> dict[str, Any]:
 
 
 def _labels_as_lines(result: LabelsResult) -> list[str]:
-    after, before = result.measured.after.js, result.measured.before.js
+    density = result.density
+    after, before = density.measured.after.js, density.measured.before.js
     return [
         *_rules(result.learned, result.file),
         f"divergence from what {result.num_labels} labels taught: {after:.3g} nats, {before:.3g} before",
-        *(f"  {step.js:.3g} {step.name}" for step in result.steps),
+        *(f"  {step.js:.3g} {step.name}" for step in density.steps),
         *_truth_as_lines(result.truth),
-        f"looked at: {', '.join(result.feature_names) or 'nothing: all models are liked alike'}",
+        f"looked at: {', '.join(density.preference.names) or 'nothing: all models are liked alike'}",
+        *(f"note: factor {name} is left out: all its scores are 0" for name in result.left_out),
         *_notes(result.learned),
     ]
 

@@ -1,54 +1,24 @@
-"""What a simulated person and a learner look at: models as rows of numbers, with the true scores."""
+"""What a simulated person is compared on: a set of labelled models with their true scores, and a pool to be asked about."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.forest import Forest
-from grammarlab.evaluation.agreement import agreement
-from grammarlab.features.pattern import Feature, HalfSpace, Threshold
+from grammarlab.learning.addresses import Address
+from grammarlab.learning.agreement import agreement
+from grammarlab.learning.round import Study
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bound: TypeAlias = Threshold | HalfSpace
-
-
-@dataclass(frozen=True, slots=True)
-class Columns:
-    """Which features there are."""
-
-    path_length: int
-    """Edges of the longest paths."""
-    extra: tuple[Feature, ...] = ()
-    """What was searched for because labels asked for it; each a column and a group of its own."""
-
-    @property
-    def bounds(self) -> tuple[Bound, ...]:
-        """The extra features that are bounds on draws."""
-        return tuple(feature for feature in self.extra if isinstance(feature, Threshold | HalfSpace))
-
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """The features of every model."""
-
-    labelled: Floats
-    """[n, F] of the labelled set, on which densities are compared."""
-    pool: Floats
-    """[m, F] of the pool, from which models are shown."""
-    groups: NDArray[np.int64]
-    """[F] features that are alternatives of one choice share a group."""
-    group_names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """n labelled models and m models to ask about, with the true scores of K factors."""
+    """n labelled models with the true scores of K factors, and a person who knows those of all others."""
 
     factors: tuple[str, ...]
     """Names of the K factors, K >= 1; the preference is their product."""
@@ -56,33 +26,20 @@ class Material:
     """[n, K] true scores of the labelled set, 0 to 100."""
     weights: Floats
     """[n] > 0, how much each labelled model stands for (`agreement`)."""
-    pool_scores: Floats
-    """[m, K] what the person answers, 0 to 100."""
-    pool_weights: Floats
-    """[m] >= 0, how much of the grammar's density each of them stands for: the density by that of the whole pool."""
-    pool_from_grammar: NDArray[np.bool_]
-    """[m] whether the model is a sample of the grammar itself; the others come from a flattened one."""
-    table: Callable[[Columns], Table]
-    """The features of all models."""
-    examples: Callable[[Ints], tuple[Forest, ...]]
-    """Derivations of some models of the pool, by index, in order."""
-    margins: Callable[[Bound], Floats]
-    """[m] signed distance of each model of the pool to a bound."""
-    wider: Callable[[], Material] | None = None
-    """The same with many more models of the flattened grammar at the end of the pool, for what is rare; None where
-    there are no more."""
+    study: Study[Any]
+    """The pool, with tables whose `Table.others` are the labelled set."""
+    person: Callable[[Sequence[Address]], Floats]
+    """Models of the pool by ascending address give their true scores [k, K]."""
 
     def as_one_factor(self) -> Material:
         """The same models for a person who scores the product of all factors."""
         if len(self.factors) == 1:
             return self
-        wider = self.wider
         return replace(
             self,
             factors=(" x ".join(self.factors),),
             scores=_product(self.scores),
-            pool_scores=_product(self.pool_scores),
-            wider=None if wider is None else lambda: wider().as_one_factor(),
+            person=lambda addresses: _product(self.person(addresses)),
         )
 
     @property

@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from typing import Any, get_args
 
 from grammarlab.errors import UsageError
-from grammarlab.evaluation.scenario import FAMILIES, MAX_PATH_LENGTH
+from grammarlab.learning.settings import FAMILIES, MAX_PATH_LENGTH, FeatureOptions, Settings
 from grammarlab.preference.fitting import Method as Fit
 from grammarlab.preference.queries import Way
 
@@ -58,6 +58,24 @@ class Method:
             "families": sorted(self.families),
             "options": dict(self.options),
         }
+
+    def settings(self, offered: FeatureOptions) -> Settings:
+        """How the method learns.
+
+        Args:
+            offered: the features that a scenario offers.
+        """
+        families = offered.families if self.families == FAMILIES else self.families
+        return Settings(
+            FeatureOptions(self.path_length or offered.path_length, families),
+            self.fit,
+            self.options,
+            self.query,
+            self.grows,
+            widens=self.query == "default",
+            # The default is a function of the scores alone; the paper's process goes on from where it was.
+            warm=self.fit != "grouped",
+        )
 
 
 # The baselines follow the paper: two 4x4 grids a round, one of the current density, one of its complement.

@@ -9,9 +9,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.derive import derive_chunks
 from grammarlab.derivation.forest import Forest
-from grammarlab.evaluation.preparation import Source, labelled_program
+from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.scenario import Scenario
 from grammarlab.features.counting import count
 from grammarlab.features.expression import Expression
@@ -51,16 +50,17 @@ def example_models(source: Source, num: int) -> tuple[Group, ...]:
         UsageError: the preference does not fit the grammar.
         DerivationError: a rule cannot be carried out.
     """
-    scenario, program = source.scenario, labelled_program(source)
-    scenario.check(program.symbols, program.rule_names, program.sites)
+    scenario, space = source.scenario, source.space
+    scenario.check(space.program.symbols, space.program.rule_names, space.program.sites)
     labels, group_of = _grouping(scenario)
     found: list[list[int]] = [[] for _ in labels]
-    chunks = derive_chunks(program, scenario.num_models, scenario.seed, assets=source.assets)
-    for forest in chunks:
+    done = 0
+    for forest in space.sample(source.labelled_address.flat, scenario.num_models, scenario.seed):
         groups = group_of(forest)
         for group, models in enumerate(found):
             new = np.flatnonzero(groups == group)[: num - len(models)]
-            models.extend((forest.first_model + new).tolist())
+            models.extend((done + new).tolist())
+        done += forest.num_models
         if all(len(models) == num for models in found):
             break
     return tuple(Group(score, means, tuple(models)) for (score, means), models in zip(labels, found, strict=True))

@@ -19,13 +19,13 @@ from grammarlab.evaluation.toml_file import SUFFIX, TomlFile, nearest, read
 from grammarlab.features.checking import check
 from grammarlab.features.expression import RESERVED, Expression
 from grammarlab.features.score import Case, Score
+from grammarlab.learning.settings import FAMILIES, MAX_PATH_LENGTH, FeatureOptions
 
 DEFAULT_MODELS = 5000
 """Size of the labelled set, as in the paper."""
 MAX_DEFINITIONS = 200
 MAX_MODELS = 1_000_000
 MAX_FACTORS = 8
-MAX_PATH_LENGTH = 4
 MAX_DIVERGENCE = 0.7
 """Nats; ln 2 is the most there is."""
 
@@ -42,19 +42,6 @@ class Factor:
     title: str
     """What is liked, in words."""
     score: Score
-
-
-@dataclass(frozen=True, slots=True)
-class FeatureOptions:
-    """What a learner looks at."""
-
-    path_length: int = 2
-    """Edges of the longest paths to begin with, 1 to `MAX_PATH_LENGTH`."""
-    families: tuple[str, ...] = ("paths",)
-    """Kinds of features, of `FAMILIES`."""
-
-
-FAMILIES = ("paths", "symbols", "draws", "thresholds", "skips", "siblings", "subtrees")
 
 
 @dataclass(frozen=True, slots=True)

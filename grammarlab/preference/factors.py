@@ -13,7 +13,7 @@ from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Prediction
 class ProductPreference(AbstractPreference):
     """The product of named factors, each as a share of the highest score: u = 100 prod_i u_i / 100.
 
-    A factor that expects less than 0 counts as 0.
+    A factor that expects less than 0 counts as 0, one that expects more than the highest score as that.
     """
 
     def __init__(self, factors: Mapping[str, AbstractPreference]) -> None:
@@ -39,7 +39,7 @@ class ProductPreference(AbstractPreference):
         prod (v_i + m_i^2) - prod m_i^2.
         """
         parts = [factor.predict(rows) for factor in self.factors.values()]
-        mean = np.maximum([part.mean for part in parts], 0.0) / MAX_SCORE
+        mean = np.clip([part.mean for part in parts], 0.0, MAX_SCORE) / MAX_SCORE
         variance = (np.array([part.std for part in parts]) / MAX_SCORE) ** 2
         product = np.prod(mean, axis=0)
         total = np.prod(variance + mean**2, axis=0) - product**2

@@ -16,8 +16,8 @@ from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.evaluation.divergence import jensen_shannon
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.divergence import jensen_shannon
 from grammarlab.runs.derive_batch import compiled
 from grammarlab.runs.examples import SUFFIX, RuleSource, find_rules
 

@@ -8,11 +8,9 @@ from pathlib import Path
 
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.curves import Curve
-from grammarlab.evaluation.flattening import flattened_hash
 from grammarlab.evaluation.methods import METHODS
-from grammarlab.evaluation.preparation import pool_address
 from grammarlab.preference.label_files import save_labels
-from grammarlab.preference.labels import OVERALL, Label, Labels
+from grammarlab.preference.labels import OVERALL, Labels
 from grammarlab.runs.evaluate.task import Task, load_source, run_protocol
 
 
@@ -50,13 +48,12 @@ def label_models_of(
         save_labels(Labels(), Path(scratch, file.name))  # a wrong suffix is better told before the work than after it
         task = Task(scenario, source.key, METHODS[method], seed, num_labels, cache or Path(scratch))
         material, state, curve = run_protocol(task)
-    single = len(material.factors) == 1
-    hashes = (source.grammar.hash, flattened_hash(source.grammar))
-    rows: list[Label] = []
-    for name, factor in zip(material.factors, state.factors, strict=True):
-        for index, score in zip(factor.asked.tolist(), factor.scores.tolist(), strict=True):
-            flat, pool_seed, model = pool_address(source, index)
-            rows.append(Label(pool_seed, model, OVERALL if single else name, score, hashes[flat]))
+    single, hashes = len(material.factors) == 1, material.study.space.hashes
+    rows = [
+        address.label(OVERALL if single else name, score, hashes)
+        for name, answers in state.answers.items()
+        for address, score in zip(answers.designs, answers.scores.tolist(), strict=True)
+    ]
     labels = Labels(tuple(rows))
     save_labels(labels, file)
     return LabelResult(file, labels, curve)

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammarlab.evaluation.flattening import flattened_hash
+from grammarlab.learning.flattening import flattened_hash
 from grammarlab.features.counting import count
 from grammarlab.preference.labels import OVERALL, Label, Labels
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.learn.labelled_models import labelled_models
-from grammarlab.runs.scoring.addresses import Address
+from grammarlab.learning.addresses import Address
 from grammarlab.runs.scoring.session import Session
 from tests.browser.driver import Server
 from tests.runs.scoring.windows import Window, shown_models

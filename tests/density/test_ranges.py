@@ -8,7 +8,7 @@ from grammarlab.density.ranges import even_cuts, range_ends, with_ranges
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import InexactError
-from grammarlab.evaluation.divergence import jensen_shannon
+from grammarlab.learning.divergence import jensen_shannon
 from grammarlab.features.pattern import Draw, HalfSpace, Threshold
 from grammarlab.language.grammar import Grammar
 from tests.density.test_sampled import score

@@ -14,7 +14,7 @@ from grammarlab.density.skeleton import Alternative, Cases, Chance, TreeGrammar
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.evaluation.divergence import jensen_shannon
+from grammarlab.learning.divergence import jensen_shannon
 from grammarlab.features import counting, pattern_text
 from grammarlab.features.expression import Expression
 from grammarlab.features.pattern import Threshold

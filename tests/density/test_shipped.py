@@ -10,7 +10,7 @@ from grammarlab.density.target import Target
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.errors import InexactError
-from grammarlab.evaluation.flattening import flattened
+from grammarlab.learning.flattening import flattened
 from grammarlab.evaluation.scenario import load
 from grammarlab.features.counting import count
 from grammarlab.geometry.assets import AssetFolder

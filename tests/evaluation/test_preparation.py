@@ -7,8 +7,8 @@ import pytest
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.evaluation import scenario
-from grammarlab.evaluation.agreement import agreement
-from grammarlab.evaluation.flattening import flattened
+from grammarlab.learning.agreement import agreement
+from grammarlab.learning.flattening import flattened
 from grammarlab.evaluation.material import Columns
 from grammarlab.evaluation.methods import PAPER_FAMILIES
 from grammarlab.evaluation.pool import WIDER

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from grammarlab.derivation import Forest, derive, derive_chunks
-from grammarlab.evaluation.divergence import jensen_shannon
-from grammarlab.evaluation.flattening import flattened
+from grammarlab.learning.divergence import jensen_shannon
+from grammarlab.learning.flattening import flattened
 from grammarlab.evaluation.scenario import load
 from grammarlab.features.counting import count
 from grammarlab.language.grammar import Grammar

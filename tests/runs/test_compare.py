@@ -5,7 +5,7 @@ import math
 import pytest
 
 from grammarlab.errors import UsageError
-from grammarlab.evaluation.divergence import jensen_shannon
+from grammarlab.learning.divergence import jensen_shannon
 from grammarlab.runs.compare import compare_grammars
 from grammarlab.runs.learn.scenario import learn_from_scenario
 

@@ -19,7 +19,6 @@ def run_tasks(
     tasks: Sequence[Task],
     folder: Path,
     *,
-    prepare: Callable[[Task], None] | None = None,
     jobs: int = 1,
     fresh: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
@@ -30,7 +29,6 @@ def run_tasks(
         work: makes one curve (`make_curve`); other processes must be able to import it.
         tasks: what to make; equal ones are made once.
         folder: where finished curves are kept (`store`); made when missing.
-        prepare: does once for each scenario what all its curves need, before several workers would do it at once.
         jobs: processes; the curves do not depend on it.
         fresh: forget what the folder holds.
         on_progress: told about every finished curve.
@@ -43,8 +41,6 @@ def run_tasks(
         disk.clear(folder)
     store = disk.read(folder)
     missing = _missing(tasks, store)
-    if prepare is not None:
-        _prepare(prepare, missing, jobs, on_progress)
     total = len({(task.key, task.max_labels) for task in tasks})
     done = total - len(missing)
     on_progress("curves", done, total)
@@ -59,13 +55,6 @@ def run_tasks(
         for task, record in zip(tasks, found, strict=True)
         if record is not None
     )
-
-
-def _prepare(prepare: Callable[[Task], None], missing: Sequence[Task], jobs: int, on_progress: Progress) -> None:
-    firsts = list({(task.scenario, task.method.families): task for task in missing}.values())
-    on_progress("scenarios", 0, len(firsts))
-    for done, _ in enumerate(map_unordered(prepare, firsts, min(jobs, max(1, len(firsts)))), 1):
-        on_progress("scenarios", done, len(firsts))
 
 
 def _missing(tasks: Sequence[Task], store: Store) -> list[Task]:

@@ -19,7 +19,7 @@ from grammarlab.runs.evaluate.report import PAGE, TABLE, ScenarioResults, write_
 from grammarlab.runs.evaluate.request import EvaluationRequest
 from grammarlab.runs.evaluate.samples import draw_models
 from grammarlab.runs.evaluate.sections import copied_beside
-from grammarlab.runs.evaluate.task import Task, load_source, make_curve, prepare_material
+from grammarlab.runs.evaluate.task import Task, load_source, make_curve
 from grammarlab.runs.learn.persons import Person, PersonRow, person_rows, person_table
 from grammarlab.runs.learn.table import DensityRow, density_rows, density_tables
 from grammarlab.runs.sample import Progress
@@ -78,9 +78,7 @@ def evaluate_run(
     planned = {figure.name: _figure_tasks(figure, request.seeds, cache) for figure in request.figures}
     tasks = [task for part in plain.values() for task in part]
     tasks += [task for part in planned.values() for line in part for task in line]
-    records = run_tasks(
-        make_curve, tasks, folder, prepare=prepare_material, jobs=jobs, fresh=fresh, on_progress=on_progress
-    )
+    records = run_tasks(make_curve, tasks, folder, jobs=jobs, fresh=fresh, on_progress=on_progress)
     made = dict(zip(tasks, records, strict=True))
     results = tuple(
         ScenarioResults(load_source(path).scenario, tuple(made[task] for task in part)) for path, part in plain.items()

@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from grammarlab.derivation.derive import derive
-from grammarlab.evaluation.preparation import Source, labelled_program
+from grammarlab.evaluation.preparation import Source
 from grammarlab.runs.atomic import atomic_file
 from grammarlab.runs.evaluate.samples import BeforeAfter
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.sheet_page import draw_page, lay_out
 from grammarlab.runs.tiles import Tiles, draw_tiles
-from grammarlab.scene import realize, triangles
+from grammarlab.scene import triangles
 
 TILE_AREA = 144 * 144
 """Pixels of the picture of one model."""
@@ -75,8 +74,7 @@ def tiles_of(source: Source, models: Sequence[int], area: int, jobs: int) -> Til
         area: about how many pixels each picture has.
         jobs: processes; the pictures do not depend on it.
     """
-    program = labelled_program(source)
     different = sorted(set(models))
-    forests = [derive(program, 1, source.scenario.seed, first_model=m, assets=source.assets) for m in different]
-    tiles = draw_tiles([triangles(realize(forest)) for forest in forests], area, jobs)
+    batch = triangles(source.space.realize([source.labelled_address._replace(model=model) for model in different]))
+    tiles = draw_tiles([batch.model(index) for index in range(len(different))], area, jobs)
     return replace(tiles, pictures=tuple(tiles.pictures[different.index(model)] for model in models))

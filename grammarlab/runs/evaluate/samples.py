@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from grammarlab.evaluation import protocol
 from grammarlab.evaluation.material import Material
-from grammarlab.evaluation.seeds import derived_seed
+from grammarlab.randomness import derived_seed
 from grammarlab.runs.evaluate.kept import Kept
 from grammarlab.runs.evaluate.task import Task, run_protocol
 from grammarlab.runs.sample import Progress
@@ -102,7 +102,7 @@ def _made(task: Task) -> tuple[str, Mapping[str, Any]]:
     learned = material.weights * protocol.learned(material, state)
     before = _sample(material, material.weights, material.js_original, task.seed)
     after = _sample(material, learned if learned.any() else material.weights, curve.points[-1].js, task.seed)
-    return _key(task), asdict(BeforeAfter(state.labels, before, after))
+    return _key(task), asdict(BeforeAfter(state.num_answers, before, after))
 
 
 def _sample(material: Material, weights: NDArray[np.float64], js: float, seed: int) -> Sample:

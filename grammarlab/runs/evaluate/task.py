@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -14,13 +14,13 @@ from threadpoolctl import threadpool_limits
 from grammarlab import __version__
 from grammarlab.evaluation import protocol
 from grammarlab.evaluation.curves import Curve
-from grammarlab.evaluation.learners import learner_of
-from grammarlab.evaluation.material import Columns, Material
+from grammarlab.evaluation.material import Material
 from grammarlab.evaluation.methods import Method
 from grammarlab.evaluation.preparation import Source, prepare
 from grammarlab.evaluation.scenario import load
+from grammarlab.learning.round import State
+from grammarlab.learning.settings import Settings
 from grammarlab.runs.derive_batch import compiled
-from grammarlab.runs.evaluate.cache import keep_in
 from grammarlab.runs.evaluate.store import CurveRecord
 from grammarlab.runs.examples import find_rules
 
@@ -39,12 +39,17 @@ class Task:
     max_labels: int
     """>= 1."""
     cache: Path
-    """Folder for features that other curves and other runs use again."""
+    """Folder for compiled code that other curves and other runs use again."""
+
+    @property
+    def settings(self) -> Settings:
+        """How the method learns what the scenario is about."""
+        return self.method.settings(load_source(self.scenario).scenario.features)
 
     @property
     def key(self) -> str:
         """Names the curve: SHA-256 of everything that decides it but `max_labels`."""
-        values = [__version__, self.source_key, self.method.as_json(), self.seed]
+        values = [__version__, self.source_key, self.method.as_json(), repr(self.settings), self.seed]
         return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 
 
@@ -61,36 +66,24 @@ def load_source(scenario: Path) -> Source:
 
 
 @lru_cache(maxsize=2)
-def load_material(scenario: Path, _source_key: str, families: tuple[str, ...], cache: Path) -> Material:
+def load_material(scenario: Path, _source_key: str, settings: Settings) -> Material:
     """What the curves of a scenario are made from; the tasks of one scenario stand together, so few are kept.
 
     The key is there so that a file that has changed is read again.
     """
-    return prepare(replace(load_source(scenario), families=families), keep_in(cache))
+    return prepare(load_source(scenario), settings)
 
 
-def material_of(task: Task) -> Material:
-    """What the curve of a task is made from."""
-    return load_material(task.scenario, task.source_key, task.method.families, task.cache)
-
-
-def prepare_material(task: Task) -> None:
-    """Fill the cache with what the first round of a task needs."""
-    length = task.method.path_length or _source_of(task).feature_options.path_length
-    material_of(task).table(Columns(length))
-
-
-def run_protocol(task: Task) -> tuple[Material, protocol.State, Curve]:
+def run_protocol(task: Task) -> tuple[Material, State, Curve]:
     """The simulated person of a task, after all rounds."""
-    material = material_of(task)
+    material = load_material(task.scenario, task.source_key, task.settings)
     material = material if task.method.factored else material.as_one_factor()
-    learner = learner_of(task.method, _source_of(task).feature_options)
     # JAX looks here when it is first used: workers and later runs need not compile again what one has compiled.
     os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(task.cache.absolute() / "jax"))
     os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
     # At these sizes several threads are slower than one, and two workers share the cores anyway.
     with threadpool_limits(1):
-        state, curve = protocol.run(material, learner, task.seed, task.max_labels)
+        state, curve = protocol.run(material, task.method.batch, task.seed, task.max_labels)
     return material, state, curve
 
 
@@ -99,7 +92,3 @@ def make_curve(task: Task) -> CurveRecord:
     material, _, curve = run_protocol(task)
     name = load_source(task.scenario).scenario.name
     return CurveRecord(task.key, name, task.method.name, task.seed, task.max_labels, material.js_original, curve)
-
-
-def _source_of(task: Task) -> Source:
-    return replace(load_source(task.scenario), families=task.method.families)

@@ -16,12 +16,16 @@ from grammarlab.density.learned import LearnedGrammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.selection import select_models
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.grammar_space import GrammarSpace
+from grammarlab.learning.grammar_target import check_method
+from grammarlab.learning.made import MadePool
+from grammarlab.learning.measure import Measured, measured
+from grammarlab.learning.pool import Pool
 from grammarlab.runs.derive_batch import compiled
 from grammarlab.runs.examples import RuleSource, find_rules
 from grammarlab.runs.learn.example_models import example_models
-from grammarlab.runs.learn.measure import Measured, Truth, measured
-from grammarlab.runs.learn.pool import Pool
-from grammarlab.runs.learn.scenario import check_method, origin_line, scenario_of, write_learned
+from grammarlab.runs.learn.measure import Truth
+from grammarlab.runs.learn.scenario import origin_line, scenario_of, write_learned
 
 Floats = NDArray[np.float64]
 
@@ -95,8 +99,8 @@ def learn_from_files(
         seconds = perf_counter() - begun
         held_out = _held_out(parsed, forest, chosen)
     write_learned(file, learned, source.assets)
-    pool = Pool.of(parsed, source.assets, seed)
-    ratio = np.concatenate([learned.ratio(part) for part in pool.forests])
+    made = MadePool.of(GrammarSpace(parsed, source.assets), Pool(seed))
+    ratio = np.concatenate([learned.ratio(forest) for forest in made.batches])
     return ExamplesResult(
         learned,
         file,
@@ -104,7 +108,7 @@ def learn_from_files(
         source,
         forest.num_models,
         held_out,
-        measured(ratio, ratio, pool.weights),
+        measured(ratio, ratio, made.weights),
         seconds,
         None if known is None else Truth.of(known, learned),
     )

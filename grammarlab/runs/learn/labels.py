@@ -2,77 +2,60 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from grammarlab.density import sampled
-from grammarlab.density.exactness import Exactness
 from grammarlab.density.learned import LearnedGrammar
-from grammarlab.density.skeleton import ENOUGH_MODELS
 from grammarlab.density.splitting import Base
-from grammarlab.density.target import Target
 from grammarlab.density.thinning import Progress, silent
-from grammarlab.derivation.derive import derive
-from grammarlab.errors import GrammarlabError
-from grammarlab.evaluation.agreement import agreement
-from grammarlab.evaluation.scenario import FeatureOptions
-from grammarlab.features.pattern import Feature
-from grammarlab.preference.base import MAX_SCORE, Relevance
+from grammarlab.evaluation.methods import METHODS
+from grammarlab.learning.answers import answers_of
+from grammarlab.learning.grammar_space import GrammarSpace
+from grammarlab.learning.grammar_target import Learned, LearnedDensity, check_method, learn_grammar
+from grammarlab.learning.pool import Pool
+from grammarlab.learning.round import Study, init, step
+from grammarlab.learning.settings import Settings
+from grammarlab.learning.simplification import SimplifiedFactor
+from grammarlab.preference.base import Relevance
 from grammarlab.runs.derive_batch import compiled
 from grammarlab.runs.examples import RuleSource, find_rules
-from grammarlab.runs.learn.factors import LearnedFactor, Tables, answers_of, learn_factor, tables_of
-from grammarlab.runs.learn.labelled_models import labelled_models
-from grammarlab.runs.learn.measure import Learned, Measured, Truth, measured
-from grammarlab.runs.learn.pool import Pool
-from grammarlab.runs.learn.scenario import check_method, learn_target, origin_line, scenario_of, write_learned
+from grammarlab.runs.learn.measure import Truth
+from grammarlab.runs.learn.scenario import origin_line, scenario_of, write_learned
 from grammarlab.runs.scoring.labels import read_labels_or_session
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-
-FEATURES = FeatureOptions(2, ("paths", "symbols", "thresholds"))
-"""What is looked at unless somebody asks for something else."""
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    """What one step on the way to the grammar did to the density."""
-
-    name: str
-    js: float
-    """Divergence in nats between the density before it and after it, on the pool."""
 
 
 @dataclass(frozen=True)
 class LabelsResult:
     """A grammar learned from labels, and what was learned."""
 
-    learned: Learned
+    density: LearnedDensity
+    """What was made of the scores."""
     file: Path | None
     """The new rule file; None where the method makes no grammar."""
     labels: Path
     source: RuleSource
     num_labels: int
-    target: Target
-    """The density that was learned, as a function of few features."""
-    factors: tuple[LearnedFactor, ...]
-    features: tuple[Feature, ...]
-    """What the preference reads in the end: the relevant features."""
-    feature_names: tuple[str, ...]
-    """The same in words."""
-    steps: tuple[Step, ...]
-    measured: Measured
-    """Beside the predicted density, on the pool."""
+    left_out: tuple[str, ...]
+    """Factors without a score above 0: nothing is known about what is liked of them."""
     seconds: float
     """From the label file to the text of the grammar."""
     truth: Truth | None = None
     """How near it comes to what a simulated person really wanted, where that is known."""
+
+    @property
+    def learned(self) -> Learned:
+        """What samples the density."""
+        return self.density.learned
+
+    @property
+    def factors(self) -> tuple[SimplifiedFactor, ...]:
+        """The liked factors."""
+        return self.density.preference.factors
 
     @property
     def relevances(self) -> tuple[Relevance, ...]:
@@ -95,8 +78,8 @@ def learn_from_labels(
     method: str = "compile",
     base: Base = "grammar",
     num_samples: int = sampled.NUM_SAMPLES,
-    features: FeatureOptions | None = None,
-    seed: int = 0,
+    settings: Settings | None = None,
+    pool: Pool | None = None,
     scenario: Path | None = None,
     on_progress: Progress = silent,
 ) -> LabelsResult:
@@ -106,11 +89,11 @@ def learn_from_labels(
         grammar: a rule file or the name of a shipped grammar: that of the labels.
         labels: a label file (`grammarlab.preference.label_files`), or a session file (.db).
         file: where to write the new rule file; assets that it names are put beside it.
-        method: of `grammarlab.runs.learn.scenario.METHODS`: how the grammar is made of what was learned.
+        method: of `grammarlab.learning.grammar_target.METHODS`: how the grammar is made of what was learned.
         base: what the preference multiplies.
         num_samples: models to learn from, for the methods that need them.
-        features: what may be relevant; by default what the scenario says, or else `FEATURES`.
-        seed: of the fit, and of the models that the preference is looked at on.
+        settings: how to learn; by default as the scenario says, or else as in a session.
+        pool: the models that the preference is looked at on; by default those of the session, or of seed 0.
         scenario: a scenario file to compare the result with; nothing is learned from it.
         on_progress: told about models to learn from, for the methods that need them.
 
@@ -121,120 +104,32 @@ def learn_from_labels(
     """
     check_method(method)
     begun = perf_counter()
-    table = read_labels_or_session(labels)
+    table, own_pool = read_labels_or_session(labels)
     source = find_rules(grammar)
-    parsed, program = compiled(source.text(), source.name)
+    parsed, _ = compiled(source.text(), source.name)
     known = None if scenario is None else scenario_of(scenario, grammar, parsed)
-    features = features or (FEATURES if known is None else known.feature_options)
-    labelled = labelled_models(table, parsed, source.assets)
-    answers = answers_of(table, labelled)
-    pool = Pool.of(parsed, source.assets, seed)
-    forest = derive(program, ENOUGH_MODELS, seed, assets=source.assets)
-    exactness = Exactness(parsed, forest)
-    tables = tables_of(labelled, pool, answers, features, lambda feature: not exactness.reason_against(feature))
+    if settings is None and known is not None:
+        settings = METHODS["default"].settings(known.scenario.features)
+    space = GrammarSpace(parsed, source.assets)
+    answers = answers_of(table, space.hashes)
+    study = Study(space, pool or own_pool or Pool(), settings)
+    lines = [origin_line(source.name, parsed), f"Labels {labels.name}: {len(table)} scores"]
     # At these sizes several threads are slower than one.
     with threadpool_limits(1):
-        factors = tuple(learn_factor(factor, tables, pool.weights, seed=seed) for factor in answers)
-        preference = _Product.of(factors, tables)
-        target = Target(parsed, preference.reads, preference, base, preference.bound, source.assets)
-        lines = [origin_line(source.name, parsed), f"Labels {labels.name}: {len(table)} scores"]
-        learned = learn_target(target, method, forest, lines, seed, num_samples, on_progress)
+        state = step(study, init(study), answers)
+        options: dict[str, Any] = {"method": method, "base": base, "num_samples": num_samples}
+        density = learn_grammar(study, state, space, lines=lines, on_progress=on_progress, **options)
     seconds = perf_counter() - begun
+    learned = density.learned
     if isinstance(learned, LearnedGrammar):
         write_learned(file, learned, source.assets)
-    steps, found = _judged(learned, target, preference, tables, pool)
     return LabelsResult(
-        learned,
+        density,
         file if isinstance(learned, LearnedGrammar) else None,
         labels,
         source,
         len(table),
-        target,
-        factors,
-        preference.reads,
-        tuple(tables.pool.names[column] for column in preference.columns),
-        steps,
-        found,
+        tuple(found.factor for found in answers if not found.is_liked),
         seconds,
         None if known is None else Truth.of(known, learned),
     )
-
-
-@dataclass(frozen=True)
-class _Product:
-    """All factors together, as a function of the features that they need."""
-
-    factors: tuple[LearnedFactor, ...]
-    columns: Ints
-    """[K] columns of the table."""
-    reads: tuple[Feature, ...]
-    """[K] the same as features."""
-    scales: Floats
-    """[K] what to divide their values by."""
-
-    @classmethod
-    def of(cls, factors: tuple[LearnedFactor, ...], tables: Tables) -> _Product:
-        columns = np.array(
-            list(dict.fromkeys(column for factor in factors for column in factor.simplified.columns.tolist())),
-            dtype=np.int64,
-        )
-        reads = tuple(tables.pool.features[column] for column in columns)
-        product = cls(factors, columns, reads, tables.pool.scales[columns])
-        if not product.of_table(tables).any():
-            raise GrammarlabError(
-                "none of the models looked at is predicted to be liked: what is liked may be too rare. Score more "
-                "models like those that you like."
-            )
-        return product
-
-    def of_table(self, tables: Tables) -> Floats:
-        """[m] the scores of the models of the pool."""
-        return self(tables.pool.counts[:, self.columns].toarray())
-
-    @property
-    def bound(self) -> float:
-        """No score is larger."""
-        highest = [factor.simplified.levels.max(initial=0.0) or MAX_SCORE for factor in self.factors]
-        return float(_product([np.array([level]) for level in highest])[0])
-
-    def __call__(self, values: Floats) -> Floats:
-        """The score [n] of values [n, K] of the features."""
-        scaled = values / self.scales
-        place = {column: i for i, column in enumerate(self.columns.tolist())}
-        return _product(
-            [
-                factor.simplified(scaled[:, [place[column] for column in factor.simplified.columns.tolist()]])
-                for factor in self.factors
-            ]
-        )
-
-
-def _judged(
-    learned: Learned, target: Target, preference: _Product, tables: Tables, pool: Pool
-) -> tuple[tuple[Step, ...], Measured]:
-    """What each step did to the density, and how near the result comes to the predicted one."""
-    predicted = _product([factor.predicted for factor in preference.factors])
-    drawn = _product([factor.drawn for factor in preference.factors])
-    few = preference.of_table(tables)
-    ratio = np.concatenate([learned.ratio(part) for part in pool.forests])
-    base_ratio = _base_ratio(target, pool)
-    weights = pool.weights * base_ratio
-    relative = np.divide(ratio, base_ratio, out=np.zeros(len(ratio)), where=base_ratio > 0.0)
-    steps = (
-        Step("scores drawn to the levels that were given", agreement(predicted, drawn, weights).js),
-        Step("features left out", agreement(drawn, few, weights).js),
-        Step("made into a grammar", agreement(few, relative, weights).js),
-    )
-    return steps, measured(predicted * base_ratio, ratio, pool.weights)
-
-
-def _product(scores: Sequence[Floats]) -> Floats:
-    """[n] of factors one score, 0 to 100."""
-    return MAX_SCORE * np.prod(np.minimum(np.array(scores), MAX_SCORE) / MAX_SCORE, axis=0)
-
-
-def _base_ratio(target: Target, pool: Pool) -> Floats:
-    """[m] the density that the preference multiplies by that of the original grammar."""
-    if target.even is None:
-        return np.ones(len(pool.weights))
-    return np.concatenate([target.even.ratio(part) for part in pool.forests])

@@ -1,4 +1,4 @@
-"""How good a learned density is, on a set of models."""
+"""How good a learned density is, on the labelled set of a scenario."""
 
 from __future__ import annotations
 
@@ -8,52 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.density.learned import LearnedGrammar
-from grammarlab.density.rejection import RejectionSampler
 from grammarlab.density.target import Target
-from grammarlab.derivation.derive import derive_chunks
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
-from grammarlab.evaluation.agreement import Agreement, agreement
-from grammarlab.evaluation.flattening import flattened
-from grammarlab.evaluation.preparation import Source, labelled_program
-from grammarlab.features.stripping import without_geometry
+from grammarlab.evaluation.preparation import Source, labelled_set
+from grammarlab.learning.agreement import Agreement
+from grammarlab.learning.grammar_target import Learned
+from grammarlab.learning.measure import Measured, measured
 
 Floats = NDArray[np.float64]
-Learned = LearnedGrammar | RejectionSampler
-
-
-@dataclass(frozen=True, slots=True)
-class Measured:
-    """A learned density beside the wanted one."""
-
-    after: Agreement
-    before: Agreement
-    """The same of the original grammar."""
-    num_models: int
-    """How many models they were compared on."""
-    effective_models: float
-    """Of how many of these the wanted density is made: (sum w)^2 / sum w^2."""
-    acceptance: float
-    """Share of the original grammar's models that rejection would accept, with the largest weight met as the bound."""
-
-
-def measured(wanted: Floats, learned: Floats, weights: Floats) -> Measured:
-    """Compares densities on a set of models.
-
-    Args:
-        wanted: [n] density by that of the original grammar, up to a factor, >= 0, one at least above 0.
-        learned: [n] likewise.
-        weights: [n] what each model stands for under the original grammar, >= 0.
-    """
-    liked = weights * wanted
-    return Measured(
-        agreement(wanted, learned, weights),
-        agreement(wanted, np.ones(len(wanted)), weights),
-        len(wanted),
-        float(liked.sum() ** 2 / (liked**2).sum()),
-        float(liked.sum() / weights.sum() / wanted[weights > 0.0].max()),
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,10 +39,11 @@ class LabelledSet:
         """
         found = source.scenario
         target = Target.of_score(source.grammar, found.score, found.base, source.assets)
-        forests = tuple(without_geometry(forest) for forest in _derived(source))
+        space = source.space
+        forests = labelled_set(source, space)
         wanted = np.concatenate(list(_wanted(target, forests)))
         flat = found.draws == "flattened"
-        log_weights = [flattened(source.grammar).log_ratio(f) if flat else np.zeros(f.num_models) for f in forests]
+        log_weights = [space.log_ratio(forest) if flat else np.zeros(forest.num_models) for forest in forests]
         if not wanted.any():
             raise UsageError(
                 f"scenario {found.name}: none of its {len(wanted):,} labelled models has a score above 0, so there is "
@@ -91,11 +55,6 @@ class LabelledSet:
     def measure(self, learned: Learned) -> Measured:
         """How near a learned density comes to the wanted one."""
         return measured(self.wanted, np.concatenate([learned.ratio(forest) for forest in self.forests]), self.weights)
-
-
-def _derived(source: Source) -> Iterator[Forest]:
-    found = source.scenario
-    yield from derive_chunks(labelled_program(source), found.num_models, found.seed, assets=source.assets)
 
 
 def _wanted(target: Target, forests: Iterable[Forest]) -> Iterator[Floats]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from grammarlab.density.sampler import GrammarSampler
+from grammarlab.learning.grammar_target import Learned
 from grammarlab.runs.learn.examples import ExamplesResult
 from grammarlab.runs.learn.labels import LabelsResult
-from grammarlab.runs.learn.measure import Learned, Truth
+from grammarlab.runs.learn.measure import Truth
 from grammarlab.runs.learn.report import Report, compared_rows, cost_facts, nats
 from grammarlab.runs.learn.scenario import LearnResult
 from grammarlab.runs.markdown import table
@@ -37,12 +38,12 @@ def page_of_scenario(result: LearnResult) -> Report:
 
 def page_of_labels(result: LabelsResult) -> Report:
     """The page about a density that was learned from scores."""
-    learned = result.learned
-    compared = (*compared_rows("what was learned", result.measured), *_truth(result.truth), _rules(learned))
+    learned, density = result.learned, result.density
+    compared = (*compared_rows("what was learned", density.measured), *_truth(result.truth), _rules(learned))
     facts = (
         ("labels", f"{result.num_labels}"),
-        *cost_facts(learned, result.measured),
-        ("method", f"{learned.method}, base {result.target.base}"),
+        *cost_facts(learned, density.measured),
+        ("method", f"{learned.method}, base {density.target.base}"),
         ("seconds", f"{result.seconds:.1f}"),
     )
     return Report(
@@ -52,13 +53,13 @@ def page_of_labels(result: LabelsResult) -> Report:
         facts,
         _label_sections(result),
         learned.findings,
-        GrammarSampler(result.target.grammar, result.source.assets),
+        GrammarSampler(density.target.grammar, result.source.assets),
         learned,
     )
 
 
 def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
-    steps = table(("step", "moves the density by"), [(step.name, nats(step.js)) for step in result.steps])
+    steps = table(("step", "moves the density by"), [(step.name, nats(step.js)) for step in result.density.steps])
     factors = table(
         ("factor", "labels", "score levels", "relevant features"),
         [
@@ -71,7 +72,8 @@ def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
             for factor in result.factors
         ],
     )
-    features = zip(result.feature_names, result.features, strict=True)
+    preference = result.density.preference
+    features = zip(preference.names, preference.features, strict=True)
     looked_at = "\n".join(f"- {name} (`{feature}`)" for name, feature in features)
     depend = "\n".join(f"- {entry}" for entry in result.relevances)
     return (

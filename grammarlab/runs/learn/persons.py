@@ -103,9 +103,9 @@ def made(person: Person) -> tuple[str, Mapping[str, Any]]:
     with tempfile.TemporaryDirectory() as scratch:
         labels = Path(scratch, "labels.csv")
         asked = label_models_of(person.path, labels, person.labels, seed=person.seed, method=METHOD, cache=person.cache)
-        grammar = source.scenario.grammar
+        settings = METHODS[METHOD].settings(source.scenario.features)
         result = learn_from_labels(
-            grammar, labels, Path(scratch, "new.cga"), features=source.feature_options, seed=person.seed
+            source.scenario.grammar, labels, Path(scratch, "new.cga"), settings=settings, pool=source.pool
         )
     measured = LabelledSet.of(source).measure(result.learned)
     row = PersonRow(

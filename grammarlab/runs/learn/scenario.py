@@ -3,36 +3,28 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import Any, cast
-
-from threadpoolctl import threadpool_limits
 
 from grammarlab import __version__
 from grammarlab.density import sampled
 from grammarlab.density.learned import LearnedGrammar
-from grammarlab.density.nearest import compile_nearest
-from grammarlab.density.rejection import reject
 from grammarlab.density.skeleton import ENOUGH_MODELS
 from grammarlab.density.target import Target
 from grammarlab.density.thinning import Progress, silent
 from grammarlab.derivation.derive import derive
-from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.preparation import Source
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import String
 from grammarlab.language.walking import walk
+from grammarlab.learning.grammar_target import Learned, check_method, learn_target
+from grammarlab.learning.measure import Measured
 from grammarlab.runs.atomic import write_text
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.examples import find_rules
-from grammarlab.runs.learn.measure import LabelledSet, Learned, Measured
-
-METHODS = ("compile", *sampled.METHODS, "rejection")
-"""Of these, rejection makes no grammar."""
+from grammarlab.runs.learn.measure import LabelledSet
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,54 +104,6 @@ def learned_of(
     begun = perf_counter()
     learned = learn_target(target, method, forest, lines, (found.seed + 1) % 2**64, num_samples, on_progress)
     return learned, perf_counter() - begun
-
-
-def learn_target(
-    target: Target,
-    method: str,
-    forest: Forest,
-    lines: Sequence[str],
-    seed: int,
-    num_samples: int = sampled.NUM_SAMPLES,
-    on_progress: Progress = silent,
-) -> Learned:
-    """What a method makes of a wanted density.
-
-    Args:
-        target: the density.
-        method: of `METHODS`.
-        forest: derivations of the grammar.
-        lines: of a comment at the top of the new file.
-        seed: of samples.
-        num_samples: models to learn from.
-        on_progress: told about these models.
-
-    Raises:
-        GrammarlabError: when the density cannot be made.
-    """
-    options: dict[str, Any] = {"seed": seed, "on_progress": on_progress}
-
-    def header(made_by: str) -> list[str]:
-        return [*lines, f"Method {made_by}, base {target.base}"]
-
-    # At these sizes several threads are slower than one.
-    with threadpool_limits(1):
-        if method == "compile":
-            return compile_nearest(target, forest, header, num_samples=num_samples, **options)
-        if method == "rejection":
-            return reject(target, num_pilot=num_samples, **options)
-        chosen = cast(sampled.Method, method)
-        return sampled.learn(target, chosen, num_samples=num_samples, header=header(method), **options)
-
-
-def check_method(method: str, known: Sequence[str] = METHODS) -> None:
-    """Makes sure that there is a method of this name.
-
-    Raises:
-        UsageError: when there is not.
-    """
-    if method not in known:
-        raise UsageError(f"no method is called {method!r}; those there are: {', '.join(known)}")
 
 
 def origin_line(name: str, grammar: Grammar) -> str:

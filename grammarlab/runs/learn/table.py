@@ -20,9 +20,10 @@ from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.scenario import Scenario
 from grammarlab.features.stripping import without_geometry
+from grammarlab.learning.grammar_target import Learned
 from grammarlab.runs.evaluate.kept import Kept
 from grammarlab.runs.evaluate.task import load_source
-from grammarlab.runs.learn.measure import LabelledSet, Learned
+from grammarlab.runs.learn.measure import LabelledSet
 from grammarlab.runs.learn.scenario import learned_of
 from grammarlab.runs.markdown import table
 from grammarlab.runs.sample import Progress

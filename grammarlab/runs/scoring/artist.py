@@ -17,17 +17,17 @@ from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.program import Program
 from grammarlab.errors import Finding, GrammarlabError
-from grammarlab.evaluation.flattening import flattened
 from grammarlab.export.glb import merged_glb
 from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.addresses import Address
+from grammarlab.learning.flattening import flattened
 from grammarlab.render.camera import View, frame
 from grammarlab.render.raycast import RaycastRenderer
 from grammarlab.render.renderer import RenderOptions
 from grammarlab.runs.checks import grammar_to_run
 from grammarlab.runs.examples import SUFFIX
 from grammarlab.runs.missing_assets import warnings_of
-from grammarlab.runs.scoring.addresses import Address
 from grammarlab.runs.scoring.crew import Handler, Report
 from grammarlab.runs.scoring.tasks import Begin, Draw, Drawn, MakeGlb
 from grammarlab.runs.sheet_page import PAPER

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.runs.scoring.addresses import Address, shown
+from grammarlab.learning.addresses import Address, shown
 from grammarlab.runs.scoring.events import Body, Record, checked_models, checked_score
 from grammarlab.runs.scoring.rounds import Answer, Refuse, Rounds
 from grammarlab.runs.scoring.sorting import Order

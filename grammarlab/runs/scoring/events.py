@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from grammarlab.errors import UsageError
+from grammarlab.learning.addresses import Address, shown
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.labels import OVERALL
-from grammarlab.runs.scoring.addresses import Address, shown
 
 MAX_SIDE, MAX_GRIDS = 10, 2
 """Rows and columns of a grid, and grids, at most."""

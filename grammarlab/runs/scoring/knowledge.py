@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
-from grammarlab.evaluation.pool import pool_seeds, pool_sizes
-from grammarlab.runs.scoring.addresses import Address
+from grammarlab.learning.pool import Pool
 from grammarlab.runs.scoring.tasks import Features, Learned, Predicted
 
 MOST_NAMES = 50
@@ -21,25 +20,15 @@ class ModelPool:
     """The models that a session chooses from: names and numbers."""
 
     def __init__(self, seed: int, size: int, wide: bool = False) -> None:
-        """Names all models.
-
-        Args:
-            seed: of the session.
-            size: how many models, samples of the grammar first, before the pool is widened.
-            wide: whether it is widened for rare models (`grammarlab.evaluation.pool`), which come last.
-        """
-        self.seed, self.size, self.wide = seed, size, wide
-        self.sizes = pool_sizes(size, wide)
-        parts = enumerate(zip(self.sizes, pool_seeds(seed), strict=True))
-        self.names = tuple(
-            str(Address(bool(part), of_part, model)) for part, (num, of_part) in parts for model in range(num)
-        )
+        """Names all models; see `Pool`."""
+        self.pool = Pool(seed, size, wide)
+        self.names = tuple(map(str, self.pool))
         self.index = {name: index for index, name in enumerate(self.names)}
 
     @property
     def samples(self) -> tuple[str, ...]:
         """Those that are samples of the grammar itself."""
-        return self.names[: self.sizes[0]]
+        return self.names[: self.pool.sizes[0]]
 
 
 @dataclass

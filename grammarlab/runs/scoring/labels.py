@@ -6,26 +6,28 @@ from contextlib import closing
 from pathlib import Path
 
 from grammarlab.errors import UsageError
-from grammarlab.evaluation.flattening import hash_of_flattened
+from grammarlab.learning.addresses import Address
+from grammarlab.learning.flattening import hash_of_flattened
+from grammarlab.learning.pool import Pool
 from grammarlab.preference.label_files import read_labels
-from grammarlab.preference.labels import Label, Labels
-from grammarlab.runs.scoring.addresses import Address
+from grammarlab.preference.labels import Labels
 from grammarlab.runs.scoring.events import MAX_MODELS
 from grammarlab.runs.scoring.store import SUFFIX, Store
 from grammarlab.runs.scoring.tasks import Factors
 
 
-def read_labels_or_session(path: Path) -> Labels:
-    """The labels of a label file, or of a session file (.db).
+def read_labels_or_session(path: Path) -> tuple[Labels, Pool | None]:
+    """The labels of a label file, or of a session file (.db) with the pool that its models are from.
 
     Raises:
         UsageError: when it ends in something else.
         AssetError: when it is missing, too large or broken.
     """
     if path.suffix.lower() != SUFFIX:
-        return read_labels(path)
+        return read_labels(path), None
     with closing(Store.open(path)) as store:
-        return labels_of(store.record.factors, store.about.hash)
+        about = store.about
+        return labels_of(store.record.factors, about.hash), Pool(about.seed, about.size, store.record.wide)
 
 
 def labels_of(factors: Factors, grammar: str) -> Labels:
@@ -39,8 +41,7 @@ def labels_of(factors: Factors, grammar: str) -> Labels:
     rows = []
     for factor, scores in factors.items():
         for text, score in scores.items():
-            address = Address.parse(text)
-            rows.append(Label(address.seed, address.model, factor, score, hashes[address.flat]))
+            rows.append(Address.parse(text).label(factor, score, hashes))
     return Labels(tuple(rows))
 
 
@@ -71,6 +72,5 @@ def scores_of(labels: Labels, grammar: str) -> Factors:
                 "labels of models with a start rule, attributes or a footprint of their own cannot be imported: a "
                 "session is about models of the rule file as it is."
             )
-        address = Address(label.grammar == hashes[1], label.seed, label.model)
-        found.setdefault(label.factor, {})[str(address)] = float(label.score)
+        found.setdefault(label.factor, {})[str(Address.of(label, hashes))] = float(label.score)
     return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from PIL import Image
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import AssetError, GrammarlabError, UsageError
 from grammarlab.language.grammar import Grammar, read_text
+from grammarlab.learning.pool import Pool
 from grammarlab.preference.label_files import read_labels, save_labels
 from grammarlab.runs.atomic import write_text
 from grammarlab.runs.derive_batch import compiled
@@ -28,9 +29,9 @@ TILE_AREA = 240 * 240
 """Pixels of the picture of one model."""
 
 
-def maker(text: str, name: str, assets: str, session: str) -> Handler:
-    """What makes and reads the files of a session."""
-    return _Maker(compiled(text, name)[0], name, Path(assets), Path(session)).do
+def maker(text: str, name: str, assets: str, session: str, seed: int, size: int) -> Handler:
+    """What makes and reads the files of a session, whose pool is of that seed and size."""
+    return _Maker(compiled(text, name)[0], name, Path(assets), Path(session), Pool(seed, size)).do
 
 
 def learned_name(session: Path) -> str:
@@ -46,6 +47,7 @@ class _Maker:
     name: str
     assets: Path
     session: Path
+    pool: Pool
 
     def do(self, request: WriteLabels | ReadLabels | LearnGrammar | DrawSheet, report: Report) -> Any:
         with tempfile.TemporaryDirectory() as folder:
@@ -57,7 +59,7 @@ class _Maker:
             if isinstance(request, ReadLabels):
                 return self._read(request, file)
             if isinstance(request, LearnGrammar):
-                return self._learn(request.factors, Path(folder), report)
+                return self._learn(request, Path(folder), report)
             return self._sheet(request, report)
 
     def _read(self, request: ReadLabels, file: Path) -> Factors:
@@ -70,27 +72,26 @@ class _Maker:
             raise AssetError(str(error).replace(str(file), "the file")) from error
         return scores_of(labels, self.grammar.hash)
 
-    def _learn(self, factors: Factors, folder: Path, report: Report) -> LearnedFile:
+    def _learn(self, request: LearnGrammar, folder: Path, report: Report) -> LearnedFile:
         # These load JAX, which labels and sheets need not wait for.
         from grammarlab.density.learned import LearnedGrammar  # noqa: PLC0415
         from grammarlab.runs.learn.labels import learn_from_labels  # noqa: PLC0415
 
-        liked = {name: scores for name, scores in factors.items() if any(scores.values())}
-        if not liked:
+        if not any(any(scores.values()) for scores in request.factors.values()):
             raise UsageError("nothing is liked yet, so there is nothing to sample: score at least one model above 0.")
         report("learning the grammar", 0, 1)
         # The rule file may have changed since the session began, so its own text is learned from.
         rules, file = folder / f"{self.name}{SUFFIX}", folder / "labels.parquet"
         write_text(rules, self.grammar.text)
         (folder / "assets").symlink_to(self.assets.resolve(), target_is_directory=True)
-        save_labels(labels_of(liked, self.grammar.hash), file)
+        save_labels(labels_of(request.factors, self.grammar.hash), file)
         target = self.session.with_name(learned_name(self.session))
-        result = learn_from_labels(str(rules), file, target)
+        result = learn_from_labels(str(rules), file, target, pool=replace(self.pool, wide=request.wide))
         learned = result.learned
         if not isinstance(learned, LearnedGrammar):
             raise GrammarlabError("the scores gave no grammar.")
         rules = learned.rules_before, learned.rules_after
-        return LearnedFile(target.name, learned.text, result.measured.after.js, *rules, tuple(learned.findings))
+        return LearnedFile(target.name, learned.text, result.density.measured.after.js, *rules, tuple(learned.findings))
 
     def _sheet(self, request: DrawSheet, report: Report) -> bytes:
         file = self.session.with_name(learned_name(self.session))

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab.errors import Finding, GrammarlabError, UsageError
-from grammarlab.evaluation.seeds import derived_seed
-from grammarlab.runs.scoring.addresses import Address, shown
+from grammarlab.learning.addresses import Address, shown
+from grammarlab.randomness import derived_seed
 from grammarlab.runs.scoring.crew import Crew, Outcome
 from grammarlab.runs.scoring.events import Body, Grid, Record
 from grammarlab.runs.scoring.knowledge import Knowledge, ModelPool
@@ -97,7 +97,7 @@ class Rounds:
         self._artists = artists
         models = about.seed, about.size, self.record.wide
         self._learners = Crew(f"{_HERE}.learner:learner", (*place, *models), 1, deliver, _LAST)
-        self._makers = Crew(f"{_HERE}.maker:maker", (*place, str(path)), 1, deliver, _LAST)
+        self._makers = Crew(f"{_HERE}.maker:maker", (*place, str(path), about.seed, about.size), 1, deliver, _LAST)
         self.thumbnails = Thumbnails(self._artists, self._warn)
         self._is_prepared, self._is_resumed = False, bool(self.record.num_labels)
         self._ticket = self._choosing = 0
@@ -281,7 +281,9 @@ class Rounds:
             return {"file": found.file, "text": found.text, "notes": list(found.findings), **numbers}, ()
 
         done = partial(_answered, answer, refuse, result)
-        self._makers.submit(LearnGrammar(self._factors()), done, on_progress=partial(self._announce, "learn"))
+        self._makers.submit(
+            LearnGrammar(self._factors(), self.record.wide), done, on_progress=partial(self._announce, "learn")
+        )
 
     def sheet(self, num: int, answer: Answer, refuse: Refuse) -> None:
         """Draws samples of the learned grammar."""
@@ -319,8 +321,8 @@ class Rounds:
             self.message = outcome.error or "The update was cancelled; predictions are as they were."
             return
         found = outcome.value
-        if found.wide != self.pool.wide:
-            self.pool = ModelPool(self.pool.seed, self.pool.size, found.wide)
+        if found.wide != self.pool.pool.wide:
+            self.pool = ModelPool(self.store.about.seed, self.store.about.size, found.wide)
         self.knowledge.take(found, revision[1], numbers)
         widened = (WIDENED,) if choice is not None and found.wide and not self.record.wide else ()
         self.message = " ".join((*found.left_out, *widened)) or None

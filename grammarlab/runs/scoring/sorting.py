@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
-from grammarlab.runs.scoring.addresses import shown
+from grammarlab.learning.addresses import shown
 from grammarlab.runs.scoring.events import Grid, Record
 from grammarlab.runs.scoring.knowledge import Knowledge, ModelPool
 

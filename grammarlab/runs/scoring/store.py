@@ -18,7 +18,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from grammarlab.errors import AssetError, UsageError
-from grammarlab.runs.scoring.addresses import shown
+from grammarlab.learning.addresses import shown
 from grammarlab.runs.scoring.events import Body, Event, Record
 
 SUFFIX = ".db"

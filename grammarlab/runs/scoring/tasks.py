@@ -162,6 +162,8 @@ class LearnGrammar:
     """Asks for a grammar learned from scores, beside the session file: `LearnedFile`."""
 
     factors: Factors
+    wide: bool
+    """Whether the pool has been widened for rare models."""
 
 
 @dataclass(frozen=True, slots=True)

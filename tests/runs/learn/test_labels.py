@@ -6,7 +6,7 @@ import pytest
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import AssetError, GrammarlabError, InexactError, LanguageError, UsageError
-from grammarlab.evaluation.flattening import flattened, flattened_hash
+from grammarlab.learning.flattening import flattened, flattened_hash
 from grammarlab.evaluation.scenario import FeatureOptions
 from grammarlab.features.counting import count
 from grammarlab.features.pattern_text import parse

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from grammarlab.runs.scoring.addresses import Address
+from grammarlab.learning.addresses import Address
 from grammarlab.runs.scoring.crew import Handler
 from grammarlab.runs.scoring.knowledge import ModelPool
 from grammarlab.runs.scoring.learner import learner

@@ -15,7 +15,7 @@ from grammarlab.evaluation import protocol, scenario
 from grammarlab.evaluation.learners import learner_of
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.preparation import Source, prepare
-from grammarlab.evaluation.seeds import derived_seed
+from grammarlab.randomness import derived_seed
 from grammarlab.language.grammar import Grammar
 from grammarlab.preference.base import AbstractPreference
 from grammarlab.preference.fitting import fit

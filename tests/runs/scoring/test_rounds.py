@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from grammarlab.errors import GrammarlabError
-from grammarlab.runs.scoring.addresses import Address
+from grammarlab.learning.addresses import Address
 from grammarlab.runs.scoring.session import Session
 from tests.runs.scoring.tower import kind_of
 from tests.runs.scoring.windows import Window, shown_models

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.evaluation.bounds import between
+from grammarlab.learning.bounds import between
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(0, 12), st.integers(0, 8))

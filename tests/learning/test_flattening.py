@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from grammarlab.derivation.derive import derive
-from grammarlab.evaluation.flattening import flattened
+from grammarlab.learning.flattening import flattened
 from grammarlab.language.grammar import Grammar
 
 TEXT = """

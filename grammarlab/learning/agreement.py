@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.evaluation.divergence import correlation, jensen_shannon
+from grammarlab.learning.divergence import correlation, jensen_shannon
 
 Floats = NDArray[np.float64]
 

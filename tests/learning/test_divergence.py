@@ -8,7 +8,7 @@ from scipy.spatial.distance import jensenshannon
 from scipy.stats import pearsonr
 
 from grammarlab.errors import UsageError
-from grammarlab.evaluation.divergence import correlation, jensen_shannon
+from grammarlab.learning.divergence import correlation, jensen_shannon
 
 WEIGHTS = st.lists(st.tuples(*[st.one_of(st.just(0.0), st.floats(1e-12, 1e12))] * 2), min_size=1, max_size=20).filter(
     lambda pairs: any(p for p, _ in pairs) and any(q for _, q in pairs)

@@ -1,0 +1,97 @@
+"""What can be liked: designs that can be named, made again, described by numbers and shown."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.features.pattern import Feature
+from grammarlab.features.table import FeatureTable
+from grammarlab.learning.addresses import Address
+from grammarlab.learning.settings import FeatureOptions
+from grammarlab.scene.instances import Scene
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Designs = TypeVar("Designs")
+"""A batch of n designs, whatever a space makes of them; for a grammar a `Forest`."""
+_Designs = TypeVar("_Designs", contravariant=True)
+
+
+class Vocabulary(Protocol[_Designs]):
+    """The columns of tables: found on some designs, then the same for any others."""
+
+    def apply(self, designs: Sequence[_Designs], /) -> FeatureTable:
+        """The table of some batches of designs, one below the other."""
+        ...
+
+
+class AbstractDesignSpace(ABC, Generic[Designs]):
+    """All designs that a random process can make, each with an address.
+
+    Beside its own density p a space has a proposal: a density p' that is positive wherever p is, under which what is
+    rare under p turns up more often. A design of either is a design of the space.
+    """
+
+    @property
+    @abstractmethod
+    def hashes(self) -> tuple[str, str]:
+        """SHA-256 of everything that the designs depend on, in hexadecimal, and another one for the proposal: what
+        label files call them.
+        """
+
+    @property
+    @abstractmethod
+    def longest_path(self) -> int:
+        """How long paths may grow (`FeatureOptions.path_length`); 1 where features have no length."""
+
+    @abstractmethod
+    def make(self, addresses: Sequence[Address]) -> Designs:
+        """Designs by address, in this order, without what only pictures need.
+
+        Raises:
+            UsageError: for an address that names no design of the space.
+        """
+
+    @abstractmethod
+    def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[Designs]:
+        """The designs ``first`` to ``first + num - 1`` of a seed, in batches, as `make` gives them.
+
+        Args:
+            flat: of the proposal instead of the space itself.
+            num: how many, >= 0.
+            seed: 0 <= seed < 2**64.
+            first: index of the first one.
+        """
+
+    @abstractmethod
+    def log_ratio(self, designs: Designs) -> Floats:
+        """[n] log of p / p', for designs of either."""
+
+    @abstractmethod
+    def take(self, designs: Designs, indices: Ints) -> Designs:
+        """Some designs of a batch, by ascending index."""
+
+    @abstractmethod
+    def vocabulary(self, designs: Sequence[Designs], features: FeatureOptions) -> Vocabulary[Designs]:
+        """The columns that tell some designs apart."""
+
+    @abstractmethod
+    def search(self, designs: Sequence[Designs], scores: Floats, features: FeatureOptions) -> tuple[Feature, ...]:
+        """Features beyond the vocabulary that explain scores [n] of some designs, best first; () where none do."""
+
+    @abstractmethod
+    def values(self, designs: Sequence[Designs], features: Sequence[Feature]) -> Floats:
+        """[n, F] values of features, such as those that `search` found."""
+
+    @abstractmethod
+    def margins(self, designs: Sequence[Designs], feature: Feature) -> Floats | None:
+        """[n] signed distance of designs to a bound on continuous parameters; None for a feature that is no bound."""
+
+    @abstractmethod
+    def realize(self, addresses: Sequence[Address]) -> Scene:
+        """Designs by address, as meshes to look at: one model of the scene each, in this order."""

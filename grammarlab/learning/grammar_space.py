@@ -1,0 +1,158 @@
+"""The models of a stochastic grammar as a space of designs; its proposal is the grammar with equal percentages."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.compiler import compile_grammar
+from grammarlab.derivation.derive import derive, derive_chunks
+from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.program import Program
+from grammarlab.derivation.selection import join_forests, select_models
+from grammarlab.errors import UsageError
+from grammarlab.features.counting import count
+from grammarlab.features.growth import search_patterns
+from grammarlab.features.pattern import Feature, HalfSpace, Threshold
+from grammarlab.features.stripping import without_geometry
+from grammarlab.features.thresholds import find_half_space, find_thresholds, margins
+from grammarlab.features.vocabulary import Options, Vocabulary
+from grammarlab.geometry.assets import AssetFolder
+from grammarlab.language.grammar import Grammar
+from grammarlab.learning.addresses import Address
+from grammarlab.learning.design_space import AbstractDesignSpace
+from grammarlab.learning.flattening import Flattened, flattened, flattened_hash
+from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
+from grammarlab.runs.attributes import fit_properties
+from grammarlab.runs.footprints import read_footprints
+from grammarlab.scene.instances import Scene, realize
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+FEWEST_LIKED = 3
+"""Models with a score above 0 that a search for subtrees begins with."""
+
+
+@dataclass(frozen=True)
+class GrammarSpace(AbstractDesignSpace[Forest]):
+    """The models that a grammar derives."""
+
+    grammar: Grammar
+    assets: Path | None = None
+    """Folder of meshes and images."""
+
+    @property
+    def hashes(self) -> tuple[str, str]:
+        return self.grammar.hash, flattened_hash(self.grammar)
+
+    @property
+    def longest_path(self) -> int:
+        return MAX_PATH_LENGTH
+
+    @cached_property
+    def program(self) -> Program:
+        """The grammar, ready to derive."""
+        return compile_grammar(self.grammar)
+
+    @cached_property
+    def proposal(self) -> Flattened:
+        """The grammar with equal percentages."""
+        return flattened(self.grammar)
+
+    def make(self, addresses: Sequence[Address]) -> Forest:
+        return without_geometry(self._derive(addresses))
+
+    def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[Forest]:
+        program = self.proposal.program if flat else self.program
+        for forest in derive_chunks(program, num, seed, first_model=first, assets=self.folder):
+            yield without_geometry(forest)
+
+    def log_ratio(self, designs: Forest) -> Floats:
+        return self.proposal.log_ratio(designs)
+
+    def take(self, designs: Forest, indices: Ints) -> Forest:
+        return select_models(designs, indices)
+
+    def vocabulary(self, designs: Sequence[Forest], features: FeatureOptions) -> Vocabulary:
+        families = features.families
+        options = Options(
+            features.path_length,
+            symbols="symbols" in families,
+            draws="draws" in families,
+            far_pairs="skips" in families,
+            adjacent_pairs="siblings" in families,
+        )
+        return Vocabulary.find(designs, options)
+
+    def search(self, designs: Sequence[Forest], scores: Floats, features: FeatureOptions) -> tuple[Feature, ...]:
+        found: tuple[Feature, ...] = ()
+        if "thresholds" in features.families:
+            found += self._bounds(designs, scores)
+        # A pattern that fits a single liked model by chance is found for any model.
+        if "subtrees" in features.families and (scores > 0.0).sum() >= FEWEST_LIKED:
+            found += search_patterns(designs, scores)
+        return found
+
+    def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:
+        return np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in designs)])
+
+    def margins(self, designs: Sequence[Forest], feature: Feature) -> Floats | None:
+        return margins(designs, feature) if isinstance(feature, Threshold | HalfSpace) else None
+
+    def realize(self, addresses: Sequence[Address]) -> Scene:
+        return realize(self._derive(addresses))
+
+    def _bounds(self, forests: Sequence[Forest], scores: Floats) -> tuple[Feature, ...]:
+        """Bounds on continuous draws: of several at once where they belong together, else of each alone."""
+        names = list(dict.fromkeys(site.name for site in self.program.sites if site.kind == "uniform"))
+        liked = scores > (scores.min() + scores.max()) / 2
+        together = find_half_space(forests, np.asarray(liked), names) if names else None
+        if together is not None and len(together.sites) > 1:
+            return (together,)
+        return find_thresholds(forests, scores, names)
+
+    @cached_property
+    def folder(self) -> AssetFolder | None:
+        """The assets, each read once however often models are derived."""
+        return None if self.assets is None else AssetFolder(self.assets)
+
+    def _derive(self, addresses: Sequence[Address]) -> Forest:
+        programs = self.program, self.proposal.program
+        forests = []
+        for address in addresses:
+            options = _options(self.grammar, address)
+            program = programs[address.flat]
+            forests.append(derive(program, 1, address.seed, first_model=address.model, assets=self.folder, **options))
+        return join_forests(forests)
+
+
+def _options(grammar: Grammar, address: Address) -> dict[str, Any]:
+    """Arguments of `derive` that an address states."""
+    options: dict[str, Any] = {"start_rule": address.start_rule} if address.start_rule else {}
+    if address.attributes != "{}":
+        values = json.loads(address.attributes)
+        unknown = [name for name in values if name not in grammar.attributes]
+        if unknown:
+            raise UsageError(f"labels give a value to {unknown[0]}, which is not an attribute of the grammar.")
+        options["attributes"] = fit_properties(values, grammar)
+    if address.footprint:
+        options["footprint"] = _polygon(address.footprint)
+    return options
+
+
+def _polygon(text: str) -> Floats:
+    """The footprint that a label states. It says where models come from and never makes us read other files."""
+    if text.lower().endswith((".json", ".geojson")) or Path(text).exists():
+        raise UsageError(f"footprint {text!r} of a label is a file; expected 20x12 or WKT.")
+    found = read_footprints(text)
+    if len(found) != 1:
+        raise UsageError(f"footprint {text[:60]!r} of a label has {len(found)} polygons; expected one.")
+    return found[0].polygon

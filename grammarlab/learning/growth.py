@@ -1,0 +1,62 @@
+"""More columns where those at hand cannot explain the scores: features that are searched for, and longer paths.
+
+Both are functions of the designs with a score and of their scores alone, whatever the order in which they were given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.features.pattern import Feature
+from grammarlab.learning.design_space import AbstractDesignSpace, Designs
+from grammarlab.learning.settings import FeatureOptions
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def path_length(
+    space: AbstractDesignSpace[Designs],
+    designs: Sequence[Designs],
+    scores: Sequence[tuple[Ints, Floats]],
+    features: FeatureOptions,
+    extra: tuple[Feature, ...],
+) -> int:
+    """The shortest paths that leave the fewest designs with equal rows and different scores (paper 4.5.1).
+
+    Args:
+        space: of the designs.
+        designs: all that have a score, n together.
+        scores: of each factor, indices of designs, each once, and as many scores.
+        features: what is counted, with the length to start from.
+        extra: features that were searched for, which may tell designs apart as well.
+    """
+    searched = space.values(designs, extra)
+    fewest, best = -1, features.path_length
+    for length in range(features.path_length, max(features.path_length, space.longest_path) + 1):
+        vocabulary = space.vocabulary(designs, replace(features, path_length=length))
+        rows = np.column_stack([vocabulary.apply(designs).rows(), searched])
+        number = sum(num_conflicts(rows[indices], values) for indices, values in scores)
+        if fewest < 0 or number < fewest:
+            fewest, best = number, length
+        if not number:
+            break
+    return best
+
+
+def num_conflicts(rows: Floats, scores: Floats) -> int:
+    """How many sets of designs with equal rows [n, F] have different scores [n]: no function of the rows explains these.
+
+    >>> num_conflicts(np.array([[1.0], [2.0], [1.0]]), np.array([10.0, 0.0, 90.0]))
+    1
+    """
+    _, kind = np.unique(rows, axis=0, return_inverse=True)
+    order = np.lexsort((scores, kind.ravel()))
+    kind, scores = kind.ravel()[order], scores[order]
+    starts = np.flatnonzero(np.diff(kind, prepend=-1))
+    ends = np.append(starts[1:], len(kind)) - 1
+    return int((scores[ends] > scores[starts]).sum()) if len(kind) else 0

@@ -1,0 +1,207 @@
+"""One round of learning: answers in, a preference out.
+
+The state after a round is a function of the pool and of the scores alone, so that a simulated person, a person at the
+page, a label file and a Python function who say the same are understood alike. Its quantities:
+
+- answer: a score (0-100) of a design for a factor. With several factors, what is liked is their product.
+- pool: the designs that there are to ask about (`grammarlab.learning.pool`). Designs from elsewhere may have a score.
+- liked factor: one with a score above 0. Others are left out of the product: nothing is known about what they like.
+- columns: features of designs. Those that scores ask for are searched for, and paths grow longer, by the rules of
+  `grammarlab.learning.growth`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Generic
+
+import numpy as np
+
+from grammarlab.features.pattern import Feature
+from grammarlab.learning.answers import Answers
+from grammarlab.learning.design_space import AbstractDesignSpace, Designs, Floats, Ints
+from grammarlab.learning.growth import path_length
+from grammarlab.learning.made import MadePool
+from grammarlab.learning.pool import Pool
+from grammarlab.learning.settings import Settings
+from grammarlab.learning.tables import Columns, DesignTables, Table
+from grammarlab.preference.base import AbstractPreference
+from grammarlab.preference.factors import ProductPreference
+from grammarlab.preference.fitting import fit
+from grammarlab.preference.queries import liked_are_rare
+
+Report = Callable[[str, int, int], None]
+"""Told what is being done, and how many parts of it are done, of how many."""
+
+
+def silent(_stage: str, _done: int, _total: int) -> None:
+    """Tells nobody."""
+
+
+@dataclass(frozen=True)
+class State:
+    """What is known between two rounds."""
+
+    answers: Mapping[str, Answers]
+    """All of them by factor, in order of the first one."""
+    preferences: Mapping[str, AbstractPreference]
+    """Of the factors that had answers at the last step."""
+    columns: Columns
+    """What `preferences` look at."""
+    liked: tuple[str, ...] = ()
+    """Factors that had a score above 0 then."""
+    wide: bool = False
+    """Whether the pool has been widened for rare designs."""
+
+    @property
+    def num_answers(self) -> int:
+        """Scores given so far, all factors together."""
+        return sum(len(answers.designs) for answers in self.answers.values())
+
+    @property
+    def product(self) -> ProductPreference | None:
+        """The preference: the product of the factors that are liked; None where none is."""
+        liked = {name: self.preferences[name] for name in self.liked}
+        return ProductPreference(liked) if liked else None
+
+
+class Study(Generic[Designs]):
+    """A space of designs with the pool to ask about and the settings; keeps what it has made and counted."""
+
+    def __init__(
+        self,
+        space: AbstractDesignSpace[Designs],
+        pool: Pool,
+        settings: Settings | None = None,
+        others: tuple[Designs, ...] = (),
+    ) -> None:
+        """Nothing is made yet.
+
+        Args:
+            space: of the designs.
+            pool: which designs there are to ask about.
+            settings: how to learn; what a person gets when left out.
+            others: more designs that tables have rows of; nobody is asked about them.
+        """
+        self.space, self.pool, self.settings, self._others = space, pool, settings or Settings(), others
+        self._tables: dict[bool, DesignTables[Designs]] = {}
+
+    def tables(self, wide: bool = False, report: Report = silent) -> DesignTables[Designs]:
+        """The designs of the pool, or of the wide pool, and their tables."""
+        wide = wide or self.pool.wide
+        if wide not in self._tables:
+            pool = replace(self.pool, wide=wide)
+            narrow = self._tables[False].made if False in self._tables else None
+            on_progress = partial(report, f"making {len(pool):,} models")
+            made = MadePool.of(self.space, pool, narrow, on_progress)
+            self._tables[wide] = DesignTables(self.space, made, self.settings.features, self._others)
+        return self._tables[wide]
+
+    def table(self, state: State) -> Table:
+        """The rows that the preferences of a state look at."""
+        return self.tables(state.wide).table(state.columns)
+
+
+def init(study: Study[Designs]) -> State:
+    """A state before the first answer."""
+    return State({}, {}, Columns(study.settings.features.path_length), wide=study.pool.wide)
+
+
+def answered(state: State, answers: Sequence[Answers]) -> State:
+    """The state with more answers, from which nothing has been learned yet."""
+    known = dict(state.answers)
+    for new in answers:
+        known[new.factor] = known[new.factor] + new if new.factor in known else new
+    return replace(state, answers=known)
+
+
+def step(
+    study: Study[Designs],
+    state: State,
+    answers: Sequence[Answers],
+    report: Report = silent,
+    *,
+    widens: bool = True,
+) -> State:
+    """Learns from more answers: looks for columns, then fits each factor.
+
+    Args:
+        study: the pool and the settings.
+        state: after the round before.
+        answers: the new ones, each of one factor.
+        report: told about what takes long.
+        widens: whether the pool may be widened now, where the settings have it.
+
+    Returns:
+        The same state whether answers come at once or in many steps, as long as liked designs are not rare.
+    """
+    told = answered(state, answers)
+    given = [found for found in told.answers.values() if len(found.designs)]
+    rare = widens and study.settings.widens and any(liked_are_rare(found.scores) for found in given)
+    tables = study.tables(told.wide or rare, report)
+    total = len(given) + 2
+    report("looking at scored models", 0, total)
+    columns = _columns(tables, given, study.settings)
+    report("counting features", 1, total)
+    table = tables.table(columns)
+    known = state.preferences if (columns, tables.made.pool.wide) == (state.columns, state.wide) else {}
+    preferences: dict[str, AbstractPreference] = {}
+    for number, found in enumerate(given):
+        report(f"learning {found.factor}", 2 + number, total)
+        before = known.get(found.factor)
+        if before is None or state.answers[found.factor] is not found:
+            rows = places(tables, columns, found)
+            before = _fit(table, rows, found.scores, study.settings, before if study.settings.warm else None)
+        preferences[found.factor] = before
+    liked = tuple(found.factor for found in given if found.is_liked)
+    return State(told.answers, preferences, columns, liked, tables.made.pool.wide)
+
+
+def places(tables: DesignTables[Designs], columns: Columns, answers: Answers) -> Ints:
+    """[n] rows of the table of some columns that answers are about; each is of the pool or of `Columns.elsewhere`."""
+    outside = {address: len(tables.made.pool) + place for place, address in enumerate(columns.elsewhere)}
+    found = (tables.index.get(address, outside.get(address, -1)) for address in answers.designs)
+    return np.array(list(found), dtype=np.int64)
+
+
+def _columns(tables: DesignTables[Designs], answers: Sequence[Answers], settings: Settings) -> Columns:
+    """The columns that answers ask for."""
+    different = {address for found in answers for address in found.designs}
+    elsewhere = tuple(sorted(address for address in different if address not in tables.index))
+    columns = Columns(settings.features.path_length, elsewhere=elsewhere)
+    scored = [_per_design(places(tables, columns, found), found.scores) for found in answers]
+    every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(rows for rows, _ in scored)]))
+    designs = tables.designs(every, elsewhere)
+    extra: dict[Feature, None] = {}
+    for rows, scores in scored:
+        if np.ptp(scores) > 0.0:
+            found = tables.space.search(tables.designs(rows, elsewhere), scores, settings.features)
+            extra |= dict.fromkeys(found)
+    columns = replace(columns, extra=tuple(extra))
+    if settings.grows:
+        numbered = [(np.searchsorted(every, rows), scores) for rows, scores in scored]
+        length = path_length(tables.space, designs, numbered, settings.features, columns.extra)
+        columns = replace(columns, path_length=length)
+    return columns
+
+
+def _per_design(rows: Ints, scores: Floats) -> tuple[Ints, Floats]:
+    """The different rows, ascending, and the mean of the scores of each."""
+    different, place = np.unique(rows, return_inverse=True)
+    return different, np.bincount(place, scores) / np.maximum(np.bincount(place), 1)
+
+
+def _fit(
+    table: Table, rows: Ints, scores: Floats, settings: Settings, warm: AbstractPreference | None
+) -> AbstractPreference:
+    # In one order, whatever the order in which they were given: sums of floats depend on it.
+    order = np.lexsort((scores, rows))
+    labelled, scores = table.rows[rows[order]], scores[order]
+    if settings.options:
+        # Only this baseline has parameters, and only experiments change them.
+        from grammarlab.preference import gaussian_process  # noqa: PLC0415 - loads JAX
+
+        return gaussian_process.fit(labelled, scores, groups=table.groups, warm=warm, **dict(settings.options))
+    return fit(labelled, scores, groups=table.groups, method=settings.fit, seed=settings.seed, warm=warm)
