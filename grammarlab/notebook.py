@@ -121,7 +121,7 @@ class ScoringSession(anywidget.AnyWidget):
     @property
     def labels(self) -> Labels:
         """All scores so far, of all factors."""
-        return read_labels_or_session(self._path)
+        return read_labels_or_session(self._path)[0]
 
     def do(self, command: str, **arguments: Any) -> Message:
         """Does what the page does, and waits for the answer.

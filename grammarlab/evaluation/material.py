@@ -1,4 +1,4 @@
-"""What a simulated person is compared on: a set of labelled models with their true scores, and a pool to be asked about."""
+"""A set of labelled models with their true scores, and a simulated person who knows those of all others."""
 
 from __future__ import annotations
 

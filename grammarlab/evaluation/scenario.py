@@ -21,6 +21,7 @@ from grammarlab.features.expression import RESERVED, Expression
 from grammarlab.features.score import Case, Score
 from grammarlab.learning.settings import FAMILIES, MAX_PATH_LENGTH, FeatureOptions
 
+DEFAULT_FEATURES = FeatureOptions()
 DEFAULT_MODELS = 5000
 """Size of the labelled set, as in the paper."""
 MAX_DEFINITIONS = 200
@@ -99,7 +100,7 @@ class Scenario:
     draws: Draws = "grammar"
     """What the labelled set is drawn from: the grammar, or, for models too rare to turn up, the grammar with all
     alternatives of a choice equally likely and importance weights."""
-    features: FeatureOptions = FeatureOptions()
+    features: FeatureOptions = DEFAULT_FEATURES
     methods: tuple[str, ...] = ("default",)
     """Names of learning methods to compare."""
     paper: PaperFigures = PaperFigures()

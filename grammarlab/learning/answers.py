@@ -60,8 +60,8 @@ def answers_of(labels: Labels, hashes: tuple[str, str]) -> tuple[Answers, ...]:
         raise UsageError(f"the labels are about {total:,} models; {MAX_DESIGNS:,} can be learned from. Split the file.")
     if not labels.scores.any():
         raise UsageError(
-            f"all {len(labels):,} scores of {', '.join(map(repr, labels.factors))} are 0, so nothing is liked and there "
-            "is nothing to sample: score at least one model above 0."
+            f"all {len(labels):,} scores of {', '.join(map(repr, labels.factors))} are 0, so nothing is liked and "
+            "there is nothing to sample: score at least one model above 0."
         )
     return tuple(_of_factor(factor, labels.of(factor), hashes) for factor in labels.factors)
 

@@ -19,13 +19,13 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Designs = TypeVar("Designs")
 """A batch of n designs, whatever a space makes of them; for a grammar a `Forest`."""
-_Designs = TypeVar("_Designs", contravariant=True)
+Designs_contra = TypeVar("Designs_contra", contravariant=True)
 
 
-class Vocabulary(Protocol[_Designs]):
+class Vocabulary(Protocol[Designs_contra]):
     """The columns of tables: found on some designs, then the same for any others."""
 
-    def apply(self, designs: Sequence[_Designs], /) -> FeatureTable:
+    def apply(self, designs: Sequence[Designs_contra], /) -> FeatureTable:
         """The table of some batches of designs, one below the other."""
         ...
 
@@ -40,8 +40,9 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
     @property
     @abstractmethod
     def hashes(self) -> tuple[str, str]:
-        """SHA-256 of everything that the designs depend on, in hexadecimal, and another one for the proposal: what
-        label files call them.
+        """What label files call the space and its proposal.
+
+        Each is a SHA-256 in hexadecimal of everything that the designs depend on.
         """
 
     @property

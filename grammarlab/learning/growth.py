@@ -49,7 +49,7 @@ def path_length(
 
 
 def num_conflicts(rows: Floats, scores: Floats) -> int:
-    """How many sets of designs with equal rows [n, F] have different scores [n]: no function of the rows explains these.
+    """How many sets of designs with equal rows [n, F] have different scores [n], which no function of rows explains.
 
     >>> num_conflicts(np.array([[1.0], [2.0], [1.0]]), np.array([10.0, 0.0, 90.0]))
     1

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Generic
+from typing import Any, Generic
 
 import numpy as np
 
@@ -203,5 +203,6 @@ def _fit(
         # Only this baseline has parameters, and only experiments change them.
         from grammarlab.preference import gaussian_process  # noqa: PLC0415 - loads JAX
 
-        return gaussian_process.fit(labelled, scores, groups=table.groups, warm=warm, **dict(settings.options))
+        options: dict[str, Any] = dict(settings.options)
+        return gaussian_process.fit(labelled, scores, groups=table.groups, warm=warm, **options)
     return fit(labelled, scores, groups=table.groups, method=settings.fit, seed=settings.seed, warm=warm)
