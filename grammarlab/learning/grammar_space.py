@@ -19,8 +19,8 @@ from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.errors import UsageError
 from grammarlab.features.counting import count
-from grammarlab.features.growth import search_patterns
 from grammarlab.features.pattern import Feature, HalfSpace, Threshold
+from grammarlab.features.pattern_search import search_patterns
 from grammarlab.features.stripping import without_geometry
 from grammarlab.features.thresholds import find_half_space, find_thresholds, margins
 from grammarlab.features.vocabulary import Options, Vocabulary
@@ -136,7 +136,12 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
 def _options(grammar: Grammar, address: Address) -> dict[str, Any]:
     """Arguments of `derive` that an address states."""
-    options: dict[str, Any] = {"start_rule": address.start_rule} if address.start_rule else {}
+    options: dict[str, Any] = {}
+    if address.start_rule:
+        raise UsageError(
+            f"labels of models that begin with {address.start_rule} cannot be learned from: mark it @StartRule in the "
+            "rule file, and score models of that file."
+        )
     if address.attributes != "{}":
         values = json.loads(address.attributes)
         unknown = [name for name in values if name not in grammar.attributes]

@@ -8,12 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammarlab.learning.flattening import flattened_hash
 from grammarlab.features.counting import count
-from grammarlab.preference.labels import OVERALL, Label, Labels
-from grammarlab.runs.evaluate.task import load_source
-from grammarlab.runs.learn.labelled_models import labelled_models
 from grammarlab.learning.addresses import Address
+from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.scoring.session import Session
 from tests.browser.driver import Server
 from tests.runs.scoring.windows import Window, shown_models
@@ -28,16 +25,14 @@ class Person:
 
     def __init__(self, scenario: str) -> None:
         self.source = load_source(SCENARIOS / f"{scenario}.toml")
-        self.hashes = (self.source.grammar.hash, flattened_hash(self.source.grammar))
 
     def scores(self, models: list[str]) -> list[float]:
         """What the person thinks of models, 0 to 100."""
-        addresses = [Address.parse(model) for model in models]
-        labels = Labels(tuple(Label(a.seed, a.model, OVERALL, 0.0, self.hashes[a.flat]) for a in addresses))
-        found = labelled_models(labels, self.source.grammar, self.source.assets)
+        addresses = {model: Address.parse(model) for model in models}
+        different = sorted(set(addresses.values()))
         score = self.source.scenario.score
-        values = np.concatenate([score.evaluate(count(forest, score.features)) for forest in found.forests])
-        return values[found.model].tolist()
+        values = score.evaluate(count(self.source.space.make(different), score.features)).tolist()
+        return [values[different.index(addresses[model])] for model in models]
 
     def judgement(self, models: list[str]) -> dict[float, list[str]]:
         """The models that get each score, in the order shown."""

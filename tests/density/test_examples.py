@@ -7,8 +7,8 @@ from grammarlab.density.examples import learn_from_examples
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
-from grammarlab.learning.divergence import jensen_shannon
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.divergence import jensen_shannon
 from tests.density.test_sampled import STYLE, STYLES, score
 
 

@@ -8,9 +8,9 @@ from grammarlab.density.ranges import even_cuts, range_ends, with_ranges
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import InexactError
-from grammarlab.learning.divergence import jensen_shannon
 from grammarlab.features.pattern import Draw, HalfSpace, Threshold
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.divergence import jensen_shannon
 from tests.density.test_sampled import score
 
 BOX = Grammar.parse(

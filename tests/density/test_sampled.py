@@ -14,12 +14,12 @@ from grammarlab.density.skeleton import Alternative, Cases, Chance, TreeGrammar
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.learning.divergence import jensen_shannon
 from grammarlab.features import counting, pattern_text
 from grammarlab.features.expression import Expression
 from grammarlab.features.pattern import Threshold
 from grammarlab.features.score import Case, Score
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.divergence import jensen_shannon
 from tests.density.test_choices import cells_taken, contexts_of
 from tests.density.trees import Tree, all_trees, grammars, patterns, text_of
 

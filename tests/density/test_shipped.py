@@ -10,11 +10,11 @@ from grammarlab.density.target import Target
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.errors import InexactError
-from grammarlab.learning.flattening import flattened
 from grammarlab.evaluation.scenario import load
 from grammarlab.features.counting import count
 from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.flattening import flattened
 from grammarlab.runs.checks import findings_of
 from grammarlab.runs.evaluate.find import shipped_scenarios
 from grammarlab.runs.examples import examples_folder

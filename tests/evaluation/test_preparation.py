@@ -6,14 +6,14 @@ import pytest
 
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
-from grammarlab.evaluation import scenario
-from grammarlab.learning.agreement import agreement
-from grammarlab.learning.flattening import flattened
-from grammarlab.evaluation.material import Columns
-from grammarlab.evaluation.methods import PAPER_FAMILIES
-from grammarlab.evaluation.pool import WIDER
-from grammarlab.evaluation.preparation import Source, labelled_program, pool_address, prepare
+from grammarlab.evaluation import protocol, scenario
+from grammarlab.evaluation.methods import METHODS, PAPER_FAMILIES, methods_of
+from grammarlab.evaluation.preparation import Source, prepare
+from grammarlab.features.pattern import HalfSpace, Threshold
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.agreement import agreement
+from grammarlab.learning.round import init
+from grammarlab.learning.settings import FeatureOptions, Settings
 
 RULES = """
 Lot --> extrude(6) split(y) { ~1 : Block | ~1 : Block }
@@ -28,10 +28,19 @@ grammar = "toy"
 num_models = 600
 preference = "50 * {Round}"
 """
+DRAWN = """
+attr h = rand(1, 9)
+attr w = rand(1, 9)
+Lot --> s(w, 0, w) extrude(h) split(y) { ~1 : Block | ~1 : Block }
+Block --> 50% : A else : B
+A --> Red.
+B --> 50% : Red. else : Blue.
+"""
+PATHS = Settings(FeatureOptions(1, ("paths",)))
 
 
-def source(text=TEXT, **changes):
-    return Source(replace(scenario.parse(text), **changes), Grammar.parse(RULES), Path())
+def source(text=TEXT, rules=RULES, **changes):
+    return Source(replace(scenario.parse(text), **changes), Grammar.parse(rules), Path())
 
 
 def round_blocks(forest):
@@ -43,93 +52,51 @@ def round_blocks(forest):
 
 
 def test_the_labelled_set_is_that_of_the_seed_with_its_true_scores():
-    material = prepare(source(seed=4))
+    material = prepare(source(seed=4), PATHS)
     forest = derive(Grammar.parse(RULES), 600, 4)
     assert np.array_equal(material.scores[:, 0], 50 * round_blocks(forest))
     assert np.array_equal(material.weights, np.ones(600))
-    table = material.table(Columns(1))
-    assert len(table.labelled) == len(table.pool) == len(material.pool_scores) == 600
-    assert table.labelled.shape[1] == table.pool.shape[1] == len(table.groups)
+    table = material.study.table(init(material.study))
+    assert len(table.others) == len(table.rows) == len(material.study.pool) == 600
+    assert table.others.shape[1] == table.rows.shape[1] == len(table.groups)
     assert table.groups.max() < len(table.group_names)
 
 
-def test_the_pool_holds_other_models_and_rare_ones_from_the_flattened_grammar():
-    material = prepare(source(num_models=2000))
-    plain = material.pool_from_grammar
-    assert plain.sum() == 1600
-    assert (material.pool_scores[plain] == 100).mean() == pytest.approx(0.01, abs=0.01)
-    assert (material.pool_scores[~plain] == 100).mean() == pytest.approx(0.25, abs=0.05)
-    assert not np.array_equal(material.scores[:1600], material.pool_scores[plain])
-
-
-def test_weighted_models_of_both_parts_of_the_pool_stand_for_the_grammar():
-    material = prepare(source(num_models=2000))
-    liked = material.pool_scores[:, 0] == 100
-    assert material.pool_weights.mean() == pytest.approx(1.0, abs=0.05)
-    assert (material.pool_weights * liked).mean() == pytest.approx(0.01, abs=0.002)
-    assert material.pool_weights.max() <= 1.25
-    assert material.pool_weights[liked].max() < material.pool_weights[~liked].max()
-
-
-def test_a_wider_pool_goes_on_where_the_pool_ends():
-    material = prepare(source())
-    assert material.wider is not None
-    wider = material.wider()
-    assert wider is material.wider()
-    assert wider.wider is None
-    size = len(material.pool_scores)
-    assert (~wider.pool_from_grammar).sum() == WIDER * (~material.pool_from_grammar).sum()
-    assert np.array_equal(wider.pool_scores[:size], material.pool_scores)
-    assert np.array_equal(wider.pool_from_grammar[:size], material.pool_from_grammar)
-    assert np.array_equal(wider.scores, material.scores)
-    assert wider.pool_weights.mean() == pytest.approx(1.0, abs=0.1)
-    last = len(wider.pool_scores) - 1
-    flat, seed, index = pool_address(replace(source(), wide=True), last)
-    (example,) = wider.examples(np.array([last]))
-    again = derive(flattened(Grammar.parse(RULES)).program, 1, seed, first_model=index)
-    assert flat
-    assert np.array_equal(example.draws.value, again.draws.value)
-    assert wider.pool_scores[last, 0] == 50 * round_blocks(again)[0]
+def test_the_pool_and_the_labelled_set_are_different_models():
+    material = prepare(source(num_models=2000), PATHS)
+    pool = material.person(list(material.study.pool)[:1600])
+    assert not np.array_equal(material.scores[:1600], pool)
+    assert (pool == 100).mean() == pytest.approx(0.01, abs=0.01)
 
 
 def test_equal_rows_have_equal_scores_where_the_features_tell():
-    table, material = prepare(source()).table(Columns(1)), prepare(source())
-    together = np.concatenate([table.labelled, table.pool])
-    scores = np.concatenate([material.scores, material.pool_scores])
+    material = prepare(source(), PATHS)
+    table = material.study.table(init(material.study))
+    together = np.concatenate([table.others, table.rows])
+    scores = np.concatenate([material.scores, material.person(list(material.study.pool))])
     _, kind = np.unique(together, axis=0, return_inverse=True)
     for number in range(kind.max() + 1):
-        assert np.ptp(scores[kind == number]) == 0
-
-
-def test_longer_paths_have_more_columns_and_families_can_be_left_out():
-    material = prepare(source())
-    assert material.table(Columns(2)).labelled.shape[1] > material.table(Columns(1)).labelled.shape[1]
-    with_symbols = source(features=scenario.FeatureOptions(1, ("paths", "draws")))
-    without = replace(with_symbols, families=("paths",))
-    assert (
-        prepare(without).table(Columns(1)).labelled.shape[1]
-        <= prepare(with_symbols).table(Columns(1)).labelled.shape[1]
-    )
+        assert np.ptp(scores[kind.ravel() == number]) == 0
 
 
 def test_a_method_with_kinds_of_features_of_its_own_looks_at_those():
-    offered = source(features=scenario.FeatureOptions(2, ("paths", "siblings")))
-    assert offered.feature_options.families == ("paths", "siblings")
-    paper = replace(offered, families=PAPER_FAMILIES).feature_options
-    assert (paper.path_length, paper.families) == (2, PAPER_FAMILIES)
+    offered = FeatureOptions(2, ("paths", "siblings"))
+    assert METHODS["default"].settings(offered).features == offered
+    paper = METHODS["paper"].settings(offered)
+    assert (paper.features.path_length, paper.features.families) == (2, PAPER_FAMILIES)
+    assert (METHODS["default"].settings(offered).warm, paper.warm) == (False, True)
 
 
 def test_a_flattened_set_measures_the_same_divergence_with_its_weights():
-    plain = prepare(source(num_models=40_000))
-    flat = prepare(source(num_models=40_000, draws="flattened", seed=1))
+    plain = prepare(source(num_models=40_000), PATHS)
+    flat = prepare(source(num_models=40_000, draws="flattened", seed=1), PATHS)
     assert (flat.scores == 100).mean() > 10 * (plain.scores == 100).mean()
     assert flat.js_original == pytest.approx(plain.js_original, abs=0.01)
-    program = labelled_program(source(draws="flattened"))
-    assert (round_blocks(derive(program, 1000, 1)) == 2).mean() == pytest.approx(0.25, abs=0.05)
+    assert (flat.scores[:, 0] == 100).mean() == pytest.approx(0.25, abs=0.05)
 
 
 def test_a_uniform_base_weighs_each_kind_of_model_by_how_rarely_it_is_drawn():
-    material = prepare(source(num_models=20_000, base="uniform"))
+    material = prepare(source(num_models=20_000, base="uniform"), PATHS)
     kinds = material.scores[:, 0]
     total = [material.weights[kinds == score].sum() for score in (0, 50, 100)]
     # Each of the two blocks is one of four things: 4, 8 and 4 of the 16 towers have 0, 1 and 2 round blocks.
@@ -137,42 +104,65 @@ def test_a_uniform_base_weighs_each_kind_of_model_by_how_rarely_it_is_drawn():
 
 
 def test_the_true_scores_are_at_no_distance_from_the_target():
-    material = prepare(source(base="uniform", draws="flattened"))
+    material = prepare(source(base="uniform", draws="flattened"), PATHS)
     assert agreement(material.target, material.scores[:, 0], material.weights).js == pytest.approx(0, abs=1e-12)
 
 
 def test_a_preference_that_no_model_meets_is_refused():
     with pytest.raises(UsageError, match="none of its 600 labelled models"):
-        prepare(source(TEXT.replace("50 * {Round}", "{Round} > 2")))
+        prepare(source(TEXT.replace("50 * {Round}", "{Round} > 2")), PATHS)
 
 
 def test_a_preference_about_other_things_is_refused():
     with pytest.raises(UsageError, match="tiny does not fit"):
-        prepare(source(TEXT.replace("Round}", "Rounded}")))
+        prepare(source(TEXT.replace("Round}", "Rounded}")), PATHS)
 
 
-def test_what_is_kept_is_not_made_again_and_whatever_matters_changes_its_key():
-    kept, made = {}, []
-
-    def keep(key, make):
-        if key not in kept:
-            made.append(key)
-            kept[key] = make()
-        return kept[key]
-
-    one = prepare(source(), keep)
-    one.table(Columns(1))
-    again = prepare(source(title="Another title"), keep)
-    assert np.array_equal(again.table(Columns(1)).pool, one.table(Columns(1)).pool)
-    assert len(made) == 2
-    for changed in (
+def test_whatever_matters_changes_the_key():
+    assert source(title="Another title").key == source().key
+    changed = (
         source(seed=1),
         source(num_models=599),
         source(base="uniform"),
         source(draws="flattened"),
         source(TEXT.replace("50", "40")),
         replace(source(), grammar=Grammar.parse(RULES.replace("90", "80"))),
-    ):
-        number = len(made)
-        prepare(changed, keep)
-        assert len(made) == number + 1
+    )
+    assert len({source().key, *(other.key for other in changed)}) == 1 + len(changed)
+
+
+def learned(preference, families, labels):
+    """The state of a person who likes models of `DRAWN`, and the curve."""
+    text = f'name = "tiny"\ntitle = "x"\ngrammar = "toy"\nnum_models = 500\npreference = "{preference}"'
+    settings = Settings(FeatureOptions(1, families))
+    return protocol.run(prepare(source(text, DRAWN), settings), 16, 1, labels)
+
+
+def test_a_bound_is_found_and_narrowed_until_little_is_wrong():
+    state, curve = learned("100 * ($h < 4)", ("paths", "draws", "thresholds"), 64)
+    (bound,) = state.columns.extra
+    assert isinstance(bound, Threshold)
+    assert bound.bound == pytest.approx(4, abs=0.05)
+    _, without = learned("100 * ($h < 4)", ("paths", "draws"), 64)
+    assert curve.points[-1].js < without.points[-1].js
+
+
+def test_a_product_of_draws_is_found_as_one_bound():
+    state, _ = learned("100 * ($h * $w < 20)", ("paths", "draws", "thresholds"), 96)
+    (bound,) = state.columns.extra
+    assert isinstance(bound, HalfSpace)
+    assert (bound.logarithmic, np.exp(bound.bound)) == (True, pytest.approx(20, rel=0.03))
+
+
+def test_a_relation_of_siblings_below_different_branches_is_found():
+    _, curve = learned("100 * {Lot[Block >> Red. + Block >> Blue.]}", ("paths", "subtrees"), 64)
+    assert curve.points[-1].js < 0.01
+
+
+@pytest.mark.parametrize("name", ["default", "paper", "kde", "sklearn"])
+def test_every_method_learns_a_choice(name):
+    (method,) = methods_of(name, batch=12)
+    text = TEXT.replace("50 * {Round}", "100 * ({A} == 2)")
+    material = prepare(source(text, DRAWN), method.settings(FeatureOptions(1, ("paths",))))
+    _, curve = protocol.run(material, method.batch, 0, 24)
+    assert curve.points[-1].js < material.js_original

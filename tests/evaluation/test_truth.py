@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from grammarlab.derivation import Forest, derive, derive_chunks
-from grammarlab.learning.divergence import jensen_shannon
-from grammarlab.learning.flattening import flattened
 from grammarlab.evaluation.scenario import load
 from grammarlab.features.counting import count
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.divergence import jensen_shannon
+from grammarlab.learning.flattening import flattened
 from tests.evaluation.forests import forest_of
 from tests.evaluation.truth import TRUTH, Model, models
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from grammarlab.derivation.derive import derive
-from grammarlab.learning.flattening import flattened
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.flattening import flattened
 
 TEXT = """
 attr h = 5%: rand(1, 2) else: rand(2, 9)

@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammarlab.derivation import derive
 from grammarlab.evaluation.methods import METHODS
-from grammarlab.evaluation.preparation import labelled_program
+from grammarlab.evaluation.preparation import labelled_set
 from grammarlab.features.counting import count
 from grammarlab.runs.evaluate import samples
 from grammarlab.runs.evaluate.samples import NUM_MODELS, STORE, choose, draw_models
@@ -35,7 +34,7 @@ def tasks(tmp_path: Path) -> list[Task]:
 
 def test_samples_have_their_true_scores_and_the_divergences_of_the_curve(tasks, tmp_path):
     source = load_source(tasks[0].scenario)
-    forest = derive(labelled_program(source), 60, source.scenario.seed, assets=source.assets)
+    (forest,) = labelled_set(source, source.space)
     truth = source.scenario.score.evaluate(count(forest, source.scenario.score.features))
     for task, found in zip(tasks, draw_models(tasks, tmp_path), strict=True):
         record = make_curve(task)

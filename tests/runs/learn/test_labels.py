@@ -6,18 +6,17 @@ import pytest
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import AssetError, GrammarlabError, InexactError, LanguageError, UsageError
-from grammarlab.learning.flattening import flattened, flattened_hash
-from grammarlab.evaluation.scenario import FeatureOptions
 from grammarlab.features.counting import count
 from grammarlab.features.pattern_text import parse
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.flattening import flattened, flattened_hash
+from grammarlab.learning.pool import Pool
+from grammarlab.learning.settings import FeatureOptions, Settings
 from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import Label, Labels, label_models
 from grammarlab.runs.examples import find_rules
-from grammarlab.runs.learn import labels as module
 from grammarlab.runs.learn.labels import learn_from_labels
 from grammarlab.runs.learn.pages import page_of_labels
-from grammarlab.runs.learn.pool import Pool
 from grammarlab.runs.learn.report import report_text
 
 RULES = """version "2023.0"
@@ -28,12 +27,6 @@ Part --> 50% : color("#ff0000") Wall else : color("#0000ff") Wall
 Wall --> 20% : Glass. 30% : Brick. else : Stone.
 """
 BOTTOM_RED, GLASS = parse("Lot > Part@0:0"), parse("Wall:0")
-
-
-@pytest.fixture(autouse=True)
-def small_pool(monkeypatch):
-    make = Pool.of
-    monkeypatch.setattr(module.Pool, "of", lambda grammar, assets, seed: make(grammar, assets, seed, size=500))
 
 
 @pytest.fixture
@@ -50,6 +43,7 @@ def scored(grammar, score, number=80, seed=7, factor="overall"):
 
 def learn(tmp_path, labels, **options):
     save_labels(labels, tmp_path / "labels.csv")
+    options.setdefault("pool", Pool(0, 500))
     return learn_from_labels(str(tmp_path / "house.cga"), tmp_path / "labels.csv", tmp_path / "new.cga", **options)
 
 
@@ -79,12 +73,15 @@ def is_learned(result, grammar, score):
 def test_labels_become_the_grammar_that_samples_in_proportion_to_them(grammar, tmp_path):
     result = learn(tmp_path, scored(grammar, red_below))
     is_learned(result, grammar, red_below)
-    assert [str(feature) for feature in result.features] in (["Lot:* > Part@0:0"], ["Lot > Part@0:0"])
+    assert [str(feature) for feature in result.density.preference.features] in (
+        ["Lot:* > Part@0:0"],
+        ["Lot > Part@0:0"],
+    )
     assert result.learned.method == "compile"
-    assert result.measured.after.js < 1e-6
-    assert result.measured.before.js > 0.1
-    assert result.target.bound == 60.0
-    assert sum(step.js for step in result.steps) < 1e-6
+    assert result.density.measured.after.js < 1e-6
+    assert result.density.measured.before.js > 0.1
+    assert result.density.target.bound == 60.0
+    assert sum(step.js for step in result.density.steps) < 1e-6
     text = (tmp_path / "new.cga").read_text()
     assert "Labels labels.csv: 80 scores" in text
     assert "rand(3, 9)" in text
@@ -100,7 +97,7 @@ def test_factors_multiply(grammar, tmp_path):
     result = learn(tmp_path, labels)
     is_learned(result, grammar, lambda forest: red_below(forest) * glassy(forest))
     assert [factor.name for factor in result.factors] == ["colour", "material"]
-    assert result.target.bound == pytest.approx(60.0)
+    assert result.density.target.bound == pytest.approx(60.0)
 
 
 def test_models_of_the_flattened_grammar_may_be_labelled(grammar, tmp_path):
@@ -124,7 +121,7 @@ def test_what_no_exact_grammar_can_follow_is_learned_from_samples_with_the_reaso
     assert result.learned.method == "tied"
     assert "too many kinds of Lot" in result.learned.findings[0]
     assert "// Method tied" in written(result)
-    assert result.measured.after.js < 0.01
+    assert result.density.measured.after.js < 0.01
 
 
 def test_what_the_scores_do_not_depend_on_is_left_alone(grammar, tmp_path):
@@ -140,7 +137,7 @@ def test_models_all_liked_alike_leave_the_grammar_as_it_is(grammar, tmp_path):
     result = learn(tmp_path, scored(grammar, lambda forest: np.full(forest.num_models, 40.0)))
     forest = derive(grammar, 200, 1)
     np.testing.assert_allclose(result.learned.ratio(forest), 1.0)
-    assert result.features == ()
+    assert result.density.preference.features == ()
 
 
 def test_an_even_base_makes_all_liked_trees_equally_likely(grammar, tmp_path):
@@ -152,8 +149,8 @@ def test_an_even_base_makes_all_liked_trees_equally_likely(grammar, tmp_path):
     # By hand: the bottom is red, its wall one of 3, the top 2 colours with 3 walls, and the height even over 6 m.
     np.testing.assert_allclose(density[liked], 1.0 / (3 * 2 * 3) / 6.0, rtol=1e-6)
     assert (density[~liked] == 0.0).all()
-    assert result.measured.after.js < 1e-6
-    assert result.measured.before.js > 0.1
+    assert result.density.measured.after.js < 1e-6
+    assert result.density.measured.before.js > 0.1
     sampled = result.learned.sample(900, 3)
     glass = count(sampled, [parse("Wall:0"), parse("Wall:1")]).mean(axis=0)
     assert glass == pytest.approx([2 / 3, 2 / 3], abs=0.08)
@@ -165,13 +162,11 @@ def test_an_even_base_works_for_a_shipped_grammar(tmp_path):
     forest = derive(shipped, 40, 7, assets=assets)
     scores = 80.0 * (count(forest, [parse("Wings:0")])[:, 0] > 0) + 10.0
     save_labels(label_models(shipped.hash, 7, range(40), scores.tolist(), "overall"), tmp_path / "labels.csv")
-    features = FeatureOptions(1, ("paths",))
-    result = learn_from_labels(
-        "airplane", tmp_path / "labels.csv", tmp_path / "new.cga", base="uniform", features=features
-    )
+    options = {"settings": Settings(FeatureOptions(1, ("paths",))), "pool": Pool(0, 500)}
+    result = learn_from_labels("airplane", tmp_path / "labels.csv", tmp_path / "new.cga", base="uniform", **options)
     assert result.learned.method == "compile"
-    assert result.measured.after.js < 0.02
-    assert result.measured.before.js > 0.1
+    assert result.density.measured.after.js < 0.02
+    assert result.density.measured.before.js > 0.1
     assert "base uniform" in (tmp_path / "new.cga").read_text()
     some = result.learned.sample(20, 1)
     assert np.isfinite(result.learned.log_density(some)).all()
@@ -183,7 +178,7 @@ def test_an_even_base_works_for_a_shipped_grammar(tmp_path):
 def test_other_methods_make_the_grammar_from_samples(grammar, tmp_path, method, most):
     result = learn(tmp_path, scored(grammar, red_below), method=method, num_samples=400)
     assert result.learned.method == method
-    assert result.measured.after.js < most < result.measured.before.js
+    assert result.density.measured.after.js < most < result.density.measured.before.js
     assert (result.file is None) == (method == "rejection")
 
 
@@ -257,7 +252,7 @@ def test_no_labels_are_told(grammar, tmp_path):
     ("change", "message"),
     [
         ({"start_rule": "Part"}, "begin with Part"),
-        ({"attributes": '{"depth":3}'}, "depth, which is no attribute"),
+        ({"attributes": '{"depth":3}'}, "depth, which is not an attribute"),
         ({"footprint": "/etc/hosts"}, "is a file"),
         ({"footprint": "lots.geojson"}, "is a file"),
         ({"footprint": "round"}, "expected WIDTHxDEPTH"),
@@ -277,7 +272,7 @@ def test_hostile_label_files_are_refused(grammar, tmp_path, content):
 
 
 def test_too_many_models_are_refused_before_any_is_derived(grammar, tmp_path, monkeypatch):
-    monkeypatch.setattr("grammarlab.runs.learn.labelled_models.MAX_MODELS", 10)
+    monkeypatch.setattr("grammarlab.learning.answers.MAX_DESIGNS", 10)
     with pytest.raises(UsageError, match="about 80 models; 10 can be learned from"):
         learn(tmp_path, scored(grammar, red_below))
 

@@ -141,7 +141,7 @@ def test_a_server_that_is_killed_while_or_after_the_pool_is_widened_shows_what_a
     with closing(Session(str(rules), path, size=size, jobs=0)) as session:
         session.call("score", models=list(ModelPool(0, size).names[:70]), score=0)
     (tmp_path / "twin.db").write_bytes(path.read_bytes())
-    widening = of_stage(f"deriving {len(ModelPool(0, size, wide=True).names)} models")
+    widening = of_stage(f"making {len(ModelPool(0, size, wide=True).names)} models")
     for is_time, is_wide in ((widening, False), (of_stage("choosing"), False), (has_learned, True)):
         with served(path, str(rules)) as server:
             asyncio.run(update_and_kill(server, is_time))

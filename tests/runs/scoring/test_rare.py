@@ -12,14 +12,11 @@ import numpy as np
 import pytest
 
 from grammarlab.evaluation import protocol, scenario
-from grammarlab.evaluation.learners import learner_of
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.preparation import Source, prepare
-from grammarlab.randomness import derived_seed
 from grammarlab.language.grammar import Grammar
-from grammarlab.preference.base import AbstractPreference
-from grammarlab.preference.fitting import fit
 from grammarlab.preference.queries import FEWEST
+from grammarlab.randomness import derived_seed
 from grammarlab.runs.scoring.crew import Handler
 from grammarlab.runs.scoring.knowledge import ModelPool
 from grammarlab.runs.scoring.learner import learner
@@ -56,22 +53,13 @@ def new_learner(seed: int = 0) -> Handler:
     return learner(POSTS, "posts", ".", seed, SIZE, False)
 
 
-def fit_afresh(
-    rows: protocol.Floats, scores: protocol.Floats, groups: protocol.Ints, _seed: int, _warm: AbstractPreference | None
-) -> AbstractPreference:
-    """As sessions do, whose updates depend on nothing but the scores."""
-    return fit(rows, scores, groups=groups)
-
-
 def asked_by_protocol(seed: int) -> list[str]:
     """The models that a simulated person is asked about, round after round, in a pool of the same seed and size."""
     wanted = replace(scenario.parse(SCENARIO), num_models=SIZE, seed=seed)
-    material = prepare(Source(wanted, Grammar.parse(POSTS), Path()))
-    rule = replace(learner_of(METHODS["default"], wanted.features), fit=fit_afresh)
-    state, _ = protocol.run(material, rule, seed, BATCH * ROUNDS)
+    material = prepare(Source(wanted, Grammar.parse(POSTS), Path()), METHODS["default"].settings(wanted.features))
+    state, _ = protocol.run(material, BATCH, seed, BATCH * ROUNDS)
     assert state.wide
-    names = ModelPool(seed, SIZE, wide=True).names
-    return [names[index] for index in state.factors[0].asked]
+    return [str(address) for answers in state.answers.values() for address in answers.designs]
 
 
 def asked_by_session(seed: int) -> list[str]:

@@ -1,16 +1,13 @@
-"""Features that are searched for: longer paths, subtree patterns, bounds."""
+"""Features that are searched for: subtree patterns, bounds."""
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from grammarlab.derivation import derive
-from grammarlab.errors import UsageError
 from grammarlab.features.counting import count
-from grammarlab.features.growth import conflicts, longer_paths, search_patterns
 from grammarlab.features.joining import join_small
 from grammarlab.features.pattern import HalfSpace, Threshold
+from grammarlab.features.pattern_search import search_patterns
 from grammarlab.features.pattern_text import parse
 from grammarlab.features.thresholds import find_half_space, find_thresholds, margins
 from grammarlab.features.vocabulary import Options, extract
@@ -35,45 +32,6 @@ BOXES = Grammar.parse(
 def wanted(forest, text):
     """100 where a pattern occurs, else 0."""
     return np.where(count(forest, [parse(text)])[:, 0] > 0, 100.0, 0.0)
-
-
-@given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 1), st.integers(0, 2)), max_size=12))
-def test_conflicts_are_found_in_every_set_of_equal_rows(models):
-    rows = np.array([m[:2] for m in models], dtype=float).reshape(-1, 2)
-    scores = np.array([m[2] for m in models], dtype=float)
-    pairs = conflicts(rows, scores)
-    assert {tuple(rows[i]) for i, _ in pairs} == {
-        key for key in map(tuple, rows) if np.ptp(scores[(rows == key).all(axis=1)]) > 0
-    }
-    for low, high in pairs:
-        same = (rows == rows[low]).all(axis=1)
-        assert same[high]
-        assert (scores[low], scores[high]) == (scores[same].min(), scores[same].max())
-    assert not len(conflicts(rows, scores, tolerance=2.0))
-
-
-def test_a_score_is_expected_for_every_model():
-    with pytest.raises(UsageError, match="each of 2 models, found 3"):
-        conflicts(np.zeros((2, 1)), np.zeros(3))
-
-
-def test_paths_grow_as_long_as_they_must():
-    forest = derive(STACKS, 300, 1)
-    style, place, colour = count(
-        forest, [parse("Piece:0"), parse("Stack > Piece@0:0"), parse("Stack > *@0 > * > Paint:0")]
-    ).T
-    short = Options(1)
-    assert longer_paths([forest], style, short).length == 1
-    assert longer_paths([forest], place, short).length == 2
-    assert longer_paths([forest], colour, short).length == 4
-    assert longer_paths([forest], colour, short, most=3).length < 4
-
-
-def test_paths_do_not_grow_for_scores_that_contradict_each_other():
-    forest = derive(STACKS, 100, 1)
-    scores = np.random.default_rng(0).uniform(0.0, 100.0, 200)
-    assert longer_paths([forest, forest], scores, Options(5)).length == 5
-    assert longer_paths([], np.zeros(0), Options(2)).length == 2
 
 
 @pytest.mark.parametrize(

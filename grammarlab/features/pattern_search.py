@@ -1,8 +1,7 @@
-"""More features where those at hand cannot tell apart what was scored differently.
+"""Tree patterns that explain scores, such as a black cylinder above a green box, which no path can tell.
 
-Paths grow longer while models with equal rows have different scores (paper 4.5.1). What no path can tell, such as a
-black cylinder above a green box, is searched for: patterns are grown condition by condition, and only those that
-explain the scores better than chance would among so many are kept.
+Patterns are grown condition by condition, and only those that explain the scores better than chance would among so many
+are kept.
 """
 
 from __future__ import annotations
@@ -13,9 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints
 from grammarlab.derivation.forest import Forest
-from grammarlab.errors import UsageError
 from grammarlab.features.counting import count
 from grammarlab.features.joining import join_small
 from grammarlab.features.keys import Meaning
@@ -23,60 +20,11 @@ from grammarlab.features.labels import KeyIndex, Labels
 from grammarlab.features.pairs import choices_below, count_adjacent_pairs
 from grammarlab.features.pattern import Below, Feature, Pattern
 from grammarlab.features.trees import Trees
-from grammarlab.features.vocabulary import Options, extract
 
 Floats = NDArray[np.float64]
 
 _BEAM = 24
 """How many patterns are grown further."""
-
-
-def conflicts(rows: Floats, scores: Floats, tolerance: float = 0.0) -> Ints:
-    """[P, 2] models that a preference cannot tell apart although their scores differ.
-
-    Of each set of models with equal rows, the one with the lowest and the one with the highest score.
-
-    Args:
-        rows: [n, F] features.
-        scores: [n].
-        tolerance: differences up to this do not count.
-
-    >>> conflicts(np.array([[1.0], [2.0], [1.0]]), np.array([10.0, 0.0, 90.0])).tolist()
-    [[0, 2]]
-    """
-    if len(rows) != len(scores):
-        raise UsageError(f"expected a score for each of {len(rows)} models, found {len(scores)}")
-    if not len(rows):
-        return np.zeros((0, 2), dtype=np.int64)
-    _, kind = np.unique(rows, axis=0, return_inverse=True)
-    order = np.lexsort((scores, kind.ravel()))
-    starts = np.flatnonzero(np.diff(kind.ravel()[order], prepend=-1))
-    low, high = order[starts], order[np.append(starts[1:], len(order)) - 1]
-    apart = scores[high] - scores[low] > tolerance
-    return np.stack((low[apart], high[apart]), axis=1)
-
-
-def longer_paths(forests: Sequence[Forest], scores: Floats, options: Options, most: int = 6) -> Options:
-    """The options with paths just long enough to tell apart what was scored differently.
-
-    Draws are left out of the comparison: they tell any two models apart. Where no length up to ``most`` helps, paths
-    stay as they are.
-
-    Args:
-        forests: the scored models.
-        scores: [n] of them all, in their order.
-        options: with the length to start from.
-        most: longest paths to try.
-    """
-    fewest, best = len(scores) + 1, options
-    for length in range(options.length, max(most, options.length) + 1):
-        trial = replace(options, length=length)
-        number = len(conflicts(extract(forests, replace(trial, draws=False)).rows(), scores))
-        if number < fewest:
-            fewest, best = number, trial
-        if not number:
-            break
-    return best
 
 
 def search_patterns(
