@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.learning.addresses import Address
 from grammarlab.learning.agreement import agreement
+from grammarlab.learning.interview import Person
 from grammarlab.learning.round import Study
 
 Floats = NDArray[np.float64]
@@ -28,8 +27,8 @@ class Material:
     """[n] > 0, how much each labelled model stands for (`agreement`)."""
     study: Study[Any]
     """The pool, with tables whose `Table.others` are the labelled set."""
-    person: Callable[[Sequence[Address]], Floats]
-    """Models of the pool by ascending address give their true scores [k, K]."""
+    person: Person
+    """Gives the true scores of any models."""
 
     def as_one_factor(self) -> Material:
         """The same models for a person who scores the product of all factors."""

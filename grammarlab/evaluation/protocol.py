@@ -1,6 +1,6 @@
 """The simulated person: scores model after model, while the learned density is compared with the true one.
 
-This is the protocol of section 4.7 of the paper, around the steps of `grammarlab.learning.round`. Its quantities:
+This is the protocol of section 4.7 of the paper, around an interview (`grammarlab.learning.interview`). Its quantities:
 
 - labelled set: n models (5,000 in the paper's protocol) drawn independently from the grammar with density p at a fixed
   seed, repeats kept, each with its true score u_i = product of the factors' scores / 100. Nobody is asked about them.
@@ -13,9 +13,6 @@ This is the protocol of section 4.7 of the paper, around the steps of `grammarla
   ``base="grammar"`` (target density proportional to p u), 1 / p_i for ``base="uniform"`` (proportional to u).
   Where û is 0 everywhere, q_i = w_i / sum_j w_j.
 - JS = H((p* + q) / 2) - H(p*) / 2 - H(q) / 2 in nats, 0 to ln 2; "original" is that of û = 1.
-
-The choice of models in round r for factor f draws from a key of (seed, r, f). So equal arguments give equal curves, and
-a curve for fewer labels is the beginning of a longer one, except that the last batch may be cut short.
 """
 
 from __future__ import annotations
@@ -25,34 +22,12 @@ from numpy.typing import NDArray
 
 from grammarlab.evaluation.curves import Curve, Point
 from grammarlab.evaluation.material import Material
-from grammarlab.learning import round as learning
 from grammarlab.learning.agreement import agreement
-from grammarlab.learning.answers import Answers
-from grammarlab.learning.questions import ask
-from grammarlab.learning.round import State
+from grammarlab.learning.interview import interview
+from grammarlab.learning.round import State, init
 from grammarlab.preference.base import MAX_SCORE
-from grammarlab.randomness import derived_seed
 
 Floats = NDArray[np.float64]
-
-
-def step(material: Material, seed: int, num_labels: int, rounds: int, state: State) -> State:
-    """One round: choose models, score them, learn.
-
-    Args:
-        material: the models and the person.
-        seed: of the whole curve, the same in every round; 0 <= seed < 2**64.
-        num_labels: scores to give in this round, >= 1; fewer when the pool has no more.
-        rounds: how many there were before.
-        state: after these.
-    """
-    active = rounds % len(material.factors)
-    factor = material.factors[active]
-    chosen = ask(material.study, state, num_labels, derived_seed(seed, rounds, active, 0), factor=factor)
-    shown = sorted(chosen)
-    scores = dict(zip(shown, material.person(shown)[:, active].tolist(), strict=True))
-    answers = Answers(factor, chosen, np.array([scores[address] for address in chosen]))
-    return learning.step(material.study, state, (answers,))
 
 
 def run(material: Material, batch: int, seed: int, max_labels: int) -> tuple[State, Curve]:
@@ -64,9 +39,9 @@ def run(material: Material, batch: int, seed: int, max_labels: int) -> tuple[Sta
         seed: 0 <= seed < 2**64.
         max_labels: >= 1; the last round is cut to it.
     """
-    state, points = learning.init(material.study), list[Point]()
-    while state.num_answers < min(max_labels, len(material.study.pool) * len(material.factors)):
-        state = step(material, seed, min(batch, max_labels - state.num_answers), len(points), state)
+    state, points = init(material.study), list[Point]()
+    rounds = interview(material.study, material.factors, material.person, budget=max_labels, batch=batch, seed=seed)
+    for state in rounds:
         js, correlation = agreement(material.target, learned(material, state), material.weights)
         liked = sum(int((answers.scores > 0.0).sum()) for answers in state.answers.values())
         points.append(Point(state.num_answers, js, correlation, liked))

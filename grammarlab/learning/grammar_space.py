@@ -68,7 +68,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return flattened(self.grammar)
 
     def make(self, addresses: Sequence[Address]) -> Forest:
-        return without_geometry(self._derive(addresses))
+        return without_geometry(self.derive(addresses))
 
     def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[Forest]:
         program = self.proposal.program if flat else self.program
@@ -108,7 +108,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return margins(designs, feature) if isinstance(feature, Threshold | HalfSpace) else None
 
     def realize(self, addresses: Sequence[Address]) -> Scene:
-        return realize(self._derive(addresses))
+        return realize(self.derive(addresses))
 
     def _bounds(self, forests: Sequence[Forest], scores: Floats) -> tuple[Feature, ...]:
         """Bounds on continuous draws: of several at once where they belong together, else of each alone."""
@@ -124,7 +124,8 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         """The assets, each read once however often models are derived."""
         return None if self.assets is None else AssetFolder(self.assets)
 
-    def _derive(self, addresses: Sequence[Address]) -> Forest:
+    def derive(self, addresses: Sequence[Address]) -> Forest:
+        """Models by ascending address, with their geometry."""
         programs = self.program, self.proposal.program
         forests = []
         for address in addresses:

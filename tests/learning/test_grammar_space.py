@@ -48,10 +48,10 @@ def test_a_wider_pool_begins_with_the_other_one_and_is_bounded(size):
 def test_addresses_of_a_pool_name_its_designs():
     pool = Pool(3, 100)
     made = MadePool.of(SPACE, pool)
-    drawn = [value for batch in made.batches for value in batch.draws.value.tolist()]
+    drawn = [value for batch in made.batches for value in batch.log_probability().tolist()]
     again = SPACE.make(sorted(pool))
     assert again.num_models == 100
-    assert drawn == again.draws.value.tolist()
+    assert drawn == again.log_probability().tolist()
     assert list(pool) == sorted(pool)
     assert pool.from_space().tolist() == [not address.flat for address in pool]
 
@@ -72,8 +72,8 @@ def test_designs_are_picked_through_all_batches():
     made = MadePool.of(SPACE, Pool(0, 400))
     picked = made.select(SPACE, np.array([0, 7, 319, 320, 399]))
     addresses = [list(made.pool)[place] for place in (0, 7, 319, 320, 399)]
-    values = [value for forest in picked for value in forest.draws.value.tolist()]
-    assert values == SPACE.make(addresses).draws.value.tolist()
+    values = [value for forest in picked for value in forest.log_probability().tolist()]
+    assert values == SPACE.make(addresses).log_probability().tolist()
 
 
 def test_progress_counts_all_designs():

@@ -1,0 +1,127 @@
+"""`learn`: a grammar, a budget and a function in the place of a person give the grammar that the function likes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Literal, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from threadpoolctl import threadpool_limits
+
+from grammarlab.density.splitting import Base
+from grammarlab.derivation.forest import Forest
+from grammarlab.errors import UsageError
+from grammarlab.language.grammar import Grammar
+from grammarlab.learning.addresses import Address
+from grammarlab.learning.grammar_space import GrammarSpace
+from grammarlab.learning.grammar_target import LearnedDensity, learn_grammar
+from grammarlab.learning.interview import interview
+from grammarlab.learning.pool import Pool
+from grammarlab.learning.round import Study, init
+from grammarlab.learning.settings import Settings
+from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.labels import OVERALL
+from grammarlab.scene.instances import Scene
+
+Floats = NDArray[np.float64]
+
+
+@overload
+def learn(
+    grammar: Grammar,
+    score: Callable[[Forest], ArrayLike],
+    budget: int = ...,
+    *,
+    sees: Literal["forest"] = ...,
+    assets: Path | None = ...,
+    pool: Pool | None = ...,
+    settings: Settings | None = ...,
+    base: Base = ...,
+    seed: int = ...,
+) -> LearnedDensity: ...
+@overload
+def learn(
+    grammar: Grammar,
+    score: Callable[[Scene], ArrayLike],
+    budget: int = ...,
+    *,
+    sees: Literal["scene"],
+    assets: Path | None = ...,
+    pool: Pool | None = ...,
+    settings: Settings | None = ...,
+    base: Base = ...,
+    seed: int = ...,
+) -> LearnedDensity: ...
+def learn(
+    grammar: Grammar,
+    score: Callable[..., ArrayLike],
+    budget: int = 128,
+    *,
+    sees: Literal["forest", "scene"] = "forest",
+    assets: Path | None = None,
+    pool: Pool | None = None,
+    settings: Settings | None = None,
+    base: Base = "grammar",
+    seed: int = 0,
+) -> LearnedDensity:
+    """The grammar that samples models in proportion to what a function says of them.
+
+    The function is asked about a few models at a time, as a person in a scoring session is, and learned from alike.
+
+    Args:
+        grammar: what to learn about.
+        score: models [k] give scores [k] from 0 (not wanted) to 100.
+        budget: scores to ask for, >= 1.
+        sees: what the function is given: the derivation trees and leaves of the models, or their scene of meshes.
+        assets: folder of the meshes and images that the grammar uses.
+        pool: the models that there are to ask about.
+        settings: how to learn; what a person gets when left out.
+        base: what the scores multiply: the grammar's own density, or the same for every tree.
+        seed: of the choice of models, 0 <= seed < 2**64.
+
+    Returns:
+        The learned grammar (`LearnedDensity.learned`, whose `text` is a rule file and which can be sampled), what it
+        looks at, and how near it comes to the predicted scores.
+
+    Raises:
+        UsageError: for a budget below 1, or scores of another number or range.
+        GrammarlabError: when nothing is liked, or the density cannot be made.
+
+    >>> from grammarlab.features import count
+    >>> from grammarlab.features.pattern_text import parse
+    >>> grammar = Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
+    >>> found = learn(grammar, lambda forest: 100 * count(forest, [parse("High")])[:, 0], 16)
+    >>> found.learned.sample(50, seed=1).leaves.size[:, 1].min()
+    np.float64(9.0)
+    """
+    if budget < 1:
+        raise UsageError(f"budget: expected at least 1 score to ask for, found {budget}.")
+    space = GrammarSpace(grammar, assets)
+    study = Study(space, pool or Pool(), settings)
+
+    def person(addresses: Sequence[Address]) -> Floats:
+        models = space.realize(addresses) if sees == "scene" else space.derive(addresses)
+        return _checked(score(models), len(addresses))[:, None]
+
+    # At these sizes several threads are slower than one.
+    with threadpool_limits(1):
+        state = init(study)
+        for state in interview(study, (OVERALL,), person, budget=budget, seed=seed):  # noqa: B007 - the last one counts
+            pass
+        if not state.liked:
+            raise UsageError(
+                f"none of the {state.num_answers} models that the function was asked about has a score above 0, so "
+                "nothing is liked. Raise the budget, or give low scores to what comes near."
+            )
+        return learn_grammar(study, state, space, base=base)
+
+
+def _checked(scores: ArrayLike, num: int) -> Floats:
+    values = np.asarray(scores, dtype=np.float64)
+    if values.shape != (num,):
+        raise UsageError(f"score: expected {num} numbers for {num} models, found an array of shape {values.shape}.")
+    if not (np.isfinite(values) & (values >= 0.0) & (values <= MAX_SCORE)).all():
+        raise UsageError(f"score: expected numbers from 0 to {MAX_SCORE:g}, found {values.min()} to {values.max()}.")
+    return values

@@ -1,0 +1,96 @@
+"""The same scores mean the same, whoever gives them: the page, a label file, a Python function, a simulated person."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from grammarlab.cli import app
+from grammarlab.evaluation import protocol, scenario
+from grammarlab.evaluation.methods import METHODS
+from grammarlab.evaluation.preparation import Source, prepare
+from grammarlab.features.counting import count
+from grammarlab.language.grammar import Grammar
+from grammarlab.learning.learn import learn
+from grammarlab.learning.pool import Pool
+from grammarlab.preference.label_files import save_labels
+from grammarlab.preference.labels import OVERALL, Labels
+from grammarlab.runs.scoring.learner import learner
+from grammarlab.runs.scoring.maker import maker
+from grammarlab.runs.scoring.tasks import LearnGrammar, Update
+
+RULES = """
+attr floors = 50% : 2 else : 5
+attr width = rand(4, 12)
+Lot --> s(width, 0, 8) extrude(floors * 3) comp(f) { top : Top | side : Side }
+Top --> 40% : Flat else : roofGable(30) Gable
+Side --> 50% : color("#ff0000") Red else : color("#0000ff") Blue
+"""
+TASTES = {
+    "a choice": "100 * {Flat}",
+    "a bound on a draw": "100 * ($width < 7)",
+    "several levels": "40 * {Flat} + 20 * ({Red} > 1)",
+}
+SEED, LABELS = 3, 64
+
+
+def nothing(_stage: str, _done: int, _total: int) -> None:
+    pass
+
+
+def rules_of(text: str) -> str:
+    """A learned file without the comment about where it comes from."""
+    return "\n".join(line for line in text.splitlines() if not line.startswith("//"))
+
+
+@pytest.mark.parametrize("taste", TASTES)
+def test_all_ways_to_answer_give_the_same_predictions_and_the_same_grammar(taste: str, tmp_path: Path):
+    (tmp_path / "house.cga").write_text(RULES)
+    text = f"""
+name = "taste"
+title = "A taste"
+grammar = "house.cga"
+seed = {SEED}
+preference = "{TASTES[taste]}"
+[features]
+path_length = 2
+families = ["paths", "symbols", "thresholds"]
+"""
+    wanted, grammar = scenario.parse(text, tmp_path / "taste.toml"), Grammar.parse(RULES)
+
+    # A simulated person.
+    settings = METHODS["default"].settings(wanted.features)
+    material = prepare(Source(wanted, grammar, tmp_path), settings)
+    state, _ = protocol.run(material, 8, SEED, LABELS)
+    assert state.product is not None
+    predicted = state.product.predict(material.study.table(state).rows).mean
+
+    # The page: the same scores, in an order of their own.
+    (answers,) = state.answers.values()
+    scores = dict(zip(map(str, answers.designs), answers.scores.tolist(), strict=True))
+    place, size = ("house", str(tmp_path)), len(material.study.pool)
+    handler = learner(RULES, *place, SEED, size, False)
+    shuffled = dict(sorted(scores.items(), key=lambda item: item[0][::-1]))
+    found = handler(Update({OVERALL: shuffled}, {OVERALL: 1}, None), nothing)
+    assert np.array_equal(found.product.mean, predicted.astype(np.float32))
+    make = maker(RULES, *place, str(tmp_path / "session.db"), SEED, size)
+    pages = make(LearnGrammar({OVERALL: shuffled}, found.wide), nothing).text
+
+    # A label file.
+    hashes = material.study.space.hashes
+    rows = [design.label(OVERALL, scores[str(design)], hashes) for design in answers.designs]
+    save_labels(Labels(tuple(rows)), tmp_path / "labels.csv")
+    command = ["learn", str(tmp_path / "house.cga"), "--labels", str(tmp_path / "labels.csv"), "--seed", str(SEED)]
+    ran = CliRunner().invoke(app, [*command, "-o", str(tmp_path / "learned.cga")])
+    assert ran.exit_code == 0, ran.output
+
+    # A function.
+    def score(forest):
+        return wanted.score.evaluate(count(forest, wanted.score.features))
+
+    density = learn(grammar, score, LABELS, pool=Pool(SEED), seed=SEED)
+    texts = {rules_of(pages), rules_of((tmp_path / "learned.cga").read_text()), rules_of(density.learned.text)}
+    assert len(texts) == 1
