@@ -27,14 +27,10 @@ def label(
 ) -> None:
     """Let a simulated person score models of a scenario, and save the labels."""
     with friendly_errors():
-        from grammarlab.errors import UsageError
-        from grammarlab.runs.evaluate.find import find_scenarios
+        from grammarlab.runs.evaluate.find import find_scenario
         from grammarlab.runs.label import label_models_of
 
-        found = find_scenarios(scenario)
-        if len(found) != 1:
-            raise UsageError(f"expected one scenario, found {len(found)} in {scenario!r}.")
-        result = label_models_of(found[0], file, number, seed=seed, method=method)
+        result = label_models_of(find_scenario(scenario), file, number, seed=seed, method=method)
         liked = sum(label.score > 0 for label in result.labels)
         js = result.curve.points[-1].js
         if as_json:
