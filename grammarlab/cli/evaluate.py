@@ -71,13 +71,13 @@ def evaluate(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object with all curves.")] = False,
 ) -> None:
     """Let simulated persons score models, and measure how fast the density they want is learned."""
-    from grammarlab.cli.progress import progress
-    from grammarlab.runs.evaluate.evaluate import evaluate_run
-    from grammarlab.runs.evaluate.find import find_scenarios
-    from grammarlab.runs.evaluate.request import EvaluationRequest
-    from grammarlab.runs.workers import available_cores
-
     with friendly_errors():
+        from grammarlab.cli.progress import progress
+        from grammarlab.runs.evaluate.evaluate import evaluate_run
+        from grammarlab.runs.evaluate.find import find_scenarios
+        from grammarlab.runs.evaluate.request import EvaluationRequest
+        from grammarlab.runs.workers import available_cores
+
         request = EvaluationRequest.of(
             find_scenarios(scenarios),
             methods=methods,

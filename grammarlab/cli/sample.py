@@ -103,15 +103,15 @@ def sample(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the run.")] = False,
 ) -> None:
     """Sample models from a grammar: model files, a contact sheet, derivations and a manifest."""
-    from grammarlab.cli.progress import progress
-    from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
-    from grammarlab.runs.attributes import read_attributes
-    from grammarlab.runs.checks import not_carried_out
-    from grammarlab.runs.derive_batch import compiled
-    from grammarlab.runs.examples import find_rules
-    from grammarlab.runs.workers import available_cores
-
     with friendly_errors():
+        from grammarlab.cli.progress import progress
+        from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
+        from grammarlab.runs.attributes import read_attributes
+        from grammarlab.runs.checks import not_carried_out
+        from grammarlab.runs.derive_batch import compiled
+        from grammarlab.runs.examples import find_rules
+        from grammarlab.runs.workers import available_cores
+
         jobs = jobs or available_cores()
         if manifest is not None:
             _refuse_with_manifest(context)
