@@ -64,7 +64,9 @@ def test_check_reports_a_missing_or_unreadable_file(run, tmp_path):
     assert "larger" in run("check", tmp_path / "big.cga", code=1).stderr
 
 
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
+)
 @given(
     st.one_of(st.binary(max_size=200), st.text(alphabet='Lot->:{}()|*~%"#/ extrude\n1.', max_size=200).map(str.encode))
 )

@@ -7,10 +7,10 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
+from tests.waiting import PATIENCE
+
 FOLDER = Path(__file__).parents[2] / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
-PATIENCE = 600
-"""Seconds that a cell may take on a busy machine."""
 SMALL = {
     "GRAMMAR": '"toy"',
     "NUM_MODELS": "4",
@@ -47,7 +47,7 @@ def test_every_notebook_runs(path, tmp_path, monkeypatch):
     notebook = small(nbformat.read(path, as_version=4))
     shows_page = any("ScoringSession" in cell.source for cell in notebook.cells)
     notebook.cells.append(nbformat.v4.new_code_cell(ALIVE))
-    NotebookClient(notebook, timeout=PATIENCE, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    NotebookClient(notebook, timeout=int(PATIENCE), resources={"metadata": {"path": str(tmp_path)}}).execute()
     printed = "".join(output.text for output in notebook.cells[-1].outputs)
     assert printed == "True\n" * shows_page
 
