@@ -54,9 +54,10 @@ def evaluate(
         str,
         typer.Option("--grammar-labels", help="Also make a grammar after so many scores: 128, or F1=288,B1=160."),
     ] = "",
-    folder: Annotated[Path, typer.Option("-o", "--output", help="Folder for curves, tables and pictures.")] = Path(
-        "out/evaluation"
-    ),
+    folder: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="For curves, tables and pictures; out/evaluation/SCENARIOS when left out."),
+    ] = None,
     report: Annotated[
         Path | None, typer.Option("--report", help="Write the page here too, its pictures beside it.")
     ] = None,
@@ -92,7 +93,7 @@ def evaluate(
         with progress() as on_progress:
             result = evaluate_run(
                 request,
-                folder,
+                folder or _folder_of(scenarios),
                 report=report,
                 cache=cache,
                 jobs=workers or available_cores(),
@@ -101,6 +102,11 @@ def evaluate(
                 on_progress=on_progress,
             )
         _tell(result, as_json)
+
+
+def _folder_of(scenarios: str) -> Path:
+    """Where the results go when nobody says where: ``out/evaluation/F1+B1``."""
+    return Path("out", "evaluation", "+".join(Path(part).resolve().stem for part in scenarios.split(",")))
 
 
 def _command(scenarios: str, request: EvaluationRequest) -> str:

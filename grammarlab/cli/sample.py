@@ -63,7 +63,9 @@ def sample(
     ] = "",
     num_models: Annotated[int, typer.Option("-n", "--num-models", help="Models, on each footprint.", min=1)] = 16,
     seed: Annotated[int, typer.Option("--seed", help="Model k of a seed is always the same.", min=0)] = 0,
-    folder: Annotated[Path, typer.Option("-o", "--output", help="Folder for the files.")] = Path("out"),
+    folder: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder for the files; out/GRAMMAR when left out.")
+    ] = None,
     attributes: Annotated[
         list[str] | None, typer.Option("--attr", help="Value for an attribute, name=value; repeatable.")
     ] = None,
@@ -118,8 +120,11 @@ def sample(
             earlier = read_manifest(manifest, assets)
             if _is_given(context, "renderer"):
                 earlier = replace(earlier, request=replace(earlier.request, renderer=renderer.value))
+            place = folder or Path("out", earlier.request.name)
+            if not resume and place.resolve() == (manifest if manifest.is_dir() else manifest.parent).resolve():
+                raise UsageError(f"the run to repeat is in {place}: give another folder with -o, to compare with it.")
             with progress() as on_progress:
-                result, different = repeat_run(earlier, folder, jobs=jobs, resume=resume, on_progress=on_progress)
+                result, different = repeat_run(earlier, place, jobs=jobs, resume=resume, on_progress=on_progress)
             _tell(result, as_json, different)
             return
         if not grammar:
@@ -145,7 +150,9 @@ def sample(
             renderer=renderer.value,
         )
         with progress() as on_progress:
-            result = sample_run(request, folder, jobs=jobs, resume=resume, on_progress=on_progress)
+            result = sample_run(
+                request, folder or Path("out", request.name), jobs=jobs, resume=resume, on_progress=on_progress
+            )
         _tell(result, as_json)
 
 

@@ -69,7 +69,8 @@ def sample_run(
 
     Args:
         request: what to make.
-        folder: made when missing. The files of an earlier run in it are removed, unless it is resumed.
+        folder: made when missing. The files of an earlier run of the grammar in it are removed, unless it is resumed.
+            A folder with a run of another grammar is refused.
         jobs: processes to use; the files do not depend on it.
         resume: go on with the run that the folder holds, doing only what is missing.
         on_progress: told about every finished batch.
@@ -151,7 +152,7 @@ def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str
     if not (folder / MANIFEST).is_file():
         return
     if not resume:
-        clear_run(folder)
+        clear_run(folder, request.name)
         return
     manifest = read_manifest(folder, request.assets)
     difference = _changed_option(manifest.request, request) or first_difference(manifest.asset_files, asset_files)
