@@ -56,14 +56,21 @@ def evaluate(
     ] = "",
     folder: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="For curves, tables and pictures; out/evaluation/SCENARIOS when left out."),
+        typer.Option(
+            "-o",
+            "--output",
+            help="For curves, tables and pictures; out/evaluation/SCENARIOS when left out.",
+            file_okay=False,
+        ),
     ] = None,
     report: Annotated[
-        Path | None, typer.Option("--report", help="Write the page here too, its pictures beside it.")
+        Path | None, typer.Option("--report", help="Write the page here too, its pictures beside it.", dir_okay=False)
     ] = None,
     cache: Annotated[
         Path | None,
-        typer.Option("--cache", help="Folder for counted features; cache in the output folder if left out."),
+        typer.Option(
+            "--cache", help="Folder for counted features; cache in the output folder if left out.", file_okay=False
+        ),
     ] = None,
     workers: Annotated[int, typer.Option("--workers", help="Processes; 0 for one a core.", min=0)] = 0,
     resume: Annotated[

@@ -18,7 +18,12 @@ def label(
     number: Annotated[int, typer.Option("-n", "--number", help="Scores to give.", min=1, max=100_000)] = 128,
     file: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Label file: .csv, .jsonl or .parquet; SCENARIO_labels.csv when left out."),
+        typer.Option(
+            "-o",
+            "--output",
+            help="Label file: .csv, .jsonl or .parquet; SCENARIO_labels.csv when left out.",
+            dir_okay=False,
+        ),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Which person; others choose and score others.", min=0)] = 0,
     method: Annotated[str, typer.Option("--method", help="How models are chosen: default, paper, kde, sklearn.")] = (

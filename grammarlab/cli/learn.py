@@ -54,10 +54,11 @@ def learn(
             "--method", help="compile, parameters, structure, tied or rejection; compile, or tied for examples."
         ),
     ] = "",
-    samples: Annotated[int, typer.Option("--samples", help="Models to learn from; compile needs none.")] = 5_000,
-    file: Annotated[Path | None, typer.Option("-o", "--output", help="The new rule file.")] = None,
+    samples: Annotated[int, typer.Option("--samples", help="Models to learn from; compile needs none.", min=1)] = 5_000,
+    file: Annotated[Path | None, typer.Option("-o", "--output", help="The new rule file.", dir_okay=False)] = None,
     report: Annotated[
-        Path | None, typer.Option("--report", help="Folder for a page with tables, and pictures before and after.")
+        Path | None,
+        typer.Option("--report", help="Folder for a page with tables, and pictures before and after.", file_okay=False),
     ] = None,
     base: Annotated[str, typer.Option("--base", help="With labels: what scores multiply, grammar or uniform.")] = (
         "grammar"

@@ -64,7 +64,8 @@ def sample(
     num_models: Annotated[int, typer.Option("-n", "--num-models", help="Models, on each footprint.", min=1)] = 16,
     seed: Annotated[int, typer.Option("--seed", help="Model k of a seed is always the same.", min=0)] = 0,
     folder: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Folder for the files; out/GRAMMAR when left out.")
+        Path | None,
+        typer.Option("-o", "--output", help="Folder for the files; out/GRAMMAR when left out.", file_okay=False),
     ] = None,
     attributes: Annotated[
         list[str] | None, typer.Option("--attr", help="Value for an attribute, name=value; repeatable.")

@@ -122,7 +122,7 @@ def find_rules(argument: str, assets: Path | None = None) -> RuleSource:
         raise UsageError(f"{argument!r} is a folder; expected a {SUFFIX} file or one of: {', '.join(examples)}.")
     near = get_close_matches(argument.removesuffix(SUFFIX).lower(), examples, n=1, cutoff=0.5)
     neighbours = [p.name for p in path.parent.glob(f"*{SUFFIX}")] if path.parent.is_dir() else []
-    near += get_close_matches(path.name, neighbours, n=1, cutoff=0.6)
+    near += [name for name in get_close_matches(path.name, neighbours, n=1, cutoff=0.6) if name != path.name]
     hint = f" Did you mean {' or '.join(repr(name) for name in near)}?" if near else ""
     raise UsageError(
         f"no rule file {argument!r}, and no shipped grammar of that name.{hint} Shipped: {', '.join(examples)}."
