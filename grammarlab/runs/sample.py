@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.errors import AssetError, Finding, UsageError
 from grammarlab.render.choice import Choice, choose
@@ -79,7 +80,9 @@ def sample_run(
         GrammarlabError: as the grammar, the assets or the folder give reason to.
     """
     folder = Path(folder)
-    compiled(request.text, request.name)  # errors in the rules come before anything is written
+    # Errors in the rules and options come before anything is written or removed.
+    _, program = compiled(request.text, request.name)
+    derive(program, 0, request.seed, attributes=request.attributes, start_rule=request.start_rule or None)
     choice = choose(request.renderer) if request.image else Choice("cast")
     if request.image:
         request = replace(request, renderer=choice.name)
