@@ -242,7 +242,7 @@ def test_a_new_run_removes_the_files_of_the_old_one_and_no_others(tmp_path):
 @pytest.mark.parametrize("wrong", [{"attributes": {"hight": 3.0}}, {"start_rule": "Nothing"}])
 def test_wrong_options_leave_the_files_of_the_old_run(tmp_path, wrong):
     before = contents(sample_run(tower(tmp_path), tmp_path / "out").folder)
-    with pytest.raises(UsageError, match="hight|Nothing"):
+    with pytest.raises(UsageError, match=r"hight|Nothing"):
         sample_run(replace(tower(tmp_path), **wrong), tmp_path / "out")
     assert contents(tmp_path / "out") == before
 
