@@ -35,4 +35,10 @@ def refuse(task):
 def run_two(folder):
     """Makes two curves, and then waits to be killed."""
     left = count(2, -1)
-    run_tasks(lambda task: make(task) if next(left) else Event().wait(), tasks(), Path(folder))
+
+    def make_or_wait(task):
+        if not next(left):
+            Event().wait()
+        return make(task)
+
+    run_tasks(make_or_wait, tasks(), Path(folder))
