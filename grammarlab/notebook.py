@@ -11,15 +11,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import anywidget
-import traitlets
-
+from grammarlab.extras import named_extras
 from grammarlab.preference.labels import Labels
 from grammarlab.runs import scoring
 from grammarlab.runs.examples import find_rules
 from grammarlab.runs.scoring.labels import read_labels_or_session
 from grammarlab.runs.scoring.session import Session
 from grammarlab.runs.scoring.windows import Message
+
+with named_extras():
+    import anywidget
+    import traitlets
 
 LOG = logging.getLogger(__name__)
 PAGE = Path(scoring.__file__).parent / "page"

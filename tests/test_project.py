@@ -57,10 +57,11 @@ def test_the_python_in_the_readme_runs_and_stays_short(block, tmp_path):
 
 
 def test_the_grammar_in_the_readme_has_nothing_to_complain_about():
-    from grammarlab.runs.checks import findings_of
+    from grammarlab.language.checking import check_text
+    from grammarlab.runs.checks import SUPPORTED
 
     (block,) = re.findall(r"```cga\n(.*?)```", README, re.DOTALL)
-    assert findings_of(block, "README.md") == ()
+    assert check_text(block, "README.md", SUPPORTED) == ()
 
 
 def test_pictures_and_links_of_the_documents_exist():
@@ -117,4 +118,4 @@ def test_a_wheel_carries_the_grammars_and_works_from_any_folder(tmp_path):
     listed = run_python(*command, "list", cwd=elsewhere)
     assert {"toy", "building"} <= {line.split()[0] for line in listed.splitlines()}
     run_python(*command, "sample", "building", "-n", "1", "--no-image", cwd=elsewhere)
-    assert (elsewhere / "out" / "building-00000.glb").stat().st_size > 10_000
+    assert (elsewhere / "out" / "building" / "building-00000.glb").stat().st_size > 10_000

@@ -28,7 +28,7 @@ def compare(
     ),
     seed: Annotated[int, typer.Option("--seed", help="Of the models.", min=0)] = 0,
     picture: Annotated[
-        Path | None, typer.Option("--picture", help="A PNG file for samples of both side by side.")
+        Path | None, typer.Option("--picture", help="A PNG file for samples of both side by side.", dir_okay=False)
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:

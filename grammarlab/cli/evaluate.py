@@ -54,15 +54,23 @@ def evaluate(
         str,
         typer.Option("--grammar-labels", help="Also make a grammar after so many scores: 128, or F1=288,B1=160."),
     ] = "",
-    folder: Annotated[Path, typer.Option("-o", "--output", help="Folder for curves, tables and pictures.")] = Path(
-        "out/evaluation"
-    ),
+    folder: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="For curves, tables and pictures; out/evaluation/SCENARIOS when left out.",
+            file_okay=False,
+        ),
+    ] = None,
     report: Annotated[
-        Path | None, typer.Option("--report", help="Write the page here too, its pictures beside it.")
+        Path | None, typer.Option("--report", help="Write the page here too, its pictures beside it.", dir_okay=False)
     ] = None,
     cache: Annotated[
         Path | None,
-        typer.Option("--cache", help="Folder for counted features; cache in the output folder if left out."),
+        typer.Option(
+            "--cache", help="Folder for counted features; cache in the output folder if left out.", file_okay=False
+        ),
     ] = None,
     workers: Annotated[int, typer.Option("--workers", help="Processes; 0 for one a core.", min=0)] = 0,
     resume: Annotated[
@@ -71,13 +79,13 @@ def evaluate(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object with all curves.")] = False,
 ) -> None:
     """Let simulated persons score models, and measure how fast the density they want is learned."""
-    from grammarlab.cli.progress import progress
-    from grammarlab.runs.evaluate.evaluate import evaluate_run
-    from grammarlab.runs.evaluate.find import find_scenarios
-    from grammarlab.runs.evaluate.request import EvaluationRequest
-    from grammarlab.runs.workers import available_cores
-
     with friendly_errors():
+        from grammarlab.cli.progress import progress
+        from grammarlab.runs.evaluate.evaluate import evaluate_run
+        from grammarlab.runs.evaluate.find import find_scenarios
+        from grammarlab.runs.evaluate.request import EvaluationRequest
+        from grammarlab.runs.workers import available_cores
+
         request = EvaluationRequest.of(
             find_scenarios(scenarios),
             methods=methods,
@@ -92,7 +100,7 @@ def evaluate(
         with progress() as on_progress:
             result = evaluate_run(
                 request,
-                folder,
+                folder or _folder_of(scenarios),
                 report=report,
                 cache=cache,
                 jobs=workers or available_cores(),
@@ -101,6 +109,11 @@ def evaluate(
                 on_progress=on_progress,
             )
         _tell(result, as_json)
+
+
+def _folder_of(scenarios: str) -> Path:
+    """Where the results go when nobody says where: ``out/evaluation/F1+B1``."""
+    return Path("out", "evaluation", "+".join(Path(part).resolve().stem for part in scenarios.split(",")))
 
 
 def _command(scenarios: str, request: EvaluationRequest) -> str:

@@ -16,9 +16,15 @@ def label(
         str, typer.Argument(help="A scenario file or a shipped name.", autocompletion=complete_scenario)
     ],
     number: Annotated[int, typer.Option("-n", "--number", help="Scores to give.", min=1, max=100_000)] = 128,
-    file: Annotated[Path, typer.Option("-o", "--output", help="Label file: .csv, .jsonl or .parquet.")] = Path(
-        "labels.csv"
-    ),
+    file: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Label file: .csv, .jsonl or .parquet; SCENARIO_labels.csv when left out.",
+            dir_okay=False,
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Which person; others choose and score others.", min=0)] = 0,
     method: Annotated[str, typer.Option("--method", help="How models are chosen: default, paper, kde, sklearn.")] = (
         "default"
@@ -27,14 +33,12 @@ def label(
 ) -> None:
     """Let a simulated person score models of a scenario, and save the labels."""
     with friendly_errors():
-        from grammarlab.errors import UsageError
-        from grammarlab.runs.evaluate.find import find_scenarios
+        from grammarlab.runs.evaluate.find import find_scenario
         from grammarlab.runs.label import label_models_of
 
-        found = find_scenarios(scenario)
-        if len(found) != 1:
-            raise UsageError(f"expected one scenario, found {len(found)} in {scenario!r}.")
-        result = label_models_of(found[0], file, number, seed=seed, method=method)
+        found = find_scenario(scenario)
+        file = file or Path(f"{found.stem}_labels.csv")
+        result = label_models_of(found, file, number, seed=seed, method=method)
         liked = sum(label.score > 0 for label in result.labels)
         js = result.curve.points[-1].js
         if as_json:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from grammarlab.cli.evaluate import complete_scenario
 from grammarlab.cli.report import friendly_errors, print_json, say
 from grammarlab.cli.sample import complete_grammar
 
@@ -34,9 +35,13 @@ def learn(
         str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
     ],
     scenario: Annotated[
-        Path | None,
-        typer.Option("--scenario", help="What is liked, known exactly; with labels or examples, to compare with."),
-    ] = None,
+        str,
+        typer.Option(
+            "--scenario",
+            help="What is liked, known exactly: a file or a shipped name; with labels or examples, to compare with.",
+            autocompletion=complete_scenario,
+        ),
+    ] = "",
     labels: Annotated[
         Path | None, typer.Option("--labels", help="Scores of models: .csv, .jsonl, .parquet, or a session (.db).")
     ] = None,
@@ -50,10 +55,11 @@ def learn(
             "--method", help="compile, parameters, structure, tied or rejection; compile, or tied for examples."
         ),
     ] = "",
-    samples: Annotated[int, typer.Option("--samples", help="Models to learn from; compile needs none.")] = 5_000,
-    file: Annotated[Path | None, typer.Option("-o", "--output", help="The new rule file.")] = None,
+    samples: Annotated[int, typer.Option("--samples", help="Models to learn from; compile needs none.", min=1)] = 5_000,
+    file: Annotated[Path | None, typer.Option("-o", "--output", help="The new rule file.", dir_okay=False)] = None,
     report: Annotated[
-        Path | None, typer.Option("--report", help="Folder for a page with tables, and pictures before and after.")
+        Path | None,
+        typer.Option("--report", help="Folder for a page with tables, and pictures before and after.", file_okay=False),
     ] = None,
     base: Annotated[str, typer.Option("--base", help="With labels: what scores multiply, grammar or uniform.")] = (
         "grammar"
@@ -67,13 +73,15 @@ def learn(
     with friendly_errors():
         from grammarlab.cli.progress import progress
         from grammarlab.errors import UsageError
+        from grammarlab.runs.evaluate.find import find_scenario
         from grammarlab.runs.learn import pages
 
         if base not in ("grammar", "uniform"):
             raise UsageError(f"no base is called {base!r}; those there are: grammar, uniform")
         if labels is not None and examples is not None:
             raise UsageError("learn from labels or from examples? Give one of --labels and --examples.")
-        source = labels or examples or scenario
+        known = find_scenario(scenario) if scenario else None
+        source = labels or examples or known
         if source is None:
             raise UsageError("learn from what? Give --labels FILE, --examples FOLDER or --scenario FILE.")
         wanted = file or Path(f"{Path(grammar).stem}_{source.stem}.cga")
@@ -82,23 +90,21 @@ def learn(
             from grammarlab.runs.learn.labels import learn_from_labels
 
             options: dict[str, Any] = {"method": method or "compile", "base": base, "num_samples": samples}
-            options |= {"scenario": scenario, "pool": None if seed is None else Pool(seed)}
+            options |= {"scenario": known, "pool": None if seed is None else Pool(seed)}
             with progress() as on_progress:
                 found = learn_from_labels(grammar, labels, wanted, on_progress=on_progress, **options)
             told = _Told(_labels_as_json(found), _labels_as_lines(found), pages.page_of_labels(found))
         elif examples is not None:
             from grammarlab.runs.learn.examples import learn_from_files
 
-            given = learn_from_files(
-                grammar, examples, wanted, method=method or "tied", seed=seed or 0, scenario=scenario
-            )
+            given = learn_from_files(grammar, examples, wanted, method=method or "tied", seed=seed or 0, scenario=known)
             told = _Told(_examples_as_json(given), _examples_as_lines(given), pages.page_of_examples(given))
         else:
             from grammarlab.runs.learn.scenario import learn_from_scenario
 
             with progress() as on_progress:
-                known = learn_from_scenario(grammar, source, method or "compile", wanted, samples, on_progress)
-            told = _Told(_as_json(known), _as_lines(known), pages.page_of_scenario(known))
+                exact = learn_from_scenario(grammar, source, method or "compile", wanted, samples, on_progress)
+            told = _Told(_as_json(exact), _as_lines(exact), pages.page_of_scenario(exact))
         _tell(told, report, seed or 0, as_json)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import typer
 
 from grammarlab.errors import GrammarlabError, LanguageError, UsageError
+from grammarlab.extras import named_extras
 
 FAILURE, USAGE, INTERRUPTED = 1, 2, 130
 
@@ -28,7 +29,8 @@ def print_json(value: dict[str, Any]) -> None:
 def friendly_errors() -> Iterator[None]:
     """Turn what can go wrong into a message and an exit code; a traceback remains for mistakes of ours only."""
     try:
-        yield
+        with named_extras():
+            yield
     except UsageError as error:
         say(f"error: {error}")
         raise typer.Exit(USAGE) from error

@@ -63,7 +63,10 @@ def sample(
     ] = "",
     num_models: Annotated[int, typer.Option("-n", "--num-models", help="Models, on each footprint.", min=1)] = 16,
     seed: Annotated[int, typer.Option("--seed", help="Model k of a seed is always the same.", min=0)] = 0,
-    folder: Annotated[Path, typer.Option("-o", "--output", help="Folder for the files.")] = Path("out"),
+    folder: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Folder for the files; out/GRAMMAR when left out.", file_okay=False),
+    ] = None,
     attributes: Annotated[
         list[str] | None, typer.Option("--attr", help="Value for an attribute, name=value; repeatable.")
     ] = None,
@@ -103,23 +106,26 @@ def sample(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the run.")] = False,
 ) -> None:
     """Sample models from a grammar: model files, a contact sheet, derivations and a manifest."""
-    from grammarlab.cli.progress import progress
-    from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
-    from grammarlab.runs.attributes import read_attributes
-    from grammarlab.runs.checks import not_carried_out
-    from grammarlab.runs.derive_batch import compiled
-    from grammarlab.runs.examples import find_rules
-    from grammarlab.runs.workers import available_cores
-
     with friendly_errors():
+        from grammarlab.cli.progress import progress
+        from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
+        from grammarlab.runs.attributes import read_attributes
+        from grammarlab.runs.checks import not_carried_out
+        from grammarlab.runs.derive_batch import compiled
+        from grammarlab.runs.examples import find_rules
+        from grammarlab.runs.workers import available_cores
+
         jobs = jobs or available_cores()
         if manifest is not None:
             _refuse_with_manifest(context)
             earlier = read_manifest(manifest, assets)
             if _is_given(context, "renderer"):
                 earlier = replace(earlier, request=replace(earlier.request, renderer=renderer.value))
+            place = folder or Path("out", earlier.request.name)
+            if not resume and place.resolve() == (manifest if manifest.is_dir() else manifest.parent).resolve():
+                raise UsageError(f"the run to repeat is in {place}: give another folder with -o, to compare with it.")
             with progress() as on_progress:
-                result, different = repeat_run(earlier, folder, jobs=jobs, resume=resume, on_progress=on_progress)
+                result, different = repeat_run(earlier, place, jobs=jobs, resume=resume, on_progress=on_progress)
             _tell(result, as_json, different)
             return
         if not grammar:
@@ -145,7 +151,9 @@ def sample(
             renderer=renderer.value,
         )
         with progress() as on_progress:
-            result = sample_run(request, folder, jobs=jobs, resume=resume, on_progress=on_progress)
+            result = sample_run(
+                request, folder or Path("out", request.name), jobs=jobs, resume=resume, on_progress=on_progress
+            )
         _tell(result, as_json)
 
 

@@ -33,15 +33,9 @@ def score(
 ) -> None:
     """Score models in the browser, and watch the density follow."""
     with friendly_errors():
-        from grammarlab.errors import UsageError
+        from grammarlab.runs.scoring.server import serve
         from grammarlab.runs.scoring.session import Session
 
-        try:
-            from grammarlab.runs.scoring.server import serve
-        except ModuleNotFoundError as error:
-            if (error.name or "").partition(".")[0] != "tornado":
-                raise
-            raise UsageError("the page needs the package tornado: pip install 'grammarlab[score]'.") from error
         path = session or Path(f"{Path(grammar).stem}.db")
         opened = Session(grammar, path, seed=seed, assets=assets, stored_grammar=stored_grammar)
 

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 def show(
     grammar: Annotated[str, typer.Argument(help="A .cga file, or the name of a shipped grammar.")],
-    graph: Annotated[Path | None, typer.Option("--graph", help="Draw the rule graph into this .svg or .png.")] = None,
+    graph: Annotated[
+        Path | None, typer.Option("--graph", help="Draw the rule graph into this .svg or .png.", dir_okay=False)
+    ] = None,
 ) -> None:
     """Show the rules, symbols, attributes and probabilities of a grammar as tables."""
     with friendly_errors():

@@ -18,7 +18,6 @@ from grammarlab.geometry.measure import area_vectors, is_closed
 from grammarlab.geometry.mesh import Floats, Indices, Meshes
 from grammarlab.geometry.ragged import max_rows
 from grammarlab.geometry.soup import Soup
-from grammarlab.geometry.vectors import dot
 
 Flags = NDArray[np.bool_]
 
@@ -108,38 +107,6 @@ def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, hig
             place = np.where(side.lost_first, -1, len(face))
             closing.append(caps(faces.where(needs_cap.take(faces.mesh)), points, flags, normals, place))
     return Soup.together([faces, *closing]).meshes(points, owner, len(mesh))
-
-
-def halfspace(meshes: Meshes, normals: Floats, offsets: Floats) -> Meshes:
-    """The part of each mesh behind a plane: where ``normal . point <= offset``.
-
-    A face in the plane stays when it looks along the normal.
-
-    Args:
-        meshes: M meshes.
-        normals: [M, 3] unit normals of the planes, out of the side that is kept.
-        offsets: [M] metres from the origin along the normals.
-    """
-    owner = meshes.mesh_of_point()
-    distance = offsets[owner] - dot(meshes.points, normals[owner])
-    distance[np.abs(distance) <= _slack(meshes)[owner]] = 0.0
-    at_corner = distance.take(meshes.corner_points())
-    nearest = -max_rows(-at_corner, meshes.face_offsets, -np.inf)
-    furthest = max_rows(at_corner, meshes.face_offsets, -np.inf)
-    looks_out = dot(area_vectors(meshes), normals[meshes.mesh_of_face()]) > 0.0
-    stays = (nearest >= 0.0) & ((furthest > 0.0) | looks_out)
-    crossing = Soup.of_faces(meshes, np.flatnonzero((nearest < 0.0) & (furthest > 0.0)))
-    result = cut(crossing, meshes.points, distance, -normals)
-    points, owner = np.concatenate((meshes.points, result.points)), np.concatenate((owner, result.mesh_of_point))
-    pieces = Soup.together([Soup.of_faces(meshes, np.flatnonzero(stays)), result.faces])
-
-    lost_first = np.zeros(len(meshes), bool)
-    filled = np.diff(meshes.mesh_faces) > 0
-    lost_first[filled] = furthest[meshes.mesh_faces[:-1][filled]] <= 0.0
-    on_plane = np.append(distance == 0.0, np.ones(len(result.points), bool))
-    rim = pieces.where(is_closed(meshes).take(pieces.mesh))
-    closing = caps(rim, points, on_plane, -normals, np.where(lost_first, -1, meshes.num_faces))
-    return Soup.together([pieces, closing]).meshes(points, owner, len(meshes))
 
 
 def _slack(meshes: Meshes) -> Floats:

@@ -12,7 +12,7 @@ from grammarlab.language.syntax import Import
 MAX_FILES = 200
 """A rule file may import so many others, directly or not."""
 _MOST_ABOVE = 12
-_RULES = "rules"
+RULES = "rules"
 """What CityEngine calls the folder of rule files in a project."""
 
 
@@ -38,7 +38,7 @@ def load(path: str | Path, root: str | Path | None = None) -> Grammar:
 
 def rules_folder(folder: Path) -> Path:
     """The folder that imports of the rule files in a folder may not leave: the ``rules`` that it is in, or itself."""
-    return next((each for each in (folder, *folder.parents) if each.name.lower() == _RULES), folder)
+    return next((each for each in (folder, *folder.parents) if each.name.lower() == RULES), folder)
 
 
 class _Reader:
@@ -106,7 +106,7 @@ def locate(statement: Import, folder: Path, root: Path, users: tuple[Path, ...])
     if written.is_absolute():
         starts, deepest = [root, *above], len(parts)
     else:
-        starts, deepest = above or [folder], 2 if parts and parts[0].lower() == _RULES else 1
+        starts, deepest = above or [folder], 2 if parts and parts[0].lower() == RULES else 1
     paths = [
         _inside(statement, start, parts[first:], root)
         for first in range(max(1, min(deepest, _MOST_ABOVE)))

@@ -8,6 +8,7 @@ from typing import Literal, get_args
 from numpy.typing import ArrayLike
 
 from grammarlab.errors import UsageError
+from grammarlab.extras import named_extras
 from grammarlab.preference.base import AbstractPreference, Rows
 
 Method = Literal["grouped", "paper", "kde", "sklearn"]
@@ -49,12 +50,6 @@ def fit(
     """
     if method not in _MODULES:
         raise UsageError(f"method: expected one of {', '.join(get_args(Method))}, found {method!r}.")
-    try:
+    with named_extras():
         module = import_module(_MODULES[method])
-    except ModuleNotFoundError as error:
-        if error.name is None or error.name.startswith("grammarlab"):
-            raise
-        raise UsageError(
-            f"method {method!r} needs the package {error.name}: pip install 'grammarlab[learn]'."
-        ) from error
     return module.fit(rows, scores, groups=groups, seed=seed, warm=warm)

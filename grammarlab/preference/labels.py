@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,7 +50,7 @@ class Label:
     start_rule: str = ""
     """Empty for the one that the grammar marks."""
     attributes: str = "{}"
-    """JSON object of attribute values, {} where the grammar's own were used; see `attributes_text`."""
+    """JSON object of attribute values, {} where the grammar's own were used."""
     footprint: str = ""
     """As the command line takes it, ``20x12`` or WKT; empty for the default."""
 
@@ -75,15 +75,6 @@ class Label:
     def address(self) -> tuple[str, str, str, str, int, int]:
         """All that names the model: labels of equal address are about the same one."""
         return self.grammar, self.start_rule, self.attributes, self.footprint, self.seed, self.model
-
-
-def attributes_text(values: Mapping[str, float | bool | str]) -> str:
-    """Attribute values as `Label.attributes`: equal values give equal texts.
-
-    >>> attributes_text({"old": True, "height": 12})
-    '{"height":12,"old":true}'
-    """
-    return json.dumps(dict(values), sort_keys=True, separators=(",", ":"), ensure_ascii=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,25 +105,6 @@ class Labels:
     def scores(self) -> NDArray[np.float64]:
         """[n] one a row."""
         return np.array([label.score for label in self.rows], dtype=np.float64)
-
-
-def label_models(
-    grammar: str, seed: int, models: Iterable[int], scores: Iterable[float], factor: str = OVERALL
-) -> Labels:
-    """Labels of models of one seed.
-
-    Args:
-        grammar: SHA-256 of the grammar's text, `Grammar.hash`.
-        seed: of all the models.
-        models: their indices.
-        scores: as many, 0-100.
-        factor: what the scores are about.
-
-    Raises:
-        UsageError: when a value is out of range.
-    """
-    pairs = zip(models, scores, strict=True)
-    return Labels(tuple(Label(int(seed), int(model), factor, float(score), grammar) for model, score in pairs))
 
 
 def _check_integer(name: str, value: object, bits: int) -> None:

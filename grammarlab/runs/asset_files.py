@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -27,14 +27,24 @@ def hash_assets(request: SampleRequest) -> dict[str, str]:
     Raises:
         LanguageError: when the rules have errors.
     """
-    root = request.assets.resolve()
-    files = {
-        file.relative_to(root).as_posix(): file
-        for text in _texts(request)
-        for name in text.split(";")
-        for file in _files(name, request.assets)
-    }
+    files = named_files(_texts(request), request.assets)
     return {name: file_hash(files[name]) for name in sorted(files)}
+
+
+def named_files(texts: Iterable[str], assets: Path) -> dict[str, Path]:
+    """The files of an asset folder that texts name, by path relative to it.
+
+    Args:
+        texts: names, patterns with ``*`` and ``?``, or lists of both with semicolons; any other text names nothing.
+        assets: the folder.
+    """
+    root = assets.resolve()
+    return {
+        file.relative_to(root).as_posix(): file
+        for text in texts
+        for name in text.split(";")
+        for file in _files(name, assets)
+    }
 
 
 def first_difference(before: Mapping[str, str], now: Mapping[str, str]) -> str:

@@ -9,7 +9,7 @@ from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.derivation.operations import BLOCKS, CHANGE_LOOKS, LEFT_OUT, OPERATIONS
 from grammarlab.errors import Finding, LanguageError
 from grammarlab.language.builtins import attributes
-from grammarlab.language.checking import SupportedFeatures, check, check_text
+from grammarlab.language.checking import SupportedFeatures, check
 from grammarlab.language.checking_files import CheckedFile, check_files
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.examples import RuleSource
@@ -33,11 +33,6 @@ SUPPORTED = SupportedFeatures(
     | frozenset(name for name in attributes() if name.startswith(("trim.", "material.")) and name not in _MATERIAL),
 )
 """What derivations carry out."""
-
-
-def findings_of(text: str, file: str) -> tuple[Finding, ...]:
-    """Everything wrong with a rule file, whatever its text, and every feature in it that is not carried out."""
-    return check_text(text, file, SUPPORTED)
 
 
 def check_source(source: RuleSource) -> tuple[CheckedFile, ...]:

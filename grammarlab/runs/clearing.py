@@ -8,15 +8,27 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from grammarlab.errors import UsageError
 from grammarlab.runs.manifest import MANIFEST
 from grammarlab.runs.records import DERIVATIONS, RECORD
 
 
-def clear_run(folder: Path) -> None:
+def clear_run(folder: Path, name: str) -> None:
     """Remove what the manifest and the records in a folder say a run made, and both of them.
 
     Only plain files inside the folder are touched, whatever the manifest says.
+
+    Args:
+        folder: one that holds a file of the name of a manifest.
+        name: of the grammar whose run is to take the place of the earlier one.
+
+    Raises:
+        UsageError: the earlier run was of a grammar of another name, or the manifest is not ours; nothing is removed.
     """
+    earlier = _name_of_grammar(folder / MANIFEST)
+    if earlier != name:
+        other = f"a {MANIFEST} that no run wrote" if earlier is None else f"models of another grammar, {earlier!r}"
+        raise UsageError(f"{folder} holds {other}. Write into another folder with -o.")
     batches = folder / DERIVATIONS
     records = sorted(batches.glob(f"*/{RECORD}"))
     made = set(_listed(folder / MANIFEST, "files"))
@@ -29,6 +41,15 @@ def clear_run(folder: Path) -> None:
     if batches.is_dir() and not any(batches.iterdir()):
         batches.rmdir()
     (folder / MANIFEST).unlink(missing_ok=True)
+
+
+def _name_of_grammar(manifest: Path) -> str | None:
+    """What the grammar of a run is called; None where the file is no manifest."""
+    try:
+        name = json.loads(manifest.read_text(encoding="utf-8"))["grammar"]["name"]
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return None
+    return name if isinstance(name, str) else None
 
 
 def _listed(path: Path, member: str) -> Iterator[PurePosixPath]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import grammarlab
 from grammarlab.errors import LanguageError, UsageError
 from grammarlab.language.grammar import read_text
-from grammarlab.language.importing import load
+from grammarlab.language.importing import RULES, load, rules_folder
 from grammarlab.language.linking import linked
 
 SUFFIX = ".cga"
@@ -72,12 +72,39 @@ def shipped_examples() -> tuple[RuleSource, ...]:
     )
 
 
+def assets_folder(rules: Path) -> Path:
+    """The folder that asset names in a rule file are relative to.
+
+    The first of these that holds anything: ``assets`` beside the rule file; in a project as CityEngine makes them,
+    ``assets`` beside the folder ``rules`` that the rule file is in, at whatever depth; the rule file's own folder.
+    The project's is looked for nowhere else above the rule file, and not where a link leads out of the project.
+
+    Args:
+        rules: the rule file, which need not be there yet.
+    """
+    beside = rules.parent / "assets"
+    if _holds_anything(beside):
+        return beside
+    top = rules_folder(rules.resolve().parent)
+    shared = top.parent / "assets"
+    if top.name.lower() == RULES and _holds_anything(shared) and shared.resolve().is_relative_to(top.parent):
+        return shared
+    return rules.parent
+
+
+def _holds_anything(folder: Path) -> bool:
+    try:
+        return next(folder.iterdir(), None) is not None
+    except OSError:  # no such folder, or not ours to read
+        return False
+
+
 def find_rules(argument: str, assets: Path | None = None) -> RuleSource:
     """The rule file that a GRAMMAR argument means: a path, or the name of a shipped example.
 
     Args:
         argument: what the user typed.
-        assets: the folder of assets; when left out, ``assets`` beside the rule file, or else the file's own folder.
+        assets: the folder of assets; when left out, that of `assets_folder`.
 
     Raises:
         UsageError: when there is no such file or example; names the nearest.
@@ -86,8 +113,7 @@ def find_rules(argument: str, assets: Path | None = None) -> RuleSource:
         raise UsageError(f"assets folder {str(assets)!r} is not a folder.")
     path = Path(argument)
     if path.is_file():
-        beside = path.parent / "assets"
-        return RuleSource(path.stem, path, assets or (beside if beside.is_dir() else path.parent), shipped=False)
+        return RuleSource(path.stem, path, assets or assets_folder(path), shipped=False)
     examples = {source.name: source for source in shipped_examples()}
     if argument in examples:
         found = examples[argument]
@@ -96,7 +122,7 @@ def find_rules(argument: str, assets: Path | None = None) -> RuleSource:
         raise UsageError(f"{argument!r} is a folder; expected a {SUFFIX} file or one of: {', '.join(examples)}.")
     near = get_close_matches(argument.removesuffix(SUFFIX).lower(), examples, n=1, cutoff=0.5)
     neighbours = [p.name for p in path.parent.glob(f"*{SUFFIX}")] if path.parent.is_dir() else []
-    near += get_close_matches(path.name, neighbours, n=1, cutoff=0.6)
+    near += [name for name in get_close_matches(path.name, neighbours, n=1, cutoff=0.6) if name != path.name]
     hint = f" Did you mean {' or '.join(repr(name) for name in near)}?" if near else ""
     raise UsageError(
         f"no rule file {argument!r}, and no shipped grammar of that name.{hint} Shipped: {', '.join(examples)}."

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.errors import AssetError, Finding, UsageError
 from grammarlab.render.choice import Choice, choose
@@ -69,7 +70,8 @@ def sample_run(
 
     Args:
         request: what to make.
-        folder: made when missing. The files of an earlier run in it are removed, unless it is resumed.
+        folder: made when missing. The files of an earlier run of the grammar in it are removed, unless it is resumed.
+            A folder with a run of another grammar is refused.
         jobs: processes to use; the files do not depend on it.
         resume: go on with the run that the folder holds, doing only what is missing.
         on_progress: told about every finished batch.
@@ -78,7 +80,9 @@ def sample_run(
         GrammarlabError: as the grammar, the assets or the folder give reason to.
     """
     folder = Path(folder)
-    compiled(request.text, request.name)  # errors in the rules come before anything is written
+    # Errors in the rules and options come before anything is written or removed.
+    _, program = compiled(request.text, request.name)
+    derive(program, 0, request.seed, attributes=request.attributes, start_rule=request.start_rule or None)
     choice = choose(request.renderer) if request.image else Choice("cast")
     if request.image:
         request = replace(request, renderer=choice.name)
@@ -151,7 +155,7 @@ def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str
     if not (folder / MANIFEST).is_file():
         return
     if not resume:
-        clear_run(folder)
+        clear_run(folder, request.name)
         return
     manifest = read_manifest(folder, request.assets)
     difference = _changed_option(manifest.request, request) or first_difference(manifest.asset_files, asset_files)

@@ -11,12 +11,12 @@ from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Request
 
 from tests.browser.chromium import ARGUMENTS, CHROMIUM, needs_chromium
 from tests.browser.driver import ScoringPage, Server
+from tests.waiting import PATIENCE
 
-PATIENCE = 60_000
-"""Milliseconds that something may take on a busy machine."""
+MILLISECONDS = 1000 * PATIENCE
 SIZE = (1280, 800)
 
-expect.set_options(timeout=PATIENCE)
+expect.set_options(timeout=MILLISECONDS)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -66,7 +66,7 @@ def opened(browser: Browser) -> Iterator[Any]:
         contexts.append(context)
         context.add_init_script(script)
         page = context.new_page()
-        page.set_default_timeout(PATIENCE)
+        page.set_default_timeout(MILLISECONDS)
         page.on("pageerror", lambda error: wrong.append(str(error)))
         page.on("request", check_request)
         page.on("console", check_message)

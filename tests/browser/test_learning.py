@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
 
 import pytest
 from playwright.sync_api import expect
 
 from tests.browser.driver import ScoringPage
-
-PATIENCE = 60.0
+from tests.waiting import wait_until
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +43,7 @@ def populate(towers, way):
     before = towers.models()
     towers.page.get_by_role("button", name="by ").click()
     towers.page.get_by_role("radio", name=way).first.click()
-    _expect(lambda: towers.models() != before)
+    wait_until(lambda: towers.models() != before)
 
 
 def sort(towers, order):
@@ -95,7 +93,7 @@ def test_models_are_sorted_by_what_is_predicted(learned):
     _expect_falling(learned, uncertain)
     before = learned.models()
     sort(learned, "Random")
-    _expect(lambda: learned.models() != before)
+    wait_until(lambda: learned.models() != before)
     assert sorted(learned.models()) == shown
 
 
@@ -103,7 +101,7 @@ def test_models_are_sorted_by_similarity_to_the_selected(learned):
     before, values = learned.models(), predicted(learned)
     learned.cell(6).click()
     sort(learned, "Similarity to the 1 selected")
-    _expect(lambda: learned.models() != before)
+    wait_until(lambda: learned.models() != before)
     learned.expect_chosen([learned.models().index(before[6])])
     # What the kernel cannot tell apart from the selected has its prediction, too.
     assert predicted(learned)[0] == values[6]
@@ -131,16 +129,8 @@ def test_a_grammar_is_learned_and_its_samples_are_drawn(learned):
 
 
 def _expect_falling(towers, values):
-    _expect(lambda: all(_is_falling(values(towers)[part : part + 16]) for part in (0, 16)))
+    wait_until(lambda: all(_is_falling(values(towers)[part : part + 16]) for part in (0, 16)))
 
 
 def _is_falling(values):
     return values == sorted(values, reverse=True)
-
-
-def _expect(holds):
-    """Asks the page again and again."""
-    end = time.monotonic() + PATIENCE
-    while not holds():
-        assert time.monotonic() < end, "what was expected did not come"
-        time.sleep(0.05)

@@ -194,8 +194,3 @@ def test_movement_is_left_out_where_that_is_wished(opened, server):
         "elements => elements.filter(e => parseFloat(getComputedStyle(e).transitionDuration) > 0).length"
     )
     assert moving == 0
-
-
-def test_the_keys_are_explained(towers):
-    towers.button("Keys").click()
-    expect(towers.page.get_by_role("group", name="Keys")).to_contain_text("score 100")

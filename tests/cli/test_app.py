@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -14,8 +13,12 @@ import grammarlab
 from grammarlab.cli import app
 from grammarlab.runs import read_manifest
 from tests.runs.grammars import TOWER
+from tests.signals import with_sigint
+from tests.waiting import PATIENCE, wait_until
 
 COMMANDS = [command.name for command in app.registered_commands]
+MORE_THAN_ARE_MADE = 200_000
+"""Models until a run is interrupted, on any machine."""
 HEAVY = {"numpy", "scipy", "lark", "pyarrow", "trimesh", "shapely", "PIL", "networkx", "rich", "embreex"}
 
 
@@ -58,22 +61,34 @@ def test_ctrl_c_in_the_middle_leaves_whole_files(tmp_path, jobs):
     rules = tmp_path / "tower.cga"
     rules.write_text(TOWER)
     out = tmp_path / "out"
-    command = [sys.executable, "-c", "from grammarlab.cli import main; main()", "sample", str(rules)]
-    options = ["-n", "2000", "-o", str(out), "--no-image", "--jobs", jobs]
-    with subprocess.Popen([*command, *options], stderr=subprocess.PIPE, text=True) as process:
+    command = [sys.executable, "-c", "from grammarlab.cli import main; main()", "sample", rules]
+    options = ["-n", MORE_THAN_ARE_MADE, "-o", out, "--no-image", "--jobs", jobs]
+    with subprocess.Popen(with_sigint("SIG_DFL", [*command, *options]), stderr=subprocess.PIPE, text=True) as process:
         records = out / "derivations" / "00000" / "models.json"
-        deadline = time.monotonic() + 60
-        while not records.exists() and time.monotonic() < deadline:
-            time.sleep(0.01)
+        wait_until(lambda: records.exists() or process.poll() is not None)
         process.send_signal(signal.SIGINT)
-        _, messages = process.communicate(timeout=60)
+        _, messages = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, messages
     assert "stays valid" in messages
     assert "Traceback" not in messages
     assert not read_manifest(out).complete
     finished = sorted(out.glob("*.glb"))
-    assert 0 < len(finished) < 2000
+    assert 0 < len(finished) < MORE_THAN_ARE_MADE
     for path in (finished[0], finished[-1]):
         assert isinstance(trimesh.load(path, force="mesh"), trimesh.Trimesh)
     assert not list(out.rglob(".part*"))
     assert not list(out.rglob("*.part"))
+
+
+def test_a_run_in_the_background_of_a_shell_does_not_hear_ctrl_c(tmp_path):
+    """It is meant for what runs in the foreground."""
+    rules, out = tmp_path / "tower.cga", tmp_path / "out"
+    rules.write_text(TOWER)
+    command = [sys.executable, "-c", "from grammarlab.cli import main; main()", "sample", rules]
+    options = ["-n", 130, "-o", out, "--no-image", "--jobs", 1]
+    with subprocess.Popen(with_sigint("SIG_IGN", [*command, *options]), stderr=subprocess.DEVNULL) as process:
+        records = out / "derivations" / "00000" / "models.json"
+        wait_until(lambda: records.exists() or process.poll() is not None)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(PATIENCE) == 0
+    assert read_manifest(out).complete

@@ -46,13 +46,27 @@ def test_check_warns_of_meshes_that_are_not_there(run, rules, tmp_path):
     assert "--assets DIR" in run("check", path).stdout
 
 
+def test_check_and_sample_find_the_meshes_of_a_project(run, tmp_path):
+    for folder in ("assets", "rules/lib"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "assets" / "oak.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    path = tmp_path / "rules" / "lib" / "wood.cga"
+    path.write_text('Lot --> i("oak.obj") i("assets/oak.obj") Oak')
+    assert json.loads(run("check", path, "--json").stdout)["findings"] == []
+    made = json.loads(run("sample", path, "-n", 1, "--no-image", "-o", tmp_path / "out", "--json").stdout)
+    assert made["warnings"] == []
+    assert [model["triangles"] for model in made["models"]] == [1]  # a box has more
+
+
 def test_check_reports_a_missing_or_unreadable_file(run, tmp_path):
     assert "no rule file" in run("check", tmp_path / "nowhere.cga", code=2).stderr
     (tmp_path / "big.cga").write_bytes(b" " * 20_000_000)
     assert "larger" in run("check", tmp_path / "big.cga", code=1).stderr
 
 
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
+)
 @given(
     st.one_of(st.binary(max_size=200), st.text(alphabet='Lot->:{}()|*~%"#/ extrude\n1.', max_size=200).map(str.encode))
 )

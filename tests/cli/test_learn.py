@@ -89,6 +89,16 @@ def test_mistakes_are_told(run, files, options, code, message):
     assert message in result.stderr
 
 
+@pytest.mark.parametrize("command", [("learn", "building", "--scenario"), ("label",), ("evaluate",)])
+def test_all_commands_take_the_same_names_of_scenarios(run, command):
+    assert "Did you mean 'B1'" in run(*command, "b1", code=2).stderr
+    assert "about the grammar building, not about toy" in run("learn", "toy", "--scenario", "B1", code=2).stderr
+
+
+def test_one_scenario_is_learned_from(run, files):
+    assert "expected one scenario, found 2" in run("learn", files[0], "--scenario", "B1,B2", code=2).stderr
+
+
 def test_a_scenario_about_another_grammar_is_refused(run, files):
     _, scenario = files
     assert "not about toy" in run("learn", "toy", "--scenario", scenario, code=2).stderr

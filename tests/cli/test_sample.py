@@ -68,6 +68,19 @@ def test_a_manifest_repeats_its_run_and_says_so(run, rules, tmp_path):
     assert json.loads(again.stdout)["different_files"] == []
 
 
+def test_each_grammar_has_a_folder_of_its_own(run, rules, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    options = ("-n", 1, "--no-image", "--jobs", 1)
+    run("sample", rules(TOWER), *options)
+    run("sample", "toy", *options)
+    run("sample", rules(TOWER), *options)
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"house", "toy"}
+    assert "another grammar, 'toy'" in run("sample", rules(TOWER), *options, "-o", "out/toy", code=2).stderr
+    assert (tmp_path / "out" / "toy" / "toy-00000.glb").is_file()
+    assert "give another folder" in run("sample", "--manifest", "out/toy", code=2).stderr
+    assert "bit for bit" in run("sample", "--manifest", "out/toy/manifest.json", "-o", "again").stderr
+
+
 def test_a_manifest_leaves_no_room_for_other_options(run, rules, tmp_path):
     run("sample", rules(TOWER), "-n", "1", "--no-image", "-o", tmp_path / "a")
     result = run("sample", "--manifest", tmp_path / "a", "--seed", "3", "-o", tmp_path / "b", code=2)

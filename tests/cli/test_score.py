@@ -15,6 +15,8 @@ import pytest
 from tornado.websocket import websocket_connect
 
 from grammarlab.runs.scoring.session import Session
+from tests.signals import with_sigint
+from tests.waiting import PATIENCE
 
 RULES = 'Lot --> 50% : extrude(3) color("#ff0000") Low else : extrude(9) High'
 
@@ -26,8 +28,9 @@ def house(rules):
 
 def served(*arguments):
     """The command in a process of its own."""
+    command = [sys.executable, "-c", "from grammarlab.cli import main; main()", "score", *arguments]
     return subprocess.Popen(
-        [sys.executable, "-c", "from grammarlab.cli import main; main()", "score", *map(str, arguments)],
+        with_sigint("SIG_DFL", command),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -42,10 +45,10 @@ def test_the_page_is_there_and_ctrl_c_ends_it_cleanly(house, tmp_path, kill):
             assert process.stdout is not None
             address = process.stdout.readline().strip()
             assert address.startswith("http://127.0.0.1:")
-            with urllib.request.urlopen(address, timeout=30) as response:  # noqa: S310 - just checked
+            with urllib.request.urlopen(address, timeout=PATIENCE) as response:  # noqa: S310 - just checked
                 assert b"page.js?token=" in response.read()
             process.send_signal(kill)
-            _, said = process.communicate(timeout=30)
+            _, said = process.communicate(timeout=PATIENCE)
         finally:
             process.kill()  # a process that goes on would be waited for without end
     assert process.returncode == (0 if kill == signal.SIGINT else -signal.SIGKILL)
@@ -58,7 +61,7 @@ def test_the_page_is_there_and_ctrl_c_ends_it_cleanly(house, tmp_path, kill):
 async def see_pictures(address):
     """Asks for pictures of the models that a page would show first, and waits for them."""
     place = urlsplit(address)
-    connection = await websocket_connect(f"ws://{place.netloc}/socket?{place.query}")
+    connection = await websocket_connect(f"ws://{place.netloc}/socket?{place.query}", connect_timeout=PATIENCE)
     missing = None
     while missing is None or missing:
         message = await connection.read_message()
@@ -85,7 +88,7 @@ def test_meshes_that_are_not_there_are_told_once(rules, tmp_path):
             for _ in range(2):
                 asyncio.run(see_pictures(address))
             process.send_signal(signal.SIGINT)
-            _, said = process.communicate(timeout=30)
+            _, said = process.communicate(timeout=PATIENCE)
         finally:
             process.kill()
     for name in ("oak.obj", "window.glb"):
@@ -121,13 +124,6 @@ def test_a_changed_grammar_is_refused(run, house, rules, tmp_path):
     Session(str(house), tmp_path / "a.db", jobs=0).close()
     rules(RULES.replace("9", "12"))
     assert "--stored-grammar" in run("score", house, "--session", tmp_path / "a.db", code=2).stderr
-
-
-def test_missing_packages_are_told(run, house, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "tornado.web", None)
-    monkeypatch.delitem(sys.modules, "grammarlab.runs.scoring.server", raising=False)
-    result = run("score", house, "--session", tmp_path / "a.db", code=2)
-    assert "pip install 'grammarlab[score]'" in result.stderr
 
 
 def test_a_session_is_learned_from_like_a_label_file(run, house, tmp_path):

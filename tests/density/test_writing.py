@@ -7,8 +7,9 @@ from grammarlab.density.compile import compile_density
 from grammarlab.derivation.derive import derive
 from grammarlab.features.counting import count
 from grammarlab.features.pattern_text import parse
+from grammarlab.language.checking import check_text
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.checks import findings_of
+from grammarlab.runs.checks import SUPPORTED
 
 HOUSE = """// Houses
 version "2023.0"
@@ -75,13 +76,13 @@ def test_names_are_not_taken_twice():
     text = HOUSE + "\nFacade_window --> NIL\nWide_window(n) --> NIL\n"
     learned = learn(text, ["House:1 > Facade@1 >> Window"], lambda v: v[:, 0])
     assert "Facade_window_2(n) -->" in learned.text
-    assert {finding.code for finding in findings_of(learned.text, "learned.cga")} == {"unreachable-rule"}
+    assert {finding.code for finding in check_text(learned.text, "learned.cga", SUPPORTED)} == {"unreachable-rule"}
 
 
 def test_learned_grammars_have_nothing_to_complain_about():
     for pattern in ("Window", "Door", "House:1", "Facade >> Window", "House[Facade >> Door]"):
         learned = learn(HOUSE, [pattern], lambda v: (v[:, 0] == 1) * 1.0, header=["From a test"])
-        assert [finding.message for finding in findings_of(learned.text, "learned.cga")] == []
+        assert [finding.message for finding in check_text(learned.text, "learned.cga", SUPPORTED)] == []
         assert learned.text.startswith("// From a test\n\n// Houses\n")
 
 

@@ -8,8 +8,9 @@ from grammarlab.derivation import derive
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.errors import DerivationError
 from grammarlab.language import builtins
+from grammarlab.language.checking import check_text
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.checks import SUPPORTED, findings_of
+from grammarlab.runs.checks import SUPPORTED
 
 SEQUENCES = [
     *(
@@ -106,7 +107,7 @@ HEAD = "attr height = 3\nWall(x) --> extrude(x) A\nWall(x, y) --> extrude(x + y)
 @pytest.mark.parametrize("sequence", [*SEQUENCES, *(f"print({value})" for value in VALUES)])
 def test_a_feature_is_carried_out_and_found_in_order(sequence):
     text = f"{HEAD}@StartRule\nLot --> {sequence}"
-    assert [finding for finding in findings_of(text, "lot.cga") if finding.severity != "warning"] == []
+    assert [finding for finding in check_text(text, "lot.cga", SUPPORTED) if finding.severity != "warning"] == []
     assert derive(Grammar.parse(text), 3, 1, footprint=(12.0, 8.0)).num_models == 3
 
 
@@ -116,7 +117,7 @@ def test_a_feature_is_carried_out_and_found_in_order(sequence):
 )
 def test_what_is_not_carried_out_is_reported_and_refused_where_a_shape_comes_to_it(sequence):
     text = f"Lot --> {sequence}"
-    assert "unsupported" in {finding.severity for finding in findings_of(text, "lot.cga")}
+    assert "unsupported" in {finding.severity for finding in check_text(text, "lot.cga", SUPPORTED)}
     with pytest.raises(DerivationError, match=r"<text>:1:\d+: .*(not supported|nothing is called)"):
         derive(Grammar.parse(text), 1, 1)
     assert derive(Grammar.parse(f"Lot --> case 1 > 2 : {sequence} else : A"), 1, 1).num_models == 1

@@ -14,6 +14,7 @@ from PIL import Image
 from grammarlab.export import SaveOptions, save
 from grammarlab.scene import Scene
 from tests.scene.buildings import STONE, TILE, house, scene_of, street
+from tests.waiting import PATIENCE
 
 PACKAGE = "gltf-validator@2.0.0-dev.3.10"
 VALIDATE = """
@@ -68,7 +69,7 @@ def files(folder: Path) -> list[Path]:
 def test_the_validator_finds_no_error_and_no_warning(validator, tmp_path):
     paths = files(tmp_path)
     command = ["node", "-e", VALIDATE, *(str(path) for path in paths)]
-    done = subprocess.run(command, cwd=validator, check=True, capture_output=True, text=True, timeout=15)
+    done = subprocess.run(command, cwd=validator, check=True, capture_output=True, text=True, timeout=PATIENCE)
     reports = json.loads(done.stdout)
     assert len(reports) == len(paths)
     for path, report in zip(paths, reports, strict=True):
@@ -84,5 +85,5 @@ def test_the_validator_does_find_faults(validator, tmp_path):
     path = save(scene_of([house()]), tmp_path / "model.glb")
     path.write_bytes(path.read_bytes().replace(b'"metallicFactor":0.0', b'"metallicFactor":7.0'))
     command = ["node", "-e", VALIDATE, str(path)]
-    done = subprocess.run(command, cwd=validator, check=True, capture_output=True, text=True, timeout=15)
+    done = subprocess.run(command, cwd=validator, check=True, capture_output=True, text=True, timeout=PATIENCE)
     assert json.loads(done.stdout)[0]["issues"]["numErrors"] > 0

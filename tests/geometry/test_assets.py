@@ -16,7 +16,9 @@ from grammarlab.geometry.measure import is_closed, volumes
 from grammarlab.geometry.primitives import cone
 from grammarlab.geometry.triangulate import triangulate
 
-QUICK = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+QUICK = settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
+)
 STRETCH, SHIFT = np.array([2.0, 3.0, 4.0]), np.array([10.0, -1.0, 5.0])
 
 

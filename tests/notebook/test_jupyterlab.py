@@ -4,12 +4,12 @@ import os
 import socket
 import subprocess
 import sys
-import time
 
 import nbformat
 import pytest
 
 from tests.browser.chromium import ARGUMENTS, CHROMIUM, needs_chromium
+from tests.waiting import PATIENCE, wait_until
 
 ACCESS = "for-this-test-only"
 CELL = """
@@ -35,6 +35,14 @@ def free_port():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
+
+
+def is_listening(port):
+    try:
+        socket.create_connection(("127.0.0.1", port)).close()
+    except OSError:
+        return False
+    return True
 
 
 @pytest.fixture
@@ -68,17 +76,10 @@ def lab(tmp_path):
         [sys.executable, "-m", "jupyterlab", *options], env=environment, stdout=log, stderr=subprocess.STDOUT
     )
     address = f"http://127.0.0.1:{port}"
-    deadline = time.monotonic() + 90
-    while True:
-        try:
-            with socket.create_connection(("127.0.0.1", port), 1):
-                break
-        except OSError:
-            assert time.monotonic() < deadline, (tmp_path / "lab.log").read_text()
-            time.sleep(0.2)
+    wait_until(lambda: is_listening(port), (tmp_path / "lab.log").read_text)
     yield f"{address}/lab/tree/scoring.ipynb?token={ACCESS}"
     server.terminate()
-    server.wait(30)
+    server.wait(PATIENCE)
     log.close()
 
 
@@ -90,6 +91,7 @@ def page():
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
         page = browser.new_page(viewport={"width": 1500, "height": 1100})
+        page.set_default_timeout(1000 * PATIENCE)
         yield page
         browser.close()
 
@@ -100,23 +102,23 @@ def test_scores_given_in_jupyterlab_are_in_the_session_file_also_after_a_cell_wa
     asked = []
     page.on("request", lambda request: asked.append(request.url))
     page.goto(lab)
-    page.wait_for_function("window.jupyterapp?.restored", timeout=60_000)
-    page.wait_for_function(KERNEL_IS_IDLE, timeout=60_000)
+    page.wait_for_function("window.jupyterapp?.restored")
+    page.wait_for_function(KERNEL_IS_IDLE)
     page.evaluate("window.jupyterapp.commands.execute('notebook:run-all-cells')")
     cell = page.locator(".gl-cell").first
-    cell.wait_for(timeout=60_000)
+    cell.wait_for()
     cell.click()
     page.keyboard.press("7")
-    page.get_by_text("saved").first.wait_for(timeout=20_000)
+    page.get_by_text("saved").first.wait_for()
     labels = read_labels_or_session(tmp_path / "notebooks" / "toys.db")
     assert labels.scores.tolist() == [70]
     first = page.locator(".gl-page").element_handle()
     page.evaluate("window.jupyterapp.commands.execute('notebook:run-all-cells')")
     page.wait_for_function("page => !page.isConnected && document.querySelector('.gl-cell')", arg=first)
-    page.locator(".gl-score").first.filter(has_text="70").wait_for(timeout=20_000)
+    page.locator(".gl-score").first.filter(has_text="70").wait_for()
     page.locator(".gl-cell").nth(1).click()
     page.keyboard.press("3")
-    page.get_by_text("saved").first.wait_for(timeout=20_000)
+    page.get_by_text("saved").first.wait_for()
     labels = read_labels_or_session(tmp_path / "notebooks" / "toys.db")
     assert labels.scores.tolist() == [70, 30]
     hosts = {url.split("/")[2] for url in asked if url.startswith(("http", "ws"))}

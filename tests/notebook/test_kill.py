@@ -17,10 +17,10 @@ from jupyter_client.provisioning.local_provisioner import LocalProvisioner
 
 from tests.runs.processes import descendants, expect_gone
 from tests.runs.scoring.kills import MANY, Scores
+from tests.waiting import PATIENCE
 
 KILLS = MANY // 4 or 2
 UNDER_WAY = 8
-PATIENCE = 120.0
 QUIET = 1.0
 """Seconds after which nothing more comes from a kernel that was killed."""
 

@@ -7,6 +7,8 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
+from tests.waiting import PATIENCE
+
 FOLDER = Path(__file__).parents[2] / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 SMALL = {
@@ -19,6 +21,13 @@ SMALL = {
     "MAX_LABELS": "32",
 }
 """Values for the cells that are marked as parameters."""
+ALIVE = """
+import gc
+from grammarlab.notebook import ScoringSession
+for widget in [each for each in gc.get_objects() if isinstance(each, ScoringSession)]:
+    print(widget.do("score", models=list(widget.state["models"])[:1], score=50)["saved"])
+"""
+"""What a person at the page of each session would do next."""
 
 
 def small(notebook):
@@ -36,7 +45,11 @@ def test_every_notebook_runs(path, tmp_path, monkeypatch):
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
     monkeypatch.setenv("JUPYTER_RUNTIME_DIR", str(tmp_path / "runtime"))
     notebook = small(nbformat.read(path, as_version=4))
-    NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    shows_page = any("ScoringSession" in cell.source for cell in notebook.cells)
+    notebook.cells.append(nbformat.v4.new_code_cell(ALIVE))
+    NotebookClient(notebook, timeout=int(PATIENCE), resources={"metadata": {"path": str(tmp_path)}}).execute()
+    printed = "".join(output.text for output in notebook.cells[-1].outputs)
+    assert printed == "True\n" * shows_page
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -1,12 +1,12 @@
 """The widget in Python, without a page."""
 
 import multiprocessing
-import time
 
 import pytest
 
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.notebook import ScoringSession
+from tests.waiting import wait_until
 
 
 @pytest.fixture
@@ -25,15 +25,8 @@ def session(sent, tmp_path):
     session.close()
 
 
-def wait_for(condition):
-    deadline = time.monotonic() + 60
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-
-
 def first_models(session):
-    wait_for(lambda: session.state.get("grids"))
+    wait_until(lambda: session.state.get("grids"))
     return [model for grid in session.state["grids"] for model in grid["models"]]
 
 
@@ -41,14 +34,14 @@ def test_what_python_scores_is_in_the_labels_and_in_the_state(session):
     models = first_models(session)
     session.do("score", models=models[:3], score=70)
     assert session.labels.scores.tolist() == [70, 70, 70]
-    wait_for(lambda: session.state["scored"] == 3)
+    wait_until(lambda: session.state["scored"] == 3)
 
 
 def test_what_the_page_asks_is_answered_to_the_page(session, sent):
     models = first_models(session)
     request = {"id": "k-1", "command": "score", "models": models[:2], "score": 40}
     session._receive(session, request, [])
-    wait_for(lambda: any(message.get("id") == "k-1" for message in sent))
+    wait_until(lambda: any(message.get("id") == "k-1" for message in sent))
     (answer,) = (message for message in sent if message.get("id") == "k-1")
     assert answer["ok"]
     assert len(session.labels) == 2
@@ -87,7 +80,7 @@ def test_a_cell_that_is_run_again_goes_on_with_the_session_that_is_open(session,
     assert processes() == workers != set()
     again.do("score", models=models[:2], score=30)
     for widget in (session, again):
-        wait_for(lambda widget=widget: widget.state.get("scored") == 2)
+        wait_until(lambda widget=widget: widget.state.get("scored") == 2)
     session.close()
     assert processes() == workers
     assert again.do("score", models=models[:3], score=40)["saved"]
@@ -149,8 +142,8 @@ def test_meshes_that_are_not_there_are_logged_once(sent, tmp_path, caplog):
     for widget in widgets:
         sent.clear()
         widget._receive(widget, {"id": 1, "command": "pictures", "models": models[:2], "size": 32}, [])
-        wait_for(lambda: any(message.get("event") == "pictures" for message in sent))
-        wait_for(lambda widget=widget: widget.state["warnings"])
+        wait_until(lambda: any(message.get("event") == "pictures" for message in sent))
+        wait_until(lambda widget=widget: widget.state["warnings"])
     widgets[1].close()
     (logged,) = caplog.records
     assert logged.levelname == "WARNING"

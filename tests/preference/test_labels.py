@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.preference import label_files
 from grammarlab.preference.label_files import read_labels, save_labels
-from grammarlab.preference.labels import Label, Labels, attributes_text, label_models
+from grammarlab.preference.labels import Label, Labels
+from tests.preference.labelling import label_models
 
 HASH = "0123456789abcdef" * 4
 FORMATS = (".csv", ".jsonl", ".parquet")
@@ -49,10 +50,7 @@ def test_files_with_the_needed_columns_alone_are_read(tmp_path):
 
 
 def test_labels_of_equal_address_are_about_the_same_model():
-    first, second = (
-        Label(1, 2, "a", score, HASH, attributes=attributes_text(values))
-        for score, values in ((3.0, {"b": 1, "a": 2}), (4.0, {"a": 2, "b": 1}))
-    )
+    first, second = (Label(1, 2, "a", score, HASH, attributes='{"b":1}') for score in (3.0, 4.0))
     assert first.address == second.address
     assert first.address != Label(1, 2, "a", 3.0, HASH).address
 

@@ -13,6 +13,7 @@ from grammarlab.render import choice as choice_module
 from grammarlab.render.choice import Choice, choose
 from grammarlab.render.rasterize import OpenGLRenderer
 from grammarlab.render.raycast import RaycastRenderer
+from tests.waiting import PATIENCE
 
 
 def trial_that(code, monkeypatch):
@@ -42,14 +43,14 @@ def test_rays_are_chosen_without_starting_anything(monkeypatch):
 )
 def test_where_opengl_fails_auto_means_rays_and_gl_is_refused_with_the_reason(code, reason, monkeypatch):
     trial_that(code, monkeypatch)
-    assert choose("auto") == Choice("cast")
+    assert choose("auto", PATIENCE) == Choice("cast")
     with pytest.raises(UsageError, match=r"OpenGL does not work here.*grammarlab\[gl\].*'cast'") as caught:
-        choose("gl")
+        choose("gl", PATIENCE)
     assert reason in str(caught.value)
 
 
 def test_a_driver_that_hangs_is_given_up_in_time(monkeypatch):
-    trial_that("import time; time.sleep(600)", monkeypatch)
+    trial_that("import time; time.sleep(6000)", monkeypatch)
     with pytest.raises(UsageError, match=r"egl: no answer within .*osmesa: no time left"):
         choose("gl", patience=0.2)
     assert choose("auto", patience=0.2) == Choice("cast")
@@ -62,8 +63,8 @@ def test_a_missing_interpreter_is_no_crash(monkeypatch):
 
 def test_the_first_platform_that_works_is_chosen(monkeypatch):
     trial_that("import sys; sys.argv[1] == 'osmesa' or sys.exit(1); print('noise'); print('driver 1')", monkeypatch)
-    found = choose("auto")
-    assert found == choose("gl") == Choice("gl", "osmesa", "driver 1")
+    found = choose("auto", PATIENCE)
+    assert found == choose("gl", PATIENCE) == Choice("gl", "osmesa", "driver 1")
     assert found.make() == OpenGLRenderer("osmesa")
 
 
@@ -77,4 +78,4 @@ def test_trying_leaves_the_environment_alone(monkeypatch):
 def test_a_platform_that_does_not_exist_is_refused_by_the_real_trial(monkeypatch):
     monkeypatch.setattr(choice_module, "PLATFORMS", ("nonsense",))
     with pytest.raises(UsageError, match="nonsense: "):
-        choose("gl")
+        choose("gl", PATIENCE)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable
 from pathlib import Path
 
-PATIENCE = 20.0
+from tests.waiting import wait_until
 
 
 def is_running(pid: int) -> bool:
@@ -27,10 +26,8 @@ def descendants(pid: int) -> set[int]:
 
 def expect_gone(pids: Iterable[int]) -> None:
     """Waits until processes have ended by themselves."""
-    end = time.monotonic() + PATIENCE
-    while left := [pid for pid in pids if is_running(pid)]:
-        assert time.monotonic() < end, left
-        time.sleep(0.05)
+    pids = tuple(pids)
+    wait_until(lambda: not any(map(is_running, pids)), lambda: [pid for pid in pids if is_running(pid)])
 
 
 def _status(pid: int) -> list[str]:

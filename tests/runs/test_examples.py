@@ -47,9 +47,46 @@ def test_assets_lie_beside_the_rules_unless_said_otherwise(tmp_path):
     rules.write_text("Lot --> X")
     assert find_rules(str(rules)).assets == tmp_path
     (tmp_path / "assets").mkdir()
+    assert find_rules(str(rules)).assets == tmp_path
+    (tmp_path / "assets" / "oak.obj").touch()
     assert find_rules(str(rules)).assets == tmp_path / "assets"
     (tmp_path / "mine").mkdir()
     assert find_rules(str(rules), tmp_path / "mine").assets == tmp_path / "mine"
+
+
+@pytest.fixture
+def project(tmp_path):
+    """A project as CityEngine makes them, in a folder that has assets of its own."""
+    files = ("assets/oak.obj", "city/assets/elm.obj", "city/scenes/town.cej", "city/rules/lib/street/lot.cga")
+    for file in (*files, "city/rules/house.cga", "city/scripts/tool.cga"):
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).write_text("Lot --> X")
+    return tmp_path / "city"
+
+
+@pytest.mark.parametrize("rules", ["rules/house.cga", "rules/lib/street/lot.cga", "rules/../rules/house.cga"])
+def test_the_rules_of_a_project_find_the_assets_of_the_project(project, rules, monkeypatch):
+    assert find_rules(str(project / rules)).assets == project / "assets"
+    monkeypatch.chdir(project / "rules" / "lib")
+    assert find_rules("street/lot.cga").assets == project / "assets"
+
+
+def test_only_the_folder_of_rules_leads_to_the_assets_of_a_project(project, tmp_path):
+    assert find_rules(str(project / "scripts" / "tool.cga")).assets == project / "scripts"
+    (project / "assets" / "elm.obj").unlink()
+    assert find_rules(str(project / "rules" / "house.cga")).assets == project / "rules"
+    (project / "rules" / "lib" / "rules").mkdir()
+    (project / "rules" / "lib" / "rules" / "a.cga").write_text("Lot --> X")
+    (project / "assets" / "elm.obj").touch()
+    assert find_rules(str(project / "rules" / "lib" / "rules" / "a.cga")).assets == project / "rules" / "lib" / "rules"
+
+
+@pytest.mark.parametrize("place", ["..", "../assets", "assets"])
+def test_assets_of_a_project_that_lie_outside_are_left_alone(project, place):
+    (project / "assets" / "elm.obj").unlink()
+    (project / "assets").rmdir()
+    (project / "assets").symlink_to(place)
+    assert find_rules(str(project / "rules" / "house.cga")).assets == project / "rules"
 
 
 def test_old_files_in_latin_1_are_read(tmp_path):

@@ -239,12 +239,37 @@ def test_a_new_run_removes_the_files_of_the_old_one_and_no_others(tmp_path):
     assert names == {"tower-00000.glb", "tower-00001.glb", "derivations", "manifest.json", "notes.txt"}
 
 
+@pytest.mark.parametrize("wrong", [{"attributes": {"hight": 3.0}}, {"start_rule": "Nothing"}])
+def test_wrong_options_leave_the_files_of_the_old_run(tmp_path, wrong):
+    before = contents(sample_run(tower(tmp_path), tmp_path / "out").folder)
+    with pytest.raises(UsageError, match=r"hight|Nothing"):
+        sample_run(replace(tower(tmp_path), **wrong), tmp_path / "out")
+    assert contents(tmp_path / "out") == before
+
+
+@pytest.mark.parametrize("manifest", ['{"name": "my page"}', "[]", "no JSON", '{"grammar": {"name": 3}}'])
+def test_a_manifest_of_somebody_else_is_left_alone(tmp_path, manifest):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "manifest.json").write_text(manifest)
+    with pytest.raises(UsageError, match=r"no run wrote.*another folder with -o"):
+        sample_run(tower(tmp_path), tmp_path / "out")
+    assert [(file.name, file.read_text()) for file in (tmp_path / "out").iterdir()] == [("manifest.json", manifest)]
+
+
+def test_a_run_does_not_replace_the_run_of_another_grammar(tmp_path):
+    before = contents(sample_run(tower(tmp_path), tmp_path / "out").folder)
+    with pytest.raises(UsageError, match=r"models of another grammar, 'tower'.*-o"):
+        sample_run(replace(tower(tmp_path), name="house"), tmp_path / "out")
+    assert contents(tmp_path / "out") == before
+    sample_run(replace(tower(tmp_path), text=TOWER + "\n"), tmp_path / "out")  # rules that were edited
+
+
 def test_a_manifest_cannot_make_a_run_remove_files_elsewhere(tmp_path):
     precious = tmp_path / "precious.txt"
     precious.write_text("mine")
     (tmp_path / "out").mkdir()
     files = {"../precious.txt": "", str(precious): "", "..\\precious.txt": ""}
-    (tmp_path / "out" / "manifest.json").write_text(json.dumps({"files": files}))
+    (tmp_path / "out" / "manifest.json").write_text(json.dumps({"grammar": {"name": "tower"}, "files": files}))
     sample_run(tower(tmp_path), tmp_path / "out")
     assert precious.read_text() == "mine"
 

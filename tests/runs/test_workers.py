@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.runs.processes import PATIENCE, descendants, expect_gone
+from tests.runs.processes import descendants, expect_gone
+from tests.waiting import PATIENCE, wait_until
 
 WORKERS = 2
-LONG = 600.0
+LONG = 10.0 * PATIENCE
 
 
 def begin_and_sleep(begun: Path) -> None:
@@ -26,10 +27,7 @@ def test_no_worker_is_left_when_its_parent_is_killed(tmp_path: Path, ending: sig
     modules = "from tests.runs.test_workers import *; from grammarlab.runs.workers import map_unordered"
     run = f"list(map_unordered(begin_and_sleep, map(Path, sys.argv[1:]), {WORKERS}))"
     with subprocess.Popen([sys.executable, "-c", f"{modules}; {run}", *map(str, tasks)]) as parent:
-        end = time.monotonic() + PATIENCE
-        while sum(task.exists() for task in tasks) < WORKERS:
-            assert time.monotonic() < end
-            time.sleep(0.05)
+        wait_until(lambda: sum(task.exists() for task in tasks) == WORKERS)
         processes = descendants(parent.pid)
         parent.send_signal(ending)
     assert len(processes) >= WORKERS

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grammarlab.evaluation.methods import Method
+from grammarlab.extras import require
 from grammarlab.runs.evaluate.curves import run_tasks
 from grammarlab.runs.evaluate.figures import PlannedFigure
 from grammarlab.runs.evaluate.pictures import ABOUT_SAMPLES, draw_figure, draw_results, draw_samples, with_samples
@@ -70,6 +71,7 @@ def evaluate_run(
     Raises:
         GrammarlabError: as a scenario, its grammar or the folder give reason to.
     """
+    require("matplotlib")  # hours later it would be too late to say so
     cache = cache or folder / CACHE
     plain = {
         path: _tasks(path, request.methods_of(path), request.seeds, request.labels_of(path), cache)

@@ -25,6 +25,18 @@ def shipped_scenarios() -> dict[str, Path]:
     return {file.stem: file for file in sorted(scenarios_folder().glob(f"*{SUFFIX}"))}
 
 
+def find_scenario(argument: str) -> Path:
+    """The one scenario file that a SCENARIO argument means: a file, or a shipped name.
+
+    Raises:
+        UsageError: when there is none of that name, or there are several.
+    """
+    found = find_scenarios(argument)
+    if len(found) != 1:
+        raise UsageError(f"expected one scenario, found {len(found)} in {argument!r}.")
+    return found[0]
+
+
 def find_scenarios(argument: str) -> tuple[Path, ...]:
     """The scenario files that a SCENARIOS argument means: a file, all files of a folder, a shipped name, or several.
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.errors import UsageError
 from grammarlab.evaluation.curves import CLOSE
+from grammarlab.extras import named_extras
 from grammarlab.runs.atomic import atomic_file
 from grammarlab.runs.evaluate.store import CurveRecord
 
@@ -94,10 +94,8 @@ def quantiles(records: Sequence[CurveRecord]) -> tuple[NDArray[np.int64], NDArra
 
 
 def _figure() -> Figure:
-    try:
+    with named_extras():
         from matplotlib.figure import Figure  # noqa: PLC0415 - an extra, and slow to load
-    except ImportError as error:
-        raise UsageError("pictures of curves need matplotlib: pip install 'grammarlab[learn]'.") from error
     return Figure(figsize=(6.4, 4.2), dpi=140, layout="constrained")
 
 

@@ -21,9 +21,10 @@ from grammarlab.language.syntax import String
 from grammarlab.language.walking import walk
 from grammarlab.learning.grammar_target import Learned, check_method, learn_target
 from grammarlab.learning.measure import Measured
+from grammarlab.runs.asset_files import named_files
 from grammarlab.runs.atomic import write_text
 from grammarlab.runs.evaluate.task import load_source
-from grammarlab.runs.examples import find_rules
+from grammarlab.runs.examples import assets_folder, find_rules
 from grammarlab.runs.learn.measure import LabelledSet
 
 
@@ -138,12 +139,18 @@ def write_learned(file: Path, learned: LearnedGrammar, assets: Path) -> None:
 
 
 def put_assets_beside(file: Path, grammar: Grammar, assets: Path) -> None:
-    """Copies the folders of the assets that a grammar names to where a rule file at this place looks for them."""
-    folder = file.parent / "assets"
-    if not assets.is_dir() or folder.resolve() == assets.resolve():
+    """Copies the assets that a grammar names to where a rule file at this place looks for them.
+
+    Folders among them are copied whole, since rules may put names together. What is there already stays.
+    """
+    if not assets.is_dir() or assets_folder(file).resolve() == assets.resolve():
         return
-    for node in walk(grammar.tree):
-        if isinstance(node, String) and "/" in node.value and (assets / node.value).is_file():
-            top = Path(node.value).parts[0]
-            if not (folder / top).exists():
-                shutil.copytree(assets / top, folder / top)
+    folder = file.parent / "assets"
+    texts = (node.value for node in walk(grammar.tree) if isinstance(node, String))
+    for top in sorted({Path(name).parts[0] for name in named_files(texts, assets)}):
+        source, target = assets / top, folder / top
+        folder.mkdir(exist_ok=True)
+        if source.is_file() and not target.exists():
+            shutil.copyfile(source, target)
+        elif not target.exists():
+            shutil.copytree(source, target, symlinks=True)  # as links, so that nothing from outside comes along

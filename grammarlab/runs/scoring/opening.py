@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 
 from grammarlab.errors import UsageError
+from grammarlab.extras import require
 from grammarlab.runs.examples import find_rules
 from grammarlab.runs.scoring.store import SUFFIX, About, Store
 
@@ -74,8 +74,7 @@ def open_session(
 
 
 def _check(path: Path, seed: int, size: int) -> None:
-    if find_spec("jax") is None:
-        raise UsageError("learning from scores needs the package jax: pip install 'grammarlab[score]'.")
+    require("jax")
     if path.suffix.lower() != SUFFIX:
         raise UsageError(f"{path}: expected the name of a session file that ends in {SUFFIX}.")
     if not path.parent.is_dir():

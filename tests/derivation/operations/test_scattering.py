@@ -8,8 +8,9 @@ from scipy.stats import kstest, truncnorm
 
 from grammarlab.derivation import Budget, derive
 from grammarlab.errors import BudgetError, DerivationError
+from grammarlab.language.checking import check_text
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.checks import findings_of
+from grammarlab.runs.checks import SUPPORTED
 
 L_SHAPE = np.array([[0.0, 0, 0], [0, 0, 12], [8, 0, 12], [8, 0, 22], [26, 0, 22], [26, 0, 0]])
 MARK = "primitiveCube() s(1, 1, 1) Mark"
@@ -119,6 +120,6 @@ def test_too_many_points_and_a_negative_deviation_are_refused():
 
 def test_points_in_a_volume_are_not_carried_out_and_reported():
     text = "Lot --> extrude(3) scatter(volume, 3, uniform) { A }"
-    assert [f.severity for f in findings_of(text, "lot.cga") if f.code == "unsupported"] == ["unsupported"]
+    assert [f.severity for f in check_text(text, "lot.cga", SUPPORTED) if f.code == "unsupported"] == ["unsupported"]
     with pytest.raises(DerivationError, match="volume is not supported"):
         derive(Grammar.parse(text), 1, 1)

@@ -13,11 +13,12 @@ from grammarlab.learning.flattening import flattened, flattened_hash
 from grammarlab.learning.pool import Pool
 from grammarlab.learning.settings import FeatureOptions, Settings
 from grammarlab.preference.label_files import save_labels
-from grammarlab.preference.labels import Label, Labels, label_models
+from grammarlab.preference.labels import Label, Labels
 from grammarlab.runs.examples import find_rules
 from grammarlab.runs.learn.labels import learn_from_labels
 from grammarlab.runs.learn.pages import page_of_labels
 from grammarlab.runs.learn.report import report_text
+from tests.preference.labelling import label_models
 
 RULES = """version "2023.0"
 attr height = rand(3, 9)

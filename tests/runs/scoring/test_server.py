@@ -21,8 +21,7 @@ from tornado.websocket import WebSocketClientConnection, websocket_connect
 from grammarlab.errors import UsageError
 from grammarlab.runs.scoring.server import serve, serving
 from grammarlab.runs.scoring.session import Session
-
-PATIENCE = 30.0
+from tests.waiting import PATIENCE
 
 
 class Page:
@@ -35,12 +34,14 @@ class Page:
         self.sockets: list[Socket] = []
 
     async def get(self, path: str, **headers: str) -> HTTPResponse:
-        request = HTTPRequest(f"http://{self.host}{path}", headers=headers, request_timeout=PATIENCE)
+        request = HTTPRequest(
+            f"http://{self.host}{path}", headers=headers, connect_timeout=PATIENCE, request_timeout=PATIENCE
+        )
         return await AsyncHTTPClient().fetch(request, raise_error=False)
 
     async def connect(self, query: str | None = None, **headers: str) -> Socket:
         address = f"ws://{self.host}/socket?{self.query if query is None else query}"
-        request = HTTPRequest(address, headers={"Origin": f"http://{self.host}"} | headers)
+        request = HTTPRequest(address, headers={"Origin": f"http://{self.host}"} | headers, connect_timeout=PATIENCE)
         self.sockets.append(Socket(await websocket_connect(request)))
         return self.sockets[-1]
 

@@ -9,9 +9,7 @@ from typing import Any
 
 from grammarlab.runs.scoring.session import Session
 from grammarlab.runs.scoring.windows import Message
-
-PATIENCE = 60.0
-"""Seconds until a test gives up, on a busy machine."""
+from tests.waiting import PATIENCE
 
 
 class Window:

@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 117796939e6693e3 */
+/* Built from source/ by bundle.js; do not edit. Source e0941ccb9f77a3a6 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -612,7 +612,8 @@ var KEYS = [
   ["Enter", "look at the model in 3D; there ← and → show its neighbours, Shift with arrows turns it"],
   ["U or Ctrl Z, Ctrl Shift Z", "undo, redo"],
   ["Ctrl Enter", "update"],
-  ["+ − =", "zoom in, zoom out, show all; also Ctrl with the wheel"]
+  ["+ − =", "zoom in, zoom out, show all; also Ctrl with the wheel"],
+  ["?", "show or hide these keys"]
 ];
 function listenToKeys(page, display, panel) {
   const { selection } = page;
@@ -708,6 +709,42 @@ function destination({ state, selection }, key) {
     default:
       return void 0;
   }
+}
+
+// source/help.js
+function makeHelp() {
+  const dialog = element(
+    "dialog",
+    { class: "gl-help", "aria-label": "Keys" },
+    element(
+      "header",
+      { class: "gl-row" },
+      element("h2", {}, "Keys"),
+      element("span", { class: "gl-space" }),
+      iconButton("close", "Close", () => dialog.close(), "Esc")
+    ),
+    element(
+      "dl",
+      { class: "gl-keys" },
+      ...KEYS.flatMap(([keys, says]) => [element("dt", {}, keys), element("dd", {}, says)])
+    )
+  );
+  const button = iconButton("keys", "Keys", () => dialog.showModal(), "?");
+  button.setAttribute("aria-haspopup", "dialog");
+  dialog.addEventListener("keydown", (event) => {
+    event.stopPropagation();
+    if (event.key === "?") dialog.close();
+    else if (event.key !== "Tab") return;
+    event.preventDefault();
+  });
+  return {
+    button,
+    element: dialog,
+    open() {
+      if (!dialog.open) dialog.showModal();
+    },
+    close: () => dialog.close()
+  };
 }
 
 // source/learning.js
@@ -1864,6 +1901,7 @@ function build(root, channel, first) {
   const results = makeResults(page);
   const factors = makeFactors(page);
   const toolbar = makeToolbar(page, display, pointer);
+  const help = makeHelp();
   const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "U, Ctrl Z");
   const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
   const title = element("h1", { class: "gl-name" });
@@ -1878,7 +1916,7 @@ function build(root, channel, first) {
       status.saved,
       undo,
       redo,
-      keyHelp()
+      help.button
     ),
     status.banner,
     element(
@@ -1894,7 +1932,8 @@ function build(root, channel, first) {
       )
     ),
     status.element,
-    look.element
+    look.element,
+    help.element
   );
   function changed() {
     redraw();
@@ -1907,12 +1946,15 @@ function build(root, channel, first) {
     const key = event.key.toLowerCase();
     if (command && key === "enter") void page.ask("update");
     else if (typing) return;
+    else if (key === "?") help.open();
     else if (command && key === "z" && event.shiftKey || command && key === "y") void page.ask("redo");
     else if (command && key === "z" || !command && key === "u") void page.ask("undo");
     else return;
     event.preventDefault();
   };
   root.addEventListener("keydown", everywhere);
+  const loose = (event) => event.target === document.body && everywhere(event);
+  if (isAlone()) document.addEventListener("keydown", loose);
   const warn = (event) => page.outbox.unsaved && event.preventDefault();
   addEventListener("beforeunload", warn);
   return {
@@ -1927,7 +1969,7 @@ function build(root, channel, first) {
       page.outbox.settle(state.revision);
       title.textContent = state.title;
       title.title = state.session;
-      if (document.body.classList.contains("gl-alone")) document.title = `${state.title} – grammarlab`;
+      if (isAlone()) document.title = `${state.title} – grammarlab`;
       undo.disabled = !state.can_undo;
       redo.disabled = !state.can_redo;
       for (const part of [factors, toolbar, display, scoring, learning, look, status]) part.update(state);
@@ -1952,26 +1994,16 @@ function build(root, channel, first) {
     },
     close() {
       removeEventListener("beforeunload", warn);
-      for (const part of [display, results, look, status]) part.close();
+      document.removeEventListener("keydown", loose);
+      for (const part of [display, results, look, help, status]) part.close();
     }
   };
 }
-function keyHelp() {
-  const button = element(
-    "button",
-    { type: "button", class: "gl-button gl-quiet", title: "Keys", "aria-label": "Keys" },
-    icon("keys")
-  );
-  return menu(button, "Keys", () => [
-    element(
-      "dl",
-      { class: "gl-keys" },
-      ...KEYS.flatMap(([keys, says]) => [element("dt", {}, keys), element("dd", {}, says)])
-    )
-  ]);
+function isAlone() {
+  return document.body.classList.contains("gl-alone");
 }
 var alone = document.getElementById("grammarlab");
-if (alone && document.body.classList.contains("gl-alone")) {
+if (alone && isAlone()) {
   const { protocol, host, search } = location;
   connect(alone, `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`);
 }

@@ -14,6 +14,7 @@ export const KEYS = [
   ["U or Ctrl Z, Ctrl Shift Z", "undo, redo"],
   ["Ctrl Enter", "update"],
   ["+ − =", "zoom in, zoom out, show all; also Ctrl with the wheel"],
+  ["?", "show or hide these keys"],
 ];
 
 /**

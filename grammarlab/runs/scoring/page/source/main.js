@@ -1,11 +1,11 @@
 import { Channel } from "./channel.js";
 import { makeDisplay } from "./display.js";
-import { element, icon, iconButton } from "./element.js";
+import { element, iconButton } from "./element.js";
 import { makeFactors } from "./factors.js";
-import { KEYS, listenToKeys } from "./keyboard.js";
+import { makeHelp } from "./help.js";
+import { listenToKeys } from "./keyboard.js";
 import { makeLearning } from "./learning.js";
 import { makeLook } from "./look.js";
-import { menu } from "./menu.js";
 import { Outbox } from "./outbox.js";
 import { listenToPointer } from "./pointer.js";
 import { loadPreferences } from "./preferences.js";
@@ -133,6 +133,7 @@ function build(root, channel, first) {
   const results = makeResults(page);
   const factors = makeFactors(page);
   const toolbar = makeToolbar(page, display, pointer);
+  const help = makeHelp();
   const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "U, Ctrl Z");
   const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
   const title = element("h1", { class: "gl-name" });
@@ -149,7 +150,7 @@ function build(root, channel, first) {
       status.saved,
       undo,
       redo,
-      keyHelp(),
+      help.button,
     ),
     status.banner,
     element(
@@ -166,6 +167,7 @@ function build(root, channel, first) {
     ),
     status.element,
     look.element,
+    help.element,
   );
 
   function changed() {
@@ -181,12 +183,16 @@ function build(root, channel, first) {
     const key = event.key.toLowerCase();
     if (command && key === "enter") void page.ask("update");
     else if (typing) return;
+    else if (key === "?") help.open();
     else if ((command && key === "z" && event.shiftKey) || (command && key === "y")) void page.ask("redo");
     else if ((command && key === "z") || (!command && key === "u")) void page.ask("undo");
     else return;
     event.preventDefault();
   };
   root.addEventListener("keydown", everywhere);
+  // Before the first click, keys belong to nothing on the page; in a notebook they are the notebook's.
+  const loose = (/** @type {KeyboardEvent} */ event) => event.target === document.body && everywhere(event);
+  if (isAlone()) document.addEventListener("keydown", loose);
 
   const warn = (/** @type {BeforeUnloadEvent} */ event) => page.outbox.unsaved && event.preventDefault();
   addEventListener("beforeunload", warn);
@@ -203,7 +209,7 @@ function build(root, channel, first) {
       page.outbox.settle(state.revision);
       title.textContent = state.title;
       title.title = state.session;
-      if (document.body.classList.contains("gl-alone")) document.title = `${state.title} – grammarlab`;
+      if (isAlone()) document.title = `${state.title} – grammarlab`;
       undo.disabled = !state.can_undo;
       redo.disabled = !state.can_redo;
       for (const part of [factors, toolbar, display, scoring, learning, look, status]) part.update(state);
@@ -228,28 +234,19 @@ function build(root, channel, first) {
     },
     close() {
       removeEventListener("beforeunload", warn);
-      for (const part of [display, results, look, status]) part.close();
+      document.removeEventListener("keydown", loose);
+      for (const part of [display, results, look, help, status]) part.close();
     },
   };
 }
 
-function keyHelp() {
-  const button = element(
-    "button",
-    { type: "button", class: "gl-button gl-quiet", title: "Keys", "aria-label": "Keys" },
-    icon("keys"),
-  );
-  return menu(button, "Keys", () => [
-    element(
-      "dl",
-      { class: "gl-keys" },
-      ...KEYS.flatMap(([keys, says]) => [element("dt", {}, keys), element("dd", {}, says)]),
-    ),
-  ]);
+/** Whether the page has a window of its own. */
+function isAlone() {
+  return document.body.classList.contains("gl-alone");
 }
 
 const alone = document.getElementById("grammarlab");
-if (alone && document.body.classList.contains("gl-alone")) {
+if (alone && isAlone()) {
   const { protocol, host, search } = location;
   connect(alone, `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`);
 }

@@ -1,0 +1,50 @@
+"""A learned rule file finds the assets of the one that it was made from, wherever it is put."""
+
+from pathlib import Path
+
+import pytest
+
+from grammarlab.language.grammar import Grammar
+from grammarlab.runs.asset_files import hash_assets
+from grammarlab.runs.learn.scenario import put_assets_beside
+from grammarlab.runs.request import SampleRequest
+
+RULES = (
+    'attr tree = "assets/trees/o?k.obj"\nLot --> texture("wall.png") i(fileRandom(tree)) i("/city/assets/door.obj") A'
+)
+
+
+@pytest.fixture
+def house(tmp_path: Path) -> Path:
+    """A rule file of a project."""
+    for name in ("assets/trees/oak.obj", "assets/wall.png", "assets/door.obj", "assets/unused.obj"):
+        (tmp_path / "city" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "city" / name).write_text(name)
+    (tmp_path / "city" / "rules").mkdir()
+    rules = tmp_path / "city" / "rules" / "house.cga"
+    rules.write_text(RULES)
+    return rules
+
+
+@pytest.mark.parametrize("place", ["elsewhere/a.cga", "city/rules/a.cga", "city/rules/sub/a.cga", "city/a.cga"])
+def test_a_rule_file_written_elsewhere_finds_the_same_assets(house, tmp_path, place):
+    before = SampleRequest.of(house)
+    assert len(hash_assets(before)) == 3
+    file = tmp_path / place
+    file.parent.mkdir(exist_ok=True)
+    file.write_text(RULES)
+    put_assets_beside(file, Grammar.parse(RULES), before.assets)
+    assert hash_assets(SampleRequest.of(file)) == hash_assets(before) == hash_assets(SampleRequest.of(house))
+    assert not (tmp_path / "elsewhere" / "assets" / "unused.obj").exists()
+
+
+def test_files_of_a_person_stay_and_nothing_from_outside_comes_along(house, tmp_path):
+    mine, secret = tmp_path / "elsewhere" / "assets" / "wall.png", tmp_path / "secret"
+    mine.parent.mkdir(parents=True)
+    mine.write_text("mine")
+    secret.write_text("secret")
+    (tmp_path / "city" / "assets" / "trees" / "elm.obj").symlink_to(secret)
+    put_assets_beside(mine.parent.parent / "a.cga", Grammar.parse(RULES), SampleRequest.of(house).assets)
+    assert mine.read_text() == "mine"
+    assert (mine.parent / "trees" / "oak.obj").is_file()
+    assert (mine.parent / "trees" / "elm.obj").is_symlink()
