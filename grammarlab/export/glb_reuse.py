@@ -162,7 +162,7 @@ class _ReusedMeshes:
         vertices = slice(*shaded.mesh_vertices[mesh : mesh + 2])
         corners = shaded.triangles[slice(*shaded.mesh_triangles[mesh : mesh + 2])]
         points, normals = (column[vertices].astype(np.float32) + 0 for column in (shaded.points, shaded.normals))
-        key = blake2b(b"".join((np.int64(len(points)), points, normals, corners)), digest_size=16).digest()
+        key = blake2b(b"".join(part.tobytes() for part in (points, normals, corners)), digest_size=16).digest()
         if key not in self._geometry:
             attributes = {
                 "POSITION": self._accessor(points, ARRAY_BUFFER, (points.min(axis=0), points.max(axis=0))),

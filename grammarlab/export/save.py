@@ -10,7 +10,6 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from grammarlab.derivation.origins import NEAR
 from grammarlab.errors import UsageError
 from grammarlab.export.files import Output, whole_file
 from grammarlab.export.glb import GlbWriter, MergedContent
@@ -185,7 +184,7 @@ def _checked_format(file_format: str) -> str:
 
 def _writer(output: Output, target: Path, file_format: str, layout: Layout, options: SaveOptions) -> AbstractWriter:
     if file_format == "ply":
-        return PlyWriter(output, layout.origin, wide=bool(np.abs(layout.offsets).max(initial=0.0) > NEAR))
+        return PlyWriter(output, layout.origin, wide=layout.is_wide)
     if file_format == "obj":
         return ObjWriter(output, target, layout.origin, options.assets)
     document = GltfDocument(output)

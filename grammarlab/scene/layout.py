@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.origins import origins_of
+from grammarlab.derivation.origins import NEAR, origins_of
 from grammarlab.scene.triangles import TriangleBatch
 
 Floats = NDArray[np.float64]
@@ -36,6 +36,11 @@ class Layout:
     """[3] of the file in the world, in metres."""
     offsets: Floats
     """[num_models, 3] where the coordinates of each model begin, in metres from the origin of the file."""
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether models stand so far from each other that 32 bits do not hold all coordinates well."""
+        return bool(np.abs(self.offsets).max(initial=0.0) > NEAR)
 
 
 def in_place(low: Floats, high: Floats, origins: Floats) -> Layout:

@@ -158,7 +158,7 @@ def _place_template(template: _Template, scene: Scene, rows: Ints, vertex: Ints,
     if len(template.corners) == 0:
         return
     position, size = scene.position.take(rows, axis=0) + 0.0, scene.size.take(rows, axis=0)
-    axes = np.moveaxis(scene.frames.take(scene.frame.take(rows), axis=0), 2, 0).copy()
+    axes = list(np.moveaxis(scene.frames.take(scene.frame.take(rows), axis=0), 2, 0).copy())
     stretched = [axis * size[:, j, None] for j, axis in enumerate(axes)]
     points = np.empty((len(template.points), len(rows), 3), np.float32)
     for index, point in enumerate(template.points.tolist()):
