@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ Wall --> color(1, kind / 4, 0) texture("wall.png") setupProjection(0, scope.xy, 
 Roof --> 50%: roofGable(30) Tiles else: color(0, 0, kind / 3) primitiveCylinder(9, 1, 2) Tiles
 Plain --> split(y) { 0.5 : color("#333333") Tile | ~1 : Tile }*
 """
-WAYS = [(suffix, "merged") for suffix in FORMATS] + [("glb", reuse) for reuse in REUSES[1:]]
+WAYS: list[tuple[Any, Any]] = [(suffix, "merged") for suffix in FORMATS] + [("glb", reuse) for reuse in REUSES[1:]]
 CUTS = [(0, 7), (0, 1, 2, 3, 4, 5, 6, 7), (0, 3, 7), (0, 0, 6, 7, 7)]
 
 
@@ -183,4 +184,6 @@ def points_of(path: Path) -> tuple[np.ndarray, np.ndarray]:
     if path.suffix == ".obj":
         rows = [line.split()[1:] for line in path.read_text().splitlines() if line.startswith("v ")]
         return origin, np.array(rows, dtype=float)
-    return origin, np.asarray(trimesh.load(path, process=False).vertices, dtype=float)
+    mesh = trimesh.load(path, process=False)
+    assert isinstance(mesh, trimesh.Trimesh)
+    return origin, np.asarray(mesh.vertices, dtype=float)

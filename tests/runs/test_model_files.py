@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ from tests.export.gltf import read_glb
 
 GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))
 ASSETS = GRAMMARS[0].parent / "assets"
-WAYS = [(suffix, "merged") for suffix in FORMATS] + [("glb", reuse) for reuse in REUSES[1:]]
+WAYS: list[tuple[Any, Any]] = [(suffix, "merged") for suffix in FORMATS] + [("glb", reuse) for reuse in REUSES[1:]]
 BATCHES = [(5, 1), (4, 2), (0, 7), (5, 7)]
 """First model and number of models of batches that have model 5."""
 LOTS = {
