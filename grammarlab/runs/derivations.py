@@ -130,7 +130,8 @@ def load_forest(folder: Path | str) -> Forest:
 
 def _origins(header: Mapping[str, Any]) -> Array:
     """[num_models, 3] as the header has them, and zeros for a header of an earlier version."""
-    return np.array(header.get("origins", [[0.0] * 3] * header["num_models"]), np.float64).reshape(-1, 3)
+    shape = header["num_models"], 3
+    return np.array(header["origins"], np.float64).reshape(shape) if "origins" in header else np.zeros(shape)
 
 
 def _site(entry: str | Sequence[Any]) -> Site:
