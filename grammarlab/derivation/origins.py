@@ -30,8 +30,8 @@ def origins_of(low: Floats, high: Floats) -> Floats:
     >>> origins_of(low, low + 9.0).tolist()
     [[0.0, 0.0, 0.0], [2683000.0, 0.0, -5.0]]
     """
-    far = ((low > NEAR) | (high < -NEAR)).any(axis=1)
-    return np.where(far[:, None], low, 0.0)
+    far = np.any((low > NEAR) | (high < -NEAR), axis=1, keepdims=True)
+    return np.where(far, low, 0.0)
 
 
 def brought_near(points: Floats, offsets: NDArray[np.int64]) -> tuple[Floats, Floats]:

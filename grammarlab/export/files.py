@@ -21,7 +21,7 @@ class Output:
     """A file in the making, and the parts that are to be put into it at its end."""
 
     stream: IO[bytes]
-    folder: Path | None
+    folder: str | None
     """Where parts that grow large lie until then; None for the system's folder of temporary files."""
     _parts: ExitStack
 
@@ -44,7 +44,7 @@ def whole_file(path: Path) -> Iterator[Output]:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             with part.open("xb") as stream, ExitStack() as parts:
-                yield Output(stream, path.parent, parts)
+                yield Output(stream, str(path.parent), parts)
             part.replace(path)
         except BaseException:
             part.unlink(missing_ok=True)
