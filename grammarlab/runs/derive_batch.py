@@ -76,11 +76,11 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> tuple[in
         count_triangles(scene).tolist(),
         forest.log_probability().tolist(),
         summarize_reports(forest),
+        map(tuple, scene.origins.tolist()),
         strict=True,
     )
     models = tuple(
-        ModelRecord(batch.first_model + k, file, request.seed, shapes, num_triangles, log_probability, reports)
-        for k, (file, shapes, num_triangles, log_probability, reports) in enumerate(columns)
+        ModelRecord(batch.first_model + k, file, request.seed, *values) for k, (file, *values) in enumerate(columns)
     )
     hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
     images = _missing_images(forest, request.assets)

@@ -33,6 +33,8 @@ class ModelRecord:
     """Natural logarithm of the density of its random draws."""
     reports: Mapping[str, Mapping[str, float | int | None]] = field(default_factory=dict)
     """What ``report`` collected, by key: see `grammarlab.runs.reports`."""
+    origin: tuple[float, ...] = (0.0, 0.0, 0.0)
+    """Where in the world the model's own coordinates begin, in metres; a GLB moves them there by a node."""
 
 
 @dataclass(frozen=True, slots=True)

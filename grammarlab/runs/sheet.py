@@ -13,7 +13,7 @@ from grammarlab.runs.atomic import atomic_file
 from grammarlab.runs.batches import Batch
 from grammarlab.runs.request import SampleRequest
 from grammarlab.runs.sheet_page import draw_page, lay_out
-from grammarlab.runs.single_file import load_scene
+from grammarlab.runs.single_file import StoredScenes
 from grammarlab.runs.tiles import draw_tiles, seen_points
 from grammarlab.scene import TriangleBatch, triangles
 
@@ -44,14 +44,13 @@ def draw_sheet(request: SampleRequest, folder: Path, batches: tuple[Batch, ...],
 
 
 def _first_models(folder: Path, batches: tuple[Batch, ...]) -> list[TriangleBatch]:
-    count = 0
-    shown = []
-    for batch in batches:
-        if count < SHEET_MODELS:
-            shown.append(batch)
-        count += batch.num_models
-    together = triangles(load_scene(folder, tuple(shown)))
-    return [together.model(index) for index in range(min(together.num_models, SHEET_MODELS))]
+    models: list[TriangleBatch] = []
+    for scene in StoredScenes(folder, batches):
+        batch = triangles(scene)
+        models += [batch.model(index) for index in range(min(scene.num_models, SHEET_MODELS - len(models)))]
+        if len(models) == SHEET_MODELS:
+            break
+    return models
 
 
 def _size_text(points: NDArray[np.float32]) -> str:

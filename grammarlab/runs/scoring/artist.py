@@ -75,7 +75,7 @@ class _Studio:
             return Drawn(tuple(pictures), tuple(self.warnings))
 
     def _glb(self, model: str) -> bytes:
-        content = merged_glb(self._model(model), [model], np.zeros((1, 3)), self.assets)
+        content = merged_glb(self._model(model), model, self.assets)
         if len(content) > MAX_GLB_BYTES:
             raise GrammarlabError(f"model {model} is too large to be shown: {len(content) >> 20} MiB.")
         return content
