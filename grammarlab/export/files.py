@@ -1,11 +1,11 @@
-"""Files that are either whole or not there."""
+"""Model files at places that the user chose."""
 
 from __future__ import annotations
 
-import secrets
 from pathlib import Path
 
 from grammarlab.errors import UsageError
+from grammarlab.files import write_bytes
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -17,15 +17,8 @@ def write_whole(path: Path, content: bytes) -> None:
         UsageError: the place cannot be written to.
     """
     try:
-        part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
         path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            with part.open("xb") as stream:
-                stream.write(content)
-            part.replace(path)
-        except BaseException:
-            part.unlink(missing_ok=True)
-            raise
+        write_bytes(path, content, lasting=False)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise UsageError(f"cannot write {str(path)!r}: {reason}; choose a folder that you may write to") from error

@@ -13,9 +13,9 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.program import Program
 from grammarlab.export import save_each
 from grammarlab.export.textures import image_file
+from grammarlab.files import file_hash
 from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.atomic import file_hash
 from grammarlab.runs.attributes import fit_properties
 from grammarlab.runs.batches import Batch
 from grammarlab.runs.checks import grammar_to_run

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import Location
-from grammarlab.runs.atomic import write_text
+from grammarlab.files import write_text
 from grammarlab.runs.batches import Batch
 
 DERIVATIONS = "derivations"

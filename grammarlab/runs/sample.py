@@ -9,9 +9,9 @@ from pathlib import Path
 
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.errors import AssetError, Finding, UsageError
+from grammarlab.files import file_hash
 from grammarlab.render.choice import Choice, choose
 from grammarlab.runs.asset_files import first_difference, hash_assets
-from grammarlab.runs.atomic import file_hash
 from grammarlab.runs.batches import cut_batches
 from grammarlab.runs.clearing import clear_run
 from grammarlab.runs.derive_batch import compiled, sample_batch

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from grammarlab.files import atomic_file
 from grammarlab.render.choice import Choice
-from grammarlab.runs.atomic import atomic_file
 from grammarlab.runs.batches import Batch
 from grammarlab.runs.request import SampleRequest
 from grammarlab.runs.sheet_page import draw_page, lay_out

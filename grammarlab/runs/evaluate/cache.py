@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from grammarlab.evaluation.preparation import Arrays, Keep
-from grammarlab.runs.atomic import atomic_file
+from grammarlab.files import atomic_file
 
 
 def keep_in(folder: Path) -> Keep:

@@ -12,7 +12,7 @@ from PIL import Image
 
 from grammarlab.derivation.derive import derive
 from grammarlab.evaluation.preparation import Source, labelled_program
-from grammarlab.runs.atomic import atomic_file
+from grammarlab.files import atomic_file
 from grammarlab.runs.evaluate.samples import BeforeAfter
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.sheet_page import draw_page, lay_out

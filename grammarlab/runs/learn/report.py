@@ -7,7 +7,7 @@ from pathlib import Path
 
 from grammarlab.density.rejection import RejectionSampler
 from grammarlab.density.sampler import AbstractSampler
-from grammarlab.runs.atomic import write_text
+from grammarlab.files import write_text
 from grammarlab.runs.learn.measure import Learned, Measured
 from grammarlab.runs.learn.side_by_side import draw_side_by_side
 from grammarlab.runs.markdown import table

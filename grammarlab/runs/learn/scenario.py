@@ -23,10 +23,10 @@ from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.preparation import Source
+from grammarlab.files import write_text
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import String
 from grammarlab.language.walking import walk
-from grammarlab.runs.atomic import write_text
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.examples import find_rules
 from grammarlab.runs.learn.measure import LabelledSet, Learned, Measured

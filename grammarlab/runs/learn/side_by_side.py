@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 
 from grammarlab.density.sampler import AbstractSampler
-from grammarlab.runs.atomic import atomic_file
+from grammarlab.files import atomic_file
 from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
 from grammarlab.runs.tiles import draw_tiles
 from grammarlab.scene import realize, triangles

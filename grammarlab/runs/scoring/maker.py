@@ -12,9 +12,9 @@ from PIL import Image
 
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import AssetError, GrammarlabError, UsageError
+from grammarlab.files import write_text
 from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.preference.label_files import read_labels, save_labels
-from grammarlab.runs.atomic import write_text
 from grammarlab.runs.derive_batch import compiled
 from grammarlab.runs.examples import SUFFIX
 from grammarlab.runs.scoring.crew import Handler, Report
