@@ -28,9 +28,14 @@ def test_a_file_appears_when_it_is_whole_and_not_before(tmp_path, lasting):
 def test_a_failure_leaves_what_was_there(tmp_path, lasting):
     path = tmp_path / "a.txt"
     write_text(path, "old")
-    with pytest.raises(KeyboardInterrupt), atomic_file(path, lasting=lasting) as part:
-        part.write_text("half")
-        raise KeyboardInterrupt
+
+    def interrupted() -> None:
+        with atomic_file(path, lasting=lasting) as part:
+            part.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
 
@@ -56,9 +61,14 @@ def test_a_folder_replaces_another_one_as_a_whole(tmp_path):
             for name in names:
                 (part / name).touch()
         assert sorted(file.name for file in path.iterdir()) == list(names)
-    with pytest.raises(KeyboardInterrupt), atomic_folder(path) as part:
-        (part / "d").touch()
-        raise KeyboardInterrupt
+
+    def interrupted() -> None:
+        with atomic_folder(path) as part:
+            (part / "d").touch()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
     assert [file.name for file in path.iterdir()] == ["c"]
     assert list(path.parent.iterdir()) == [path]
 

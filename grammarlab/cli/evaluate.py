@@ -75,7 +75,7 @@ def evaluate(
     from grammarlab.runs.evaluate.evaluate import evaluate_run
     from grammarlab.runs.evaluate.find import find_scenarios
     from grammarlab.runs.evaluate.request import EvaluationRequest
-    from grammarlab.runs.workers import available_cores
+    from grammarlab.runs.executors import executor_of
 
     with friendly_errors():
         request = EvaluationRequest.of(
@@ -95,7 +95,7 @@ def evaluate(
                 folder,
                 report=report,
                 cache=cache,
-                jobs=workers or available_cores(),
+                executor=executor_of(workers),
                 fresh=not resume,
                 command=_command(scenarios, request),
                 on_progress=on_progress,

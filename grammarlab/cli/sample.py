@@ -109,17 +109,19 @@ def sample(
     from grammarlab.runs.checks import not_carried_out
     from grammarlab.runs.derive_batch import compiled
     from grammarlab.runs.examples import find_rules
-    from grammarlab.runs.workers import available_cores
+    from grammarlab.runs.executors import executor_of
 
     with friendly_errors():
-        jobs = jobs or available_cores()
+        executor = executor_of(jobs)
         if manifest is not None:
             _refuse_with_manifest(context)
             earlier = read_manifest(manifest, assets)
             if _is_given(context, "renderer"):
                 earlier = replace(earlier, request=replace(earlier.request, renderer=renderer.value))
             with progress() as on_progress:
-                result, different = repeat_run(earlier, folder, jobs=jobs, resume=resume, on_progress=on_progress)
+                result, different = repeat_run(
+                    earlier, folder, executor=executor, resume=resume, on_progress=on_progress
+                )
             _tell(result, as_json, different)
             return
         if not grammar:
@@ -145,7 +147,7 @@ def sample(
             renderer=renderer.value,
         )
         with progress() as on_progress:
-            result = sample_run(request, folder, jobs=jobs, resume=resume, on_progress=on_progress)
+            result = sample_run(request, folder, executor=executor, resume=resume, on_progress=on_progress)
         _tell(result, as_json)
 
 

@@ -9,8 +9,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, cast
 
-from threadpoolctl import threadpool_limits
-
 from grammarlab import __version__
 from grammarlab.density import sampled
 from grammarlab.density.learned import LearnedGrammar
@@ -30,6 +28,7 @@ from grammarlab.language.walking import walk
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.examples import find_rules
 from grammarlab.runs.learn.measure import LabelledSet, Learned, Measured
+from grammarlab.runs.workers import one_thread
 
 METHODS = ("compile", *sampled.METHODS, "rejection")
 """Of these, rejection makes no grammar."""
@@ -142,8 +141,7 @@ def learn_target(
     def header(made_by: str) -> list[str]:
         return [*lines, f"Method {made_by}, base {target.base}"]
 
-    # At these sizes several threads are slower than one.
-    with threadpool_limits(1):
+    with one_thread():
         if method == "compile":
             return compile_nearest(target, forest, header, num_samples=num_samples, **options)
         if method == "rejection":
