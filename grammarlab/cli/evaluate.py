@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from grammarlab.cli.report import friendly_errors, print_json, say
+from grammarlab.cli.unfinished import Unfinished
 
 if TYPE_CHECKING:
     from grammarlab.runs.evaluate.evaluate import EvaluationResult
@@ -77,7 +78,8 @@ def evaluate(
     from grammarlab.runs.evaluate.request import EvaluationRequest
     from grammarlab.runs.executors import executor_of
 
-    with friendly_errors():
+    run = Unfinished(without="--fresh")
+    with friendly_errors(run.advice):
         request = EvaluationRequest.of(
             find_scenarios(scenarios),
             methods=methods,
@@ -89,7 +91,7 @@ def evaluate(
             density=density,
             grammar_labels=grammar_labels,
         )
-        with progress() as on_progress:
+        with progress(run.note) as on_progress:
             result = evaluate_run(
                 request,
                 folder,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from grammarlab.cli.report import friendly_errors, print_json, say
+from grammarlab.cli.unfinished import Unfinished
 from grammarlab.errors import UsageError
 
 MOST_PRINTS = 50
@@ -111,14 +112,15 @@ def sample(
     from grammarlab.runs.examples import find_rules
     from grammarlab.runs.executors import executor_of
 
-    with friendly_errors():
+    run = Unfinished(needs="--resume")
+    with friendly_errors(run.advice):
         executor = executor_of(jobs)
         if manifest is not None:
             _refuse_with_manifest(context)
             earlier = read_manifest(manifest, assets)
             if _is_given(context, "renderer"):
                 earlier = replace(earlier, request=replace(earlier.request, renderer=renderer.value))
-            with progress() as on_progress:
+            with progress(run.note) as on_progress:
                 result, different = repeat_run(
                     earlier, folder, executor=executor, resume=resume, on_progress=on_progress
                 )
@@ -146,7 +148,7 @@ def sample(
             scale=scale.value,
             renderer=renderer.value,
         )
-        with progress() as on_progress:
+        with progress(run.note) as on_progress:
             result = sample_run(request, folder, executor=executor, resume=resume, on_progress=on_progress)
         _tell(result, as_json)
 
