@@ -1,8 +1,7 @@
-"""Files that are either whole or not there."""
+"""Model files at places that the user chose."""
 
 from __future__ import annotations
 
-import secrets
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from tempfile import SpooledTemporaryFile
 from typing import IO
 
 from grammarlab.errors import UsageError
+from grammarlab.files import atomic_file
 
 IN_MEMORY = 4 << 20
 """Bytes of a part up to which it needs no temporary file."""
@@ -40,15 +40,10 @@ def whole_file(path: Path) -> Iterator[Output]:
         UsageError: the place cannot be written to.
     """
     try:
-        part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
         path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            with part.open("xb") as stream, ExitStack() as parts:
-                yield Output(stream, str(path.parent), parts)
-            part.replace(path)
-        except BaseException:
-            part.unlink(missing_ok=True)
-            raise
+        # Models can be made again, and waiting for the disk would take longer than making them.
+        with atomic_file(path, lasting=False) as part, part.open("xb") as stream, ExitStack() as parts:
+            yield Output(stream, str(path.parent), parts)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise UsageError(f"cannot write {str(path)!r}: {reason}; choose a folder that you may write to") from error

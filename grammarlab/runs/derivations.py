@@ -32,8 +32,8 @@ from grammarlab.arrays import offsets_from_counts
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site, SiteKind
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.errors import AssetError
+from grammarlab.files import atomic_folder
 from grammarlab.geometry.mesh import Meshes
-from grammarlab.runs.atomic import atomic_folder
 
 FORMAT = 4
 """Version of the layout above. In version 1 a site was a line of text; before version 3 there were no maps, before

@@ -17,6 +17,7 @@ from grammarlab.language.importing import load
 from grammarlab.render.camera import View, frame
 from grammarlab.render.raycast import RaycastRenderer
 from grammarlab.render.renderer import RenderOptions
+from grammarlab.runs.executors import executor_of
 from grammarlab.runs.footprints import read_footprints
 from grammarlab.runs.request import SampleRequest
 from grammarlab.runs.sample import sample_run
@@ -76,7 +77,7 @@ def test_the_files_of_a_run_do_not_depend_on_its_size_or_jobs(tmp_path):
         for number, jobs in ((66, 2), (66, 1), (2, 1)):
             folder = tmp_path / f"{suffix}-{number}-{jobs}"
             request = SampleRequest.of("toy", num_models=number, seed=3, file_format=suffix, image=False)
-            sample_run(request, folder, jobs=jobs)
+            sample_run(request, folder, executor=executor_of(jobs))
             contents.append({path.name: path.read_bytes() for path in folder.glob("toy-*")})
         assert contents[0] == contents[1]
         assert contents[2] == {name: contents[0][name] for name in contents[2]}

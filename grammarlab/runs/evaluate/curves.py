@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
+from typing import TypeAlias
 
 from grammarlab.evaluation.curves import Curve
-from grammarlab.runs.evaluate import store as disk
-from grammarlab.runs.evaluate.store import CurveRecord, Store
+from grammarlab.runs.evaluate.store import CurveRecord, curves_in
 from grammarlab.runs.evaluate.task import Task
-from grammarlab.runs.sample import Progress
-from grammarlab.runs.workers import map_unordered
+from grammarlab.runs.executors import SERIAL, AbstractExecutor
+from grammarlab.runs.results import Progress, made
+
+Store: TypeAlias = dict[str, dict[int, CurveRecord]]
+"""Curves by key, and then by the number of labels they were made for."""
 
 
 def run_tasks(
@@ -20,7 +24,7 @@ def run_tasks(
     folder: Path,
     *,
     prepare: Callable[[Task], None] | None = None,
-    jobs: int = 1,
+    executor: AbstractExecutor = SERIAL,
     fresh: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> tuple[CurveRecord, ...]:
@@ -31,7 +35,7 @@ def run_tasks(
         tasks: what to make; equal ones are made once.
         folder: where finished curves are kept (`store`); made when missing.
         prepare: does once for each scenario what all its curves need, before several workers would do it at once.
-        jobs: processes; the curves do not depend on it.
+        executor: who makes them; the curves do not depend on it.
         fresh: forget what the folder holds.
         on_progress: told about every finished curve.
 
@@ -39,20 +43,21 @@ def run_tasks(
         GrammarlabError: as a scenario, its grammar or the folder give reason to.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    if fresh:
-        disk.clear(folder)
-    store = disk.read(folder)
+    curves = curves_in(folder, fresh=fresh)
+    store: Store = {}
+    for record in curves.all().values():
+        _add(store, record)
     missing = _missing(tasks, store)
     if prepare is not None:
-        _prepare(prepare, missing, jobs, on_progress)
-    total = len({(task.key, task.max_labels) for task in tasks})
-    done = total - len(missing)
-    on_progress("curves", done, total)
-    for record in map_unordered(work, missing, min(jobs, max(1, len(missing)))):
-        disk.append(folder, record)
-        disk.add(store, record)
-        done += 1
-        on_progress("curves", done, total)
+        _prepare(prepare, missing, executor, on_progress)
+    total = len({task.place for task in tasks})
+    there = total - len(missing)
+
+    def tell(what: str, done: int, _missing: int) -> None:
+        on_progress(what, there + done, total)
+
+    for record in made(curves, work, {task.place: task for task in missing}, executor, "curves", tell).values():
+        _add(store, record)
     found = [_usable(task, store) for task in tasks]
     return tuple(
         replace(record, method=task.method.name)
@@ -61,11 +66,13 @@ def run_tasks(
     )
 
 
-def _prepare(prepare: Callable[[Task], None], missing: Sequence[Task], jobs: int, on_progress: Progress) -> None:
+def _prepare(
+    prepare: Callable[[Task], None], missing: Sequence[Task], executor: AbstractExecutor, on_progress: Progress
+) -> None:
     firsts = list({(task.scenario, task.method.families): task for task in missing}.values())
     on_progress("scenarios", 0, len(firsts))
-    for done, _ in enumerate(map_unordered(prepare, firsts, min(jobs, max(1, len(firsts)))), 1):
-        on_progress("scenarios", done, len(firsts))
+    done = count(1)
+    executor.run(prepare, firsts, lambda _index, _nothing: on_progress("scenarios", next(done), len(firsts)))
 
 
 def _missing(tasks: Sequence[Task], store: Store) -> list[Task]:
@@ -76,8 +83,12 @@ def _missing(tasks: Sequence[Task], store: Store) -> list[Task]:
         if _usable(task, planned) is None:
             missing.append(task)
             placeholder = CurveRecord(task.key, "", "", task.seed, task.max_labels, 0.0, Curve(()))
-            disk.add(planned, placeholder)
+            _add(planned, placeholder)
     return sorted(missing, key=lambda task: (task.scenario, task.method.families))
+
+
+def _add(store: Store, record: CurveRecord) -> None:
+    store.setdefault(record.key, {})[record.max_labels] = record
 
 
 def _usable(task: Task, store: Store) -> CurveRecord | None:

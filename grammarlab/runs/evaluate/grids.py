@@ -12,9 +12,10 @@ from PIL import Image
 
 from grammarlab.derivation.derive import derive
 from grammarlab.evaluation.preparation import Source, labelled_program
-from grammarlab.runs.atomic import atomic_file
+from grammarlab.files import atomic_file
 from grammarlab.runs.evaluate.samples import BeforeAfter
 from grammarlab.runs.evaluate.task import load_source
+from grammarlab.runs.executors import AbstractExecutor
 from grammarlab.runs.sheet_page import draw_page, lay_out
 from grammarlab.runs.tiles import Tiles, draw_tiles
 from grammarlab.scene import realize, triangles
@@ -27,14 +28,16 @@ QUALITY = 70
 """Of JPEG files, 1 to 95: the pictures of all scenarios together are to fit in a repository."""
 
 
-def draw_grids(scenario: Path, samples: BeforeAfter, folder: Path, jobs: int) -> dict[int, dict[str, Path]]:
+def draw_grids(
+    scenario: Path, samples: BeforeAfter, folder: Path, executor: AbstractExecutor
+) -> dict[int, dict[str, Path]]:
     """Draw samples of the labelled set with their true scores.
 
     Args:
         scenario: the scenario file.
         samples: what to draw; a small grid shows the beginning.
         folder: for the pictures, made when missing.
-        jobs: processes; the pictures do not depend on it.
+        executor: who draws; the pictures do not depend on it.
 
     Returns:
         ``F1-before-4x4.jpg`` and ``F1-after-4x4.jpg``, and the same with 10x10: by size, and then by stage.
@@ -50,7 +53,7 @@ def draw_grids(scenario: Path, samples: BeforeAfter, folder: Path, jobs: int) ->
     for size, area in SIZES.items():
         num = size * size
         # Drawn together, so that what is to stand side by side has one shape.
-        tiles = tiles_of(source, samples.before.models[:num] + samples.after.models[:num], area, jobs)
+        tiles = tiles_of(source, samples.before.models[:num] + samples.after.models[:num], area, executor)
         for index, (stage, (sample, heading)) in enumerate(stages.items()):
             captions = [(f"{score:.3g}", "") for score in sample.scores[:num]]
             page = lay_out(num, size, tiles.width, tiles.height)
@@ -66,17 +69,17 @@ def save_picture(picture: NDArray[np.uint8], path: Path) -> None:
         Image.fromarray(picture).save(part, "JPEG", quality=QUALITY, optimize=True, progressive=True)
 
 
-def tiles_of(source: Source, models: Sequence[int], area: int, jobs: int) -> Tiles:
+def tiles_of(source: Source, models: Sequence[int], area: int, executor: AbstractExecutor) -> Tiles:
     """Pictures of labelled models, each rebuilt from its address; each fills its picture.
 
     Args:
         source: the scenario with its grammar.
         models: indices in the labelled set; repeats are drawn once.
         area: about how many pixels each picture has.
-        jobs: processes; the pictures do not depend on it.
+        executor: who draws; the pictures do not depend on it.
     """
     program = labelled_program(source)
     different = sorted(set(models))
     forests = [derive(program, 1, source.scenario.seed, first_model=m, assets=source.assets) for m in different]
-    tiles = draw_tiles([triangles(realize(forest)) for forest in forests], area, jobs)
+    tiles = draw_tiles([triangles(realize(forest)) for forest in forests], area, executor)
     return replace(tiles, pictures=tuple(tiles.pictures[different.index(model)] for model in models))

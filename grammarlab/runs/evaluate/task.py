@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-import os
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-
-from threadpoolctl import threadpool_limits
 
 from grammarlab import __version__
 from grammarlab.evaluation import protocol
@@ -21,6 +16,7 @@ from grammarlab.evaluation.preparation import Source, prepare
 from grammarlab.evaluation.scenario import load
 from grammarlab.runs.derive_batch import compiled
 from grammarlab.runs.evaluate.cache import keep_in
+from grammarlab.runs.evaluate.measurements import digest
 from grammarlab.runs.evaluate.store import CurveRecord
 from grammarlab.runs.examples import find_rules
 
@@ -45,7 +41,15 @@ class Task:
     def key(self) -> str:
         """Names the curve: SHA-256 of everything that decides it but `max_labels`."""
         values = [__version__, self.source_key, self.method.as_json(), self.seed]
-        return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
+        return digest(values)
+
+    @property
+    def place(self) -> str:
+        """Names the curve among all that are made."""
+        return f"{self.key}-{self.max_labels}"
+
+    def __str__(self) -> str:
+        return f"the curve of {self.scenario.stem}, method {self.method.name}, seed {self.seed}"
 
 
 def load_source(scenario: Path) -> Source:
@@ -85,12 +89,7 @@ def run_protocol(task: Task) -> tuple[Material, protocol.State, Curve]:
     material = material_of(task)
     material = material if task.method.factored else material.as_one_factor()
     learner = learner_of(task.method, _source_of(task).feature_options)
-    # JAX looks here when it is first used: workers and later runs need not compile again what one has compiled.
-    os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(task.cache.absolute() / "jax"))
-    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
-    # At these sizes several threads are slower than one, and two workers share the cores anyway.
-    with threadpool_limits(1):
-        state, curve = protocol.run(material, learner, task.seed, task.max_labels)
+    state, curve = protocol.run(material, learner, task.seed, task.max_labels)
     return material, state, curve
 
 

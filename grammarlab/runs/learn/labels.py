@@ -9,7 +9,6 @@ from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from grammarlab.density import sampled
 from grammarlab.density.exactness import Exactness
@@ -32,6 +31,7 @@ from grammarlab.runs.learn.measure import Learned, Measured, Truth, measured
 from grammarlab.runs.learn.pool import Pool
 from grammarlab.runs.learn.scenario import check_method, learn_target, origin_line, scenario_of, write_learned
 from grammarlab.runs.scoring.labels import read_labels_or_session
+from grammarlab.runs.workers import one_thread
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -132,8 +132,7 @@ def learn_from_labels(
     forest = derive(program, ENOUGH_MODELS, seed, assets=source.assets)
     exactness = Exactness(parsed, forest)
     tables = tables_of(labelled, pool, answers, features, lambda feature: not exactness.reason_against(feature))
-    # At these sizes several threads are slower than one.
-    with threadpool_limits(1):
+    with one_thread():
         factors = tuple(learn_factor(factor, tables, pool.weights, seed=seed) for factor in answers)
         preference = _Product.of(factors, tables)
         target = Target(parsed, preference.reads, preference, base, preference.bound, source.assets)

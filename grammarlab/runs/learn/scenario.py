@@ -9,8 +9,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, cast
 
-from threadpoolctl import threadpool_limits
-
 from grammarlab import __version__
 from grammarlab.density import sampled
 from grammarlab.density.learned import LearnedGrammar
@@ -23,14 +21,15 @@ from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.preparation import Source
+from grammarlab.files import write_text
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import String
 from grammarlab.language.walking import walk
 from grammarlab.runs.asset_files import named_files
-from grammarlab.runs.atomic import write_text
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.examples import assets_folder, find_rules
 from grammarlab.runs.learn.measure import LabelledSet, Learned, Measured
+from grammarlab.runs.workers import one_thread
 
 METHODS = ("compile", *sampled.METHODS, "rejection")
 """Of these, rejection makes no grammar."""
@@ -143,8 +142,7 @@ def learn_target(
     def header(made_by: str) -> list[str]:
         return [*lines, f"Method {made_by}, base {target.base}"]
 
-    # At these sizes several threads are slower than one.
-    with threadpool_limits(1):
+    with one_thread():
         if method == "compile":
             return compile_nearest(target, forest, header, num_samples=num_samples, **options)
         if method == "rejection":

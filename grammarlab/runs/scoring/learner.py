@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -57,7 +58,8 @@ class _Learner:
         self._grammar, self._assets, self._names = grammar, assets, names
         self._derived: dict[bool, Models] = {}
         self._options = options_of(FEATURES, FEATURES.path_length)
-        self._version = 0
+        # So that no version is that of another process, which this one may replace.
+        self._version = secrets.randbits(48)
         self._rows: Rows | None = None
         self._preferences: dict[int, AbstractPreference] = {}
         self._product: ProductPreference | None = None
