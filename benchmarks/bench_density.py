@@ -22,11 +22,11 @@ from grammarlab.density.thinning import thin
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.selection import select_models
-from grammarlab.learning.flattening import flattened
 from grammarlab.evaluation.scenario import load
 from grammarlab.features.counting import count
 from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.flattening import flattened
 from grammarlab.runs.evaluate.find import shipped_scenarios
 from grammarlab.runs.examples import examples_folder
 

@@ -17,6 +17,7 @@ from grammarlab.render.renderer import RenderOptions
 from grammarlab.runs import SampleRequest, sample_run
 from grammarlab.runs.batches import cut_batches
 from grammarlab.runs.derive_batch import derive_batch
+from grammarlab.runs.executors import executor_of
 from grammarlab.scene import realize, triangles
 
 
@@ -47,4 +48,4 @@ def test_picture(benchmark, models, name, side, renderer):
 def test_sheet_of_16_buildings(benchmark, tmp_path, jobs):
     """The files, too; `bench_cli` says what they take."""
     request = SampleRequest.of("building", num_models=16, seed=5)
-    benchmark.pedantic(sample_run, (request, tmp_path), {"jobs": jobs}, rounds=2)
+    benchmark.pedantic(sample_run, (request, tmp_path), {"executor": executor_of(jobs)}, rounds=2)

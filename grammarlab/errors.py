@@ -7,6 +7,7 @@ GrammarlabError
 │   └── BudgetError        too many shapes, or too deep
 ├── AssetError             a mesh, image or footprint that is missing, broken or out of bounds
 │   └── MissingAssetError  a file that its folder lacks
+├── WorkerError            a task whose processes have died again and again
 └── InexactError           a density that no grammar gives exactly: says why
 
 A finding is one remark of the checker about a place in a rule file. Locations count lines and
@@ -130,6 +131,10 @@ class DerivationError(GrammarlabError):
 
 class BudgetError(DerivationError):
     """A model that grew past its shape or depth budget."""
+
+
+class WorkerError(GrammarlabError):
+    """A task that cannot be done because the processes that work on it die."""
 
 
 class InexactError(GrammarlabError):

@@ -39,13 +39,13 @@ def compare(
         result = compare_grammars(first, second, num_models=number, seed=seed)
         if picture is not None:
             from grammarlab.density.sampler import GrammarSampler
+            from grammarlab.runs.executors import executor_of
             from grammarlab.runs.learn.side_by_side import draw_side_by_side
-            from grammarlab.runs.workers import available_cores
 
             pairs = zip(result.grammars, result.sources, strict=True)
             samplers = [GrammarSampler(grammar, source.assets) for grammar, source in pairs]
             shown = list(zip((first, second), samplers, strict=True))
-            draw_side_by_side(shown, picture, side=4, seed=seed, jobs=available_cores())
+            draw_side_by_side(shown, picture, side=4, seed=seed, executor=executor_of(0))
         if as_json:
             print_json(_as_json(result))
         else:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from grammarlab.cli.report import friendly_errors, print_json, say
+from grammarlab.cli.unfinished import Unfinished
 
 if TYPE_CHECKING:
     from grammarlab.runs.evaluate.evaluate import EvaluationResult
@@ -79,12 +80,13 @@ def evaluate(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object with all curves.")] = False,
 ) -> None:
     """Let simulated persons score models, and measure how fast the density they want is learned."""
-    with friendly_errors():
+    run = Unfinished(without="--fresh")
+    with friendly_errors(run.advice):
         from grammarlab.cli.progress import progress
         from grammarlab.runs.evaluate.evaluate import evaluate_run
         from grammarlab.runs.evaluate.find import find_scenarios
         from grammarlab.runs.evaluate.request import EvaluationRequest
-        from grammarlab.runs.workers import available_cores
+        from grammarlab.runs.executors import executor_of
 
         request = EvaluationRequest.of(
             find_scenarios(scenarios),
@@ -97,13 +99,13 @@ def evaluate(
             density=density,
             grammar_labels=grammar_labels,
         )
-        with progress() as on_progress:
+        with progress(run.note) as on_progress:
             result = evaluate_run(
                 request,
                 folder or _folder_of(scenarios),
                 report=report,
                 cache=cache,
-                jobs=workers or available_cores(),
+                executor=executor_of(workers),
                 fresh=not resume,
                 command=_command(scenarios, request),
                 on_progress=on_progress,

@@ -18,9 +18,9 @@ def format_file(
 ) -> None:
     """Print a rule file in the one canonical style, comments included."""
     with friendly_errors():
+        from grammarlab.files import write_text
         from grammarlab.language.formatting import format_grammar
         from grammarlab.language.grammar import Grammar, read_text
-        from grammarlab.runs.atomic import write_text
 
         if check and in_place:
             raise UsageError("--check and --in-place exclude each other.")

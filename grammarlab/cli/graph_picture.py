@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from grammarlab.cli.rule_graph import Placed
 from grammarlab.errors import UsageError
-from grammarlab.runs.atomic import atomic_file, write_text
+from grammarlab.files import atomic_file, write_text
 
 FILL = {"start": "#2f5d8a", "rule": "#dfe7f0", "stochastic": "#f4d58d", "terminal": "#e3efdc"}
 INK = {"start": "#ffffff", "rule": "#22303c", "stochastic": "#3f3212", "terminal": "#2f4a24"}

@@ -115,10 +115,10 @@ def _tell(told: _Told, report: Path | None, seed: int, as_json: bool) -> None:
         for line in told.lines:
             say(line)
     if report is not None:
+        from grammarlab.runs.executors import executor_of
         from grammarlab.runs.learn.report import write_report
-        from grammarlab.runs.workers import available_cores
 
-        say(f"table and pictures: {write_report(told.page, report, seed=seed, jobs=available_cores())}")
+        say(f"table and pictures: {write_report(told.page, report, seed=seed, executor=executor_of(0))}")
 
 
 def _rules(learned: Learned, file: Path | None) -> list[str]:

@@ -6,12 +6,18 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+Show = Callable[[str, int, int], None]
+
 
 @contextmanager
-def progress() -> Iterator[Callable[[str, int, int], None]]:
-    """A function to call with what is being done, how much of it is finished and how much there is."""
+def progress(note: Show = lambda _what, _done, _total: None) -> Iterator[Show]:
+    """A function to call with what is being done, how much of it is finished and how much there is.
+
+    Args:
+        note: told the same.
+    """
     if not sys.stderr.isatty():
-        yield lambda _what, _done, _total: None
+        yield note
         return
     from rich.console import Console
     from rich.progress import Progress, TaskID
@@ -23,5 +29,6 @@ def progress() -> Iterator[Callable[[str, int, int], None]]:
             if what not in tasks:
                 tasks[what] = bars.add_task(what, total=total)
             bars.update(tasks[what], completed=done)
+            note(what, done, total)
 
         yield show

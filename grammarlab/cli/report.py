@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import typer
 
-from grammarlab.errors import GrammarlabError, LanguageError, UsageError
+from grammarlab.errors import GrammarlabError, LanguageError, UsageError, WorkerError
 from grammarlab.extras import named_extras
 
 FAILURE, USAGE, INTERRUPTED = 1, 2, 130
@@ -26,8 +26,12 @@ def print_json(value: dict[str, Any]) -> None:
 
 
 @contextmanager
-def friendly_errors() -> Iterator[None]:
-    """Turn what can go wrong into a message and an exit code; a traceback remains for mistakes of ours only."""
+def friendly_errors(advice: Callable[[], str] = str) -> Iterator[None]:
+    """Turn what can go wrong into a message and an exit code; a traceback remains for mistakes of ours only.
+
+    Args:
+        advice: says how to go on after what is nobody's mistake: an interruption, too little memory, a full disk.
+    """
     try:
         with named_extras():
             yield
@@ -37,6 +41,9 @@ def friendly_errors() -> Iterator[None]:
     except LanguageError as error:
         say(str(error))  # each finding says that it is an error
         raise typer.Exit(FAILURE) from error
+    except WorkerError as error:
+        _say_with(advice, f"error: {error}")
+        raise typer.Exit(FAILURE) from error
     except GrammarlabError as error:
         say(f"error: {error}")
         raise typer.Exit(FAILURE) from error
@@ -44,11 +51,17 @@ def friendly_errors() -> Iterator[None]:
         raise  # the reader of a pipe has gone: typer ends quietly
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        say(f"error: {where}{error.strerror or error}")
+        _say_with(advice, f"error: {where}{error.strerror or error}")
         raise typer.Exit(FAILURE) from error
     except MemoryError as error:
-        say("error: not enough memory. Try fewer models at a time (--jobs 1) or a smaller footprint.")
+        _say_with(advice, "error: not enough memory. Try fewer models at a time (--jobs 1) or a smaller footprint.")
         raise typer.Exit(FAILURE) from error
     except KeyboardInterrupt as error:
-        say("interrupted: what is finished stays valid.")
+        _say_with(advice, "interrupted: what is finished stays valid.")
         raise typer.Exit(INTERRUPTED) from error
+
+
+def _say_with(advice: Callable[[], str], message: str) -> None:
+    say(message)
+    if words := advice():
+        say(words)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from grammarlab.cli.report import friendly_errors, print_json, say
+from grammarlab.cli.unfinished import Unfinished
 from grammarlab.errors import UsageError
 
 MOST_PRINTS = 50
@@ -106,16 +107,17 @@ def sample(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the run.")] = False,
 ) -> None:
     """Sample models from a grammar: model files, a contact sheet, derivations and a manifest."""
-    with friendly_errors():
+    run = Unfinished(needs="--resume")
+    with friendly_errors(run.advice):
         from grammarlab.cli.progress import progress
         from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
         from grammarlab.runs.attributes import read_attributes
         from grammarlab.runs.checks import not_carried_out
         from grammarlab.runs.derive_batch import compiled
         from grammarlab.runs.examples import find_rules
-        from grammarlab.runs.workers import available_cores
+        from grammarlab.runs.executors import executor_of
 
-        jobs = jobs or available_cores()
+        executor = executor_of(jobs)
         if manifest is not None:
             _refuse_with_manifest(context)
             earlier = read_manifest(manifest, assets)
@@ -124,8 +126,10 @@ def sample(
             place = folder or Path("out", earlier.request.name)
             if not resume and place.resolve() == (manifest if manifest.is_dir() else manifest.parent).resolve():
                 raise UsageError(f"the run to repeat is in {place}: give another folder with -o, to compare with it.")
-            with progress() as on_progress:
-                result, different = repeat_run(earlier, place, jobs=jobs, resume=resume, on_progress=on_progress)
+            with progress(run.note) as on_progress:
+                result, different = repeat_run(
+                    earlier, place, executor=executor, resume=resume, on_progress=on_progress
+                )
             _tell(result, as_json, different)
             return
         if not grammar:
@@ -150,10 +154,9 @@ def sample(
             scale=scale.value,
             renderer=renderer.value,
         )
-        with progress() as on_progress:
-            result = sample_run(
-                request, folder or Path("out", request.name), jobs=jobs, resume=resume, on_progress=on_progress
-            )
+        place = folder or Path("out", request.name)
+        with progress(run.note) as on_progress:
+            result = sample_run(request, place, executor=executor, resume=resume, on_progress=on_progress)
         _tell(result, as_json)
 
 

@@ -16,6 +16,7 @@ from grammarlab.derivation.frames import FramePool
 from grammarlab.derivation.functions.attributes import STATE_DEFAULTS
 from grammarlab.derivation.materials import MaterialPool
 from grammarlab.derivation.meshes import MeshPool, normalized
+from grammarlab.derivation.origins import brought_near
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.shapes import FOOTPRINT, Shapes, Value
 from grammarlab.derivation.strings import StringPool
@@ -110,6 +111,7 @@ def derive(
         workspace.meshes.freeze(),
         workspace.materials.freeze(),
         texture_maps,
+        workspace.origins,
         tuple(recorder.prints),
         recorder.missing_assets(),
     )
@@ -178,6 +180,9 @@ def _prepare(
     """The workspace with the initial shapes in it."""
     models = np.arange(num_models, dtype=np.int32)
     frames, meshes = FramePool(), MeshPool()
+    origin = np.zeros(3)
+    if not isinstance(footprint, tuple):
+        (origin,), footprint = brought_near(footprint, np.array([0, len(footprint)]))
     position, size, frame, mesh = _initial(footprint, frames, meshes)
     roots = Shapes(
         models,
@@ -193,7 +198,17 @@ def _prepare(
         (),
     )
     workspace = Workspace(
-        program, start, roots, overrides, StringPool(), frames, meshes, MaterialPool(), budget, assets
+        program,
+        start,
+        roots,
+        np.repeat(origin[None, :], num_models, axis=0),
+        overrides,
+        StringPool(),
+        frames,
+        meshes,
+        MaterialPool(),
+        budget,
+        assets,
     )
     workspace.roots = roots._replace(state=initial_maps(roots, program.uv_sets, workspace))
     workspace.recorder.add_roots(models, program.rules[start].symbol)

@@ -84,7 +84,7 @@ class Leaves:
     node: NDArray[np.int32]
     """[L] the node."""
     position: Floats
-    """[L, 3] origin of the scope in world metres."""
+    """[L, 3] origin of the scope in metres along the world's axes, from the origin of its model (`Forest.origins`)."""
     size: Floats
     """[L, 3] size of the scope in metres, >= 0."""
     frame: NDArray[np.int32]
@@ -163,7 +163,11 @@ class Forest:
     meshes: Meshes
     materials: Materials
     texture_maps: Floats
-    """[K, 2, 4] how the colour map lies: u and v of a world point are rows times (x, y, z, 1), v upwards."""
+    """[K, 2, 4] how the colour map lies: u and v of a point, counted as positions are, are rows times (x, y, z, 1), v
+    upwards."""
+    origins: Floats
+    """[num_models, 3] where positions count from, in world metres; 0 but for models on far footprints (see
+    `grammarlab.derivation.origins`)."""
     prints: tuple[str, ...] = ()
     """The texts that ``print`` showed while these models were derived, at most 10,000; no part of a stored forest."""
     missing_assets: tuple[MissingAsset, ...] = ()

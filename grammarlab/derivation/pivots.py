@@ -20,14 +20,14 @@ PIVOT_POSITION = ("pivot.px", "pivot.py", "pivot.pz")
 
 
 def pivot_position(shapes: Shapes, workspace: Workspace) -> Floats:
-    """[N, 3] world positions of the pivots; on an initial shape, the origin of its scope."""
+    """[N, 3] positions of the pivots, counted as those of shapes are; on an initial shape, the origin of its scope."""
     roots = workspace.roots
     offset = np.stack([number_column(shapes.state.get(name, 0.0), shapes.num) for name in PIVOT_POSITION], axis=1)
     return roots.position[shapes.model] + workspace.frames.to_world(roots.frame[shapes.model], offset)
 
 
 def with_pivot(shapes: Shapes, position: Floats, frame: Ids, workspace: Workspace) -> Shapes:
-    """The same shapes with pivots at world positions [N, 3], with the axes of frames [N]."""
+    """The same shapes with pivots at positions [N, 3], with the axes of frames [N]."""
     shapes = shapes._replace(pivot=frame)
     if PIVOT_POSITION[0] not in workspace.program.state_names:
         return shapes

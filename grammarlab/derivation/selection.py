@@ -43,6 +43,7 @@ def select_models(forest: Forest, models: NDArray[np.integer]) -> Forest:
         leaves=replace(leaves, node=new_node[leaves.node]),
         draws=replace(draws, node=new_node[draws.node]),
         reports=replace(reports, node=new_node[reports.node]),
+        origins=forest.origins[models],
     )
 
 
@@ -79,7 +80,7 @@ def join_forests(forests: Sequence[Forest]) -> Forest:
                     frame=f.leaves.frame + frame,
                     mesh=f.leaves.mesh + mesh,
                     material=f.leaves.material + material,
-                    texture_map=moved_maps(f.leaves.texture_map, first_map),
+                    texture_map=_moved_maps(f.leaves.texture_map, first_map),
                 )
                 for f, node, frame, mesh, material, first_map in zip(
                     forests, nodes, frames, meshes, materials, maps, strict=True
@@ -95,12 +96,13 @@ def join_forests(forests: Sequence[Forest]) -> Forest:
             tuple(texture for forest in forests for texture in forest.materials.textures),
         ),
         texture_maps=np.concatenate([forest.texture_maps for forest in forests]),
+        origins=np.concatenate([forest.origins for forest in forests]),
         prints=tuple(text for forest in forests for text in forest.prints),
         missing_assets=by_path(asset for forest in forests for asset in forest.missing_assets),
     )
 
 
-def moved_maps(texture_map: NDArray[np.int32], first: np.integer | int) -> NDArray[np.int32]:
+def _moved_maps(texture_map: NDArray[np.int32], first: np.integer | int) -> NDArray[np.int32]:
     """A column of `Leaves.texture_map` in a table of maps in which its own ones come later."""
     return np.where(texture_map >= 0, texture_map + np.int32(first), texture_map)
 

@@ -42,7 +42,7 @@ class Shapes(NamedTuple):
     key: Keys | None
     """[N] random key; None where nothing below draws."""
     position: Floats
-    """[N, 3] origin of the scope, world metres."""
+    """[N, 3] origin of the scope in metres along the world's axes, from the origin of its model."""
     size: Floats
     """[N, 3] size of the scope, metres."""
     frame: Ids

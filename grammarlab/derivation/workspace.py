@@ -12,7 +12,7 @@ from grammarlab.derivation.frames import FramePool
 from grammarlab.derivation.materials import MaterialPool
 from grammarlab.derivation.meshes import MeshPool
 from grammarlab.derivation.recorder import Recorder
-from grammarlab.derivation.shapes import Shapes, Value
+from grammarlab.derivation.shapes import Floats, Shapes, Value
 from grammarlab.derivation.strings import StringPool
 from grammarlab.derivation.tables import TablePool
 from grammarlab.derivation.texture_maps import TextureMapPool
@@ -44,6 +44,8 @@ class Workspace:
     """Number of the start rule."""
     roots: Shapes
     """One shape per model: the initial shapes."""
+    origins: Floats
+    """[num_models, 3] where in the world the positions of each model's shapes count from."""
     overrides: Mapping[str, Value]
     """Attribute values given by the user, by name; scalars or one per model."""
     strings: StringPool

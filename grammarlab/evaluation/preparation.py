@@ -55,11 +55,13 @@ class Source:
 
     @property
     def key(self) -> str:
-        """SHA-256 of everything that decides the models and their scores."""
+        """SHA-256 of everything that decides the models, their scores and what is offered to learn from."""
         scenario = self.scenario
         preference = [(factor.name, factor.score) for factor in scenario.factors]
         models = (self.grammar.hash, scenario.num_models, scenario.seed, scenario.draws)
-        return hashlib.sha256(repr((__version__, models, scenario.base, preference)).encode()).hexdigest()
+        return hashlib.sha256(
+            repr((__version__, models, scenario.base, preference, scenario.features)).encode()
+        ).hexdigest()
 
 
 def prepare(source: Source, settings: Settings) -> Material:

@@ -2,64 +2,104 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.export.files import Output
 from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument
 from grammarlab.export.gltf_materials import GltfMaterials
-from grammarlab.scene import TriangleBatch
+from grammarlab.export.writer import GENERATOR, AbstractWriter
+from grammarlab.scene import Scene, TriangleBatch
 from grammarlab.scene.texture_coordinates import texture_coordinates
 
-GENERATOR = "grammarlab"
+Content: TypeAlias = Callable[[Scene, TriangleBatch, str], dict[str, Any]]
+"""Adds a model of some name to a document; returns the properties of its node that show it."""
 
 
-def merged_glb(
-    batch: TriangleBatch, names: list[str], offsets: NDArray[np.float64], assets: Path | None = None
-) -> bytes:
-    """A file with one node a model and one primitive a material.
+@final
+class GlbWriter(AbstractWriter):
+    """A file with one node for each model, below another one where the origin of the file is not the world's.
 
     Args:
-        batch: the models.
-        names: [num_models] names of the nodes.
-        offsets: [num_models, 3] where each model stands, in metres.
+        document: the file.
+        content: how models are written.
+        origin: [3] of the file in the world, in metres. JSON holds it in 64 bits, as numbers in the buffer are not.
+    """
+
+    def __init__(self, document: GltfDocument, content: Content, origin: NDArray[np.float64]) -> None:
+        self._document = document
+        self._content = content
+        self._origin = origin
+        self._roots: list[int] = []
+
+    def add(self, scene: Scene, batch: TriangleBatch, name: str, offset: NDArray[np.float64]) -> None:
+        """As `AbstractWriter.add`."""
+        node: dict[str, Any] = {"name": name, **self._content(scene, batch, name)}
+        if offset.any():
+            node["translation"] = offset.tolist()
+        self._roots.append(self._document.add("nodes", node))
+
+    def finish(self) -> None:
+        """As `AbstractWriter.finish`.
+
+        Raises:
+            UsageError: the file would be too large.
+        """
+        if self._origin.any():
+            node = {"name": "origin", "translation": self._origin.tolist(), "children": self._roots}
+            self._roots = [self._document.add("nodes", node)]
+        self._document.pack(self._roots, GENERATOR)
+
+
+def merged_glb(batch: TriangleBatch, name: str, assets: Path | None = None) -> bytes:
+    """A file of one model about its own origin.
+
+    Args:
+        batch: the model.
+        name: of its node.
         assets: folder of the textures; None leaves them out.
 
     Raises:
         AssetError: a texture is unusable.
     """
-    document = GltfDocument()
-    meshes = model_meshes(document, batch, names, GltfMaterials(document, batch.materials, assets))
-    roots = []
-    for model, name in enumerate(names):
-        node: dict[str, Any] = {"name": name}
-        if model in meshes:
-            node["mesh"] = meshes[model]
-        if offsets[model].any():
-            node["translation"] = offsets[model].tolist()
-        roots.append(document.add("nodes", node))
-    return document.pack(roots, GENERATOR)
+    with ExitStack() as parts:
+        stream = BytesIO()
+        document = GltfDocument(Output(stream, None, parts))
+        node = {"name": name, **merged_content(document, GltfMaterials(document, assets), batch, name)}
+        document.pack([document.add("nodes", node)], GENERATOR)
+        return stream.getvalue()
 
 
-def model_meshes(
-    document: GltfDocument, batch: TriangleBatch, names: list[str], materials: GltfMaterials
-) -> dict[int, int]:
-    """The mesh in the document of each model that has triangles, with one primitive a material."""
-    written = [materials.index(material) for material in batch.group_material.tolist()]
+@final
+@dataclass(frozen=True, slots=True)
+class MergedContent:
+    """Models as one mesh each, with one primitive for each material."""
+
+    document: GltfDocument
+    materials: GltfMaterials
+
+    def __call__(self, scene: Scene, batch: TriangleBatch, name: str) -> dict[str, Any]:
+        """Add one model; the properties of its node."""
+        return merged_content(self.document, self.materials, batch, name)
+
+
+def merged_content(document: GltfDocument, materials: GltfMaterials, batch: TriangleBatch, name: str) -> dict[str, Any]:
+    """One mesh with one primitive for each material of a model; nothing for a model without triangles."""
+    written = [materials.index(batch.materials, material) for material in batch.group_material.tolist()]
     plain = np.array([not textured for _, textured in written], dtype=bool)
     shared = iter(_shared_primitives(document, batch if plain.all() else batch.of_groups(np.flatnonzero(plain))))
     primitives = [
         {**(_textured_primitive(document, batch, group) if textured else next(shared)), "material": index}
         for group, (index, textured) in enumerate(written)
     ]
-    ends = batch.model_groups.tolist()
-    return {
-        model: document.add("meshes", {"name": name, "primitives": primitives[ends[model] : ends[model + 1]]})
-        for model, name in enumerate(names)
-        if ends[model] < ends[model + 1]
-    }
+    return {"mesh": document.add("meshes", {"name": name, "primitives": primitives})} if primitives else {}
 
 
 def _shared_primitives(document: GltfDocument, batch: TriangleBatch) -> list[dict[str, Any]]:

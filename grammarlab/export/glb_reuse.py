@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from hashlib import blake2b
+from itertools import pairwise
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import offsets_from_counts, row_of_value
-from grammarlab.export.glb import GENERATOR, model_meshes
+from grammarlab.derivation.materials import Materials
+from grammarlab.export.glb import merged_content
 from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument
 from grammarlab.export.gltf_materials import GltfMaterials
-from grammarlab.scene import Scene, triangles
+from grammarlab.scene import Scene, TriangleBatch
 from grammarlab.scene.instances import chosen
 from grammarlab.scene.shading import ShadedMeshes, shade
 from grammarlab.scene.triangles import CREASE_ANGLE
@@ -36,69 +38,88 @@ class Placements:
     """[I, 3] > 0."""
 
 
-def reused_glb(
-    scene: Scene, names: list[str], offsets: NDArray[np.float64], assets: Path | None = None, instancing: bool = False
-) -> bytes:
-    """A file with one mesh for each combination of mesh and material in use.
+@final
+class ReusedContent:
+    """Models as nodes that refer to one mesh for each combination of mesh and material in the file.
 
     Textured shapes share nothing: their texture coordinates differ with the size and the place of each shape. Those of
     one model are merged into one mesh.
 
     Args:
-        scene: the models.
-        names: [num_models] names of the nodes above each model.
-        offsets: [num_models, 3] where each model stands, in metres.
-        assets: folder of the textures; None leaves them out.
+        document: the file.
+        materials: its materials.
         instancing: write all places of a mesh as one node with ``EXT_mesh_gpu_instancing``, which the file then
             requires; otherwise write a node for each.
-
-    Raises:
-        AssetError: a texture is unusable.
     """
-    document = GltfDocument()
-    materials = GltfMaterials(document, scene.materials, assets)
-    textured = np.zeros(len(scene.materials), dtype=bool)
-    for material in np.unique(scene.material).tolist():
-        textured[material] = materials.index(material)[1]
-    merged = triangles(chosen(scene, textured[scene.material]))
-    merged_meshes = model_meshes(document, merged, [f"{name}_textured" for name in names], materials)
-    scene = chosen(scene, ~textured[scene.material])
 
-    used, mesh = np.unique(scene.mesh, return_inverse=True)
-    shaded = shade(scene.meshes.take(used), CREASE_ANGLE)
-    solid = np.diff(shaded.mesh_triangles)[mesh] > 0
-    mesh_of_pair = _ReusedMeshes(document, shaded, materials)
-    placements = _placements(scene, shaded, mesh)
-    if instancing and solid.any():
-        document.require(INSTANCING)
-    roots = []
-    ends = np.searchsorted(scene.model, np.arange(scene.num_models + 1))
-    for model, name in enumerate(names):
-        rows = np.arange(ends[model], ends[model + 1])
-        rows = rows[solid[rows]]
-        children = [document.add("nodes", {"mesh": merged_meshes[model]})] if model in merged_meshes else []
+    def __init__(self, document: GltfDocument, materials: GltfMaterials, *, instancing: bool) -> None:
+        self._document = document
+        self._materials = materials
+        self._instancing = instancing
+        self._meshes = _ReusedMeshes(document, materials)
+
+    def __call__(self, scene: Scene, batch: TriangleBatch, name: str) -> dict[str, Any]:
+        """Add one model; the properties of its node.
+
+        Raises:
+            AssetError: a texture is unusable.
+        """
+        textured = np.zeros(len(scene.materials), dtype=bool)
+        for material in batch.group_material.tolist():
+            textured[material] = self._materials.index(scene.materials, material)[1]
+        merged = batch.of_groups(np.flatnonzero(textured[batch.group_material]))
+        content = merged_content(self._document, self._materials, merged, f"{name}_textured")
+        children = [self._document.add("nodes", content)] if content else []
+        scene = chosen(scene, ~textured[scene.material])
+
+        used, mesh = np.unique(scene.mesh, return_inverse=True)
+        shaded = shade(scene.meshes.take(used), CREASE_ANGLE)
+        placements = _placements(scene, shaded, mesh)
+        rows = np.flatnonzero(np.diff(shaded.mesh_triangles)[mesh] > 0)
         for pair, places in _by_pair(mesh, scene.material, rows):
-            index = mesh_of_pair.index(*pair)
-            add = _instanced_node if instancing else _nodes
-            children += add(document, index, placements, places)
-        node: dict[str, Any] = {"name": name}
-        if children:
-            node["children"] = children
-        if offsets[model].any():
-            node["translation"] = offsets[model].tolist()
-        roots.append(document.add("nodes", node))
-    return document.pack(roots, GENERATOR)
+            index = self._meshes.index(shaded, pair[0], scene.materials, pair[1])
+            children += (
+                self._instanced(index, placements, places)
+                if self._instancing
+                else self._nodes(index, placements, places)
+            )
+        return {"children": children} if children else {}
+
+    def _nodes(self, mesh: int, placements: Placements, places: NDArray[np.int64]) -> list[int]:
+        columns = (placements.translation, placements.rotation, placements.scale)
+        rows = zip(*(column[places].tolist() for column in columns), strict=True)
+        return [
+            self._document.add(
+                "nodes", {"mesh": mesh, "translation": translation, "rotation": rotation, "scale": scale}
+            )
+            for translation, rotation, scale in rows
+        ]
+
+    def _instanced(self, mesh: int, placements: Placements, places: NDArray[np.int64]) -> list[int]:
+        document = self._document
+        document.require(INSTANCING)
+        attributes = {}
+        columns = {"TRANSLATION": placements.translation, "ROTATION": placements.rotation, "SCALE": placements.scale}
+        for name, values in columns.items():
+            chosen = values[places]
+            attributes[name] = document.add_accessor(document.add_array(chosen), chosen, 0)
+        return [document.add("nodes", {"mesh": mesh, "extensions": {INSTANCING: {"attributes": attributes}}})]
 
 
 def _by_pair(
     mesh: NDArray[np.integer], material: NDArray[np.integer], rows: NDArray[np.int64]
 ) -> Iterator[tuple[tuple[int, int], NDArray[np.int64]]]:
-    """The rows of each combination of mesh and material."""
-    pairs, pair_of_row = np.unique(np.stack([mesh[rows], material[rows]], axis=1), axis=0, return_inverse=True)
-    rows = rows[np.argsort(pair_of_row.ravel(), kind="stable")]
-    ends = offsets_from_counts(np.bincount(pair_of_row.ravel(), minlength=len(pairs))).tolist()
-    for index, (mesh_index, material_index) in enumerate(pairs.tolist()):
-        yield (mesh_index, material_index), rows[ends[index] : ends[index + 1]]
+    """The rows of each combination of mesh and material, in the order in which they come first."""
+    _, first, pair_of_row = np.unique(
+        np.stack([mesh[rows], material[rows]], axis=1), axis=0, return_index=True, return_inverse=True
+    )
+    place = np.empty_like(first)
+    place[np.argsort(first)] = np.arange(len(first))
+    pair_of_row = place[pair_of_row.ravel()]
+    rows = rows[np.argsort(pair_of_row, kind="stable")]
+    ends = offsets_from_counts(np.bincount(pair_of_row, minlength=len(first))).tolist()
+    for start, end in pairwise(ends):
+        yield (int(mesh[rows[start]]), int(material[rows[start]])), rows[start:end]
 
 
 def _placements(scene: Scene, shaded: ShadedMeshes, mesh: NDArray[np.integer]) -> Placements:
@@ -109,61 +130,48 @@ def _placements(scene: Scene, shaded: ShadedMeshes, mesh: NDArray[np.integer]) -
     np.logical_or.at(extends, row_of_value(np.diff(shaded.mesh_vertices)), shaded.points != 0)
     # A mesh that lies in the plane 0 of an axis is the same at any size along it.
     scale = np.where(~extends[mesh] & (scene.size < THINNEST), 1.0, np.maximum(scene.size, THINNEST))
-    quaternion = Rotation.from_matrix(scene.frames).as_quat() if len(scene.frames) else np.zeros((0, 4))
-    turned = quaternion.astype(np.float32)[scene.frame]
+    used, frame = np.unique(scene.frame, return_inverse=True)
+    quaternion = Rotation.from_matrix(scene.frames[used]).as_quat() if len(used) else np.zeros((0, 4))
+    turned = quaternion.astype(np.float32)[frame]
     return Placements(scene.position.astype(np.float32), turned, scale.astype(np.float32))
 
 
-def _nodes(document: GltfDocument, mesh: int, placements: Placements, places: NDArray[np.int64]) -> list[int]:
-    columns = (placements.translation, placements.rotation, placements.scale)
-    rows = zip(*(column[places].tolist() for column in columns), strict=True)
-    return [
-        document.add("nodes", {"mesh": mesh, "translation": translation, "rotation": rotation, "scale": scale})
-        for translation, rotation, scale in rows
-    ]
-
-
-def _instanced_node(document: GltfDocument, mesh: int, placements: Placements, places: NDArray[np.int64]) -> list[int]:
-    attributes = {}
-    columns = {"TRANSLATION": placements.translation, "ROTATION": placements.rotation, "SCALE": placements.scale}
-    for name, values in columns.items():
-        chosen = values[places]
-        attributes[name] = document.add_accessor(document.add_array(chosen), chosen, 0)
-    return [document.add("nodes", {"mesh": mesh, "extensions": {INSTANCING: {"attributes": attributes}}})]
-
-
 class _ReusedMeshes:
-    """The meshes of one document, each geometry written when it is first asked for."""
+    """The meshes of one document, each geometry written when it is first asked for; equal ones are one."""
 
-    def __init__(self, document: GltfDocument, shaded: ShadedMeshes, materials: GltfMaterials) -> None:
+    def __init__(self, document: GltfDocument, materials: GltfMaterials) -> None:
         self._document = document
-        self._shaded = shaded
         self._materials = materials
         self._written: dict[tuple[int, int], int] = {}
-        self._geometry: dict[int, dict[str, Any]] = {}
+        self._geometry: dict[bytes, tuple[int, dict[str, Any]]] = {}
 
-    def index(self, mesh: int, material: int) -> int:
-        """The index in the document of a mesh in a material."""
-        if (mesh, material) not in self._written:
-            material_index, _ = self._materials.index(material)
-            if mesh not in self._geometry:
-                self._geometry[mesh] = self._write(mesh)
-            primitive = {**self._geometry[mesh], "material": material_index}
-            entry = {"name": f"mesh_{mesh}_{material}", "primitives": [primitive]}
-            self._written[mesh, material] = self._document.add("meshes", entry)
-        return self._written[mesh, material]
+    def index(self, shaded: ShadedMeshes, mesh: int, table: Materials, material: int) -> int:
+        """The index in the document of one of some meshes in a material of a table."""
+        material_index, _ = self._materials.index(table, material)
+        number, geometry = self._geometry_of(shaded, mesh)
+        if (number, material_index) not in self._written:
+            entry = {
+                "name": f"mesh_{number}_{material_index}",
+                "primitives": [{**geometry, "material": material_index}],
+            }
+            self._written[number, material_index] = self._document.add("meshes", entry)
+        return self._written[number, material_index]
 
-    def _write(self, mesh: int) -> dict[str, Any]:
-        shaded = self._shaded
+    def _geometry_of(self, shaded: ShadedMeshes, mesh: int) -> tuple[int, dict[str, Any]]:
+        """The number of a geometry, and the properties of its primitives."""
         vertices = slice(*shaded.mesh_vertices[mesh : mesh + 2])
         corners = shaded.triangles[slice(*shaded.mesh_triangles[mesh : mesh + 2])]
-        points, normals = shaded.points[vertices].astype(np.float32), shaded.normals[vertices].astype(np.float32)
-        attributes = {
-            "POSITION": self._accessor(points, ARRAY_BUFFER, (points.min(axis=0), points.max(axis=0))),
-            "NORMAL": self._accessor(normals, ARRAY_BUFFER),
-        }
-        indices = corners.astype(np.uint16 if len(points) < 2**16 - 1 else np.uint32).ravel()
-        return {"attributes": attributes, "indices": self._accessor(indices, ELEMENT_ARRAY_BUFFER)}
+        points, normals = (column[vertices].astype(np.float32) + 0 for column in (shaded.points, shaded.normals))
+        key = blake2b(b"".join(part.tobytes() for part in (points, normals, corners)), digest_size=16).digest()
+        if key not in self._geometry:
+            attributes = {
+                "POSITION": self._accessor(points, ARRAY_BUFFER, (points.min(axis=0), points.max(axis=0))),
+                "NORMAL": self._accessor(normals, ARRAY_BUFFER),
+            }
+            indices = corners.astype(np.uint16 if len(points) < 2**16 - 1 else np.uint32).ravel()
+            accessor = self._accessor(indices, ELEMENT_ARRAY_BUFFER)
+            self._geometry[key] = len(self._geometry), {"attributes": attributes, "indices": accessor}
+        return self._geometry[key]
 
     def _accessor(self, values: np.ndarray, target: int, bounds: tuple[np.ndarray, np.ndarray] | None = None) -> int:
         return self._document.add_accessor(self._document.add_array(values, target), values, 0, bounds)

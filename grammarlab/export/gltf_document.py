@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import shutil
 import struct
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
 from grammarlab.errors import UsageError
+from grammarlab.export.files import Output
 
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
 COMPONENTS = {"float32": 5126, "uint32": 5125, "uint16": 5123}
@@ -16,42 +18,57 @@ MAGIC, VERSION, JSON_CHUNK, BINARY_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 MOST_BYTES = 2**32 - 1
 """A GLB states its length in 32 bits."""
 
+_encode = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
+
 
 class GltfDocument:
-    """Collects the parts of one file; `pack` gives the bytes of a GLB (glTF 2.0 specification, section 4)."""
+    """Collects the parts of one file; `pack` writes the GLB (glTF 2.0 specification, section 4).
 
-    def __init__(self) -> None:
-        self._lists: dict[str, list[dict[str, Any]]] = {}
-        self._chunks: list[bytes] = []
-        self._num_bytes = 0
+    What is added is turned into bytes at once and kept outside memory when it is much, since a file states its lengths
+    before its content.
+
+    Args:
+        output: the file.
+    """
+
+    def __init__(self, output: Output) -> None:
+        self._output = output
+        self._lists: dict[str, IO[bytes]] = {}
+        self._counts: dict[str, int] = {}
+        self._buffer = output.part()
         self._extensions: set[str] = set()
 
     def add(self, kind: str, entry: dict[str, Any]) -> int:
         """Append to the list `kind` (``nodes``, ``materials``, …) and return the index of the entry."""
-        entries = self._lists.setdefault(kind, [])
-        entries.append(entry)
-        return len(entries) - 1
+        if kind not in self._lists:
+            self._lists[kind], self._counts[kind] = self._output.part(), 0
+        index = self._counts[kind]
+        self._lists[kind].write(b"," * (index > 0) + _encode(entry).encode())
+        self._counts[kind] += 1
+        return index
 
     def require(self, extension: str) -> None:
         """Declare that a reader must know an extension to show this file."""
         self._extensions.add(extension)
 
-    def add_bytes(self, content: bytes) -> int:
-        """Append to the buffer, aligned to 4 bytes; the index of the buffer view."""
-        view: dict[str, Any] = {"buffer": 0, "byteOffset": self._num_bytes, "byteLength": len(content)}
-        padding = -len(content) % 4
-        self._chunks += [content, b"\0" * padding]
-        self._num_bytes += len(content) + padding
+    def add_bytes(self, content: bytes, **properties: int) -> int:
+        """Append to the buffer, aligned to 4 bytes; the index of the buffer view, which has some more properties.
+
+        Raises:
+            UsageError: the file would have more than `MOST_BYTES`.
+        """
+        view = {"buffer": 0, "byteOffset": self._buffer.tell(), "byteLength": len(content), **properties}
+        self._buffer.write(content)
+        self._buffer.write(b"\0" * (-len(content) % 4))
+        _require_size(self._buffer.tell())
         return self.add("bufferViews", view)
 
     def add_array(self, values: np.ndarray, target: int | None = None) -> int:
         """Append an array to the buffer; the index of the buffer view."""
-        view = self.add_bytes(np.ascontiguousarray(values).tobytes())
-        if target is not None:
-            self._lists["bufferViews"][view]["target"] = target
+        properties = {} if target is None else {"target": target}
         if target == ARRAY_BUFFER:
-            self._lists["bufferViews"][view]["byteStride"] = values.itemsize * values.shape[1]
-        return view
+            properties["byteStride"] = values.itemsize * values.shape[1]
+        return self.add_bytes(np.ascontiguousarray(values).tobytes(), **properties)
 
     def add_accessor(
         self, view: int, values: np.ndarray, first: int, bounds: tuple[np.ndarray, np.ndarray] | None = None
@@ -76,28 +93,46 @@ class GltfDocument:
             accessor["min"], accessor["max"] = bounds[0].tolist(), bounds[1].tolist()
         return self.add("accessors", accessor)
 
-    def pack(self, root_nodes: list[int], generator: str) -> bytes:
-        """The bytes of the GLB whose scene shows these nodes.
+    def pack(self, root_nodes: list[int], generator: str) -> None:
+        """Write the GLB whose scene shows these nodes.
 
         Raises:
-            UsageError: they would be more than `MOST_BYTES`.
+            UsageError: it would have more than `MOST_BYTES`.
         """
-        document: dict[str, Any] = {"asset": {"version": "2.0", "generator": generator}, "scene": 0}
-        document["scenes"] = [{"nodes": root_nodes} if root_nodes else {}]
+        head: dict[str, Any] = {"asset": {"version": "2.0", "generator": generator}, "scene": 0}
+        head["scenes"] = [{"nodes": root_nodes} if root_nodes else {}]
         if self._extensions:
-            document["extensionsUsed"] = document["extensionsRequired"] = sorted(self._extensions)
-        document.update(self._lists)
-        if self._num_bytes:
-            document["buffers"] = [{"byteLength": self._num_bytes}]
-        text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode()
-        text += b" " * (-len(text) % 4)
-        length = 12 + 8 + len(text) + (8 + self._num_bytes if self._num_bytes else 0)
-        if length > MOST_BYTES:
-            raise UsageError(
-                f"the file would have {length} bytes and a GLB holds at most {MOST_BYTES}; "
-                "write fewer models into one file, or share their meshes"
-            )
-        parts = [struct.pack("<IIIII", MAGIC, VERSION, length, len(text), JSON_CHUNK), text]
-        if self._num_bytes:
-            parts += [struct.pack("<II", self._num_bytes, BINARY_CHUNK), *self._chunks]
-        return b"".join(parts)
+            head["extensionsUsed"] = head["extensionsRequired"] = sorted(self._extensions)
+        num_bytes = self._buffer.tell()
+        ends = [f',"buffers":{_encode([{"byteLength": num_bytes}])}' if num_bytes else "", "}"]
+        names = [f',"{kind}":[' for kind in self._lists]
+        text_length = len(_encode(head)) - 1 + sum(map(len, names + ends))
+        text_length += sum(entries.tell() + 1 for entries in self._lists.values())
+        padding = -text_length % 4
+        length = 12 + 8 + text_length + padding + (8 + num_bytes if num_bytes else 0)
+        _require_size(length)
+
+        stream = self._output.stream
+        stream.write(struct.pack("<IIIII", MAGIC, VERSION, length, text_length + padding, JSON_CHUNK))
+        stream.write(_encode(head)[:-1].encode())
+        for name, entries in zip(names, self._lists.values(), strict=True):
+            stream.write(name.encode())
+            _append(entries, stream)
+            stream.write(b"]")
+        stream.write("".join(ends).encode() + b" " * padding)
+        if num_bytes:
+            stream.write(struct.pack("<II", num_bytes, BINARY_CHUNK))
+            _append(self._buffer, stream)
+
+
+def _append(part: IO[bytes], stream: IO[bytes]) -> None:
+    part.seek(0)
+    shutil.copyfileobj(part, stream, 1 << 20)
+
+
+def _require_size(length: int) -> None:
+    if length > MOST_BYTES:
+        raise UsageError(
+            f"the file would have {length} bytes or more and a GLB holds at most {MOST_BYTES}; "
+            "write fewer models into one file, or share their meshes"
+        )

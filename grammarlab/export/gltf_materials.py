@@ -18,28 +18,29 @@ REPEAT = 10497
 class GltfMaterials:
     """The materials of one document, each written when it is first asked for."""
 
-    def __init__(self, document: GltfDocument, materials: Materials, assets: Path | None) -> None:
+    def __init__(self, document: GltfDocument, assets: Path | None) -> None:
         self._document = document
-        self._materials = materials
         self._assets = assets
-        self._written: dict[int, tuple[int, bool]] = {}
+        self._numbers = MaterialNumbers()
+        self._textured: list[bool] = []
         self._images: dict[str, int | None] = {}
 
-    def index(self, material: int) -> tuple[int, bool]:
+    def index(self, table: Materials, material: int) -> tuple[int, bool]:
         """The index of a material in the document, and whether it needs texture coordinates.
 
         Args:
-            material: row of the material table.
+            table: the materials of a scene.
+            material: row of the table.
 
         Raises:
             AssetError: its texture is unusable.
         """
-        if material not in self._written:
-            self._written[material] = self._write(material)
-        return self._written[material]
+        number = self._numbers.number(table, material)
+        if number == len(self._textured):
+            self._textured.append(self._write(table, material, number))
+        return number, self._textured[number]
 
-    def _write(self, material: int) -> tuple[int, bool]:
-        table = self._materials
+    def _write(self, table: Materials, material: int, number: int) -> bool:
         base = linear_from_srgb(table.color[material]).tolist()
         opacity = float(np.clip(table.opacity[material], 0.0, 1.0))
         surface: dict[str, Any] = {
@@ -51,7 +52,7 @@ class GltfMaterials:
         if texture is not None:
             surface["baseColorTexture"] = {"index": texture}
         entry: dict[str, Any] = {
-            "name": material_name(table, material),
+            "name": material_name(table, material, number),
             "pbrMetallicRoughness": surface,
             "doubleSided": True,
         }
@@ -60,7 +61,8 @@ class GltfMaterials:
         emissive = linear_from_srgb(table.emissive[material])
         if emissive.any():
             entry["emissiveFactor"] = emissive.tolist()
-        return self._document.add("materials", entry), texture is not None
+        self._document.add("materials", entry)
+        return texture is not None
 
     def _texture(self, name: str) -> int | None:
         if name not in self._images:
@@ -80,7 +82,19 @@ class GltfMaterials:
         return 0
 
 
-def material_name(materials: Materials, material: int) -> str:
-    """A name that is stable for equal tables: row and sRGB colour, as in ``material_3_b8a890``."""
-    red, green, blue = np.rint(np.clip(materials.color[material], 0.0, 1.0) * 255).astype(int)
-    return f"material_{material}_{red:02x}{green:02x}{blue:02x}"
+class MaterialNumbers:
+    """The different materials of one file, numbered in the order in which they are first asked for."""
+
+    def __init__(self) -> None:
+        self._numbers: dict[tuple[bytes, str], int] = {}
+
+    def number(self, table: Materials, material: int) -> int:
+        """The number of a row of a table; rows that look the same have the same one, whatever their table."""
+        key = table.channels[material].tobytes(), table.textures[material]
+        return self._numbers.setdefault(key, len(self._numbers))
+
+
+def material_name(table: Materials, material: int, number: int) -> str:
+    """The number of a material in its file and its sRGB colour, as in ``material_3_b8a890``."""
+    red, green, blue = np.rint(np.clip(table.color[material], 0.0, 1.0) * 255).astype(int)
+    return f"material_{number}_{red:02x}{green:02x}{blue:02x}"

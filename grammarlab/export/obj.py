@@ -3,62 +3,108 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.export.gltf_materials import material_name
+from grammarlab.derivation.materials import Materials
+from grammarlab.export.files import Output, write_whole
+from grammarlab.export.gltf_materials import MaterialNumbers, material_name
 from grammarlab.export.textures import find_texture
-from grammarlab.scene import TriangleBatch
+from grammarlab.export.writer import AbstractWriter
+from grammarlab.scene import Scene, TriangleBatch
 from grammarlab.scene.texture_coordinates import texture_coordinates
 
 
-def obj_files(
-    batch: TriangleBatch, names: list[str], offsets: NDArray[np.float64], stem: str, assets: Path | None = None
-) -> dict[str, bytes]:
-    """The files of an OBJ by name, in the order in which to write them: images, library, geometry.
+@final
+class ObjWriter(AbstractWriter):
+    """A file in which each model is an object, and each of its materials a group of faces.
+
+    The format has nothing to move things with, and most readers keep coordinates in 32 bits. So a comment in the first
+    lines tells where the origin of the file is, and coordinates count from it.
 
     Args:
-        batch: the models; each becomes an object, each of its materials a group of faces.
-        names: [num_models] names of the objects.
-        offsets: [num_models, 3] where each model stands, in metres.
-        stem: name of the files without ending.
+        output: the file.
+        path: where it will be; the library and the images go beside it.
+        origin: [3] of the file in the world, in metres.
         assets: folder of the textures; None leaves them out.
-
-    Raises:
-        AssetError: a texture is unusable.
     """
-    images, library = _library(batch, stem, assets)
-    files = dict(images.values())
-    files[f"{stem}.mtl"] = library
-    lines = ["# grammarlab: metres, y up", f"mtllib {stem}.mtl"]
-    moved = np.repeat(offsets, np.diff(batch.group_vertices[batch.model_groups]), axis=0)
-    lines.append(_rows("v", batch.vertices + moved))
-    lines.append(_rows("vn", batch.normals))
-    num_coordinates = 0
-    for model, name in enumerate(names):
-        lines.append(f"o {name}")
-        for group in range(*batch.model_groups[model : model + 2].tolist()):
-            material = int(batch.group_material[group])
+
+    def __init__(self, output: Output, path: Path, origin: NDArray[np.float64], assets: Path | None) -> None:
+        self._stream = output.stream
+        self._path = path
+        self._assets = assets
+        self._numbers = MaterialNumbers()
+        self._library = ["# grammarlab: colours are sRGB; Pr and Pm are roughness and metalness"]
+        self._images: dict[int, tuple[str, bytes]] = {}
+        self._num_materials = 0
+        self._num_vertices = 0
+        self._num_coordinates = 0
+        self._write(["# grammarlab: metres, y up", *origin_comments("# ", origin), f"mtllib {path.stem}.mtl"])
+
+    def add(self, scene: Scene, batch: TriangleBatch, name: str, offset: NDArray[np.float64]) -> None:
+        """As `AbstractWriter.add`."""
+        moved = _rows("v", batch.vertices + offset, 12) if offset.any() else _rows("v", batch.vertices)
+        lines = [moved, _rows("vn", batch.normals), f"o {name}"]
+        for group, material in enumerate(batch.group_material.tolist()):
+            number = self._material(batch.materials, material)
             triangles = slice(*batch.group_triangles[group : group + 2])
-            rows = batch.triangles[triangles]
-            lines.append(f"usemtl {material_name(batch.materials, material)}")
-            corners = rows.astype(np.int64).ravel() + 1
-            if material in images:
+            corners = batch.triangles[triangles].astype(np.int64).ravel() + 1 + self._num_vertices
+            lines.append(f"usemtl {material_name(batch.materials, material, number)}")
+            if number in self._images:
                 coordinates = texture_coordinates(batch, triangles).reshape(-1, 2) * (1.0, -1.0)
                 lines.append(_rows("vt", coordinates))
-                texture = num_coordinates + 1 + np.arange(len(corners))
-                num_coordinates += len(corners)
+                texture = self._num_coordinates + 1 + np.arange(len(corners))
+                self._num_coordinates += len(corners)
                 lines.append(_faces("%d/%d/%d", np.stack([corners, texture, corners], axis=1)))
             else:
                 lines.append(_faces("%d//%d", np.stack([corners, corners], axis=1)))
-    files[f"{stem}.obj"] = ("\n".join(line for line in lines if line) + "\n").encode()
-    return files
+        self._num_vertices += len(batch.vertices)
+        self._write(lines)
+
+    def finish(self) -> None:
+        """Write the images and the library: while the geometry is missing, nothing points to a missing file."""
+        for name, content in self._images.values():
+            write_whole(self._path.with_name(name), content)
+        write_whole(self._path.with_suffix(".mtl"), ("\n".join(self._library) + "\n").encode())
+
+    def _write(self, lines: list[str]) -> None:
+        self._stream.write("".join(f"{line}\n" for line in lines if line).encode())
+
+    def _material(self, table: Materials, material: int) -> int:
+        """The number of a material, which the library has from now on.
+
+        Colours are written as sRGB, which is what programs that show OBJ files without colour management expect.
+        """
+        number = self._numbers.number(table, material)
+        if number < self._num_materials:
+            return number
+        self._num_materials += 1
+        lines = self._library
+        lines += [f"newmtl {material_name(table, material, number)}", "illum 2"]
+        for keyword, color in (("Kd", table.color[material]), ("Ke", table.emissive[material])):
+            lines.append(keyword + "".join(f" {value:.6g}" for value in np.clip(color, 0.0, 1.0)))
+        lines.append(f"d {np.clip(table.opacity[material], 0.0, 1.0):.6g}")
+        lines.append(f"Pr {np.clip(table.roughness[material], 0.0, 1.0):.6g}")
+        lines.append(f"Pm {np.clip(table.metallic[material], 0.0, 1.0):.6g}")
+        texture = find_texture(table.textures[material], self._assets)
+        if texture is not None:
+            name = f"{self._path.stem}_texture_{number}{texture.suffix}"
+            self._images[number] = (name, texture.content)
+            lines.append(f"map_Kd {name}")
+        return number
 
 
-def _rows(keyword: str, values: NDArray[np.floating]) -> str:
+def origin_comments(start: str, origin: NDArray[np.float64]) -> list[str]:
+    """The line that tells where the origin [3] of a file is, in 64 bits; none for that of the world."""
+    x, y, z = origin.tolist()
+    return [f"{start}origin {x!r} {y!r} {z!r} (metres, to be added to all coordinates)"] if origin.any() else []
+
+
+def _rows(keyword: str, values: NDArray[np.floating], digits: int = 9) -> str:
     """One line a row; nine digits give back every 32-bit number exactly."""
-    template = "\n".join([keyword + " %.9g" * values.shape[1]] * len(values))
+    template = "\n".join([keyword + f" %.{digits}g" * values.shape[1]] * len(values))
     return template % tuple(values.ravel().tolist())
 
 
@@ -66,26 +112,3 @@ def _faces(corner: str, references: NDArray[np.int64]) -> str:
     """One line a triangle from the references of its corners [3 T, 2 or 3]."""
     template = "\n".join([f"f {corner} {corner} {corner}"] * (len(references) // 3))
     return template % tuple(references.ravel().tolist())
-
-
-def _library(batch: TriangleBatch, stem: str, assets: Path | None) -> tuple[dict[int, tuple[str, bytes]], bytes]:
-    """The image of each textured material (name and content), and the MTL text.
-
-    Colours are written as sRGB, which is what programs that show OBJ files without colour management expect.
-    """
-    images: dict[int, tuple[str, bytes]] = {}
-    lines = ["# grammarlab: colours are sRGB; Pr and Pm are roughness and metalness"]
-    table = batch.materials
-    for material in np.unique(batch.group_material).tolist():
-        lines += [f"newmtl {material_name(table, material)}", "illum 2"]
-        for keyword, color in (("Kd", table.color[material]), ("Ke", table.emissive[material])):
-            lines.append(keyword + "".join(f" {value:.6g}" for value in np.clip(color, 0.0, 1.0)))
-        lines.append(f"d {np.clip(table.opacity[material], 0.0, 1.0):.6g}")
-        lines.append(f"Pr {np.clip(table.roughness[material], 0.0, 1.0):.6g}")
-        lines.append(f"Pm {np.clip(table.metallic[material], 0.0, 1.0):.6g}")
-        texture = find_texture(table.textures[material], assets)
-        if texture is not None:
-            name = f"{stem}_texture_{material}{texture.suffix}"
-            images[material] = (name, texture.content)
-            lines.append(f"map_Kd {name}")
-    return images, ("\n".join(lines) + "\n").encode()

@@ -2,41 +2,72 @@
 
 from __future__ import annotations
 
+import shutil
+from typing import final
+
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import row_of_value
-from grammarlab.scene import TriangleBatch
+from grammarlab.export.files import Output
+from grammarlab.export.obj import origin_comments
+from grammarlab.export.writer import AbstractWriter
+from grammarlab.scene import Scene, TriangleBatch
 
-VERTEX = np.dtype(
-    [(name, "<f4") for name in ("x", "y", "z", "nx", "ny", "nz")]
-    + [(name, "u1") for name in ("red", "green", "blue", "alpha")]
-)
 FACE = np.dtype([("count", "u1"), ("corners", "<u4", 3)])
-PROPERTY_TYPES = {"<f4": "float", "|u1": "uchar"}
+PROPERTY_TYPES = {"<f4": "float", "<f8": "double", "|u1": "uchar"}
 
 
-def ply_bytes(batch: TriangleBatch, offsets: NDArray[np.float64]) -> bytes:
+@final
+class PlyWriter(AbstractWriter):
     """All models as one mesh, with the sRGB colours of their materials.
 
+    A comment tells where the origin of the file is, since the format has nothing to move things with.
+
     Args:
-        batch: the models.
-        offsets: [num_models, 3] where each model stands, in metres.
+        output: the file.
+        origin: [3] of the file in the world, in metres.
+        wide: whether positions need 64 bits, since models stand far from each other.
     """
-    vertices = np.empty(len(batch.vertices), VERTEX)
-    positions = batch.vertices + np.repeat(offsets, np.diff(batch.group_vertices[batch.model_groups]), axis=0)
-    material = batch.group_material[row_of_value(np.diff(batch.group_vertices))]
-    colors = np.rint(np.clip(batch.materials.channels[:, :4], 0.0, 1.0) * 255).astype(np.uint8)[material]
-    for index, name in enumerate(("x", "y", "z")):
-        vertices[name] = positions[:, index]
-        vertices["n" + name] = batch.normals[:, index]
-    for index, name in enumerate(("red", "green", "blue", "alpha")):
-        vertices[name] = colors[:, index]
-    faces = np.empty(len(batch.triangles), FACE)
-    faces["count"] = 3
-    faces["corners"] = batch.triangles
-    header = ["ply", "format binary_little_endian 1.0", "comment grammarlab: metres, y up"]
-    header.append(f"element vertex {len(vertices)}")
-    header += [f"property {PROPERTY_TYPES[VERTEX[name].str]} {name}" for name in VERTEX.names or ()]
-    header += [f"element face {len(faces)}", "property list uchar uint vertex_indices", "end_header"]
-    return ("\n".join(header) + "\n").encode() + vertices.tobytes() + faces.tobytes()
+
+    def __init__(self, output: Output, origin: NDArray[np.float64], *, wide: bool) -> None:
+        self._stream = output.stream
+        self._origin = origin
+        self._vertices, self._faces = output.part(), output.part()
+        self._num_vertices = 0
+        self._vertex = np.dtype(
+            [(name, "<f8" if wide else "<f4") for name in ("x", "y", "z")]
+            + [(name, "<f4") for name in ("nx", "ny", "nz")]
+            + [(name, "u1") for name in ("red", "green", "blue", "alpha")]
+        )
+
+    def add(self, scene: Scene, batch: TriangleBatch, name: str, offset: NDArray[np.float64]) -> None:
+        """As `AbstractWriter.add`."""
+        vertices = np.empty(len(batch.vertices), self._vertex)
+        positions = batch.vertices + offset
+        material = batch.group_material[row_of_value(np.diff(batch.group_vertices))]
+        colors = np.rint(np.clip(batch.materials.channels[:, :4], 0.0, 1.0) * 255).astype(np.uint8)[material]
+        for index, axis in enumerate(("x", "y", "z")):
+            vertices[axis] = positions[:, index]
+            vertices["n" + axis] = batch.normals[:, index]
+        for index, channel in enumerate(("red", "green", "blue", "alpha")):
+            vertices[channel] = colors[:, index]
+        faces = np.empty(len(batch.triangles), FACE)
+        faces["count"] = 3
+        faces["corners"] = batch.triangles + np.uint32(self._num_vertices)
+        self._num_vertices += len(vertices)
+        self._vertices.write(vertices.tobytes())
+        self._faces.write(faces.tobytes())
+
+    def finish(self) -> None:
+        """As `AbstractWriter.finish`."""
+        header = ["ply", "format binary_little_endian 1.0", "comment grammarlab: metres, y up"]
+        header += origin_comments("comment ", self._origin)
+        header.append(f"element vertex {self._num_vertices}")
+        header += [f"property {PROPERTY_TYPES[self._vertex[name].str]} {name}" for name in self._vertex.names or ()]
+        header.append(f"element face {self._faces.tell() // FACE.itemsize}")
+        header += ["property list uchar uint vertex_indices", "end_header"]
+        self._stream.write(("\n".join(header) + "\n").encode())
+        for part in (self._vertices, self._faces):
+            part.seek(0)
+            shutil.copyfileobj(part, self._stream, 1 << 20)

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
-from grammarlab.export.files import write_whole
-from grammarlab.export.glb import merged_glb
-from grammarlab.export.glb_reuse import reused_glb
-from grammarlab.export.obj import obj_files
-from grammarlab.export.ply import ply_bytes
+from grammarlab.export.files import Output, whole_file
+from grammarlab.export.glb import GlbWriter, MergedContent
+from grammarlab.export.glb_reuse import ReusedContent
+from grammarlab.export.gltf_document import GltfDocument
+from grammarlab.export.gltf_materials import GltfMaterials
+from grammarlab.export.obj import ObjWriter
+from grammarlab.export.ply import PlyWriter
+from grammarlab.export.writer import AbstractWriter
 from grammarlab.scene import Scene, TriangleBatch, triangles
 from grammarlab.scene.checks import require_proper
 from grammarlab.scene.instances import only
-from grammarlab.scene.layout import grid
+from grammarlab.scene.layout import Layout, grid, in_place, model_bounds
 
 Format = Literal["glb", "obj", "ply"]
 Reuse = Literal["merged", "nodes", "instancing"]
@@ -40,6 +42,8 @@ class SaveOptions:
     """Folder that textures are relative to; None leaves textures out."""
     columns: int | None = None
     """Models side by side when several share a file; about a square when None."""
+    in_place: bool = False
+    """Models that share a file stay where they are in the world, not on a grid."""
 
     def __post_init__(self) -> None:
         if self.reuse not in REUSES:
@@ -68,13 +72,29 @@ def save(
         AssetError: a texture outside the asset folder, or broken.
     """
     target = Path(path)
-    options = options or SaveOptions()
-    chosen = _checked_format(file_format or target.suffix.lstrip(".").lower())
     batch = triangles(scene)
-    require_proper(scene)
-    names = [target.stem] if scene.num_models == 1 else [f"model_{i}" for i in range(scene.num_models)]
-    _write(target, chosen, scene, batch, names, grid(batch, options.columns), options)
-    return target
+    chosen = file_format or target.suffix.lstrip(".").lower()
+    return _save_together([(scene, batch)], target, _checked_format(chosen), options or SaveOptions())
+
+
+def save_together(
+    scenes: Iterable[Scene], path: str | os.PathLike[str], file_format: Format, options: SaveOptions | None = None
+) -> Path:
+    """Write the models of several scenes into one file, with one scene in memory at a time.
+
+    Args:
+        scenes: gone through twice; at least one model in all. How models are spread over them makes no difference.
+        path: as for `save`, like the other arguments.
+        file_format: ``glb``, ``obj`` or ``ply``.
+        options: see `SaveOptions`.
+
+    Returns:
+        The path of the file, which exists only when it is complete.
+
+    Raises:
+        As `save`.
+    """
+    return _save_together(_Triangulated(scenes), Path(path), _checked_format(file_format), options or SaveOptions())
 
 
 def save_each(
@@ -86,7 +106,7 @@ def save_each(
     first_model: int = 0,
     on_saved: Callable[[int], None] | None = None,
 ) -> tuple[Path, ...]:
-    """Write each model of a scene into its own file.
+    """Write each model of a scene into its own file, which depends on nothing but the model.
 
     Args:
         scene: any number of models.
@@ -107,17 +127,53 @@ def save_each(
     chosen = _checked_format(file_format)
     batch = triangles(scene)
     require_proper(scene)
-    in_place = np.zeros((1, 3))
     paths = []
     for index in range(scene.num_models):
-        stem = name(first_model + index)
-        target = Path(folder) / f"{stem}.{chosen}"
-        model_scene = scene if options.reuse == "merged" else only(scene, index)
-        _write(target, chosen, model_scene, batch.model(index), [stem], in_place, options)
+        target = Path(folder) / f"{name(first_model + index)}.{chosen}"
+        layout = Layout(scene.origins[index], np.zeros((1, 3)))
+        with whole_file(target) as output:
+            writer = _writer(output, target, chosen, layout, options)
+            writer.add(only(scene, index), batch.model(index), target.stem, layout.offsets[0])
+            writer.finish()
         paths.append(target)
         if on_saved is not None:
             on_saved(first_model + index)
     return tuple(paths)
+
+
+@dataclass(frozen=True, slots=True)
+class _Triangulated:
+    """Scenes with their triangles, one after the other."""
+
+    scenes: Iterable[Scene]
+
+    def __iter__(self) -> Iterator[tuple[Scene, TriangleBatch]]:
+        for scene in self.scenes:
+            yield scene, triangles(scene)
+
+
+def _save_together(
+    scenes: Iterable[tuple[Scene, TriangleBatch]], target: Path, file_format: str, options: SaveOptions
+) -> Path:
+    layout = _layout(scenes, options)
+    num_models = len(layout.offsets)
+    with whole_file(target) as output:
+        writer = _writer(output, target, file_format, layout, options)
+        count = 0
+        for scene, batch in scenes:
+            require_proper(scene)
+            for index in range(scene.num_models):
+                name = target.stem if num_models == 1 else f"model_{count}"
+                writer.add(only(scene, index), batch.model(index), name, layout.offsets[count])
+                count += 1
+        writer.finish()
+    return target
+
+
+def _layout(scenes: Iterable[tuple[Scene, TriangleBatch]], options: SaveOptions) -> Layout:
+    found = [(*model_bounds(batch), batch.origins) for _, batch in scenes]
+    low, high, origins = (np.concatenate(column) for column in zip(*found, strict=True))
+    return in_place(low, high, origins) if options.in_place else grid(low, high, origins, options.columns)
 
 
 def _checked_format(file_format: str) -> str:
@@ -126,23 +182,14 @@ def _checked_format(file_format: str) -> str:
     return file_format
 
 
-def _write(
-    target: Path,
-    file_format: str,
-    scene: Scene,
-    batch: TriangleBatch,
-    names: list[str],
-    offsets: NDArray[np.float64],
-    options: SaveOptions,
-) -> None:
+def _writer(output: Output, target: Path, file_format: str, layout: Layout, options: SaveOptions) -> AbstractWriter:
     if file_format == "ply":
-        write_whole(target, ply_bytes(batch, offsets))
-    elif file_format == "obj":
-        files = obj_files(batch, names, offsets, target.stem, options.assets)
-        # The geometry comes last and refers to the others: while it is missing, nothing points to a missing file.
-        for file_name, content in files.items():
-            write_whole(target if file_name == f"{target.stem}.obj" else target.with_name(file_name), content)
-    elif options.reuse == "merged":
-        write_whole(target, merged_glb(batch, names, offsets, options.assets))
-    else:
-        write_whole(target, reused_glb(scene, names, offsets, options.assets, options.reuse == "instancing"))
+        return PlyWriter(output, layout.origin, wide=layout.is_wide)
+    if file_format == "obj":
+        return ObjWriter(output, target, layout.origin, options.assets)
+    document = GltfDocument(output)
+    materials = GltfMaterials(document, options.assets)
+    if options.reuse == "merged":
+        return GlbWriter(document, MergedContent(document, materials), layout.origin)
+    instancing = options.reuse == "instancing"
+    return GlbWriter(document, ReusedContent(document, materials, instancing=instancing), layout.origin)

@@ -8,7 +8,6 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from grammarlab.density import sampled
 from grammarlab.density.exactness import Exactness
@@ -122,14 +121,12 @@ def learn_target(
     def header(made_by: str) -> list[str]:
         return [*lines, f"Method {made_by}, base {target.base}"]
 
-    # At these sizes several threads are slower than one.
-    with threadpool_limits(1):
-        if method == "compile":
-            return compile_nearest(target, forest, header, num_samples=num_samples, **options)
-        if method == "rejection":
-            return reject(target, num_pilot=num_samples, **options)
-        chosen = cast(sampled.Method, method)
-        return sampled.learn(target, chosen, num_samples=num_samples, header=header(method), **options)
+    if method == "compile":
+        return compile_nearest(target, forest, header, num_samples=num_samples, **options)
+    if method == "rejection":
+        return reject(target, num_pilot=num_samples, **options)
+    chosen = cast(sampled.Method, method)
+    return sampled.learn(target, chosen, num_samples=num_samples, header=header(method), **options)
 
 
 def check_method(method: str, known: Sequence[str] = METHODS) -> None:

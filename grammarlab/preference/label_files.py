@@ -8,7 +8,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
@@ -18,6 +17,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from grammarlab.errors import AssetError, UsageError
+from grammarlab.files import write_bytes
 from grammarlab.preference.labels import Label, Labels
 
 MAX_FILE_BYTES = 64 << 20
@@ -50,13 +50,7 @@ def save_labels(labels: Labels, path: Path | str) -> None:
         UsageError: when it ends in something else.
     """
     path = Path(path)
-    data = _format(path, _WRITERS)(labels)
-    part = path.with_name(f".part-{os.getpid()}-{path.name}")
-    try:
-        part.write_bytes(data)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    write_bytes(path, _format(path, _WRITERS)(labels))
 
 
 def read_labels(path: Path | str) -> Labels:

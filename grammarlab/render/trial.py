@@ -48,6 +48,7 @@ def _triangle() -> TriangleBatch:
         all_of_it,
         np.full(1, -1, np.int32),
         np.zeros((0, 2, 4)),
+        np.zeros((1, 3)),
     )
 
 

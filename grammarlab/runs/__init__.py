@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from grammarlab.runs.derivations import load_forest, save_forest
+    from grammarlab.runs.executors import AbstractExecutor, Processes, Serial
     from grammarlab.runs.footprints import Footprint, read_footprints
     from grammarlab.runs.manifest import Manifest, read_manifest
     from grammarlab.runs.records import ModelRecord
@@ -17,11 +18,14 @@ if TYPE_CHECKING:
     from grammarlab.runs.sample import RunResult, repeat_run, sample_run
 
 __all__ = [
+    "AbstractExecutor",
     "Footprint",
     "Manifest",
     "ModelRecord",
+    "Processes",
     "RunResult",
     "SampleRequest",
+    "Serial",
     "load_forest",
     "read_footprints",
     "read_manifest",
@@ -32,6 +36,7 @@ __all__ = [
 
 _MODULES = {
     "derivations": ("load_forest", "save_forest"),
+    "executors": ("AbstractExecutor", "Processes", "Serial"),
     "footprints": ("Footprint", "read_footprints"),
     "manifest": ("Manifest", "read_manifest"),
     "records": ("ModelRecord",),

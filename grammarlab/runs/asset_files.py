@@ -9,10 +9,10 @@ from urllib.parse import unquote
 
 from grammarlab.derivation.functions.files import matching_files
 from grammarlab.errors import AssetError
+from grammarlab.files import file_hash
 from grammarlab.geometry.assets import find_asset
 from grammarlab.language.syntax import String
 from grammarlab.language.walking import walk
-from grammarlab.runs.atomic import file_hash
 from grammarlab.runs.derive_batch import compiled
 from grammarlab.runs.request import SampleRequest
 

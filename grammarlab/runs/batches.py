@@ -17,6 +17,9 @@ class Batch:
     first_model: int
     num_models: int
 
+    def __str__(self) -> str:
+        return f"models {self.first_model} to {self.first_model + self.num_models - 1}"
+
 
 def cut_batches(request: SampleRequest) -> tuple[Batch, ...]:
     """The batches of a run: model k on footprint f has the index ``f * num_models + k`` under the run's seed."""

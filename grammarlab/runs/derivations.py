@@ -8,7 +8,7 @@ frames.parquet     one row a frame      rotation (fixed list of 9, row by row)
 maps.parquet       one row a map        coordinates (fixed list of 8, row by row)
 meshes.parquet     one row a mesh       points, face_sizes, corners, tags (lists)
 materials.parquet  one row a material   color.r ... emissive.b, texture
-forest.json        seed, first_model, num_models and the names that the integers stand for
+forest.json        seed, first_model, num_models, the origins of the models and the names that the integers stand for
 
 Columns have the meaning, type and unit of the fields of the same name in `grammarlab.derivation.forest`; node and model
 count within the folder, and model i has the address (seed, first_model + i).
@@ -32,11 +32,12 @@ from grammarlab.arrays import offsets_from_counts
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site, SiteKind
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.errors import AssetError
+from grammarlab.files import atomic_folder
 from grammarlab.geometry.mesh import Meshes
-from grammarlab.runs.atomic import atomic_folder
 
-FORMAT = 3
-"""Version of the layout above. In version 1 a site was a line of text; before version 3 there were no maps."""
+FORMAT = 4
+"""Version of the layout above. In version 1 a site was a line of text; before version 3 there were no maps, before
+version 4 no origins: positions counted from the origin of the world."""
 
 HEADER = "forest.json"
 FILES = (
@@ -66,6 +67,7 @@ def save_forest(forest: Forest, folder: Path | str) -> None:
         "rules": [[rule.symbol, rule.parameters, list(rule.branch), rule.line] for rule in forest.rules],
         "sites": [list(astuple(site)) for site in forest.sites],
         "report_keys": forest.reports.keys,
+        "origins": forest.origins.tolist(),
     }
     tables = {
         "nodes": _columns(forest.nodes),
@@ -97,7 +99,7 @@ def load_forest(folder: Path | str) -> Forest:
         raise AssetError(f"{folder}: expected derivations here, but {', '.join(missing)} is missing.")
     try:
         header = json.loads((folder / HEADER).read_text(encoding="utf-8"))
-        if header["format"] not in {*_WITHOUT_MAPS, FORMAT}:
+        if header["format"] not in range(1, FORMAT + 1):
             raise AssetError(f"{folder}: expected derivations of format {FORMAT}, found format {header['format']}.")
         leaves = _read(folder, "leaves")
         maps = np.zeros((0, 2, 4))
@@ -120,9 +122,16 @@ def load_forest(folder: Path | str) -> Forest:
             meshes=_meshes_from_arrow(pq.read_table(folder / "meshes.parquet")),
             materials=_materials_from_arrow(pq.read_table(folder / "materials.parquet")),
             texture_maps=maps,
+            origins=_origins(header),
         )
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError, pa.ArrowException) as error:
         raise AssetError(f"{folder}: the derivations are damaged ({error}). Sample them again.") from error
+
+
+def _origins(header: Mapping[str, Any]) -> Array:
+    """[num_models, 3] as the header has them, and zeros for a header of an earlier version."""
+    shape = header["num_models"], 3
+    return np.array(header["origins"], np.float64).reshape(shape) if "origins" in header else np.zeros(shape)
 
 
 def _site(entry: str | Sequence[Any]) -> Site:

@@ -13,9 +13,9 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.program import Program
 from grammarlab.export import save_each
 from grammarlab.export.textures import image_file
+from grammarlab.files import file_hash
 from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.atomic import file_hash
 from grammarlab.runs.attributes import fit_properties
 from grammarlab.runs.batches import Batch
 from grammarlab.runs.checks import grammar_to_run
@@ -46,12 +46,8 @@ def asset_folder(path: Path) -> AssetFolder:
     return AssetFolder(path)
 
 
-def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> tuple[int, BatchRecord]:
-    """Derive a batch and write its models, its derivations and, last, its record.
-
-    Returns:
-        The index of the batch, and its record.
-    """
+def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRecord:
+    """Derive a batch and write its models, its derivations and, last, its record."""
     forest = derive_batch(request, batch)
     scene = realize(forest)
     if request.single_file:
@@ -76,17 +72,17 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> tuple[in
         count_triangles(scene).tolist(),
         forest.log_probability().tolist(),
         summarize_reports(forest),
+        map(tuple, scene.origins.tolist()),
         strict=True,
     )
     models = tuple(
-        ModelRecord(batch.first_model + k, file, request.seed, shapes, num_triangles, log_probability, reports)
-        for k, (file, shapes, num_triangles, log_probability, reports) in enumerate(columns)
+        ModelRecord(batch.first_model + k, file, request.seed, *values) for k, (file, *values) in enumerate(columns)
     )
     hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
     images = _missing_images(forest, request.assets)
     record = BatchRecord(models, hashes, forest.prints, images, forest.missing_assets)
     write_record(folder, batch, record)
-    return batch.index, record
+    return record
 
 
 def _missing_images(forest: Forest, assets: Path) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from grammarlab.evaluation.methods import METHODS
 from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import OVERALL, Labels
 from grammarlab.runs.evaluate.task import Task, load_source, run_protocol
+from grammarlab.runs.workers import one_thread
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,8 @@ def label_models_of(
     with tempfile.TemporaryDirectory() as scratch:
         save_labels(Labels(), Path(scratch, file.name))  # a wrong suffix is better told before the work than after it
         task = Task(scenario, source.key, METHODS[method], seed, num_labels, cache or Path(scratch))
-        material, state, curve = run_protocol(task)
+        with one_thread():
+            material, state, curve = run_protocol(task)
     single, hashes = len(material.factors) == 1, material.study.space.hashes
     rows = [
         address.label(OVERALL if single else name, score, hashes)

@@ -14,8 +14,8 @@ from typing import Any
 from grammarlab import __version__
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import AssetError
+from grammarlab.files import write_text
 from grammarlab.render.choice import Choice
-from grammarlab.runs.atomic import write_text
 from grammarlab.runs.examples import examples_folder
 from grammarlab.runs.records import ModelRecord
 from grammarlab.runs.request import SampleRequest

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import Location
-from grammarlab.runs.atomic import write_text
 from grammarlab.runs.batches import Batch
+from grammarlab.runs.results import Results, json_kind
 
 DERIVATIONS = "derivations"
 """Folder with one folder a batch, each as `grammarlab.runs.derivations` describes it, and these records."""
-RECORD = "models.json"
+_KEY = "models"
+RECORD = f"{_KEY}.json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,8 @@ class ModelRecord:
     """Natural logarithm of the density of its random draws."""
     reports: Mapping[str, Mapping[str, float | int | None]] = field(default_factory=dict)
     """What ``report`` collected, by key: see `grammarlab.runs.reports`."""
+    origin: tuple[float, ...] = (0.0, 0.0, 0.0)
+    """Where in the world the model's own coordinates begin, in metres; a GLB moves them there by a node."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,19 +60,27 @@ def batch_folder(folder: Path, batch: Batch) -> Path:
 
 def write_record(folder: Path, batch: Batch, record: BatchRecord) -> None:
     """Record that a batch is finished; the last thing that is written of it."""
-    write_text(batch_folder(folder, batch) / RECORD, json.dumps(asdict(record), indent=1) + "\n")
+    _records(folder, batch).put(_KEY, record)
 
 
 def read_record(folder: Path, batch: Batch) -> BatchRecord | None:
     """The record of a batch, None unless it is finished and all its files are still there."""
-    try:
-        values = json.loads((batch_folder(folder, batch) / RECORD).read_text(encoding="utf-8"))
-        models = tuple(ModelRecord(**model) for model in values["models"])
-        images = tuple(values.get("missing_images", ()))
-        assets = tuple(
-            MissingAsset(each["path"], Location(**each["location"])) for each in values.get("missing_assets", ())
-        )
-        record = BatchRecord(models, values["hashes"], tuple(values["prints"]), images, assets)
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-    return record if all((folder / file).is_file() for file in record.hashes) else None
+    record = _records(folder, batch).get(_KEY)
+    return record if record is not None and all((folder / file).is_file() for file in record.hashes) else None
+
+
+def _records(folder: Path, batch: Batch) -> Results[BatchRecord]:
+    # No more lasting than the files that they are about.
+    return Results(batch_folder(folder, batch), _KIND, lasting=False)
+
+
+def _parse(values: Any) -> BatchRecord:
+    models = tuple(ModelRecord(**model) for model in values["models"])
+    images = tuple(values.get("missing_images", ()))
+    assets = tuple(
+        MissingAsset(each["path"], Location(**each["location"])) for each in values.get("missing_assets", ())
+    )
+    return BatchRecord(models, dict(values["hashes"]), tuple(values["prints"]), images, assets)
+
+
+_KIND = json_kind(asdict, _parse)

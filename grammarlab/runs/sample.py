@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -10,22 +10,20 @@ from pathlib import Path
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.errors import AssetError, Finding, UsageError
+from grammarlab.files import file_hash, remove_parts
 from grammarlab.render.choice import Choice, choose
 from grammarlab.runs.asset_files import first_difference, hash_assets
-from grammarlab.runs.atomic import file_hash
 from grammarlab.runs.batches import cut_batches
 from grammarlab.runs.clearing import clear_run
 from grammarlab.runs.derive_batch import compiled, sample_batch
+from grammarlab.runs.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.manifest import MANIFEST, Manifest, read_manifest, write_manifest
 from grammarlab.runs.missing_assets import warnings_of
 from grammarlab.runs.records import DERIVATIONS, BatchRecord, ModelRecord, read_record
 from grammarlab.runs.request import SampleRequest
+from grammarlab.runs.results import Progress
 from grammarlab.runs.sheet import draw_sheet, sheet_name
 from grammarlab.runs.single_file import single_file_name, write_single_file
-from grammarlab.runs.workers import map_unordered
-
-Progress = Callable[[str, int, int], None]
-"""Called with what is being done, how much of it is finished and how much there is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +58,7 @@ def sample_run(
     request: SampleRequest,
     folder: Path | str,
     *,
-    jobs: int = 1,
+    executor: AbstractExecutor = SERIAL,
     resume: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> RunResult:
@@ -72,7 +70,7 @@ def sample_run(
         request: what to make.
         folder: made when missing. The files of an earlier run of the grammar in it are removed, unless it is resumed.
             A folder with a run of another grammar is refused.
-        jobs: processes to use; the files do not depend on it.
+        executor: who makes the batches and the picture; the files do not depend on it.
         resume: go on with the run that the folder holds, doing only what is missing.
         on_progress: told about every finished batch.
 
@@ -89,7 +87,7 @@ def sample_run(
     asset_files = hash_assets(request)
     _prepare(folder, request, asset_files, resume)
     write_manifest(folder, request, choice, asset_files)
-    records, unchanged = _run_batches(request, folder, jobs, on_progress)
+    records, unchanged = _run_batches(request, folder, executor, on_progress)
     models = tuple(model for record in records for model in record.models)
     hashes = {file: digest for record in records for file, digest in record.hashes.items()}
     batches = cut_batches(request)
@@ -102,7 +100,7 @@ def sample_run(
     if sheet is not None:
         on_progress("picture", 0, 1)
         if not (unchanged and sheet.is_file()):
-            draw_sheet(request, folder, batches, jobs, choice)
+            draw_sheet(request, folder, batches, executor, choice)
         hashes[sheet.name] = file_hash(sheet)
         on_progress("picture", 1, 1)
     missing_assets = by_path(asset for record in records for asset in record.missing_assets)
@@ -116,7 +114,7 @@ def repeat_run(
     manifest: Manifest,
     folder: Path | str,
     *,
-    jobs: int = 1,
+    executor: AbstractExecutor = SERIAL,
     resume: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> tuple[RunResult, tuple[str, ...]]:
@@ -125,7 +123,7 @@ def repeat_run(
     Args:
         manifest: of a complete run.
         folder: where to put the files; not the folder of the run that is repeated.
-        jobs: as for `sample_run`.
+        executor: as for `sample_run`.
         resume: as for `sample_run`.
         on_progress: as for `sample_run`.
 
@@ -142,7 +140,7 @@ def repeat_run(
             f"the run cannot be repeated: {difference}, compared with the manifest, in {manifest.request.assets}. "
             "Give the folder that holds the assets as they were with --assets."
         )
-    result = sample_run(manifest.request, folder, jobs=jobs, resume=resume, on_progress=on_progress)
+    result = sample_run(manifest.request, folder, executor=executor, resume=resume, on_progress=on_progress)
     made = read_manifest(result.manifest).files
     return result, tuple(
         sorted(file for file in {*made, *manifest.files} if made.get(file) != manifest.files.get(file))
@@ -176,7 +174,7 @@ def _changed_option(earlier: SampleRequest, request: SampleRequest) -> str:
 
 
 def _run_batches(
-    request: SampleRequest, folder: Path, jobs: int, on_progress: Progress
+    request: SampleRequest, folder: Path, executor: AbstractExecutor, on_progress: Progress
 ) -> tuple[tuple[BatchRecord, ...], bool]:
     """The records of all batches, in order, and whether all were there already; makes those that are missing."""
     batches = cut_batches(request)
@@ -184,10 +182,16 @@ def _run_batches(
     missing = [batch for batch in batches if batch.index not in records]
     done = sum(len(record.models) for record in records.values())
     on_progress("models", done, request.total_models)
-    for index, record in map_unordered(
-        partial(sample_batch, request, folder), missing, min(jobs, max(len(missing), 1))
-    ):
-        records[index] = record
+
+    def finish(index: int, record: BatchRecord) -> None:
+        nonlocal done
+        records[missing[index].index] = record
         done += len(record.models)
         on_progress("models", done, request.total_models)
+
+    try:
+        executor.run(partial(sample_batch, request, folder), missing, finish)
+    finally:  # of processes that have been ended
+        remove_parts(folder)
+        remove_parts(folder / DERIVATIONS)
     return tuple(records[batch.index] for batch in batches), not missing

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from grammarlab.files import atomic_file
 from grammarlab.render.choice import Choice
-from grammarlab.runs.atomic import atomic_file
 from grammarlab.runs.batches import Batch
+from grammarlab.runs.executors import AbstractExecutor
 from grammarlab.runs.request import SampleRequest
 from grammarlab.runs.sheet_page import draw_page, lay_out
-from grammarlab.runs.single_file import load_scene
+from grammarlab.runs.single_file import StoredScenes
 from grammarlab.runs.tiles import draw_tiles, seen_points
 from grammarlab.scene import TriangleBatch, triangles
 
@@ -28,11 +29,13 @@ def sheet_name(request: SampleRequest) -> str:
     return f"{request.name}.png"
 
 
-def draw_sheet(request: SampleRequest, folder: Path, batches: tuple[Batch, ...], jobs: int, choice: Choice) -> Path:
+def draw_sheet(
+    request: SampleRequest, folder: Path, batches: tuple[Batch, ...], executor: AbstractExecutor, choice: Choice
+) -> Path:
     """Draw the models of finished batches onto one picture, `SHEET_MODELS` at most."""
     models = _first_models(folder, batches)
     same = request.scale == "same"
-    tiles = draw_tiles(models, TILE_AREA, jobs, same_scale=same, choice=choice)
+    tiles = draw_tiles(models, TILE_AREA, executor, same_scale=same, choice=choice)
     page = lay_out(len(models), request.columns, tiles.width, tiles.height)
     captions = [(str(index), _size_text(seen_points(model))) for index, model in enumerate(models)]
     scale = "all to one scale" if same else "each to its own scale"
@@ -44,14 +47,13 @@ def draw_sheet(request: SampleRequest, folder: Path, batches: tuple[Batch, ...],
 
 
 def _first_models(folder: Path, batches: tuple[Batch, ...]) -> list[TriangleBatch]:
-    count = 0
-    shown = []
-    for batch in batches:
-        if count < SHEET_MODELS:
-            shown.append(batch)
-        count += batch.num_models
-    together = triangles(load_scene(folder, tuple(shown)))
-    return [together.model(index) for index in range(min(together.num_models, SHEET_MODELS))]
+    models: list[TriangleBatch] = []
+    for scene in StoredScenes(folder, batches):
+        batch = triangles(scene)
+        models += [batch.model(index) for index in range(min(scene.num_models, SHEET_MODELS - len(models)))]
+        if len(models) == SHEET_MODELS:
+            break
+    return models
 
 
 def _size_text(points: NDArray[np.float32]) -> str:

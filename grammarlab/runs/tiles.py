@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,15 +14,23 @@ from numpy.typing import NDArray
 from grammarlab.render.camera import Camera, View, frame, frame_alike, seen_aspect
 from grammarlab.render.choice import Choice
 from grammarlab.render.renderer import RenderOptions
+from grammarlab.runs.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.sheet_page import Picture
-from grammarlab.runs.workers import map_unordered
 from grammarlab.scene import TriangleBatch
 
 NARROWEST, WIDEST = 0.65, 1.6
 """Width over height of the pictures, as fits the models."""
 _CAST = Choice("cast")
 
-_Task: TypeAlias = tuple[int, TriangleBatch, Camera]
+
+class _Task(NamedTuple):
+    """One picture to draw."""
+
+    model: TriangleBatch
+    camera: Camera
+
+    def __str__(self) -> str:
+        return f"the picture of a model of {len(self.model.triangles):,} triangles"
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,14 +46,19 @@ class Tiles:
 
 
 def draw_tiles(
-    models: Sequence[TriangleBatch], area: int, jobs: int, *, same_scale: bool = False, choice: Choice = _CAST
+    models: Sequence[TriangleBatch],
+    area: int,
+    executor: AbstractExecutor,
+    *,
+    same_scale: bool = False,
+    choice: Choice = _CAST,
 ) -> Tiles:
     """Draw each model by itself.
 
     Args:
         models: one model in each.
         area: about how many pixels a picture has; its shape suits most models.
-        jobs: processes; the pictures do not depend on it.
+        executor: who draws; the pictures do not depend on it.
         same_scale: whether a metre is as long in all pictures; else each model fills its own.
         choice: what draws.
     """
@@ -54,11 +67,10 @@ def draw_tiles(
     width, height = _size(points, area, view)
     aspect = width / height
     cameras = frame_alike(points, aspect, view) if same_scale else [frame(each, aspect, view) for each in points]
-    tasks = list(zip(range(len(models)), models, cameras, strict=True))
     draw = partial(_draw, choice, RenderOptions(width, height))
     # OpenGL drivers use all cores by themselves.
-    found = dict(map_unordered(draw, tasks, 1 if choice.name == "gl" else min(jobs, len(tasks))))
-    return Tiles(width, height, tuple(found[index] for index in range(len(models))))
+    executor = SERIAL if choice.name == "gl" else executor
+    return Tiles(width, height, tuple(executor.results(draw, map(_Task, models, cameras))))
 
 
 def seen_points(model: TriangleBatch) -> NDArray[np.float32]:
@@ -72,6 +84,5 @@ def _size(points: Sequence[NDArray[np.float32]], area: int, view: View) -> tuple
     return round(math.sqrt(area * aspect)), round(math.sqrt(area / aspect))
 
 
-def _draw(choice: Choice, options: RenderOptions, task: _Task) -> tuple[int, Picture]:
-    index, model, camera = task
-    return index, choice.make().render(model, camera, options)
+def _draw(choice: Choice, options: RenderOptions, task: _Task) -> Picture:
+    return choice.make().render(task.model, task.camera, options)

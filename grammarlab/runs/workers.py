@@ -1,18 +1,26 @@
-"""Work on several cores at once, with one core as the plain case."""
+"""Processes that work for this one: how they start, what they find around them, and how they end."""
 
 from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from itertools import islice
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from multiprocessing import connection, get_context, parent_process
-from threading import Thread
-from typing import TypeVar
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
+from threading import Lock, Thread
+from typing import Any
 
-Task = TypeVar("Task")
-Result = TypeVar("Result")
+from threadpoolctl import threadpool_limits
+
+MAX_ATTEMPTS = 3
+"""How often a task is begun whose process ends before it."""
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+# Spawned, not forked: threads of numerical libraries do not survive a fork.
+_CONTEXT = get_context("spawn")
+# A new process takes its environment from this one, which has one for all threads.
+_starting = Lock()
 
 
 def available_cores() -> int:
@@ -20,40 +28,85 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def map_unordered(work: Callable[[Task], Result], tasks: Iterable[Task], jobs: int) -> Iterator[Result]:
-    """The results of all tasks, each as soon as it is there.
+def start_worker(
+    target: Callable[..., None],
+    arguments: tuple[Any, ...],
+    environment: Mapping[str, str] | None = None,
+    *,
+    outlives: bool = False,
+) -> tuple[SpawnProcess, Connection]:
+    """Starts a process, and returns before it is ready.
+
+    Numerical libraries have one thread in it. It ignores Ctrl-C, which reaches the whole group of processes: what to do
+    is for this process to say. When this process has ended, however that was, so does the new one.
 
     Args:
-        work: a function that other processes can import.
-        tasks: its arguments; taken as workers become free, so that they may be many.
-        jobs: processes; with 1 everything happens in this one.
+        target: a function that other processes can import; called with the other end of the connection and `arguments`.
+        arguments: few and small: this process waits until they are taken.
+        environment: variables that the process has besides those of this one.
+        outlives: whether it may be left alone until this process ends. Such a process cannot start others.
+
+    Returns:
+        The process, and a connection to it that ends when it does.
     """
-    if jobs == 1:
-        yield from map(work, tasks)
+    here, there = _CONTEXT.Pipe()
+    process = _CONTEXT.Process(target=_begin, args=(target, there, *arguments), daemon=outlives)
+    with _starting, variables({**_ONE_THREAD, **(environment or {})}), _without_interrupts():
+        process.start()
+    there.close()
+    return process, here
+
+
+@contextmanager
+def variables(values: Mapping[str, str]) -> Iterator[None]:
+    """Environment variables of this process during a block."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def one_thread() -> threadpool_limits:
+    """A context in which numerical libraries have one thread.
+
+    At our sizes several are slower, and the last bits of a sum must not depend on the number of cores.
+    """
+    return threadpool_limits(1)
+
+
+def how_it_ended(process: SpawnProcess) -> str:
+    """The end of a lost process in words."""
+    code = process.exitcode
+    if code == -signal.SIGKILL:
+        return "it was killed, as systems do when memory is short"
+    return f"ended by signal {-code}" if code is not None and code < 0 else f"exit code {code}"
+
+
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Ctrl-C waits until the block has ended; what is started in it begins with that, too."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
         return
-    source = iter(tasks)
-    # Spawned, not forked: threads of numerical libraries do not survive a fork.
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=begin_worker) as pool:
-        running: set[Future[Result]] = {pool.submit(work, task) for task in islice(source, 2 * jobs)}
-        try:
-            while running:
-                done, running = wait(running, return_when=FIRST_COMPLETED)
-                running |= {pool.submit(work, task) for task in islice(source, len(done))}
-                for future in done:
-                    yield future.result()
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def begin_worker() -> None:
-    """What a process that works for another one begins with.
-
-    Ctrl-C reaches the whole group of processes: what to do is for the parent to say, so that what is under way can be
-    finished. And when the parent has ended, however that was, so does the worker.
-    """
+def _begin(target: Callable[..., None], there: Connection, *arguments: Any) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     Thread(target=_end_with_parent, daemon=True).start()
+    target(there, *arguments)
 
 
 def _end_with_parent() -> None:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.materials import Materials
+from grammarlab.derivation.origins import NEAR, origins_of
 from grammarlab.geometry.mesh import Meshes
 
 Floats = NDArray[np.float64]
@@ -18,7 +19,8 @@ Floats = NDArray[np.float64]
 class Scene:
     """I instances of meshes over `num_models` models, world y up, metres, right-handed.
 
-    Instance i's points are ``position + rotation @ (size * point)``, its rotation ``frames[frame[i]]``.
+    Instance i's points are ``position + rotation @ (size * point)`` from the origin of its model, its rotation
+    ``frames[frame[i]]``.
     """
 
     num_models: int
@@ -31,7 +33,7 @@ class Scene:
     material: NDArray[np.int32]
     """[I] index into `materials`."""
     position: Floats
-    """[I, 3] metres."""
+    """[I, 3] metres from the origin of the model."""
     size: Floats
     """[I, 3] metres, >= 0."""
     frame: NDArray[np.int32]
@@ -41,30 +43,73 @@ class Scene:
     texture_map: NDArray[np.int32]
     """[I] index into `texture_maps`, -1 for instances without texture coordinates."""
     texture_maps: Floats
-    """[K, 2, 4] u and v of a world point are rows times (x, y, z, 1), v upwards."""
+    """[K, 2, 4] u and v of a point from the origin of its model are rows times (x, y, z, 1), v upwards."""
+    origins: Floats
+    """[num_models, 3] where each model's positions count from, in world metres; see `grammarlab.derivation.origins`."""
 
     def __len__(self) -> int:
         return len(self.model)
 
 
 def realize(forest: Forest) -> Scene:
-    """The scene of a forest: its leaves, ordered by model, then by material."""
+    """The scene of a forest: its leaves, ordered by model, then by material.
+
+    Materials are ordered by what they look like, since their order in a forest depends on the other models in it.
+    """
     leaves = forest.leaves
-    model = forest.nodes.model[leaves.node]
-    order = stable_order(model, leaves.material)
-    return Scene(
+    materials, material_of_old = _sorted(forest.materials)
+    model, material = forest.nodes.model[leaves.node], material_of_old[leaves.material]
+    order = stable_order(model, material)
+    scene = Scene(
         forest.num_models,
         forest.meshes,
-        forest.materials,
+        materials,
         model[order],
         leaves.mesh[order],
-        leaves.material[order],
+        material[order],
         leaves.position.take(order, axis=0),
         leaves.size.take(order, axis=0),
         leaves.frame[order],
-        forest.frames,
+        forest.frames + 0.0,
         leaves.texture_map[order],
         forest.texture_maps,
+        forest.origins,
+    )
+    return _brought_near(scene)
+
+
+def _sorted(materials: Materials) -> tuple[Materials, NDArray[np.int32]]:
+    """Materials [K] ordered by their channels, then by their textures, and the new place of each [K]."""
+    channels = materials.channels + 0.0
+    rows = list(zip(channels.tolist(), materials.textures, strict=True))
+    order = np.array(sorted(range(len(rows)), key=rows.__getitem__), dtype=np.int32)
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order), dtype=np.int32)
+    return Materials(channels[order], tuple(materials.textures[row] for row in order.tolist())), place
+
+
+def _brought_near(scene: Scene) -> Scene:
+    """The same scene with other origins for the models that rules have moved far from theirs."""
+    if len(scene) == 0 or np.abs(scene.position).max() <= NEAR:
+        return scene
+    ends = np.searchsorted(scene.model, np.arange(scene.num_models + 1))
+    starts, filled = ends[:-1][np.diff(ends) > 0], np.diff(ends) > 0
+    moves = np.zeros((scene.num_models, 3))
+    moves[filled] = origins_of(
+        np.minimum.reduceat(scene.position, starts, axis=0), np.maximum.reduceat(scene.position, starts, axis=0)
+    )
+    move = moves[scene.model]
+    mapped = np.flatnonzero(scene.texture_map >= 0)
+    maps = scene.texture_maps[scene.texture_map[mapped]]
+    maps[:, :, 3] += np.einsum("nai,ni->na", maps[:, :, :3], move[mapped])
+    texture_map = scene.texture_map.copy()
+    texture_map[mapped] = np.arange(len(mapped))
+    return replace(
+        scene,
+        position=scene.position - move,
+        texture_map=texture_map,
+        texture_maps=maps,
+        origins=scene.origins + moves,
     )
 
 
@@ -89,7 +134,7 @@ def _narrow(column: NDArray[np.integer]) -> NDArray[np.integer]:
 def only(scene: Scene, model: int) -> Scene:
     """One model of a batch, as a scene of its own with the same tables."""
     alone = chosen(scene, slice(*np.searchsorted(scene.model, [model, model + 1])))
-    return replace(alone, num_models=1, model=np.zeros(len(alone), np.int32))
+    return replace(alone, num_models=1, model=np.zeros(len(alone), np.int32), origins=scene.origins[model : model + 1])
 
 
 def chosen(scene: Scene, rows: slice | NDArray[np.integer] | NDArray[np.bool_]) -> Scene:
@@ -107,4 +152,5 @@ def chosen(scene: Scene, rows: slice | NDArray[np.integer] | NDArray[np.bool_]) 
         scene.frames,
         scene.texture_map[rows],
         scene.texture_maps,
+        scene.origins,
     )

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.derivation.origins import NEAR, origins_of
 from grammarlab.scene.triangles import TriangleBatch
 
 Floats = NDArray[np.float64]
@@ -16,7 +18,7 @@ GAP = 0.25
 
 
 def model_bounds(batch: TriangleBatch) -> tuple[Floats, Floats]:
-    """Smallest and largest coordinates [num_models, 3] of each model; zeros for a model without triangles."""
+    """Smallest and largest coordinates [num_models, 3] of each model from its origin; zeros without triangles."""
     low, high = np.zeros((batch.num_models, 3)), np.zeros((batch.num_models, 3))
     ends = batch.group_vertices[batch.model_groups]
     filled = np.diff(ends) > 0
@@ -26,24 +28,57 @@ def model_bounds(batch: TriangleBatch) -> tuple[Floats, Floats]:
     return low, high
 
 
-def grid(batch: TriangleBatch, columns: int | None = None) -> Floats:
-    """How far to move each model [num_models, 3] so that all stand on a grid without touching.
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where the models of one file stand."""
 
-    Models go from left (-x) to right and from back (-z) to front, centred on their cells, and keep their heights. A
-    batch of one stays where it is.
+    origin: Floats
+    """[3] of the file in the world, in metres."""
+    offsets: Floats
+    """[num_models, 3] where the coordinates of each model begin, in metres from the origin of the file."""
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether models stand so far from each other that 32 bits do not hold all coordinates well."""
+        return bool(np.abs(self.offsets).max(initial=0.0) > NEAR)
+
+
+def in_place(low: Floats, high: Floats, origins: Floats) -> Layout:
+    """Models where they are in the world, about an origin that they share.
 
     Args:
-        batch: any number of models.
+        low: [num_models, 3] smallest coordinates of each model from its origin; at least one model.
+        high: [num_models, 3] largest ones.
+        origins: [num_models, 3] in the world.
+    """
+    if len(origins) == 1:
+        return Layout(origins[0], np.zeros((1, 3)))
+    box = (low + origins).min(axis=0), (high + origins).max(axis=0)
+    (origin,) = origins_of(box[0][None], box[1][None])
+    return Layout(origin, origins - origin)
+
+
+def grid(low: Floats, high: Floats, origins: Floats, columns: int | None = None) -> Layout:
+    """Models on a grid without touching.
+
+    Models go from left (-x) to right and from back (-z) to front, centred on their cells, and keep their heights. A
+    single one stays where it is.
+
+    Args:
+        low: [num_models, 3] smallest coordinates of each model from its origin.
+        high: [num_models, 3] largest ones.
+        origins: [num_models, 3] in the world.
         columns: models side by side, at least 1; about a square when left out.
     """
-    if batch.num_models <= 1:
-        return np.zeros((batch.num_models, 3))
-    low, high = model_bounds(batch)
+    if len(origins) == 1:
+        return in_place(low, high, origins)
+    if len(origins) == 0:
+        return Layout(np.zeros(3), origins)
     extent = (high - low).max(axis=0)
     gap = GAP * max(extent[0], extent[2])
-    across = columns or math.ceil(math.sqrt(batch.num_models))
-    index = np.arange(batch.num_models)
+    across = columns or math.ceil(math.sqrt(len(origins)))
+    index = np.arange(len(origins))
     cell = np.stack([index % across, np.zeros_like(index), index // across], axis=1)
     offsets = cell * (extent + gap) - (low + high) / 2
-    offsets[:, 1] = 0.0
-    return offsets
+    offsets[:, 1] = origins[:, 1]
+    return Layout(np.zeros(3), offsets)

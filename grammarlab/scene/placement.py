@@ -1,30 +1,33 @@
 """Vertices and normals of all instances of a scene.
 
-Meshes that many instances use (boxes, rectangles, cylinders) are placed by one matrix product each: an instance is a
-row of 12 numbers, its mesh a matrix from these to all its coordinates. The others share one ragged gather.
+Meshes that many instances use (boxes, rectangles, cylinders) are placed column by column, each distinct point once. The
+others share one ragged gather. Both add the same products in the same order, and neither hands them to a library that
+might not: an instance comes out the same to the last bit alone and in any batch.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Ints, row_of_value, take_rows
 from grammarlab.scene.instances import Scene
 from grammarlab.scene.shading import ShadedMeshes
 
+Floats = NDArray[np.float64]
+
 MANY_INSTANCES = 64
-"""From here on a mesh earns a matrix product of its own."""
+"""From here on a mesh is placed by itself."""
 MOST_TEMPLATES = 32
-"""At most so many meshes do: each one costs a few calls."""
+"""At most so many meshes are: each one costs a few calls."""
 LARGEST_TEMPLATE = 256
-"""Vertices; the matrix of a mesh grows with them, and a long gather is as fast."""
-BLOCK_VALUES = 60_000
+"""Vertices; a mesh costs a few calls for each of them, and a long gather is as fast."""
+BLOCK_VALUES = 180_000
 """Numbers computed at a time, so that they stay in the cache until they are stored."""
 SHORTEST = 1e-18
 """Shorter normals have no direction; the square of this length is still an exact 32-bit number."""
@@ -70,11 +73,11 @@ def place(
     kind_of_instance = kind[mesh]
     by_kind = np.argsort(kind_of_instance, kind="stable")
     ends = np.searchsorted(kind_of_instance, np.arange(len(templates) + 1), sorter=by_kind).tolist()
-    columns = _columns(scene, by_kind[: ends[-1]], vertex_offsets, triangle_offsets)
-    # Products of so few columns are ten times slower when BLAS spreads them over two threads.
-    with threadpool_limits(limits=1, user_api="blas"):
-        for template, (first, end) in zip(templates, pairwise(ends), strict=True):
-            _place_template(template, columns, first, end)
+    for template, (first, end) in zip(templates, pairwise(ends), strict=True):
+        step = max(1, BLOCK_VALUES // (3 * len(template.point)))
+        for start in range(first, end, step):
+            rows = by_kind[start : min(start + step, end)]
+            _place_template(template, scene, rows, vertex_offsets.take(rows), triangle_offsets.take(rows))
     rest = by_kind[ends[-1] :]
     if len(rest):
         _place_rest(placed, scene, shaded, mesh, rest, vertex_offsets, triangle_offsets)
@@ -84,7 +87,8 @@ def place(
 def _most_used(shaded: ShadedMeshes, mesh: Ints) -> Ints:
     """Meshes used often enough for a template, the most used first."""
     uses = np.bincount(mesh, minlength=len(shaded.mesh_vertices) - 1)
-    uses[np.diff(shaded.mesh_vertices) > LARGEST_TEMPLATE] = 0
+    num_vertices = np.diff(shaded.mesh_vertices)
+    uses[(num_vertices > LARGEST_TEMPLATE) | (num_vertices == 0)] = 0
     most = np.argsort(-uses, kind="stable")[:MOST_TEMPLATES]
     return most[uses[most] >= MANY_INSTANCES]
 
@@ -92,12 +96,14 @@ def _most_used(shaded: ShadedMeshes, mesh: Ints) -> Ints:
 class _Template(NamedTuple):
     """A mesh of V vertices and T triangles, and the places it may go to."""
 
-    to_points: NDArray[np.float32]
-    """[12, 3 V] from an instance's axes and position to the coordinates of its vertices."""
-    to_normals: NDArray[np.float32]
-    """[9, 3 V] from an instance's axes to its normals."""
-    to_squares: NDArray[np.float32]
-    """[3, 3 V] from the squares of what stretches each axis to the squared length of its normals, once a coordinate."""
+    points: Floats
+    """[P, 3] its distinct points."""
+    point: Ints
+    """[V] which of them each vertex is."""
+    directions: Floats
+    """[D, 3] its distinct normals."""
+    direction: Ints
+    """[V] which of them each vertex has."""
     corners: NDArray[np.uint32]
     """[3 T] vertices, counted from the first of the mesh."""
     axis_aligned: bool
@@ -112,15 +118,17 @@ class _Template(NamedTuple):
 def _template(shaded: ShadedMeshes, mesh: int, placed: Placed) -> _Template:
     vertices = slice(*shaded.mesh_vertices[mesh : mesh + 2])
     corners = shaded.triangles[slice(*shaded.mesh_triangles[mesh : mesh + 2])]
-    num_vertices = len(shaded.points[vertices])
+    points, point = np.unique(shaded.points[vertices], axis=0, return_inverse=True)
+    directions, direction = np.unique(shaded.normals[vertices], axis=0, return_inverse=True)
     return _Template(
-        _coordinates_matrix(shaded.points[vertices], with_position=True),
-        _coordinates_matrix(shaded.normals[vertices], with_position=False),
-        np.repeat(shaded.normals[vertices].T ** 2, 3, axis=1).astype(np.float32),
+        points,
+        point.ravel(),
+        directions,
+        direction.ravel(),
         corners.astype(np.uint32).ravel(),
         bool(shaded.axis_aligned[mesh]),
-        _windows(placed.vertices, num_vertices),
-        _windows(placed.normals, num_vertices),
+        _windows(placed.vertices, len(point)),
+        _windows(placed.normals, len(point)),
         _windows(placed.triangles, len(corners)),
     )
 
@@ -135,71 +143,51 @@ def _items(block: NDArray[Any]) -> NDArray[np.void]:
     return block.view(f"V{4 * block.shape[1]}")[:, 0]
 
 
-class _Columns(NamedTuple):
-    """N instances, those of one mesh after those of another."""
-
-    axes_and_position: NDArray[np.float32]
-    """[N, 12] the axes as long as the size, row by row of the matrix, then the position."""
-    rotation: NDArray[np.float32]
-    """[N, 3, 3] proper rotations."""
-    size: NDArray[np.float32]
-    """[N, 3] metres."""
-    vertex: Ints
-    """[N] where the vertices of each go."""
-    triangle: Ints
-    """[N] where its triangles go."""
+def _interleaved(vectors: NDArray[np.float32], chosen: Ints) -> NDArray[np.void]:
+    """[N] as one item for each instance, the chosen [V] of its vectors [P, N, 3]."""
+    picked = vectors[chosen]
+    block = np.empty((vectors.shape[1], len(chosen), 3), np.float32)
+    # Coordinate by coordinate, since a copy of rows of three takes twice as long.
+    for axis in range(3):
+        block[:, :, axis] = picked[:, :, axis].T
+    return _items(block.reshape(len(block), -1))
 
 
-def _columns(scene: Scene, rows: Ints, vertex_offsets: Ints, triangle_offsets: Ints) -> _Columns:
-    rotation = scene.frames.astype(np.float32).take(scene.frame.take(rows), axis=0)
-    size = scene.size.take(rows, axis=0).astype(np.float32)
-    columns = np.empty((len(size), 12), np.float32)
-    # Three times the size beside each other, since products of rows of nine are far faster than those of rows of three.
-    thrice = _items(size).repeat(3).view(np.float32).reshape(-1, 9)
-    np.multiply(rotation.reshape(-1, 9), thrice, out=columns[:, :9])
-    columns[:, 9:] = scene.position.take(rows, axis=0)
-    return _Columns(columns, rotation, size, vertex_offsets.take(rows), triangle_offsets.take(rows))
-
-
-def _place_template(template: _Template, columns: _Columns, first: int, end: int) -> None:
-    """Place the instances from `first` to `end` of the columns, which all use the mesh of `template`."""
-    width = template.to_points.shape[1]
-    if width == 0 or len(template.corners) == 0:
+def _place_template(template: _Template, scene: Scene, rows: Ints, vertex: Ints, triangle: Ints) -> None:
+    """Place the instances at `rows` [N], which all use the mesh of `template`, at vertices [N] and triangles [N]."""
+    if len(template.corners) == 0:
         return
-    step = max(1, BLOCK_VALUES // width)
-    for start in range(first, end, step):
-        block = slice(start, min(start + step, end))
-        rotation, vertex = columns.rotation[block], columns.vertex[block]
-        template.vertices[vertex] = _items(columns.axes_and_position[block] @ template.to_points)
-        if template.axis_aligned:
-            normals = rotation.reshape(-1, 9) @ template.to_normals
-        else:
-            normals = _stretched_normals(template, rotation, cofactors(columns.size[block]))
-        template.normals[vertex] = _items(normals)
-        template.triangles[columns.triangle[block]] = _items(template.corners + vertex.astype(np.uint32)[:, None])
+    position, size = scene.position.take(rows, axis=0) + 0.0, scene.size.take(rows, axis=0)
+    axes = list(np.moveaxis(scene.frames.take(scene.frame.take(rows), axis=0), 2, 0).copy())
+    stretched = [axis * size[:, j, None] for j, axis in enumerate(axes)]
+    points = np.empty((len(template.points), len(rows), 3), np.float32)
+    for index, point in enumerate(template.points.tolist()):
+        points[index] = _combined(position, stretched, point)
+    template.vertices[vertex] = _interleaved(points, template.point)
+
+    if not template.axis_aligned:
+        axes = [axis * stretch[:, None] for axis, stretch in zip(axes, cofactors(size).T, strict=True)]
+    normals = np.empty((len(template.directions), len(rows), 3), np.float32)
+    for index, direction in enumerate(template.directions.tolist()):
+        normal = _combined(np.zeros_like(position), axes, direction)
+        if not template.axis_aligned:
+            normal = _unit_or_up(normal, scene.frames, scene.frame[rows])
+        normals[index] = normal
+    template.normals[vertex] = _interleaved(normals, template.direction)
+    template.triangles[triangle] = _items(template.corners + vertex.astype(np.uint32)[:, None])
 
 
-def _stretched_normals(
-    template: _Template, rotation: NDArray[np.float32], stretch: NDArray[np.floating]
-) -> NDArray[np.floating]:
-    """[N, 3 V] normals of a mesh under rotations [N, 3, 3] and factors [N, 3] along its axes."""
-    normals = (rotation * stretch[:, None, :]).reshape(-1, 9) @ template.to_normals
-    length = np.sqrt(stretch * stretch @ template.to_squares)
-    lost = length < SHORTEST
-    if lost.any():
-        length[lost] = 1.0
-        up = np.broadcast_to(rotation[:, None, :, 1], (len(normals), normals.shape[1] // 3, 3))
-        normals[lost] = up.reshape(normals.shape)[lost]
-    normals /= length
-    return normals
+def _combined(start: Floats, axes: Sequence[Floats], weights: Sequence[float] | Sequence[Floats]) -> Floats:
+    """[N, 3] a start, which has no -0, plus axes [N, 3] times a weight each, one after the other.
 
-
-def _coordinates_matrix(vectors: NDArray[np.float64], with_position: bool) -> NDArray[np.float32]:
-    """[9 or 12, 3 V] from an instance's axes (row by row), and its position, to the coordinates of all vectors."""
-    blocks = np.einsum("ik,vj->ijvk", np.eye(3), vectors).reshape(9, -1)
-    if with_position:
-        blocks = np.concatenate([blocks, np.tile(np.eye(3), len(vectors))])
-    return blocks.astype(np.float32)
+    A weight of 0 for all leaves out what would not change anything.
+    """
+    for axis, weight in zip(axes, weights, strict=True):
+        if isinstance(weight, np.ndarray):
+            start = start + axis * weight
+        elif weight:
+            start = start + (axis if weight == 1.0 else axis * weight)
+    return start
 
 
 def _place_rest(
@@ -216,13 +204,17 @@ def _place_rest(
     source, _ = take_rows(shaded.mesh_vertices, mesh)
     target, _ = take_rows(vertex_offsets, rest)
     row = row_of_value(np.diff(shaded.mesh_vertices)[mesh])
-    rotation, size = scene.frames[scene.frame[rest]], scene.size[rest]
-    offset = np.einsum("nij,nj->ni", rotation[row], size[row] * shaded.points[source])
-    placed.vertices[target] = scene.position[rest][row] + offset
+    axes, size = np.moveaxis(scene.frames[scene.frame[rest]], 2, 0), scene.size[rest]
+    position = scene.position[rest] + 0.0
+    stretched = [(axis * size[:, j, None])[row] for j, axis in enumerate(axes)]
+    placed.vertices[target] = _combined(position[row], stretched, np.hsplit(shaded.points[source], 3))
 
-    scaled = np.where(shaded.axis_aligned[mesh][:, None], 1.0, cofactors(size))[row] * shaded.normals[source]
-    turned = np.einsum("nij,nj->ni", rotation[row], scaled)
-    placed.normals[target] = _unit_or(turned, rotation[row][:, :, 1])
+    stretch = np.where(shaded.axis_aligned[mesh][:, None], 1.0, cofactors(size))
+    stretched = [(axis * stretch[:, j, None])[row] for j, axis in enumerate(axes)]
+    normals = _combined(np.zeros((len(row), 3)), stretched, np.hsplit(shaded.normals[source], 3))
+    slanted = np.flatnonzero(~shaded.axis_aligned[mesh][row])
+    normals[slanted] = _unit_or_up(normals[slanted], scene.frames, scene.frame[rest][row[slanted]])
+    placed.normals[target] = normals
 
     source, _ = take_rows(shaded.mesh_triangles, mesh)
     target, _ = take_rows(triangle_offsets, rest)
@@ -241,8 +233,12 @@ def cofactors(size: NDArray[np.floating]) -> NDArray[np.floating]:
     return np.stack((y * z, z * x, x * y), axis=1)
 
 
-def _unit_or(vectors: NDArray[np.float64], otherwise: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The vectors [N, 3] at length one; rows of `otherwise` [N, 3] where there is no direction."""
-    length = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
-    lost = length < SHORTEST
-    return np.where(lost[:, None], otherwise, vectors / np.where(lost, 1, length)[:, None])
+def _unit_or_up(vectors: Floats, frames: Floats, frame: NDArray[np.integer]) -> Floats:
+    """The vectors [N, 3] at length one; the y axis of their frames [N] where there is no direction."""
+    x, y, z = vectors.T
+    length = np.sqrt(x * x + y * y + z * z)
+    lost = np.flatnonzero(length < SHORTEST)
+    length[lost] = 1.0
+    vectors = vectors / length[:, None]
+    vectors[lost] = frames[frame[lost], :, 1]
+    return vectors

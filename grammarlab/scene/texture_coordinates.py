@@ -9,22 +9,25 @@ from grammarlab.scene.triangles import TriangleBatch
 
 FARTHEST = 1e9
 """Coordinates beyond this are cut off, so that 32 bits hold them; no image could be seen there."""
+MANY_REPEATS = 1024.0
+"""Farther from the beginning of an image, whole repeats of it are left out: 32 bits would lose what lies between."""
 
 
 def texture_coordinates(batch: TriangleBatch, triangles: slice) -> NDArray[np.float32]:
     """U and v of the corners of some triangles [T] of a batch: by their maps, in metres where they have none.
 
     Returns:
-        [T, 3, 2] with v downwards, as in glTF; a whole number of repeats is left as it is.
+        [T, 3, 2] with v downwards, as in glTF; at most `MANY_REPEATS` whole repeats are left as they are.
     """
     corners, chosen = batch.vertices[batch.triangles[triangles]], batch.texture_map[triangles]
-    found = planar_coordinates(corners)
+    found = planar_coordinates(corners).astype(np.float64)
     mapped = np.flatnonzero(chosen >= 0)
     if len(mapped):
         rows = batch.texture_maps[chosen[mapped]]
         values = np.einsum("tij,tcj->tci", rows[:, :, :3], corners[mapped]) + rows[:, None, :, 3]
         found[mapped] = np.clip(np.nan_to_num(values), -FARTHEST, FARTHEST) * (1.0, -1.0)
-    return found
+    first = found.min(axis=1, keepdims=True)
+    return (found - np.where(np.abs(first) > MANY_REPEATS, np.floor(first), 0.0)).astype(np.float32)
 
 
 def planar_coordinates(corners: NDArray[np.floating]) -> NDArray[np.float32]:

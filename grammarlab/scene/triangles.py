@@ -22,7 +22,7 @@ CREASE_ANGLE = math.radians(30.0)
 
 @dataclass(frozen=True, slots=True)
 class TriangleBatch:
-    """The merged triangles of `num_models` models, world y up, metres.
+    """The merged triangles of `num_models` models, world y up, metres from the origin of each model.
 
     Rows are ordered by model, then by material; a group is one material within one model. So one model, or one
     material of one model, is a slice of every array. Each side of a leaf is modelled once: files mark every material
@@ -32,7 +32,7 @@ class TriangleBatch:
     num_models: int
     materials: Materials
     vertices: NDArray[np.float32]
-    """[V, 3] positions in metres."""
+    """[V, 3] positions in metres from the origin of the model."""
     normals: NDArray[np.float32]
     """[V, 3] unit vectors."""
     triangles: NDArray[np.uint32]
@@ -50,7 +50,9 @@ class TriangleBatch:
     texture_map: NDArray[np.int32]
     """[T] index into `texture_maps`, -1 for triangles without texture coordinates."""
     texture_maps: NDArray[np.float64]
-    """[K, 2, 4] u and v of a world point are rows times (x, y, z, 1), v upwards."""
+    """[K, 2, 4] u and v of a vertex are rows times (x, y, z, 1), v upwards."""
+    origins: NDArray[np.float64]
+    """[num_models, 3] where each model's vertices count from, in world metres."""
 
     def model(self, index: int) -> TriangleBatch:
         """Model `index` alone, as a batch of one (arrays are views where they can be)."""
@@ -72,6 +74,7 @@ class TriangleBatch:
             np.array([0, last - first], dtype=np.int64),
             self.texture_map[triangles],
             self.texture_maps,
+            self.origins[index : index + 1],
         )
 
     def of_groups(self, groups: Ints) -> TriangleBatch:
@@ -92,6 +95,7 @@ class TriangleBatch:
             np.searchsorted(self.group_model[groups], np.arange(self.num_models + 1)),
             self.texture_map[triangle],
             self.texture_maps,
+            self.origins,
         )
 
     def material_of_triangle(self) -> NDArray[np.int32]:
@@ -145,6 +149,7 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
         np.searchsorted(group_model, np.arange(scene.num_models + 1)),
         _texture_map(scene, triangle_offsets),
         scene.texture_maps,
+        scene.origins,
     )
 
 

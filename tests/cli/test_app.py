@@ -70,6 +70,8 @@ def test_ctrl_c_in_the_middle_leaves_whole_files(tmp_path, jobs):
         _, messages = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, messages
     assert "stays valid" in messages
+    go_on = f"go on with: grammarlab sample {rules} -n 2000 -o {out} --no-image --jobs {jobs} --resume"
+    assert messages.rstrip().endswith(go_on)
     assert "Traceback" not in messages
     assert not read_manifest(out).complete
     finished = sorted(out.glob("*.glb"))

@@ -137,15 +137,17 @@ def test_a_target_may_count_from_the_first_liked_model(evaluate, folder, tmp_pat
 def test_a_second_run_goes_on_from_the_first_unless_it_is_to_begin_anew(evaluate, tmp_path):
     first = evaluate("--json").stdout
     store = tmp_path / "out" / STORE
-    lines = store.read_bytes().splitlines()
+    kept = {file: file.read_bytes() for file in store.iterdir()}
+    times = [file.stat().st_mtime_ns for file in kept]
+    assert len(kept) == 2
     assert evaluate("--json").stdout == first
-    assert store.read_bytes().splitlines() == lines
-    store.write_bytes(lines[0] + b"\n" + lines[1][:40])
-    assert evaluate("--json").stdout == first
-    assert store.read_bytes().splitlines() == lines
-    store.write_bytes(b"not ours\n")
-    assert "--fresh" in evaluate("--json", code=1).stderr
+    assert [file.stat().st_mtime_ns for file in kept] == times
+    for damage in (b"", b"not ours", b"{}", kept[next(iter(kept))][:40]):
+        next(iter(kept)).write_bytes(damage)
+        assert evaluate("--json").stdout == first
+        assert {file: file.read_bytes() for file in store.iterdir()} == kept
     assert evaluate("--json", "--fresh").stdout == first
+    assert [file.stat().st_mtime_ns for file in kept] > times
 
 
 @pytest.mark.parametrize(

@@ -79,4 +79,5 @@ def _forest(num_models, symbols, rules, sites, nodes, draws) -> Forest:
         Meshes.from_polygons(np.zeros((0, 3)), np.zeros(0, np.int64)),
         Materials(np.zeros((0, len(CHANNELS))), ()),
         np.zeros((0, 2, 4)),
+        np.zeros((num_models, 3)),
     )

@@ -12,10 +12,9 @@ from PIL import Image
 from grammarlab.derivation import derive
 from grammarlab.export import SaveOptions, save
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.single_file import join_scenes
 from grammarlab.scene import Scene, realize, triangles
 from grammarlab.scene.instances import only
-from grammarlab.scene.layout import grid
+from grammarlab.scene.layout import grid, model_bounds
 from tests.export.gltf import Surface, read_glb, world
 from tests.export.test_formats import text_of
 from tests.export.test_reuse import assert_same
@@ -69,7 +68,8 @@ def test_walls_carry_their_projections_and_other_surfaces_metres(tmp_path, asset
 def test_every_corner_has_the_coordinates_of_its_map(tmp_path, assets):
     """Models on a grid, shape by shape: a shape's file alone holds its map applied to its corners."""
     scene = facades(4)
-    shift = grid(triangles(scene))
+    batch = triangles(scene)
+    shift = grid(*model_bounds(batch), batch.origins).offsets
     together = surface_of(scene, tmp_path / "all.glb", assets)
     known = {
         (*np.round(corner, 3), *np.round(normal, 3)): coordinates
@@ -103,25 +103,24 @@ def test_an_obj_has_the_same_coordinates_with_v_upwards(tmp_path, assets):
     np.testing.assert_allclose(text_of(tmp_path / "model.obj", "vt"), coordinates * (1, -1), rtol=1e-6, atol=1e-6)
 
 
-def test_joined_scenes_keep_their_coordinates(tmp_path, assets):
-    scenes = [facades(2), realize(derive(Grammar.parse("Lot --> A"), 1, 1)), facades(3)]
-    joined = triangles(join_scenes(scenes))
-    for model, alone in ((1, triangles(only(scenes[0], 1))), (4, triangles(only(scenes[2], 1)))):
-        one = joined.model(model)
-        assert (one.texture_map >= 0).any()
-        for index in np.unique(one.texture_map).tolist():
-            where = one.texture_map == index
-            other = np.unique(alone.texture_map[where])
-            assert len(other) == 1
-            if index >= 0:
-                np.testing.assert_array_equal(one.texture_maps[index], alone.texture_maps[other[0]])
-            else:
-                assert other[0] == -1
-
-
 def test_coordinates_too_large_for_a_file_are_cut_off(tmp_path, assets):
     scene = facades(1)
     huge = replace(scene, texture_maps=np.full_like(scene.texture_maps, 1e300))
     surface = surface_of(huge, tmp_path / "model.glb", assets)
-    walls = np.abs(surface.coordinates[:, 0, 0]) == 1e9
+    # Cut off, nothing varies any more; and whole repeats are left out.
+    assert (surface.coordinates[:, :, 0] == 0.0).all(axis=1).sum() == 4
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e6 + 0.25, -3e7 + 0.25])
+def test_images_far_from_their_beginning_lie_as_well_as_near_ones(tmp_path, assets, shift):
+    """Only whole repeats are left out, one triangle like another: so much that steps of 32 bits cannot be seen."""
+    scene = facades(1)
+    maps = scene.texture_maps.copy()
+    maps[:, :, 3] += shift
+    near = surface_of(scene, tmp_path / "near.glb", assets)
+    far = surface_of(replace(scene, texture_maps=maps), tmp_path / "far.glb", assets)
+    walls = np.isfinite(near.coordinates).all(axis=(1, 2)) & (np.abs(near.normals[:, 0, 1]) < 0.9)
     assert walls.sum() == 4
+    moved = (far.coordinates - near.coordinates)[walls] - shift % 1.0 * np.array([1.0, -1.0])
+    assert np.abs(moved - np.rint(moved)).max() < 1e-4
+    assert np.ptp(np.rint(moved), axis=1).max() == 0.0

@@ -38,10 +38,11 @@ def forest_of(
     types = (np.int32, np.int32, np.int16, np.int16, np.int16, np.int32)
     columns: list[Any] = [table[:, i].astype(kind) for i, kind in enumerate(types)]
     empty = np.zeros(0, np.int32)
+    num_models = int(table[:, 0].max(initial=-1)) + 1 if num_models is None else num_models
     return Forest(
         seed=0,
         first_model=0,
-        num_models=int(table[:, 0].max(initial=-1)) + 1 if num_models is None else num_models,
+        num_models=num_models,
         symbols=SYMBOLS,
         rules=RULES,
         sites=SITES,
@@ -55,6 +56,7 @@ def forest_of(
         meshes=Meshes.from_polygons(np.zeros((0, 3)), np.zeros(0, np.int64)),
         materials=Materials(np.zeros((0, len(CHANNELS))), ()),
         texture_maps=np.zeros((0, 2, 4)),
+        origins=np.zeros((num_models, 3)),
     )
 
 

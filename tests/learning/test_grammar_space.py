@@ -106,14 +106,15 @@ def test_designs_are_realized_in_order():
 def test_bounds_on_draws_are_searched_for_where_the_families_say_so():
     forest = SPACE.make([Address(False, 1, model) for model in range(200)])
     height, width = (forest.draws.value[np.array([s.name == n for s in forest.sites])[forest.draws.site]] for n in "hw")
-    (bound, *_) = SPACE.search([forest], 100.0 * (height < 4.0), BOUNDS)
+    low, small = (np.where(liked, 100.0, 0.0) for liked in (height < 4.0, height * width < 20.0))
+    (bound, *_) = SPACE.search([forest], low, BOUNDS)
     assert isinstance(bound, Threshold)
     assert bound.bound == pytest.approx(4.0, abs=0.1)
     assert SPACE.margins([forest], bound) == pytest.approx(height - bound.bound)
-    (product,) = SPACE.search([forest], 100.0 * (height * width < 20.0), BOUNDS)
+    (product,) = SPACE.search([forest], small, BOUNDS)
     assert isinstance(product, HalfSpace)
     assert (product.logarithmic, np.exp(product.bound)) == (True, pytest.approx(20.0, rel=0.1))
-    assert SPACE.search([forest], 100.0 * (height < 4.0), FeatureOptions(2, ("paths",))) == ()
+    assert SPACE.search([forest], low, FeatureOptions(2, ("paths",))) == ()
 
 
 @pytest.mark.parametrize(

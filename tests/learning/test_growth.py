@@ -38,10 +38,15 @@ def test_conflicts_are_counted_in_every_set_of_equal_rows(models):
     assert num_conflicts(rows, scores) == sum(np.ptp(scores[(rows == kind).all(axis=1)]) > 0 for kind in kinds)
 
 
+def scored(forest, pattern):
+    return np.asarray(100.0 * (count(forest, [pattern])[:, 0] > 0), dtype=np.float64)
+
+
 def length_for(pattern, start=1, extra=(), families=("paths", "symbols")):
     forest = derive(STACKS, 300, 1)
-    scores = 100.0 * (count(forest, [pattern])[:, 0] > 0)
-    return path_length(SPACE, [forest], [(np.arange(300), scores)], FeatureOptions(start, families), extra)
+    return path_length(
+        SPACE, [forest], [(np.arange(300), scored(forest, pattern))], FeatureOptions(start, families), extra
+    )
 
 
 @pytest.mark.parametrize(("text", "length"), [("Piece:0", 1), ("Stack > Piece@0:0", 2)])
@@ -57,10 +62,9 @@ def test_a_feature_that_was_found_makes_longer_paths_needless():
 
 def test_all_factors_count():
     forest = derive(STACKS, 300, 1)
-    values = 100.0 * (count(forest, [parse("Piece:0"), COLOUR]) > 0)
-    scored = [(np.arange(300), values[:, 0]), (np.arange(300), values[:, 1])]
-    assert path_length(SPACE, [forest], scored[:1], FeatureOptions(1), ()) == 1
-    assert path_length(SPACE, [forest], scored, FeatureOptions(1), ()) == 4
+    both = [(np.arange(300), scored(forest, pattern)) for pattern in (parse("Piece:0"), COLOUR)]
+    assert path_length(SPACE, [forest], both[:1], FeatureOptions(1), ()) == 1
+    assert path_length(SPACE, [forest], both, FeatureOptions(1), ()) == 4
 
 
 def test_paths_do_not_grow_for_scores_that_no_path_explains():

@@ -110,7 +110,7 @@ def test_scores_given_in_jupyterlab_are_in_the_session_file_also_after_a_cell_wa
     cell.click()
     page.keyboard.press("7")
     page.get_by_text("saved").first.wait_for()
-    labels = read_labels_or_session(tmp_path / "notebooks" / "toys.db")
+    labels, _ = read_labels_or_session(tmp_path / "notebooks" / "toys.db")
     assert labels.scores.tolist() == [70]
     first = page.locator(".gl-page").element_handle()
     page.evaluate("window.jupyterapp.commands.execute('notebook:run-all-cells')")
@@ -119,7 +119,7 @@ def test_scores_given_in_jupyterlab_are_in_the_session_file_also_after_a_cell_wa
     page.locator(".gl-cell").nth(1).click()
     page.keyboard.press("3")
     page.get_by_text("saved").first.wait_for()
-    labels = read_labels_or_session(tmp_path / "notebooks" / "toys.db")
+    labels, _ = read_labels_or_session(tmp_path / "notebooks" / "toys.db")
     assert labels.scores.tolist() == [70, 30]
     hosts = {url.split("/")[2] for url in asked if url.startswith(("http", "ws"))}
     assert {host.split(":")[0] for host in hosts} == {"127.0.0.1"}

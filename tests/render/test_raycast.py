@@ -39,6 +39,7 @@ def square(color=(1.0, 1.0, 1.0), **channels) -> TriangleBatch:
         one,
         np.full(2, -1, np.int32),
         np.zeros((0, 2, 4)),
+        np.zeros((1, 3)),
     )
 
 

@@ -59,6 +59,7 @@ def random_forest(rng: np.random.Generator, num_models: int, num_nodes: int, num
         meshes=random_meshes(rng, 5),
         materials=Materials(rng.random((2, len(CHANNELS))), ("", "wood/oak.jpg")),
         texture_maps=floats(2, 2, 4),
+        origins=floats(num_models, 3),
     )
 
 

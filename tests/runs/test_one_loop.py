@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from grammarlab.cli import app
+from grammarlab.density.learned import LearnedGrammar
 from grammarlab.evaluation import protocol, scenario
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.preparation import Source, prepare
@@ -92,5 +93,6 @@ families = ["paths", "symbols", "thresholds"]
         return wanted.score.evaluate(count(forest, wanted.score.features))
 
     density = learn(grammar, score, LABELS, pool=Pool(SEED), seed=SEED)
+    assert isinstance(density.learned, LearnedGrammar)
     texts = {rules_of(pages), rules_of((tmp_path / "learned.cga").read_text()), rules_of(density.learned.text)}
     assert len(texts) == 1

@@ -14,6 +14,7 @@ from grammarlab.errors import AssetError, LanguageError, UsageError
 from grammarlab.runs import SampleRequest, load_forest, read_manifest, repeat_run, sample_run
 from grammarlab.runs import batches as batches_module
 from grammarlab.runs.batches import cut_batches
+from grammarlab.runs.executors import Processes, executor_of
 from grammarlab.runs.footprints import read_footprints
 from grammarlab.scene import realize, triangles
 from tests.runs.grammars import BROKEN, TOWER
@@ -62,7 +63,7 @@ def test_the_same_request_gives_the_same_bytes(tmp_path):
 def test_files_do_not_depend_on_the_number_of_processes(tmp_path, monkeypatch):
     monkeypatch.setattr(batches_module, "BATCH_MODELS", 2)
     for jobs in (1, 2):
-        sample_run(tower(tmp_path, num_models=5), tmp_path / str(jobs), jobs=jobs)
+        sample_run(tower(tmp_path, num_models=5), tmp_path / str(jobs), executor=executor_of(jobs))
     assert contents(tmp_path / "1") == contents(tmp_path / "2")
 
 
@@ -182,7 +183,7 @@ def test_a_picture_that_is_there_is_not_drawn_again(tmp_path):
     assert result.sheet.stat().st_mtime_ns == before
     content = result.sheet.read_bytes()
     result.sheet.unlink()
-    sample_run(request, tmp_path / "out", resume=True, jobs=2)
+    sample_run(request, tmp_path / "out", resume=True, executor=Processes(2))
     assert result.sheet.read_bytes() == content
 
 

@@ -13,6 +13,7 @@ from grammarlab.render.choice import Choice, choose
 from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run, tiles
 from grammarlab.runs import sample as sample_module
 from grammarlab.runs import sheet as sheet_module
+from grammarlab.runs.executors import Processes, executor_of
 from grammarlab.runs.sheet_page import BORDER, PAPER, draw_page, lay_out
 from tests.runs.grammars import TOWER
 
@@ -79,7 +80,7 @@ def test_the_sheet_has_a_picture_and_a_caption_for_each_model(tmp_path):
 
 
 def test_the_sheet_does_not_depend_on_the_number_of_processes(tmp_path):
-    sheets = [sample_run(request(tmp_path), tmp_path / str(jobs), jobs=jobs).sheet for jobs in (1, 2)]
+    sheets = [sample_run(request(tmp_path), tmp_path / str(jobs), executor=executor_of(jobs)).sheet for jobs in (1, 2)]
     assert sheets[0] is not None
     assert sheets[1] is not None
     assert sheets[0].read_bytes() == sheets[1].read_bytes()
@@ -164,7 +165,7 @@ def test_a_picture_by_opengl_is_recorded_with_its_driver_and_repeated(tmp_path):
     found = choose("auto")
     if found.name != "gl":
         pytest.skip("OpenGL does not work on this machine")
-    first = sample_run(request(tmp_path, renderer="auto"), tmp_path / "first", jobs=2)
+    first = sample_run(request(tmp_path, renderer="auto"), tmp_path / "first", executor=Processes(2))
     manifest = read_manifest(first.manifest)
     assert manifest.request.renderer == "gl"
     assert manifest.versions["opengl"] == found.driver

@@ -116,6 +116,7 @@ def scene_of(models: list[list[Row]], table: Materials | None = None) -> Scene:
         np.array([row[4] for row in rows], dtype=float).reshape(-1, 3, 3),
         np.full(len(rows), -1, dtype=np.int32),
         np.zeros((0, 2, 4)),
+        np.zeros((len(models), 3)),
     )
 
 

@@ -87,7 +87,7 @@ def _color(pool: MaterialPool, material: int) -> str:
 
 
 def _origin(axis: int) -> Code:
-    return lambda shapes, workspace: workspace.roots.position[shapes.model, axis]
+    return lambda shapes, workspace: (workspace.roots.position + workspace.origins)[shapes.model, axis]
 
 
 def _origin_turn(axis: int) -> Code:
@@ -103,7 +103,7 @@ SHAPE_ATTRIBUTES: dict[str, Code] = {
     **{f"scope.t{_AXES[axis]}": _translation(axis) for axis in range(3)},
     **{f"scope.r{_AXES[axis]}": _rotation(axis) for axis in range(3)},
     **{f"pivot.o{_AXES[axis]}": _orientation(axis) for axis in range(3)},
-    "scope.elevation": lambda shapes, workspace: shapes.position[:, 1],
+    "scope.elevation": lambda shapes, workspace: shapes.position[:, 1] + workspace.origins[shapes.model, 1],
     **{name: _state(name) for name in STATE_DEFAULTS},
     **{f"material.{name}": _channel(name) for name in CHANNELS},
     "material.color.a": _channel("opacity"),

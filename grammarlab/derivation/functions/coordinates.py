@@ -34,7 +34,7 @@ def _number(call: FunctionCall, value: Value) -> Floats:
 
 
 def _system(call: FunctionCall, name: str) -> tuple[Floats, Ids]:
-    """The origin [N, 3] in the world and the frames [N] of a coordinate system of each shape."""
+    """The origin [N, 3], counted as positions are, and the frames [N] of a coordinate system of each shape."""
     shapes, workspace = call.shapes, call.workspace
     if name == "scope":
         return shapes.position, shapes.frame
@@ -42,7 +42,7 @@ def _system(call: FunctionCall, name: str) -> tuple[Floats, Ids]:
         return pivot_position(shapes, workspace), shapes.pivot
     if name == "object":
         return workspace.roots.position[shapes.model], workspace.roots.frame[shapes.model]
-    return np.zeros((shapes.num, 3)), np.zeros(shapes.num, dtype=np.int32)
+    return -workspace.origins[shapes.model], np.zeros(shapes.num, dtype=np.int32)
 
 
 _WORDS = frozenset().union(*(KEYWORDS[name] for name in ("axis", "system", "position_type")))

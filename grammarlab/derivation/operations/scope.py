@@ -139,10 +139,10 @@ def _mode_and_system(call: Call) -> tuple[str, str]:
 
 
 def _origin(call: Call, system: str) -> Floats:
-    """The origins [N, 3] of a coordinate system."""
+    """The origins [N, 3] of a coordinate system, counted as positions are."""
     shapes = call.shapes
     if system == "world":
-        return np.zeros((shapes.num, 3))
+        return -call.workspace.origins[shapes.model]
     if system == "object":
         return call.workspace.roots.position[shapes.model]
     return shapes.position if system == "scope" else pivot_position(shapes, call.workspace)

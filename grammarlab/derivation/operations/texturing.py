@@ -33,7 +33,7 @@ def setup_projection(call: Call) -> Shapes:
     axes = ["xyz".index(letter) for letter in letters]
     shapes, numbers = call.shapes, call.values[1:]
     rotations = call.workspace.frames.rotations(shapes.frame if system == "scope" else np.zeros_like(shapes.frame))
-    origin = shapes.position if system == "scope" else np.zeros((shapes.num, 3))
+    origin = shapes.position if system == "scope" else -call.workspace.origins[shapes.model]
     gradients = [rotations[:, :, axis] for axis in axes]
     if len(numbers) > 4:
         gradients[0] = gradients[0] + rotations[:, :, 3 - sum(axes)] * call.column(numbers[4])[:, None]

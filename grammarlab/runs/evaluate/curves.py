@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeAlias
 
 from grammarlab.evaluation.curves import Curve
-from grammarlab.runs.evaluate import store as disk
-from grammarlab.runs.evaluate.store import CurveRecord, Store
+from grammarlab.runs.evaluate.store import CurveRecord, curves_in
 from grammarlab.runs.evaluate.task import Task
-from grammarlab.runs.sample import Progress
-from grammarlab.runs.workers import map_unordered
+from grammarlab.runs.executors import SERIAL, AbstractExecutor
+from grammarlab.runs.results import Progress, made
+
+Store: TypeAlias = dict[str, dict[int, CurveRecord]]
+"""Curves by key, and then by the number of labels they were made for."""
 
 
 def run_tasks(
@@ -19,7 +22,7 @@ def run_tasks(
     tasks: Sequence[Task],
     folder: Path,
     *,
-    jobs: int = 1,
+    executor: AbstractExecutor = SERIAL,
     fresh: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> tuple[CurveRecord, ...]:
@@ -29,7 +32,7 @@ def run_tasks(
         work: makes one curve (`make_curve`); other processes must be able to import it.
         tasks: what to make; equal ones are made once.
         folder: where finished curves are kept (`store`); made when missing.
-        jobs: processes; the curves do not depend on it.
+        executor: who makes them; the curves do not depend on it.
         fresh: forget what the folder holds.
         on_progress: told about every finished curve.
 
@@ -37,18 +40,19 @@ def run_tasks(
         GrammarlabError: as a scenario, its grammar or the folder give reason to.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    if fresh:
-        disk.clear(folder)
-    store = disk.read(folder)
+    curves = curves_in(folder, fresh=fresh)
+    store: Store = {}
+    for record in curves.all().values():
+        _add(store, record)
     missing = _missing(tasks, store)
-    total = len({(task.key, task.max_labels) for task in tasks})
-    done = total - len(missing)
-    on_progress("curves", done, total)
-    for record in map_unordered(work, missing, min(jobs, max(1, len(missing)))):
-        disk.append(folder, record)
-        disk.add(store, record)
-        done += 1
-        on_progress("curves", done, total)
+    total = len({task.place for task in tasks})
+    there = total - len(missing)
+
+    def tell(what: str, done: int, _missing: int) -> None:
+        on_progress(what, there + done, total)
+
+    for record in made(curves, work, {task.place: task for task in missing}, executor, "curves", tell).values():
+        _add(store, record)
     found = [_usable(task, store) for task in tasks]
     return tuple(
         replace(record, method=task.method.name)
@@ -65,8 +69,12 @@ def _missing(tasks: Sequence[Task], store: Store) -> list[Task]:
         if _usable(task, planned) is None:
             missing.append(task)
             placeholder = CurveRecord(task.key, "", "", task.seed, task.max_labels, 0.0, Curve(()))
-            disk.add(planned, placeholder)
+            _add(planned, placeholder)
     return sorted(missing, key=lambda task: (task.scenario, task.method.families))
+
+
+def _add(store: Store, record: CurveRecord) -> None:
+    store.setdefault(record.key, {})[record.max_labels] = record
 
 
 def _usable(task: Task, store: Store) -> CurveRecord | None:

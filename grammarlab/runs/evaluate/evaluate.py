@@ -1,12 +1,13 @@
 """Learning curves of scenarios, methods and seeds, and a folder with tables and pictures of them.
 
-A folder of results holds ``curves.jsonl`` (every curve as soon as it is finished), ``results.parquet`` (one row a
-round), ``results.md``, ``plots/`` and, on request, ``grids/`` with ``samples.jsonl``, ``density.jsonl`` and
-``grammars.jsonl``; and ``cache/``, which may be deleted at any time.
+A folder of results holds ``curves/`` (every curve as soon as it is finished), ``results.parquet`` (one row a round),
+``results.md``, ``plots/`` and, on request, ``grids/`` with ``samples/``, ``density/`` and ``grammars/``; and
+``cache/``, which may be deleted at any time.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,9 +22,10 @@ from grammarlab.runs.evaluate.request import EvaluationRequest
 from grammarlab.runs.evaluate.samples import draw_models
 from grammarlab.runs.evaluate.sections import copied_beside
 from grammarlab.runs.evaluate.task import Task, load_source, make_curve
+from grammarlab.runs.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.learn.persons import Person, PersonRow, person_rows, person_table
 from grammarlab.runs.learn.table import DensityRow, density_rows, density_tables
-from grammarlab.runs.sample import Progress
+from grammarlab.runs.results import Progress
 
 PLOTS, GRIDS, CACHE = "plots", "grids", "cache"
 """Folders below the folder of results."""
@@ -49,7 +51,7 @@ def evaluate_run(
     *,
     report: Path | None = None,
     cache: Path | None = None,
-    jobs: int = 1,
+    executor: AbstractExecutor = SERIAL,
     fresh: bool = False,
     command: str = "grammarlab evaluate",
     on_progress: Progress = lambda _what, _done, _total: None,
@@ -63,7 +65,7 @@ def evaluate_run(
         folder: for the results, made when missing.
         report: another place to write the page to; its pictures go into a folder of the same name beside it.
         cache: folder for counted features; ``cache`` in the folder of results when left out.
-        jobs: processes; no number depends on it.
+        executor: who makes everything; no number depends on it.
         fresh: forget the curves that the folder holds.
         command: what the page says it was written by.
         on_progress: told about finished steps.
@@ -73,6 +75,7 @@ def evaluate_run(
     """
     require("matplotlib")  # hours later it would be too late to say so
     cache = cache or folder / CACHE
+    executor = executor.with_environment(_compiler_cache(cache))
     plain = {
         path: _tasks(path, request.methods_of(path), request.seeds, request.labels_of(path), cache)
         for path in request.scenarios
@@ -80,7 +83,7 @@ def evaluate_run(
     planned = {figure.name: _figure_tasks(figure, request.seeds, cache) for figure in request.figures}
     tasks = [task for part in plain.values() for task in part]
     tasks += [task for part in planned.values() for line in part for task in line]
-    records = run_tasks(make_curve, tasks, folder, jobs=jobs, fresh=fresh, on_progress=on_progress)
+    records = run_tasks(make_curve, tasks, folder, executor=executor, fresh=fresh, on_progress=on_progress)
     made = dict(zip(tasks, records, strict=True))
     results = tuple(
         ScenarioResults(load_source(path).scenario, tuple(made[task] for task in part)) for path, part in plain.items()
@@ -89,8 +92,8 @@ def evaluate_run(
     pictures = draw_results(results, folder / PLOTS)
     if request.grids:
         firsts = [part[0] for part in plain.values()]
-        models = draw_models(firsts, folder, jobs=jobs, fresh=fresh, on_progress=on_progress)
-        drawn = draw_samples(dict(zip(plain, models, strict=True)), folder / GRIDS, jobs, on_progress)
+        models = draw_models(firsts, folder, executor=executor, fresh=fresh, on_progress=on_progress)
+        drawn = draw_samples(dict(zip(plain, models, strict=True)), folder / GRIDS, executor, on_progress)
         pictures = [
             with_samples(section, made[task], drawn[task.scenario])
             for section, task in zip(pictures, firsts, strict=True)
@@ -102,9 +105,10 @@ def evaluate_run(
     densities: tuple[DensityRow, ...] = ()
     if request.density:
         known = [path for path in request.scenarios if load_source(path).scenario.paper.original is not None]
-        densities = density_rows(known or request.scenarios, folder, fresh=fresh, on_progress=on_progress)
+        measured = known or request.scenarios
+        densities = density_rows(measured, folder, executor=executor, fresh=fresh, on_progress=on_progress)
     people = _persons(request, cache)
-    grammars = person_rows(people, folder, jobs=jobs, fresh=fresh, on_progress=on_progress) if people else ()
+    grammars = person_rows(people, folder, executor=executor, fresh=fresh, on_progress=on_progress) if people else ()
     sections = [density_tables(densities, scenarios)] if densities else []
     sections += [person_table(grammars, scenarios)] if grammars else []
     sections += [ABOUT_SAMPLES] if request.grids else []
@@ -113,6 +117,15 @@ def evaluate_run(
         beside = pictures if own else [copied_beside(picture, page) for picture in pictures]
         write_page(page, results, beside, command, sections)
     return EvaluationResult(results, folder / TABLE, folder / PAGE, densities, grammars)
+
+
+def _compiler_cache(cache: Path) -> dict[str, str]:
+    """Where JAX looks when it is loaded, so that nobody need compile again what somebody has compiled."""
+    values = {
+        "JAX_COMPILATION_CACHE_DIR": str(cache.absolute() / "jax"),
+        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
+    }
+    return {name: os.environ.get(name, value) for name, value in values.items()}
 
 
 def _persons(request: EvaluationRequest, cache: Path) -> list[Person]:

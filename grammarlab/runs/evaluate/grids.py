@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from grammarlab.evaluation.preparation import Source
-from grammarlab.runs.atomic import atomic_file
+from grammarlab.files import atomic_file
 from grammarlab.runs.evaluate.samples import BeforeAfter
 from grammarlab.runs.evaluate.task import load_source
+from grammarlab.runs.executors import AbstractExecutor
 from grammarlab.runs.sheet_page import draw_page, lay_out
 from grammarlab.runs.tiles import Tiles, draw_tiles
 from grammarlab.scene import triangles
@@ -26,14 +27,16 @@ QUALITY = 70
 """Of JPEG files, 1 to 95: the pictures of all scenarios together are to fit in a repository."""
 
 
-def draw_grids(scenario: Path, samples: BeforeAfter, folder: Path, jobs: int) -> dict[int, dict[str, Path]]:
+def draw_grids(
+    scenario: Path, samples: BeforeAfter, folder: Path, executor: AbstractExecutor
+) -> dict[int, dict[str, Path]]:
     """Draw samples of the labelled set with their true scores.
 
     Args:
         scenario: the scenario file.
         samples: what to draw; a small grid shows the beginning.
         folder: for the pictures, made when missing.
-        jobs: processes; the pictures do not depend on it.
+        executor: who draws; the pictures do not depend on it.
 
     Returns:
         ``F1-before-4x4.jpg`` and ``F1-after-4x4.jpg``, and the same with 10x10: by size, and then by stage.
@@ -49,7 +52,7 @@ def draw_grids(scenario: Path, samples: BeforeAfter, folder: Path, jobs: int) ->
     for size, area in SIZES.items():
         num = size * size
         # Drawn together, so that what is to stand side by side has one shape.
-        tiles = tiles_of(source, samples.before.models[:num] + samples.after.models[:num], area, jobs)
+        tiles = tiles_of(source, samples.before.models[:num] + samples.after.models[:num], area, executor)
         for index, (stage, (sample, heading)) in enumerate(stages.items()):
             captions = [(f"{score:.3g}", "") for score in sample.scores[:num]]
             page = lay_out(num, size, tiles.width, tiles.height)
@@ -65,16 +68,16 @@ def save_picture(picture: NDArray[np.uint8], path: Path) -> None:
         Image.fromarray(picture).save(part, "JPEG", quality=QUALITY, optimize=True, progressive=True)
 
 
-def tiles_of(source: Source, models: Sequence[int], area: int, jobs: int) -> Tiles:
+def tiles_of(source: Source, models: Sequence[int], area: int, executor: AbstractExecutor) -> Tiles:
     """Pictures of labelled models, each rebuilt from its address; each fills its picture.
 
     Args:
         source: the scenario with its grammar.
         models: indices in the labelled set; repeats are drawn once.
         area: about how many pixels each picture has.
-        jobs: processes; the pictures do not depend on it.
+        executor: who draws; the pictures do not depend on it.
     """
     different = sorted(set(models))
     batch = triangles(source.space.realize([source.labelled_address._replace(model=model) for model in different]))
-    tiles = draw_tiles([batch.model(index) for index in range(len(different))], area, jobs)
+    tiles = draw_tiles([batch.model(index) for index in range(len(different))], area, executor)
     return replace(tiles, pictures=tuple(tiles.pictures[different.index(model)] for model in models))

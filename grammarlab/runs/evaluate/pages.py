@@ -10,19 +10,20 @@ from grammarlab.evaluation.pages import Group, example_models
 from grammarlab.evaluation.preparation import Source
 from grammarlab.runs.evaluate.grids import TILE_AREA, save_picture, tiles_of
 from grammarlab.runs.evaluate.task import load_source
+from grammarlab.runs.executors import AbstractExecutor
 from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
 
 COLUMNS = 8
 """Models of one group."""
 
 
-def draw_examples(scenario: Path, folder: Path, jobs: int) -> Path:
+def draw_examples(scenario: Path, folder: Path, executor: AbstractExecutor) -> Path:
     """Draw models of the labelled set for every case of a preference: a row a case, with its score and its meaning.
 
     Args:
         scenario: the scenario file.
         folder: for the picture, made when missing.
-        jobs: processes; the picture does not depend on it.
+        executor: who draws; the picture does not depend on it.
 
     Returns:
         ``F1-scores.jpg``.
@@ -34,12 +35,12 @@ def draw_examples(scenario: Path, folder: Path, jobs: int) -> Path:
     groups = [group for group in example_models(source, COLUMNS) if group.models]
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{source.scenario.name}-scores.jpg"
-    save_picture(_draw(source, groups, jobs), path)
+    save_picture(_draw(source, groups, executor), path)
     return path
 
 
-def _draw(source: Source, groups: list[Group], jobs: int) -> np.ndarray:
-    tiles = tiles_of(source, [model for group in groups for model in group.models], TILE_AREA, jobs)
+def _draw(source: Source, groups: list[Group], executor: AbstractExecutor) -> np.ndarray:
+    tiles = tiles_of(source, [model for group in groups for model in group.models], TILE_AREA, executor)
     drawn = iter(tiles.pictures)
     blank = np.full((tiles.height, tiles.width, 3), PAPER, np.uint8)
     cells, captions = [], []

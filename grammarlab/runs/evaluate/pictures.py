@@ -15,8 +15,8 @@ from grammarlab.runs.evaluate.report import ScenarioResults
 from grammarlab.runs.evaluate.samples import BeforeAfter
 from grammarlab.runs.evaluate.sections import Picture, Section
 from grammarlab.runs.evaluate.store import CurveRecord
-from grammarlab.runs.sample import Progress
-from grammarlab.runs.workers import map_unordered
+from grammarlab.runs.executors import AbstractExecutor
+from grammarlab.runs.results import Progress
 
 ABOUT_SAMPLES = """\
 ## Pictures
@@ -69,33 +69,34 @@ class SamplePictures:
 
 
 def draw_samples(
-    samples: Mapping[Path, BeforeAfter], folder: Path, jobs: int, on_progress: Progress
+    samples: Mapping[Path, BeforeAfter], folder: Path, executor: AbstractExecutor, on_progress: Progress
 ) -> dict[Path, SamplePictures]:
     """Draw what scenarios like, and samples before and after learning it.
 
     Args:
         samples: by scenario file.
         folder: for the pictures, made when missing.
-        jobs: processes; the pictures do not depend on it.
+        executor: who draws; the pictures do not depend on it.
         on_progress: told about every finished scenario.
 
     Returns:
         The pictures, by scenario file.
     """
-    side_by_side = min(jobs, len(samples))
-    draw = partial(_draw_samples, folder=folder, jobs=jobs // side_by_side)
     found: dict[Path, SamplePictures] = {}
     on_progress("grids", 0, len(samples))
-    for pictures in map_unordered(draw, samples.items(), side_by_side):
+
+    def finish(_index: int, pictures: SamplePictures) -> None:
         found[pictures.scenario] = pictures
         on_progress("grids", len(found), len(samples))
+
+    executor.run(partial(_draw_samples, folder, executor.share(len(samples))), samples.items(), finish)
     return found
 
 
-def _draw_samples(item: tuple[Path, BeforeAfter], folder: Path, jobs: int) -> SamplePictures:
+def _draw_samples(folder: Path, executor: AbstractExecutor, item: tuple[Path, BeforeAfter]) -> SamplePictures:
     scenario, samples = item
-    examples = draw_examples(scenario, folder, jobs)
-    return SamplePictures(scenario, examples, draw_grids(scenario, samples, folder, jobs))
+    examples = draw_examples(scenario, folder, executor)
+    return SamplePictures(scenario, examples, draw_grids(scenario, samples, folder, executor))
 
 
 def with_samples(section: Section, record: CurveRecord, pictures: SamplePictures) -> Section:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from grammarlab.evaluation.curves import CLOSE
 from grammarlab.extras import named_extras
-from grammarlab.runs.atomic import atomic_file
+from grammarlab.files import atomic_file
 from grammarlab.runs.evaluate.store import CurveRecord
 
 if TYPE_CHECKING:

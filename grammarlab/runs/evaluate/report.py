@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 
 from grammarlab.evaluation.curves import CLOSE, Curve, Summary, summarize
 from grammarlab.evaluation.scenario import Scenario, Target
-from grammarlab.runs.atomic import atomic_file, write_text
+from grammarlab.files import atomic_file, write_text
 from grammarlab.runs.evaluate.sections import Section, markdown
 from grammarlab.runs.evaluate.store import CurveRecord
 from grammarlab.runs.markdown import table

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from grammarlab.evaluation import protocol
 from grammarlab.evaluation.material import Material
 from grammarlab.randomness import derived_seed
-from grammarlab.runs.evaluate.kept import Kept
+from grammarlab.runs.evaluate.measurements import measurements_in
 from grammarlab.runs.evaluate.task import Task, run_protocol
-from grammarlab.runs.sample import Progress
-from grammarlab.runs.workers import map_unordered
+from grammarlab.runs.executors import SERIAL, AbstractExecutor
+from grammarlab.runs.results import Progress, made
 
-STORE = "samples.jsonl"
+STORE = "samples"
 NUM_MODELS = 100
 """Models of a sample; fewer are its beginning."""
 LANE = 3
@@ -53,7 +53,7 @@ def draw_models(
     tasks: Sequence[Task],
     folder: Path,
     *,
-    jobs: int = 1,
+    executor: AbstractExecutor = SERIAL,
     fresh: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> tuple[BeforeAfter, ...]:
@@ -62,22 +62,16 @@ def draw_models(
     Args:
         tasks: curves; each is made again to learn what it learned.
         folder: keeps each pair of samples as soon as it is there.
-        jobs: processes; no number depends on it.
+        executor: who makes them; no number depends on it.
         fresh: forget what the folder holds.
         on_progress: told about finished tasks.
 
     Raises:
         GrammarlabError: as the scenarios and the folder give reason to.
     """
-    kept = Kept(folder / STORE, fresh=fresh)
-    missing = [task for task in tasks if _key(task) not in kept]
-    done = len(tasks) - len(missing)
-    on_progress("samples", done, len(tasks))
-    for key, values in map_unordered(_made, missing, min(jobs, max(1, len(missing)))):
-        kept.put(key, values)
-        done += 1
-        on_progress("samples", done, len(tasks))
-    return tuple(_parsed(kept.get(_key(task), dict)) for task in tasks)
+    kept = measurements_in(folder, STORE, fresh=fresh)
+    found = made(kept, _made, {task.place: task for task in tasks}, executor, "samples", on_progress)
+    return tuple(_parsed(found[task.place]) for task in tasks)
 
 
 def choose(weights: NDArray[np.float64], num_models: int, seed: int) -> list[int]:
@@ -92,17 +86,13 @@ def choose(weights: NDArray[np.float64], num_models: int, seed: int) -> list[int
     return random.choice(len(weights), num_models, p=weights / weights.sum()).tolist()
 
 
-def _key(task: Task) -> str:
-    return f"{task.key}-{task.max_labels}"
-
-
-def _made(task: Task) -> tuple[str, Mapping[str, Any]]:
-    """The samples of a task, by its key."""
+def _made(task: Task) -> dict[str, Any]:
+    """The samples of a task."""
     material, state, curve = run_protocol(task)
     learned = material.weights * protocol.learned(material, state)
     before = _sample(material, material.weights, material.js_original, task.seed)
     after = _sample(material, learned if learned.any() else material.weights, curve.points[-1].js, task.seed)
-    return _key(task), asdict(BeforeAfter(state.num_answers, before, after))
+    return asdict(BeforeAfter(state.num_answers, before, after))
 
 
 def _sample(material: Material, weights: NDArray[np.float64], js: float, seed: int) -> Sample:

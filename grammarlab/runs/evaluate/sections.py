@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from grammarlab.runs.atomic import atomic_file
+from grammarlab.files import atomic_file
 from grammarlab.runs.markdown import table
 
 

@@ -1,17 +1,17 @@
-"""Finished curves on disk, one JSON line each: written whole, so that a run can be interrupted anywhere and resumed."""
+"""Finished curves on disk."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from grammarlab.evaluation.curves import Curve, Point
-from grammarlab.runs.evaluate import json_lines
+from grammarlab.runs.results import Results, adopt_lines, json_kind
 
-STORE = "curves.jsonl"
-"""Name of the file in the folder of a run."""
+STORE = "curves"
+"""Folder of the curves in the folder of a run; with the suffix .jsonl, the file in which earlier versions kept them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,10 +29,29 @@ class CurveRecord:
     """Divergence in nats before anything is learned."""
     curve: Curve
 
+    @property
+    def place(self) -> str:
+        """Names the curve among all that were made."""
+        return f"{self.key}-{self.max_labels}"
 
-def append(folder: Path, record: CurveRecord) -> None:
-    """Add a curve; after this returns it survives a crash of the machine."""
-    values = {
+
+def curves_in(folder: Path, *, fresh: bool = False) -> Results[CurveRecord]:
+    """The curves of a folder, by their places.
+
+    Args:
+        folder: of a run.
+        fresh: forget what it holds.
+    """
+    curves, earlier = Results(folder / STORE, _KIND), (folder / STORE).with_suffix(".jsonl")
+    if fresh:
+        curves.clear()
+        earlier.unlink(missing_ok=True)
+    adopt_lines(curves, earlier, _earlier)
+    return curves
+
+
+def _as_json(record: CurveRecord) -> dict[str, Any]:
+    return {
         "key": record.key,
         "scenario": record.scenario,
         "method": record.method,
@@ -41,35 +60,6 @@ def append(folder: Path, record: CurveRecord) -> None:
         "js_original": record.js_original,
         "curve": [list(point) for point in record.curve.points],
     }
-    json_lines.append(folder / STORE, values)
-
-
-Store: TypeAlias = dict[str, dict[int, CurveRecord]]
-"""Curves by key, and then by the number of labels they were made for."""
-
-
-def read(folder: Path) -> Store:
-    """The curves of a folder, none when it holds no store.
-
-    What a writer that was killed left of a last line is cut off.
-
-    Raises:
-        GrammarlabError: the store is not one of ours, or is too large.
-    """
-    records: Store = {}
-    for record in json_lines.read(folder / STORE, _parse, "a curve"):
-        add(records, record)
-    return records
-
-
-def add(store: Store, record: CurveRecord) -> None:
-    """Put a curve where it belongs."""
-    store.setdefault(record.key, {})[record.max_labels] = record
-
-
-def clear(folder: Path) -> None:
-    """Forget the curves of a folder."""
-    (folder / STORE).unlink(missing_ok=True)
 
 
 def _parse(values: Any) -> CurveRecord:
@@ -87,7 +77,15 @@ def _parse(values: Any) -> CurveRecord:
     )
 
 
+def _earlier(entry: Any) -> tuple[str, CurveRecord]:
+    record = _parse(entry)
+    return record.place, record
+
+
 def _finite(value: float) -> float:
     if not math.isfinite(value):
         raise ValueError(value)
     return float(value)
+
+
+_KIND = json_kind(_as_json, _parse)

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-import os
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-
-from threadpoolctl import threadpool_limits
 
 from grammarlab import __version__
 from grammarlab.evaluation import protocol
@@ -21,6 +16,7 @@ from grammarlab.evaluation.scenario import load
 from grammarlab.learning.round import State
 from grammarlab.learning.settings import Settings
 from grammarlab.runs.derive_batch import compiled
+from grammarlab.runs.evaluate.measurements import digest
 from grammarlab.runs.evaluate.store import CurveRecord
 from grammarlab.runs.examples import find_rules
 
@@ -49,8 +45,15 @@ class Task:
     @property
     def key(self) -> str:
         """Names the curve: SHA-256 of everything that decides it but `max_labels`."""
-        values = [__version__, self.source_key, self.method.as_json(), repr(self.settings), self.seed]
-        return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
+        return digest([__version__, self.source_key, self.method.as_json(), self.seed])
+
+    @property
+    def place(self) -> str:
+        """Names the curve among all that are made."""
+        return f"{self.key}-{self.max_labels}"
+
+    def __str__(self) -> str:
+        return f"the curve of {self.scenario.stem}, method {self.method.name}, seed {self.seed}"
 
 
 def load_source(scenario: Path) -> Source:
@@ -78,12 +81,7 @@ def run_protocol(task: Task) -> tuple[Material, State, Curve]:
     """The simulated person of a task, after all rounds."""
     material = load_material(task.scenario, task.source_key, task.settings)
     material = material if task.method.factored else material.as_one_factor()
-    # JAX looks here when it is first used: workers and later runs need not compile again what one has compiled.
-    os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(task.cache.absolute() / "jax"))
-    os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
-    # At these sizes several threads are slower than one, and two workers share the cores anyway.
-    with threadpool_limits(1):
-        state, curve = protocol.run(material, task.method.batch, task.seed, task.max_labels)
+    state, curve = protocol.run(material, task.method.batch, task.seed, task.max_labels)
     return material, state, curve
 
 

@@ -134,6 +134,7 @@ def _forest(file: Path, program: Program, slots: _Slots) -> Forest:
         meshes=Meshes(empty, zero[:0], zero, zero, zero, np.zeros(0, dtype=np.int8)),
         materials=Materials(np.zeros((0, len(CHANNELS))), ()),
         texture_maps=np.zeros((0, 2, 4)),
+        origins=np.zeros((names.num_models, 3)),
     )
 
 

@@ -9,7 +9,6 @@ from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from grammarlab.density.examples import EXAMPLE_METHODS, ExampleMethod, learn_from_examples
 from grammarlab.density.learned import LearnedGrammar
@@ -26,6 +25,7 @@ from grammarlab.runs.examples import RuleSource, find_rules
 from grammarlab.runs.learn.example_models import example_models
 from grammarlab.runs.learn.measure import Truth
 from grammarlab.runs.learn.scenario import origin_line, scenario_of, write_learned
+from grammarlab.runs.workers import one_thread
 
 Floats = NDArray[np.float64]
 
@@ -93,8 +93,7 @@ def learn_from_files(
         f"Examples {examples.name}: {forest.num_models} models",
         f"Method {method} from examples",
     ]
-    # At these sizes several threads are slower than one.
-    with threadpool_limits(1):
+    with one_thread():
         learned = learn_from_examples(parsed, forest, chosen, header=header, assets=source.assets)
         seconds = perf_counter() - begun
         held_out = _held_out(parsed, forest, chosen)

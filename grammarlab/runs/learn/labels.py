@@ -7,8 +7,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from threadpoolctl import threadpool_limits
-
 from grammarlab.density import sampled
 from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.splitting import Base
@@ -27,6 +25,7 @@ from grammarlab.runs.examples import RuleSource, find_rules
 from grammarlab.runs.learn.measure import Truth
 from grammarlab.runs.learn.scenario import origin_line, scenario_of, write_learned
 from grammarlab.runs.scoring.labels import read_labels_or_session
+from grammarlab.runs.workers import one_thread
 
 
 @dataclass(frozen=True)
@@ -114,8 +113,7 @@ def learn_from_labels(
     answers = answers_of(table, space.hashes)
     study = Study(space, pool or own_pool or Pool(), settings)
     lines = [origin_line(source.name, parsed), f"Labels {labels.name}: {len(table)} scores"]
-    # At these sizes several threads are slower than one.
-    with threadpool_limits(1):
+    with one_thread():
         state = step(study, init(study), answers)
         options: dict[str, Any] = {"method": method, "base": base, "num_samples": num_samples}
         density = learn_grammar(study, state, space, lines=lines, on_progress=on_progress, **options)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -15,16 +13,16 @@ import numpy as np
 from grammarlab import __version__
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.scenario import Scenario
-from grammarlab.runs.evaluate.kept import Kept
+from grammarlab.runs.evaluate.measurements import digest, measurements_in
 from grammarlab.runs.evaluate.task import load_source
+from grammarlab.runs.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.label import label_models_of
 from grammarlab.runs.learn.labels import learn_from_labels
 from grammarlab.runs.learn.measure import LabelledSet
 from grammarlab.runs.markdown import table
-from grammarlab.runs.sample import Progress
-from grammarlab.runs.workers import map_unordered
+from grammarlab.runs.results import Progress, made
 
-STORE = "grammars.jsonl"
+STORE = "grammars"
 METHOD = "default"
 """How the persons are asked."""
 
@@ -44,7 +42,10 @@ class Person:
     def key(self) -> str:
         """Names the result: SHA-256 of everything that decides it."""
         values = [__version__, load_source(self.path).key, METHODS[METHOD].as_json(), self.seed, self.labels]
-        return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
+        return digest(values)
+
+    def __str__(self) -> str:
+        return f"the grammar of person {self.seed} for {self.path.stem} after {self.labels} scores"
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +70,7 @@ def person_rows(
     persons: Sequence[Person],
     folder: Path,
     *,
-    jobs: int = 1,
+    executor: AbstractExecutor = SERIAL,
     fresh: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> tuple[PersonRow, ...]:
@@ -78,27 +79,20 @@ def person_rows(
     Args:
         persons: scenarios, seeds and numbers of labels.
         folder: keeps each row as soon as it is there.
-        jobs: processes; no number but seconds depends on it.
+        executor: who makes them; no number but seconds depends on it.
         fresh: forget what the folder holds.
         on_progress: told about finished grammars.
 
     Raises:
         GrammarlabError: as the scenarios and the folder give reason to.
     """
-    kept = Kept(folder / STORE, fresh=fresh)
-    keys = [person.key for person in persons]
-    missing = [person for person, key in zip(persons, keys, strict=True) if key not in kept]
-    done = len(persons) - len(missing)
-    on_progress("grammars", done, len(persons))
-    for key, values in map_unordered(made, missing, min(jobs, max(1, len(missing)))):
-        kept.put(key, values)
-        done += 1
-        on_progress("grammars", done, len(persons))
-    return tuple(PersonRow(**kept.get(key, dict)) for key in keys)
+    kept = measurements_in(folder, STORE, fresh=fresh)
+    found = made(kept, row_of, {person.key: person for person in persons}, executor, "grammars", on_progress)
+    return tuple(PersonRow(**values) for values in found.values())
 
 
-def made(person: Person) -> tuple[str, Mapping[str, Any]]:
-    """The row of a person, by its key."""
+def row_of(person: Person) -> dict[str, Any]:
+    """The row of a person."""
     source = load_source(person.path)
     with tempfile.TemporaryDirectory() as scratch:
         labels = Path(scratch, "labels.csv")
@@ -120,7 +114,7 @@ def made(person: Person) -> tuple[str, Mapping[str, Any]]:
         result.learned.method,
         result.seconds,
     )
-    return person.key, asdict(row)
+    return asdict(row)
 
 
 def person_table(rows: Sequence[PersonRow], scenarios: Sequence[Scenario]) -> str:

@@ -7,9 +7,10 @@ from pathlib import Path
 
 from grammarlab.density.rejection import RejectionSampler
 from grammarlab.density.sampler import AbstractSampler
+from grammarlab.files import write_text
 from grammarlab.learning.grammar_target import Learned
 from grammarlab.learning.measure import Measured
-from grammarlab.runs.atomic import write_text
+from grammarlab.runs.executors import AbstractExecutor
 from grammarlab.runs.learn.side_by_side import draw_side_by_side
 from grammarlab.runs.markdown import table
 
@@ -36,14 +37,14 @@ class Report:
     after: AbstractSampler
 
 
-def write_report(report: Report, folder: Path, *, seed: int, jobs: int) -> Path:
+def write_report(report: Report, folder: Path, *, seed: int, executor: AbstractExecutor) -> Path:
     """Writes ``report.md`` and its pictures ``before-after-4x4.png`` and ``before-after-10x10.png``.
 
     Args:
         report: what to say.
         folder: made when missing.
         seed: of the models on the pictures.
-        jobs: processes; the pictures do not depend on it.
+        executor: who draws; the pictures do not depend on it.
 
     Returns:
         The page.
@@ -51,7 +52,7 @@ def write_report(report: Report, folder: Path, *, seed: int, jobs: int) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     shown = [("before", report.before), ("after", report.after)]
     for side in SIDES:
-        draw_side_by_side(shown, folder / picture_name(side), side=side, seed=seed, jobs=jobs)
+        draw_side_by_side(shown, folder / picture_name(side), side=side, seed=seed, executor=executor)
     page = folder / PAGE
     write_text(page, report_text(report))
     return page

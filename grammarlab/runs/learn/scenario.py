@@ -16,16 +16,17 @@ from grammarlab.density.thinning import Progress, silent
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.preparation import Source
+from grammarlab.files import write_text
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import String
 from grammarlab.language.walking import walk
 from grammarlab.learning.grammar_target import Learned, check_method, learn_target
 from grammarlab.learning.measure import Measured
 from grammarlab.runs.asset_files import named_files
-from grammarlab.runs.atomic import write_text
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.examples import assets_folder, find_rules
 from grammarlab.runs.learn.measure import LabelledSet
+from grammarlab.runs.workers import one_thread
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +104,8 @@ def learned_of(
     target = Target.of_score(grammar, found.score, found.base, source.assets)
     lines = [origin_line(find_rules(found.grammar).name, grammar), f"Scenario {found.name}: {found.title}"]
     begun = perf_counter()
-    learned = learn_target(target, method, forest, lines, (found.seed + 1) % 2**64, num_samples, on_progress)
+    with one_thread():
+        learned = learn_target(target, method, forest, lines, (found.seed + 1) % 2**64, num_samples, on_progress)
     return learned, perf_counter() - begun
 
 

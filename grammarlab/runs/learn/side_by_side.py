@@ -9,7 +9,8 @@ import numpy as np
 from PIL import Image
 
 from grammarlab.density.sampler import AbstractSampler
-from grammarlab.runs.atomic import atomic_file
+from grammarlab.files import atomic_file
+from grammarlab.runs.executors import AbstractExecutor
 from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
 from grammarlab.runs.tiles import draw_tiles
 from grammarlab.scene import realize, triangles
@@ -20,7 +21,7 @@ _MARGIN = 12
 
 
 def draw_side_by_side(
-    shown: Sequence[tuple[str, AbstractSampler]], file: Path, *, side: int, seed: int, jobs: int
+    shown: Sequence[tuple[str, AbstractSampler]], file: Path, *, side: int, seed: int, executor: AbstractExecutor
 ) -> None:
     """Draws samples of some densities beside each other, each model filling its picture.
 
@@ -29,12 +30,12 @@ def draw_side_by_side(
         file: the picture.
         side: models along each side of a grid.
         seed: of the models.
-        jobs: processes; the picture does not depend on it.
+        executor: who draws; the picture does not depend on it.
     """
     number = side * side
     batches = [triangles(realize(sampler.sample(number, seed))) for _, sampler in shown]
     models = [batch.model(index) for batch in batches for index in range(number)]
-    tiles = draw_tiles(models, (WIDTH // side) ** 2, jobs)
+    tiles = draw_tiles(models, (WIDTH // side) ** 2, executor)
     layout = lay_out(number, side, tiles.width, tiles.height)
     pages = []
     for place, (name, _) in enumerate(shown):

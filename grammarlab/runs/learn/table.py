@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
+from functools import lru_cache
 from pathlib import Path
 from time import perf_counter
-
-from threadpoolctl import threadpool_limits
 
 from grammarlab import __version__
 from grammarlab.density.examples import learn_from_examples
@@ -21,18 +17,19 @@ from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.scenario import Scenario
 from grammarlab.features.stripping import without_geometry
 from grammarlab.learning.grammar_target import Learned
-from grammarlab.runs.evaluate.kept import Kept
+from grammarlab.runs.evaluate.measurements import digest, measurements_in
 from grammarlab.runs.evaluate.task import load_source
+from grammarlab.runs.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.learn.measure import LabelledSet
 from grammarlab.runs.learn.scenario import learned_of
 from grammarlab.runs.markdown import table
-from grammarlab.runs.sample import Progress
+from grammarlab.runs.results import Progress, made
 
 NUM_SAMPLES = 5_000
 """Models that all but the exact method learn from, as in the paper."""
 METHODS = ("parameters", "structure", "tied", "examples", "compile")
 """The columns. *examples* is S tied where nobody says which features are relevant: the samples must."""
-STORE = "density.jsonl"
+STORE = "density"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +54,7 @@ def density_rows(
     scenarios: Sequence[Path],
     folder: Path,
     *,
+    executor: AbstractExecutor = SERIAL,
     fresh: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> tuple[DensityRow, ...]:
@@ -65,6 +63,7 @@ def density_rows(
     Args:
         scenarios: scenario files.
         folder: keeps each row as soon as it is measured.
+        executor: who measures; no number but seconds depends on it.
         fresh: forget what the folder holds.
         on_progress: told about finished rows.
 
@@ -72,35 +71,50 @@ def density_rows(
         GrammarlabError: as the scenarios and the folder give reason to. A method that makes no density of a scenario
             has no row.
     """
-    kept = Kept(folder / STORE, fresh=fresh)
-    rows: list[DensityRow] = []
-    for done, path in enumerate(scenarios):
-        on_progress("densities", done, len(scenarios))
-        source = load_source(path)
-        labelled: list[LabelledSet] = []
-        for method in METHODS:
-            values = kept.get(_key(source, method), partial(_measured, source, method, labelled))
-            rows += [DensityRow(**{**values, "findings": tuple(values["findings"])})] if values else []
-    on_progress("densities", len(scenarios), len(scenarios))
-    return tuple(rows)
+    tasks = {task.key: task for path in scenarios for task in (_Task(path, method, NUM_SAMPLES) for method in METHODS)}
+    found = made(measurements_in(folder, STORE, fresh=fresh), _measured, tasks, executor, "densities", on_progress)
+    return tuple(DensityRow(**{**row, "findings": tuple(row["findings"])}) for row in found.values() if row)
 
 
-def _key(source: Source, method: str) -> str:
-    values = [__version__, source.key, method, NUM_SAMPLES]
-    return hashlib.sha256(json.dumps(values).encode()).hexdigest()
+@dataclass(frozen=True, slots=True)
+class _Task:
+    """One row to measure."""
+
+    scenario: Path
+    """The scenario file."""
+    method: str
+    num_samples: int
+
+    @property
+    def key(self) -> str:
+        """Names the row: SHA-256 of everything that decides it."""
+        return digest([__version__, load_source(self.scenario).key, self.method, self.num_samples])
+
+    def __str__(self) -> str:
+        return f"the density of {self.scenario.stem} by {self.method}"
 
 
-def _measured(source: Source, method: str, labelled: list[LabelledSet]) -> dict[str, object]:
-    """A row; nothing where the method makes no density. The labelled set is derived once, when it is needed."""
-    if not labelled:
-        labelled.append(LabelledSet.of(source))
+@lru_cache(maxsize=1)
+def _labelled_set(scenario: Path, _source_key: str) -> LabelledSet:
+    """The labelled set of a scenario, derived once for its tasks; a file that has changed has another key."""
+    return LabelledSet.of(load_source(scenario))
+
+
+def _measured(task: _Task) -> dict[str, object]:
+    """A row; nothing where the method makes no density."""
+    source, method = load_source(task.scenario), task.method
+    labelled = _labelled_set(task.scenario, source.key)
     try:
-        learned, seconds = _from_examples(source) if method == "examples" else learned_of(source, method, NUM_SAMPLES)
+        learned, seconds = (
+            _from_examples(source, task.num_samples)
+            if method == "examples"
+            else learned_of(source, method, task.num_samples)
+        )
     except UsageError:
         raise
     except GrammarlabError:
         return {}
-    found = labelled[0].measure(learned)
+    found = labelled.measure(learned)
     return asdict(
         DensityRow(
             source.scenario.name,
@@ -117,15 +131,14 @@ def _measured(source: Source, method: str, labelled: list[LabelledSet]) -> dict[
     )
 
 
-def _from_examples(source: Source) -> tuple[Learned, float]:
+def _from_examples(source: Source, num_samples: int) -> tuple[Learned, float]:
     """S tied from samples of the wanted density, whatever it may depend on."""
     found = source.scenario
     target = Target.of_score(source.grammar, found.score, found.base, source.assets)
-    sampler = reject(target, num_pilot=NUM_SAMPLES, seed=(found.seed + 1) % 2**64)
-    forest = without_geometry(sampler.sample(NUM_SAMPLES, (found.seed + 2) % 2**64))
+    sampler = reject(target, num_pilot=num_samples, seed=(found.seed + 1) % 2**64)
+    forest = without_geometry(sampler.sample(num_samples, (found.seed + 2) % 2**64))
     begun = perf_counter()
-    with threadpool_limits(1):
-        learned = learn_from_examples(source.grammar, forest, assets=source.assets)
+    learned = learn_from_examples(source.grammar, forest, assets=source.assets)
     return learned, perf_counter() - begun
 
 

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
@@ -67,15 +66,13 @@ class _Studio:
     def do(self, request: Begin | Draw | MakeGlb, _report: Report) -> Drawn | bytes | bool:
         if isinstance(request, Begin):
             return True
-        # One process a core is meant, so more threads would only be in each other's way.
-        with threadpool_limits(1):
-            if isinstance(request, MakeGlb):
-                return self._glb(request.model)
-            pictures = self._draw(request.models, RenderOptions(request.size, request.size, request.samples))
-            return Drawn(tuple(pictures), tuple(self.warnings))
+        if isinstance(request, MakeGlb):
+            return self._glb(request.model)
+        pictures = self._draw(request.models, RenderOptions(request.size, request.size, request.samples))
+        return Drawn(tuple(pictures), tuple(self.warnings))
 
     def _glb(self, model: str) -> bytes:
-        content = merged_glb(self._model(model), [model], np.zeros((1, 3)), self.assets)
+        content = merged_glb(self._model(model), model, self.assets)
         if len(content) > MAX_GLB_BYTES:
             raise GrammarlabError(f"model {model} is too large to be shown: {len(content) >> 20} MiB.")
         return content

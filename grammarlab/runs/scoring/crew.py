@@ -1,8 +1,4 @@
-"""Long-lived processes that work for a session, and end when it does, however it ends.
-
-A process that waits for a task sees that the session is gone by the end of its pipe; one that is at a task, by a thread
-that watches for it.
-"""
+"""Long-lived processes that work for a session, and end when it does, however it ends."""
 
 from __future__ import annotations
 
@@ -16,19 +12,18 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
 from itertools import count
-from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from multiprocessing.sharedctypes import RawValue
 from threading import Thread
 from typing import Any
 
 from grammarlab.errors import GrammarlabError
-from grammarlab.runs.workers import begin_worker
+from grammarlab.runs.workers import MAX_ATTEMPTS, start_worker
 
-MAX_LOSSES = 8
-"""Processes of a crew that may end unasked before it gives up."""
-_GONE = "A process that worked for the session has ended unasked; memory may be short. Try again."
-_CONTEXT = get_context("spawn")
+_GONE = (
+    f"Processes that worked for the session have ended unasked, {MAX_ATTEMPTS} times with the same task; memory may be "
+    "short. Close other programs, and try again."
+)
 
 Report = Callable[[str, int, int], None]
 """Tells how far a task is: a stage, how many are done, of how many. Ends the task when it was cancelled."""
@@ -55,6 +50,8 @@ class Task:
     on_progress: Report | None
     is_wanted: Callable[[], bool]
     """Asked before it begins; what is not wanted any more is dropped."""
+    losses: int = 0
+    """Processes that have ended while they were at it."""
 
 
 @dataclass(eq=False)
@@ -83,25 +80,24 @@ class Crew:
     """Called from other threads with something to call on the crew's thread."""
     politeness: int = 0
     """How far others go first where there are fewer cores than processes: added to the processes' nice value."""
+    recall: Any = None
+    """A request that brings a new process to where the one that it replaces was; None for none."""
     _workers: list[_Worker] = field(default_factory=list)
     _waiting: deque[Task] = field(default_factory=deque)
     _tickets: count[int] = field(default_factory=lambda: count(1))
-    _losses: int = 0
     _is_closed: bool = False
 
     def start(self) -> None:
         """Starts the processes that are missing, and returns before they are ready."""
         while len(self._workers) < self.size and not self._is_closed:
-            here, there = _CONTEXT.Pipe()
             cancelled = RawValue(c_ulonglong, 0)
-            work = (there, cancelled, self.politeness, self.make, self.arguments)
-            process = _CONTEXT.Process(target=_work, args=work, daemon=True)
-            process.start()
-            there.close()
-            worker = _Worker(process, here, cancelled)
+            work = (cancelled, self.politeness, self.make, self.arguments)
+            worker = _Worker(*start_worker(_work, work, outlives=True), cancelled)
             worker.listener = Thread(target=self._listen, args=(worker,), daemon=True)
             worker.listener.start()
             self._workers.append(worker)
+            if self.recall is not None:
+                _give(worker, Task(next(self._tickets), self.recall, _ignore, None, lambda: True))
 
     def submit(
         self,
@@ -125,9 +121,6 @@ class Crew:
             A ticket to cancel it by.
         """
         task = Task(next(self._tickets), request, then, on_progress, is_wanted)
-        if self._losses > MAX_LOSSES:
-            then(Outcome(error=_GONE))
-            return task.ticket
         (self._waiting.appendleft if first else self._waiting.append)(task)
         self.start()
         self._dispatch()
@@ -144,7 +137,7 @@ class Crew:
             task = worker.task
             if task is not None and task.ticket == ticket:
                 worker.cancelled.value = ticket
-                worker.task = replace(task, then=_ignore, on_progress=None)
+                worker.task = replace(task, then=_ignore, on_progress=None, is_wanted=lambda: False)
                 task.then(Outcome(cancelled=True))
 
     def close(self) -> None:
@@ -162,10 +155,7 @@ class Crew:
             while worker.task is None and self._waiting and not self._is_closed:
                 task = self._waiting.popleft()
                 if task.is_wanted():
-                    worker.task = task
-                    # A process that is gone is noticed by its listener.
-                    with suppress(OSError):
-                        worker.connection.send((task.ticket, task.request))
+                    _give(worker, task)
 
     def _listen(self, worker: _Worker) -> None:
         """Passes on what a process says, in a thread of its own.
@@ -191,18 +181,29 @@ class Crew:
         self._dispatch()
 
     def _lose(self, worker: _Worker) -> None:
-        """A process has ended."""
+        """A process has ended; another one does its task. One that did nothing is replaced with the next task."""
         if self._is_closed or worker not in self._workers:
             return
         self._workers.remove(worker)
-        self._losses += 1
-        if worker.task is not None:
-            worker.task.then(Outcome(error=_GONE))
-        if self._losses <= MAX_LOSSES:
+        task = worker.task
+        if task is None:
+            return
+        if task.request is self.recall:
+            self.recall = None
+        elif task.losses + 1 < MAX_ATTEMPTS:
+            self._waiting.appendleft(replace(task, losses=task.losses + 1))
+        else:
+            task.then(Outcome(error=_GONE))
+        if self._waiting:
             self.start()
             self._dispatch()
-        while self._waiting and not self._workers:
-            self._waiting.popleft().then(Outcome(error=_GONE))
+
+
+def _give(worker: _Worker, task: Task) -> None:
+    worker.task = task
+    # A process that is gone is noticed by its listener.
+    with suppress(OSError):
+        worker.connection.send((task.ticket, task.request))
 
 
 def _ignore(_outcome: Outcome) -> None:
@@ -215,7 +216,6 @@ class _CancelledError(Exception):
 
 def _work(connection: Connection, cancelled: Any, politeness: int, make: str, arguments: tuple[Any, ...]) -> None:
     """What a process does: tasks, until the other end of the pipe is gone."""
-    begin_worker()
     if politeness and hasattr(os, "nice"):
         os.nice(politeness)
     with suppress(EOFError, OSError):

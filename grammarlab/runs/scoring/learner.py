@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -56,7 +57,8 @@ class _Learner:
         self._state = init(study)
         self._numbers: Mapping[str, int] = {}
         """Of the factors at the last update; they stay when a factor is renamed."""
-        self._version = 0
+        # So that no version is that of another process, which this one may replace.
+        self._version = secrets.randbits(48)
         self._before: tuple[Floats, Floats] | None = None
         """Of the models of the last update: how much each stands for, and how much it was liked."""
 
@@ -97,7 +99,7 @@ class _Learner:
         return Learned(self._features(request.known), state.wide, elsewhere, found, liked, left_out, moved, chosen)
 
     def _learned(self, state: State, numbers: Mapping[str, int]) -> None:
-        self._version += not self._version or (state.wide, state.columns) != (self._state.wide, self._state.columns)
+        self._version += (state.wide, state.columns) != (self._state.wide, self._state.columns)
         self._state, self._numbers = state, numbers
 
     def _features(self, known: int) -> Features | None:

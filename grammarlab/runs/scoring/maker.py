@@ -12,12 +12,13 @@ from PIL import Image
 
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import AssetError, GrammarlabError, UsageError
+from grammarlab.files import write_text
 from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.learning.pool import Pool
 from grammarlab.preference.label_files import read_labels, save_labels
-from grammarlab.runs.atomic import write_text
 from grammarlab.runs.derive_batch import compiled
 from grammarlab.runs.examples import SUFFIX
+from grammarlab.runs.executors import SERIAL
 from grammarlab.runs.scoring.crew import Handler, Report
 from grammarlab.runs.scoring.labels import labels_of, scores_of
 from grammarlab.runs.scoring.tasks import DrawSheet, Factors, LearnedFile, LearnGrammar, ReadLabels, WriteLabels
@@ -102,7 +103,7 @@ class _Maker:
         batch = triangles(realize(derive(grammar, request.num, request.seed, assets=self.assets)))
         models = [batch.model(index) for index in range(request.num)]
         # The session's other processes have the other cores.
-        tiles = draw_tiles(models, TILE_AREA, 1)
+        tiles = draw_tiles(models, TILE_AREA, SERIAL)
         page = lay_out(request.num, 0, tiles.width, tiles.height)
         captions = [(str(index), "") for index in range(request.num)]
         picture = draw_page(page, tiles.pictures, captions, (file.stem, f"seed {request.seed}"))

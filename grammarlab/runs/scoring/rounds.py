@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -305,15 +305,14 @@ class Rounds:
         known = 0 if features is None else features.version
         self._progress("waiting", 0, 1)
         numbers = self.record.numbers
-        done = partial(self._learned, choice, revision, numbers)
         update = Update(factors, numbers, choice, known, self.record.wide)
+        done = partial(self._learned, update, revision)
         ticket = self._learners.submit(update, done, on_progress=self._progress)
         if choice is not None:
             self._ticket = ticket
 
-    def _learned(
-        self, choice: Choice | None, revision: tuple[int, int], numbers: dict[str, int], outcome: Outcome
-    ) -> None:
+    def _learned(self, update: Update, revision: tuple[int, int], outcome: Outcome) -> None:
+        choice = update.choice
         if choice is not None:
             self._ticket = 0
         self._progress_ended()
@@ -323,7 +322,9 @@ class Rounds:
         found = outcome.value
         if found.wide != self.pool.pool.wide:
             self.pool = ModelPool(self.store.about.seed, self.store.about.size, found.wide)
-        self.knowledge.take(found, revision[1], numbers)
+        self.knowledge.take(found, revision[1], update.numbers)
+        # The wider pool may have been widened by this update.
+        self._learners.recall = replace(update, choice=None, wide=found.wide)
         widened = (WIDENED,) if choice is not None and found.wide and not self.record.wide else ()
         self.message = " ".join((*found.left_out, *widened)) or None
         if choice is not None:

@@ -9,7 +9,7 @@ from grammarlab.evaluation.methods import Method
 from grammarlab.runs.evaluate.curves import run_tasks
 from grammarlab.runs.evaluate.store import CurveRecord
 from grammarlab.runs.evaluate.task import Task
-from tests.evaluation.doubles import LEARNER, world
+from tests.evaluation.doubles import world
 
 METHODS = (Method("default"), Method("paper", fit="paper", batch=32))
 
@@ -24,7 +24,7 @@ def tasks(seeds=3, max_labels=64):
 
 def make(task):
     material = world()
-    _, curve = protocol.run(material, LEARNER, task.seed, task.max_labels)
+    _, curve = protocol.run(material, task.method.batch, task.seed, task.max_labels)
     return CurveRecord(task.key, "F1", task.method.name, task.seed, task.max_labels, material.js_original, curve)
 
 

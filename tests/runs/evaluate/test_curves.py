@@ -8,18 +8,24 @@ import pytest
 
 from grammarlab.evaluation.methods import Method
 from grammarlab.runs.evaluate.curves import run_tasks
-from grammarlab.runs.evaluate.store import STORE, read
+from grammarlab.runs.evaluate.store import STORE, curves_in
+from grammarlab.runs.executors import SERIAL, Processes
 from tests.runs.evaluate.doubles import make, refuse, tasks
 from tests.waiting import wait_until
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
+
+
+def read(folder):
+    return curves_in(folder).all()
 
 
 def test_the_curves_do_not_depend_on_the_number_of_workers(tmp_path):
-    one = run_tasks(make, tasks(), tmp_path / "one", jobs=1)
-    two = run_tasks(make, tasks(), tmp_path / "two", jobs=2)
+    one = run_tasks(make, tasks(), tmp_path / "one", executor=SERIAL)
+    two = run_tasks(make, tasks(), tmp_path / "two", executor=Processes(2))
     assert one == two
     assert read(tmp_path / "one") == read(tmp_path / "two")
+    assert len(read(tmp_path / "one")) == len(one)
     assert [record.seed for record in one] == [0, 1, 2, 0, 1, 2]
     assert [record.method for record in one] == ["default"] * 3 + ["paper"] * 3
 
@@ -29,9 +35,9 @@ def test_a_run_that_was_killed_goes_on_and_ends_as_if_nothing_had_happened(tmp_p
     code = "import sys; from tests.runs.evaluate.doubles import run_two; run_two(sys.argv[1])"
     with subprocess.Popen([sys.executable, "-c", code, tmp_path / "killed"], cwd=ROOT) as process:
         store = tmp_path / "killed" / STORE
-        wait_until(lambda: (store.is_file() and store.read_bytes().count(b"\n") == 2) or process.poll() is not None)
+        wait_until(lambda: len(list(store.glob("*.json"))) == 2 or process.poll() is not None)
         process.send_signal(signal.SIGKILL)
-    kept = read(tmp_path / "killed")
+    kept = {record.key for record in read(tmp_path / "killed").values()}
     assert len(kept) == 2
     done = []
     again = run_tasks(
@@ -59,7 +65,7 @@ def test_an_interrupted_run_keeps_what_is_finished(tmp_path):
 def test_a_fresh_run_forgets_what_was_there(tmp_path):
     run_tasks(make, tasks(1), tmp_path)
     run_tasks(make, tasks(3)[1:2], tmp_path, fresh=True)
-    assert [record.seed for curves in read(tmp_path).values() for record in curves.values()] == [1]
+    assert [record.seed for record in read(tmp_path).values()] == [1]
 
 
 def test_a_longer_curve_serves_for_a_shorter_one_that_it_begins_with(tmp_path):

@@ -6,6 +6,7 @@ import numpy as np
 from PIL import Image
 
 from grammarlab.runs.evaluate.pages import COLUMNS, draw_examples
+from grammarlab.runs.executors import SERIAL, executor_of
 from grammarlab.runs.sheet_page import PAPER, lay_out
 
 SCENARIO = """
@@ -26,7 +27,7 @@ def test_a_page_has_a_row_for_every_group_that_is_not_empty(tmp_path: Path):
     rules = "attr h = rand(1, 5)\nLot --> 10% : extrude(h) Red else : extrude(h) Blue\nRed --> color(1, 0, 0) B."
     (tmp_path / "boxes.cga").write_text(rules + "\nBlue --> color(0, 0, 1) B.")
     (tmp_path / "boxes.toml").write_text(SCENARIO)
-    path = draw_examples(tmp_path / "boxes.toml", tmp_path / "out", jobs=1)
+    path = draw_examples(tmp_path / "boxes.toml", tmp_path / "out", SERIAL)
     picture = np.asarray(Image.open(path))
     assert path.name == "boxes-scores.jpg"
     width, height = 1, 1
@@ -51,5 +52,7 @@ def test_a_page_has_a_row_for_every_group_that_is_not_empty(tmp_path: Path):
 def test_the_page_is_the_same_for_any_number_of_processes(tmp_path: Path):
     (tmp_path / "boxes.cga").write_text("attr h = rand(1, 5)\nLot --> extrude(h) Red\nRed --> B.")
     (tmp_path / "boxes.toml").write_text(SCENARIO)
-    pages = [draw_examples(tmp_path / "boxes.toml", tmp_path / str(jobs), jobs).read_bytes() for jobs in (1, 2)]
+    pages = [
+        draw_examples(tmp_path / "boxes.toml", tmp_path / str(jobs), executor_of(jobs)).read_bytes() for jobs in (1, 2)
+    ]
     assert pages[0] == pages[1]

@@ -1,8 +1,10 @@
+import json
+
 import pytest
 
-from grammarlab.errors import GrammarlabError
 from grammarlab.evaluation.curves import Curve, Point
-from grammarlab.runs.evaluate.store import STORE, CurveRecord, append, clear, read
+from grammarlab.runs.evaluate.measurements import measurements_in
+from grammarlab.runs.evaluate.store import STORE, CurveRecord, curves_in
 
 
 def record(key="a", max_labels=32, js=0.1 + 0.2):
@@ -11,57 +13,42 @@ def record(key="a", max_labels=32, js=0.1 + 0.2):
     )
 
 
-def test_what_is_written_is_read_back_to_the_last_bit(tmp_path):
-    append(tmp_path, record("a"))
-    append(tmp_path, record("b", js=1 / 3))
-    assert read(tmp_path) == {"a": {32: record("a")}, "b": {32: record("b", js=1 / 3)}}
+def test_curves_are_read_back_to_the_last_bit_and_told_apart_by_what_they_were_made_for(tmp_path):
+    curves = curves_in(tmp_path)
+    records = [record("a"), record("b", js=1 / 3), record("a", 64), record("a", 48)]
+    for each in records:
+        curves.put(each.place, each)
+    assert curves_in(tmp_path).all() == {each.place: each for each in records}
+    assert curves_in(tmp_path, fresh=True).all() == {}
 
 
-def test_curves_of_one_key_are_told_apart_by_what_they_were_made_for(tmp_path):
-    for max_labels in (32, 64, 48):
-        append(tmp_path, record(max_labels=max_labels))
-    assert list(read(tmp_path)["a"]) == [32, 64, 48]
+@pytest.mark.parametrize(("old", "new"), [("0.3", "NaN"), ("32", "1e999"), ('"key"', '"kex"'), ("0.3", '"x"')])
+def test_damaged_curves_are_left_out(tmp_path, old, new):
+    curves = curves_in(tmp_path)
+    for each in (record("a"), record("b")):
+        curves.put(each.place, each)
+    file = tmp_path / STORE / "a-32.json"
+    file.write_text(file.read_text().replace(old, new))
+    assert list(curves.all()) == ["b-32"]
 
 
-def test_every_beginning_of_a_store_is_a_store(tmp_path):
-    append(tmp_path, record("a"))
-    append(tmp_path, record("b"))
-    content = (tmp_path / STORE).read_bytes()
-    first_line = content.index(b"\n") + 1
-    for length in range(len(content) + 1):
-        (tmp_path / STORE).write_bytes(content[:length])
-        expected = ["a", "b"] if length == len(content) else ["a"] if length >= first_line else []
-        assert list(read(tmp_path)) == expected
-        append(tmp_path, record("c"))
-        assert list(read(tmp_path)) == [*expected, "c"]
-
-
-LINE = (
-    b'{"key": "a", "scenario": "F1", "method": "paper", "seed": 0, "max_labels": 32, '
-    b'"js_original": 0.3, "curve": [[32, 0.1, 1, 4]]}'
+EARLIER = (
+    '{"key": "a", "scenario": "F1", "method": "paper", "seed": 0, "max_labels": 32, '
+    '"js_original": 0.3, "curve": [[32, 0.1, 1, 4]]}\n'
 )
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        b"nonsense",
-        b"{}",
-        b"[]",
-        b'{"key": 1}',
-        b"[" * 100_000,
-        b"\xff",
-        b'{"curve": [[1, 2]]}',
-        b"null",
-        LINE.replace(b"0.3,", b"NaN,"),
-        LINE.replace(b"32,", b"1e999,"),
-    ],
-)
-def test_a_store_of_somebody_else_is_refused_with_its_line(tmp_path, line):
-    append(tmp_path, record())
-    with (tmp_path / STORE).open("ab") as file:
-        file.write(line + b"\n")
-    with pytest.raises(GrammarlabError, match=r"curves.jsonl:2: expected a curve"):
-        read(tmp_path)
-    clear(tmp_path)
-    assert read(tmp_path) == {}
+def test_curves_of_an_earlier_version_are_taken_in_unless_they_are_to_be_forgotten(tmp_path):
+    (tmp_path / "curves.jsonl").write_text(EARLIER + EARLIER.replace("32", "64") + EARLIER[:50])
+    found = curves_in(tmp_path).all()
+    assert [(each.key, each.method, each.max_labels) for each in found.values()] == [
+        ("a", "paper", n) for n in (32, 64)
+    ]
+    assert curves_in(tmp_path, fresh=True).all() == {}
+    assert curves_in(tmp_path).all() == {}
+
+
+def test_measurements_of_an_earlier_version_are_taken_in(tmp_path):
+    (tmp_path / "samples.jsonl").write_text(json.dumps({"key": "a-32", "values": {"js": 0.5}}) + "\n")
+    assert measurements_in(tmp_path, "samples").all() == {"a-32": {"js": 0.5}}
+    assert measurements_in(tmp_path, "samples", fresh=True).all() == {}

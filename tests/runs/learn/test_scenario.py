@@ -8,7 +8,8 @@ from grammarlab.density.rejection import RejectionSampler
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.learn.scenario import METHODS, learn_from_scenario
+from grammarlab.learning.grammar_target import METHODS
+from grammarlab.runs.learn.scenario import learn_from_scenario
 
 RULES = """
 // A house of three parts

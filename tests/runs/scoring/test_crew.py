@@ -26,12 +26,18 @@ def maker(greeting: str) -> Handler:
     if greeting == "bad":
         raise UsageError("bad greeting")
 
+    seen: list[str] = []
+
     def do(request: Any, report: Report) -> Any:
         if request == "fail":
             raise UsageError("asked to fail")
         if request == "break":
             return 1 // 0
-        if request == "die":
+        seen.append(request)
+        if request == "what was seen":
+            return list(seen)
+        if request == "die" or (request.startswith("die once ") and not Path(request[9:]).exists()):
+            Path(request[9:] or os.devnull).touch()
             os.kill(os.getpid(), signal.SIGKILL)
         if request == "sleep":
             time.sleep(1_000)
@@ -90,12 +96,55 @@ def test_a_task_that_cannot_be_made_says_why():
     thread.crew.close()
 
 
-def test_a_lost_process_is_told_and_replaced(thread: Thread):
-    thread.submit("die")
+def test_a_lost_process_is_replaced_and_its_task_done_again_before_others(thread: Thread, tmp_path: Path):
+    deadly = f"die once {tmp_path / 'mark'}"
+    thread.submit(deadly)
     thread.submit("world")
     thread.until(lambda: len(thread.outcomes) == 2)
-    assert "ended unasked" in thread.outcomes["die"].error
+    assert thread.outcomes == {deadly: Outcome(f"hello {deadly}"), "world": Outcome("hello world")}
+    assert list(thread.outcomes) == [deadly, "world"]
+
+
+def test_a_task_that_always_ends_its_process_is_told(thread: Thread):
+    for request in ("die", "world"):
+        thread.submit(request)
+    thread.until(lambda: len(thread.outcomes) == 2)
+    assert "ended unasked, 3 times" in thread.outcomes["die"].error
     assert thread.outcomes["world"].value == "hello world"
+
+
+def test_a_new_process_is_brought_to_where_the_lost_one_was(thread: Thread, tmp_path: Path):
+    thread.submit("world")
+    thread.until(lambda: thread.outcomes)
+    thread.crew.recall = "what there is to know"
+    (worker,) = thread.crew._workers
+    worker.process.kill()  # it waits for a task
+    thread.until(lambda: not thread.crew._workers)
+    thread.submit("what was seen")
+    thread.until(lambda: len(thread.outcomes) == 2)
+    assert thread.outcomes.pop("what was seen").value == ["what there is to know", "what was seen"]
+    deadly = f"die once {tmp_path / 'mark'}"
+    thread.submit(deadly)
+    thread.submit("what was seen")
+    thread.until(lambda: "what was seen" in thread.outcomes)
+    assert thread.outcomes["what was seen"].value == ["what there is to know", deadly, "what was seen"]
+
+
+def test_what_cannot_be_recalled_is_forgotten(thread: Thread):
+    thread.crew.recall = "die"
+    thread.submit("world")
+    thread.until(lambda: thread.outcomes)
+    assert thread.outcomes == {"world": Outcome("hello world")}
+
+
+def test_what_was_cancelled_is_not_done_again(thread: Thread):
+    long = thread.submit("sleep")
+    thread.submit("world")
+    thread.crew.cancel(long)
+    (worker,) = thread.crew._workers
+    worker.process.kill()
+    thread.until(lambda: "world" in thread.outcomes)
+    assert list(thread.outcomes) == ["sleep", "world"]
 
 
 def test_processes_that_cannot_live_are_given_up():

@@ -1,0 +1,60 @@
+"""Where models are far from the origin of the world, and near to what instead.
+
+A 32-bit number has steps of 0.25 m at 2,683,000 m, and a 64-bit one has lost its nanometres. So what is far away is
+derived, written and drawn from an origin of its own, and only the origin is a large number.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+NEAR = 1024.0
+"""Metres: in between, 32-bit coordinates are true to 0.03 mm."""
+
+
+def origins_of(low: Floats, high: Floats) -> Floats:
+    """The origin [N, 3] in the world to count the coordinates of things from.
+
+    Something of which all is farther than `NEAR` along some axis has the lowest corner of its box; everything else has
+    the origin of the world. So an origin depends on the thing alone, and things that differ by where they are have the
+    same coordinates about it.
+
+    Args:
+        low: [N, 3] the smallest coordinates of each thing in the world.
+        high: [N, 3] the largest ones.
+
+    >>> low = np.array([[0.0, 0.0, -5.0], [2683000.0, 0.0, -5.0]])
+    >>> origins_of(low, low + 9.0).tolist()
+    [[0.0, 0.0, 0.0], [2683000.0, 0.0, -5.0]]
+    """
+    far = np.any((low > NEAR) | (high < -NEAR), axis=1, keepdims=True)
+    return np.where(far, low, 0.0)
+
+
+def brought_near(points: Floats, offsets: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    """The origins [F, 3] of footprints, and their corners [P, 3] counted from them.
+
+    Far corners are rounded to the decimals that numbers of their size have, so that a side is as long as its end minus
+    its beginning on paper, not as the rounding of both leaves it.
+
+    Args:
+        points: [P, 3] the corners of all footprints in the world, at least one for each.
+        offsets: [F + 1] where those of each footprint begin.
+
+    >>> corners = np.array([[2683000.13, 0, 0], [2683018.4, 0, 0], [2683018.4, 0, 9]])
+    >>> origins, near = brought_near(corners, np.array([0, 3]))
+    >>> origins.tolist(), near.tolist()
+    ([[2683000.13, 0.0, 0.0]], [[0.0, 0.0, 0.0], [18.27, 0.0, 0.0], [18.27, 0.0, 9.0]])
+    """
+    starts = offsets[:-1]
+    low, high = np.minimum.reduceat(points, starts, axis=0), np.maximum.reduceat(points, starts, axis=0)
+    origins = origins_of(low, high)
+    near = points.copy()
+    for index in np.flatnonzero(origins.any(axis=1)).tolist():
+        corners = slice(*offsets[index : index + 2])
+        step = np.spacing(np.abs(points[corners]).max())
+        near[corners] = np.round(points[corners] - origins[index], int(-np.log10(4.0 * step))) + 0.0
+    return origins, near
