@@ -59,9 +59,8 @@ class Source:
         scenario = self.scenario
         preference = [(factor.name, factor.score) for factor in scenario.factors]
         models = (self.grammar.hash, scenario.num_models, scenario.seed, scenario.draws)
-        return hashlib.sha256(
-            repr((__version__, models, scenario.base, preference, scenario.features)).encode()
-        ).hexdigest()
+        values = (__version__, models, scenario.base, preference, scenario.features)
+        return hashlib.sha256(repr(values).encode()).hexdigest()
 
 
 def prepare(source: Source, settings: Settings) -> Material:

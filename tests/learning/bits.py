@@ -38,9 +38,12 @@ class BitsSpace(AbstractDesignSpace[np.ndarray]):
 
     share: float = 0.5
     """Of ones."""
-    longest_path: int = 4
     blind: bool = False
     """Whether even the longest paths never show the last bit."""
+
+    @property
+    def longest_path(self):
+        return 4
 
     @property
     def hashes(self):
@@ -71,7 +74,7 @@ class BitsSpace(AbstractDesignSpace[np.ndarray]):
 
     def values(self, designs, features):
         rows = np.concatenate([np.zeros((0, BITS)), *designs])
-        return rows[:, [int(feature.site.split()[1]) for feature in features]]
+        return rows[:, [int(feature.site.split()[1]) for feature in features if isinstance(feature, Draw)]]
 
     def margins(self, designs, feature):
         return None
