@@ -110,8 +110,8 @@ def sample(
     run = Unfinished(needs="--resume")
     with friendly_errors(run.advice):
         from grammarlab.cli.progress import progress
+        from grammarlab.language.attribute_values import read_attributes
         from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
-        from grammarlab.runs.attributes import read_attributes
         from grammarlab.runs.checks import not_carried_out
         from grammarlab.runs.derive_batch import compiled
         from grammarlab.runs.examples import find_rules

@@ -25,13 +25,13 @@ from grammarlab.features.stripping import without_geometry
 from grammarlab.features.thresholds import find_half_space, find_thresholds, margins
 from grammarlab.features.vocabulary import Options, Vocabulary
 from grammarlab.geometry.assets import AssetFolder
+from grammarlab.geometry.footprints import read_footprints
+from grammarlab.language.attribute_values import fit_properties
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.addresses import Address
 from grammarlab.learning.design_space import AbstractDesignSpace
 from grammarlab.learning.flattening import Flattened, flattened, flattened_hash
 from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
-from grammarlab.runs.attributes import fit_properties
-from grammarlab.runs.footprints import read_footprints
 from grammarlab.scene.instances import Scene, realize
 
 Floats = NDArray[np.float64]

@@ -9,9 +9,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from grammarlab.geometry.footprints import Footprint, read_footprints
     from grammarlab.runs.derivations import load_forest, save_forest
     from grammarlab.runs.executors import AbstractExecutor, Processes, Serial
-    from grammarlab.runs.footprints import Footprint, read_footprints
     from grammarlab.runs.manifest import Manifest, read_manifest
     from grammarlab.runs.records import ModelRecord
     from grammarlab.runs.request import SampleRequest
@@ -35,15 +35,15 @@ __all__ = [
 ]
 
 _MODULES = {
-    "derivations": ("load_forest", "save_forest"),
-    "executors": ("AbstractExecutor", "Processes", "Serial"),
-    "footprints": ("Footprint", "read_footprints"),
-    "manifest": ("Manifest", "read_manifest"),
-    "records": ("ModelRecord",),
-    "request": ("SampleRequest",),
-    "sample": ("RunResult", "repeat_run", "sample_run"),
+    "runs.derivations": ("load_forest", "save_forest"),
+    "runs.executors": ("AbstractExecutor", "Processes", "Serial"),
+    "geometry.footprints": ("Footprint", "read_footprints"),
+    "runs.manifest": ("Manifest", "read_manifest"),
+    "runs.records": ("ModelRecord",),
+    "runs.request": ("SampleRequest",),
+    "runs.sample": ("RunResult", "repeat_run", "sample_run"),
 }
-_HOME = {name: f"grammarlab.runs.{module}" for module, names in _MODULES.items() for name in names}
+_HOME = {name: f"grammarlab.{module}" for module, names in _MODULES.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:

@@ -15,8 +15,8 @@ from grammarlab.export import save_each
 from grammarlab.export.textures import image_file
 from grammarlab.files import file_hash
 from grammarlab.geometry.assets import AssetFolder
+from grammarlab.language.attribute_values import fit_properties
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.attributes import fit_properties
 from grammarlab.runs.batches import Batch
 from grammarlab.runs.checks import grammar_to_run
 from grammarlab.runs.derivations import FILES, save_forest

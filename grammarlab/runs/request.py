@@ -7,19 +7,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Literal, Self, TypeAlias, get_args
+from typing import Any, Literal, Self, get_args
 
 import numpy as np
 
 from grammarlab.errors import AssetError, UsageError
+from grammarlab.geometry.footprints import Footprint, read_footprints
+from grammarlab.language.attribute_values import AttributeValue
 from grammarlab.render.choice import RendererName
 from grammarlab.runs.examples import find_rules
-from grammarlab.runs.footprints import Footprint, read_footprints
 
 FileFormat = Literal["glb", "obj", "ply"]
 Instancing = Literal["none", "nodes", "gpu"]
 Scale = Literal["same", "each"]
-AttributeValue: TypeAlias = float | bool | str
 
 MAX_MODELS = 10_000_000
 BATCH_MODELS = 64

@@ -13,12 +13,12 @@ from grammarlab.derivation import compile_grammar, derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.export import FORMATS, REUSES, SaveOptions, save_each
 from grammarlab.geometry.assets import AssetFolder
+from grammarlab.geometry.footprints import read_footprints
 from grammarlab.language.importing import load
 from grammarlab.render.camera import View, frame
 from grammarlab.render.raycast import RaycastRenderer
 from grammarlab.render.renderer import RenderOptions
 from grammarlab.runs.executors import executor_of
-from grammarlab.runs.footprints import read_footprints
 from grammarlab.runs.request import SampleRequest
 from grammarlab.runs.sample import sample_run
 from grammarlab.runs.tiles import seen_points

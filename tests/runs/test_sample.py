@@ -11,11 +11,11 @@ import trimesh
 from trimesh.exchange.gltf import export_gltf
 
 from grammarlab.errors import AssetError, LanguageError, UsageError
+from grammarlab.geometry.footprints import read_footprints
 from grammarlab.runs import SampleRequest, load_forest, read_manifest, repeat_run, sample_run
 from grammarlab.runs import batches as batches_module
 from grammarlab.runs.batches import cut_batches
 from grammarlab.runs.executors import Processes, executor_of
-from grammarlab.runs.footprints import read_footprints
 from grammarlab.scene import realize, triangles
 from tests.runs.grammars import BROKEN, TOWER
 

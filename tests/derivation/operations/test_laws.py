@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from grammarlab.derivation import derive
 from grammarlab.geometry import measure
+from grammarlab.geometry.footprints import read_footprints
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.footprints import read_footprints
 from tests.derivation.operations.leaves import (
     L_SHAPE,
     TRIANGLE,

@@ -35,8 +35,9 @@ def tasks(tmp_path: Path) -> list[Task]:
 
 def test_samples_have_their_true_scores_and_the_divergences_of_the_curve(tasks, tmp_path):
     source = load_source(tasks[0].scenario)
-    (forest,) = labelled_set(source, source.space)
-    truth = source.scenario.score.evaluate(count(forest, source.scenario.score.features))
+    score = source.scenario.score
+    labelled = labelled_set(source, source.space)
+    truth = np.concatenate([score.evaluate(count(forest, score.features)) for forest in labelled])
     for task, found in zip(tasks, draw_models(tasks, tmp_path), strict=True):
         record = make_curve(task)
         assert found.labels == record.curve.points[-1].labels

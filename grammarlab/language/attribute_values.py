@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from typing import TypeAlias
 
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.limits import objection
 from grammarlab.language.syntax import Boolean, Number, String, alternatives
-from grammarlab.runs.request import AttributeValue
+
+AttributeValue: TypeAlias = float | bool | str
+"""A plain value of an attribute."""
 
 _BOOLEANS = {"true": True, "false": False}
 

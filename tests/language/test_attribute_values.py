@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import UsageError
+from grammarlab.language.attribute_values import fit_properties, read_attributes
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.attributes import fit_properties, read_attributes
 
 GRAMMAR = Grammar.parse(
     """
