@@ -1,0 +1,77 @@
+"""A Python function in the place of a person."""
+
+import numpy as np
+import pytest
+
+from grammarlab.derivation.derive import derive
+from grammarlab.errors import UsageError
+from grammarlab.features.counting import count
+from grammarlab.features.pattern_text import parse
+from grammarlab.language.grammar import Grammar
+from grammarlab.learning.learn import learn
+from grammarlab.learning.pool import Pool
+
+GRAMMAR = Grammar.parse(
+    """
+Lot --> extrude(6) split(y) { ~1 : Part | ~1 : Part }
+Part --> 50% : color("#ff0000") Wall else : color("#0000ff") Wall
+Wall --> 20% : Glass. 30% : Brick. else : Stone.
+"""
+)
+SMALL = Pool(0, 400)
+
+
+def red_below(forest):
+    return 60.0 * count(forest, [parse("Lot > Part@0:0")])[:, 0]
+
+
+def ratio_of(found):
+    """How much likelier the learned grammar makes models whose lower part is red, and the others."""
+    forest = derive(GRAMMAR, 400, 99)
+    ratio, liked = found.learned.ratio(forest), red_below(forest) > 0
+    return ratio[liked], ratio[~liked]
+
+
+def test_what_a_function_of_derivations_likes_is_learned():
+    found = learn(GRAMMAR, red_below, 48, pool=SMALL)
+    liked, others = ratio_of(found)
+    assert liked == pytest.approx(2.0)
+    assert not others.any()
+
+
+def test_a_function_may_look_at_meshes():
+    def red_down_there(scene):
+        red = scene.materials.channels[scene.material, 0] > scene.materials.channels[scene.material, 2]
+        low = red & (scene.position[:, 1] < 1.0)
+        return 100.0 * np.isin(np.arange(scene.num_models), scene.model[low])
+
+    liked, others = ratio_of(learn(GRAMMAR, red_down_there, 48, sees="scene", pool=SMALL))
+    assert liked == pytest.approx(2.0)
+    assert not others.any()
+
+
+def test_the_function_is_asked_for_as_many_scores_as_the_budget_allows():
+    asked = []
+
+    def count_them(forest):
+        asked.append(forest.num_models)
+        return red_below(forest)
+
+    learn(GRAMMAR, count_them, 20, pool=SMALL)
+    assert asked == [8, 8, 4]
+
+
+@pytest.mark.parametrize(
+    ("score", "budget", "message"),
+    [
+        (red_below, 0, "at least 1 score"),
+        (lambda _forest: 50.0, 8, "expected 8 numbers for 8 models"),
+        (lambda forest: np.full((forest.num_models, 1), 50.0), 8, r"found an array of shape \(8, 1\)"),
+        (lambda forest: np.full(forest.num_models, 101.0), 8, "from 0 to 100"),
+        (lambda forest: np.full(forest.num_models, np.nan), 8, "from 0 to 100"),
+        (lambda forest: np.zeros(forest.num_models), 8, "none of the 8 models"),
+    ],
+)
+def test_what_cannot_be_learned_from_is_refused_in_words(score, budget, message):
+    with pytest.raises(UsageError, match=message):
+        learn(GRAMMAR, score, budget, pool=SMALL)
