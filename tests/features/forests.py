@@ -11,6 +11,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site
+from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.features.pattern import Below, Pattern
 from grammarlab.geometry.mesh import Meshes
@@ -39,9 +40,7 @@ def forest_of(
     columns: list[Any] = [table[:, i].astype(kind) for i, kind in enumerate(types)]
     empty = np.zeros(0, np.int32)
     return Forest(
-        seed=0,
-        first_model=0,
-        num_models=int(table[:, 0].max(initial=-1)) + 1 if num_models is None else num_models,
+        lots=Lots.of(int(table[:, 0].max(initial=-1)) + 1 if num_models is None else num_models, seed=0),
         symbols=SYMBOLS,
         rules=RULES,
         sites=SITES,
