@@ -5,6 +5,7 @@ import pytest
 
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
+from grammarlab.derivation.selection import select_models
 from grammarlab.errors import AssetError, GrammarlabError, InexactError, LanguageError, UsageError
 from grammarlab.evaluation.flattening import flattened, flattened_hash
 from grammarlab.evaluation.scenario import FeatureOptions
@@ -15,6 +16,7 @@ from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import Label, Labels, label_models
 from grammarlab.runs.examples import find_rules
 from grammarlab.runs.learn import labels as module
+from grammarlab.runs.learn.labelled_models import labelled_models
 from grammarlab.runs.learn.labels import learn_from_labels
 from grammarlab.runs.learn.pages import page_of_labels
 from grammarlab.runs.learn.pool import Pool
@@ -267,6 +269,29 @@ def test_addresses_that_cannot_be_followed_are_refused(grammar, tmp_path, change
     labels = Labels((Label(1, 0, "overall", 50.0, grammar.hash, **change),))
     with pytest.raises(UsageError, match=message):
         learn(tmp_path, labels)
+
+
+def test_labels_of_any_addresses_are_derived_as_each_of_them_is_alone(grammar):
+    addresses = [
+        (3, 17, {}),
+        (2**64 - 1, 2, {"start_rule": "Part"}),
+        (3, 5, {}),
+        (3, 17, {"footprint": "9x4"}),
+        (3, 17, {}),
+    ]
+    labels = Labels(tuple(Label(seed, model, "overall", 1.0, grammar.hash, **how) for seed, model, how in addresses))
+    found = labelled_models(labels, grammar, None)
+    (forest,) = found.forests
+    assert forest.num_models == 4
+    assert found.model[0] == found.model[4]
+    for row, (seed, model, how) in zip(found.model.tolist(), addresses, strict=True):
+        options = {"footprint": (9.0, 4.0)} if "footprint" in how else how
+        alone = derive(grammar, 1, seed, first_model=model, **options)
+        mine = select_models(forest, np.array([row]))
+        assert str(mine.lots) == f"model {model} of seed {seed}"
+        assert mine.log_probability() == alone.log_probability()
+        for name in ("symbol", "rule", "child", "repeat", "parent"):
+            np.testing.assert_array_equal(getattr(mine.nodes, name), getattr(alone.nodes, name))
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"seed,model\n1,2\n", b"a" * 1000, b'"' * 5000])
