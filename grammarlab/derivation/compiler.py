@@ -71,6 +71,7 @@ class _Compilation:
         self._drawing_functions_set = drawing
         self._drawing_rules = self._rules_that_draw()
         self._rule_names: list[RuleName] = []
+        self._most_successors = 0
 
     def program(self) -> Program:
         for function in self._functions:
@@ -94,6 +95,7 @@ class _Compilation:
             start_rules,
             self._default_start(start_rules),
             self._state_names(),
+            self._most_successors,
             mentioned_uv_sets(self._grammar.tree),
         )
 
@@ -105,7 +107,10 @@ class _Compilation:
             if not isinstance(choice, SyntaxSequence):
                 raise DerivationError("expected operations, found an expression", choice.location)
             self._rule_names.append(RuleName(rule.name, len(rule.parameters), path, choice.location.line))
-            return SequenceCompiler(expressions, successors).sequence(choice, rule=len(self._rule_names) - 1)
+            sequences = SequenceCompiler(expressions, successors)
+            operations = sequences.sequence(choice, rule=len(self._rule_names) - 1)
+            self._most_successors = max(self._most_successors, sequences.num_children)
+            return operations
 
         body = expressions.branching(rule.body, leaf)
         needs_key = (rule.name, len(rule.parameters)) in self._drawing_rules

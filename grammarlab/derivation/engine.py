@@ -11,20 +11,21 @@ from grammarlab.derivation.workspace import Workspace
 from grammarlab.errors import BudgetError
 
 
-def run(workspace: Workspace, start: int) -> None:
+def run(workspace: Workspace) -> None:
     """Derive every model from its initial shape.
 
     Args:
         workspace: with the initial shapes as `roots`, their nodes already recorded.
-        start: number of the start rule.
 
     Raises:
         BudgetError: when a model has too many shapes, or a group of rules goes on for too long.
         DerivationError: when an operation cannot be carried out.
     """
     program = workspace.program
-    workspace.pending[start].append(workspace.roots)
-    pending = workspace.pending
+    pending, roots = workspace.pending, workspace.roots
+    starts = np.unique(workspace.starts).tolist()
+    for start in starts:
+        pending[start].append(roots if len(starts) == 1 else roots.take(np.flatnonzero(workspace.starts == start)))
     for group in program.order:
         waves = 0
         while any(pending[rule] for rule in group):
@@ -58,7 +59,7 @@ def _check_size(workspace: Workspace, rule: CompiledRule) -> None:
     if count > budget:
         symbol = workspace.program.symbols[rule.symbol]
         raise BudgetError(
-            f"model {model} has more than {budget} shapes after the rule {symbol}",
+            f"{workspace.lots.name(model)} has more than {budget} shapes after the rule {symbol}",
             None,
             "look for a rule that leads back to itself, or raise the shape budget",
         )
@@ -67,9 +68,10 @@ def _check_size(workspace: Workspace, rule: CompiledRule) -> None:
 def _too_deep(workspace: Workspace, group: tuple[int, ...]) -> BudgetError:
     names = " -> ".join(workspace.program.symbols[workspace.program.rules[rule].symbol] for rule in group)
     waiting = next(rule for rule in group if workspace.pending[rule])
-    nodes = np.concatenate([chunk.model for chunk in workspace.pending[waiting]])
+    models = np.concatenate([chunk.model for chunk in workspace.pending[waiting]])
+    depth, model = workspace.budget.depth, workspace.lots.name(models.min())
     return BudgetError(
-        f"the rules {names} lead back to themselves more than {workspace.budget.depth} times in model {nodes.min()}",
+        f"the rules {names} lead back to themselves more than {depth} times in {model}",
         None,
         "a recursive rule needs a case that ends it, or an expected number of successors below one",
     )

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from grammarlab.derivation.choices import Branching, Code
 from grammarlab.derivation.forest import RuleName, Site
 from grammarlab.derivation.sequences import Operations
@@ -51,5 +53,13 @@ class Program:
     default_start: str
     state_names: frozenset[str]
     """Attributes that some rule sets and shape attributes that some expression reads: entries of `Shapes.state`."""
+    most_successors: int
+    """Successors of the rule branch that has the most."""
     uv_sets: frozenset[int]
     """The sets of texture coordinates that some operation or expression mentions; all where one is computed."""
+
+    @property
+    def id_type(self) -> np.dtype[np.int16 | np.int32]:
+        """What columns of symbols, rules, children and sites hold: as narrow as this grammar allows."""
+        most = max(len(self.symbols), len(self.rule_names), len(self.sites), self.most_successors)
+        return np.dtype(np.int16) if most <= np.iinfo(np.int16).max else np.dtype(np.int32)

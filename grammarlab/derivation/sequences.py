@@ -81,7 +81,8 @@ class SequenceCompiler:
     def __init__(self, expressions: ExpressionCompiler, successors: Successors) -> None:
         self._expressions = expressions
         self._successors = successors
-        self._num_children = 0
+        self.num_children = 0
+        """Successors so far."""
         self._num_blocks = 0
 
     def sequence(self, sequence: syntax.Sequence, in_block: bool = False, rule: int = -1) -> Operations:
@@ -177,8 +178,8 @@ class SequenceCompiler:
         return step
 
     def _successor(self, item: Invoke, in_block: bool) -> Step:
-        child = self._num_children
-        self._num_children += 1
+        child = self.num_children
+        self.num_children += 1
         symbol = self._successors.symbols[item.name]
         arguments = tuple(self._expressions.expression(argument) for argument in item.arguments)
         rule = self._successors.rules.get((item.name, len(arguments)))

@@ -60,7 +60,7 @@ def example_models(source: Source, num: int) -> tuple[Group, ...]:
         groups = group_of(forest)
         for group, models in enumerate(found):
             new = np.flatnonzero(groups == group)[: num - len(models)]
-            models.extend((forest.first_model + new).tolist())
+            models.extend(forest.lots.model[new].tolist())
         if all(len(models) == num for models in found):
             break
     return tuple(Group(score, means, tuple(models)) for (score, means), models in zip(labels, found, strict=True))

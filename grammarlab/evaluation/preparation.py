@@ -8,7 +8,7 @@ about. Models are derived in chunks and dropped as soon as their features are co
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -21,7 +21,9 @@ from grammarlab import __version__
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.program import Program
+from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.flattening import Flattened, flattened
 from grammarlab.evaluation.material import Bound, Columns, Ints, Material, Table
@@ -36,6 +38,9 @@ from grammarlab.language.grammar import Grammar
 
 Floats = NDArray[np.float64]
 Arrays: TypeAlias = Mapping[str, NDArray]
+
+_MOST_EXAMPLES = 4096
+"""Derived models of the pool that are kept for later questions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,13 +215,18 @@ class _Tables:
         self._base = lru_cache(maxsize=4)(self._count_base)
         self._extra = lru_cache(maxsize=64)(self._count_extra)
         self._latest = lru_cache(maxsize=2)(self._join)
-        self._example = lru_cache(maxsize=4096)(self._derive)
+        self._examples: dict[int, Forest] = {}
 
     def table(self, columns: Columns) -> Table:
         return self._latest(columns)
 
     def examples(self, indices: Ints) -> tuple[Forest, ...]:
-        return tuple(self._example(int(index)) for index in indices)
+        wanted = [int(index) for index in indices]
+        self._examples |= self._derive([index for index in wanted if index not in self._examples])
+        found = [self._examples[index] for index in wanted]
+        for index in list(self._examples)[:-_MOST_EXAMPLES]:
+            del self._examples[index]
+        return (join_forests(found),) if found else ()
 
     def margins(self, bound: Bound) -> Floats:
         return margins(self._forests[1], bound)
@@ -256,10 +266,16 @@ class _Tables:
     def _programs(self) -> tuple[Program, Program]:
         return compile_grammar(self._source.grammar), flattened(self._source.grammar).program
 
-    def _derive(self, index: int) -> Forest:
-        flat, seed, number = pool_address(self._source, index)
-        program = self._programs[flat]
-        return without_geometry(derive(program, 1, seed, first_model=number, assets=self._source.assets))
+    def _derive(self, indices: Sequence[int]) -> dict[int, Forest]:
+        """Models of the pool, each as a forest of its own; those of one grammar are derived together."""
+        addresses = {index: pool_address(self._source, index) for index in indices}
+        found: dict[int, Forest] = {}
+        for program, flat in zip(self._programs, (False, True), strict=True):
+            chosen = [index for index in indices if addresses[index][0] == flat]
+            lots = Lots.at([addresses[index][1] for index in chosen], [addresses[index][2] for index in chosen])
+            forest = without_geometry(derive(program, lots, assets=self._source.assets))
+            found |= {index: select_models(forest, np.array([row])) for row, index in enumerate(chosen)}
+        return found
 
 
 def options_of(features: FeatureOptions, length: int) -> Options:

@@ -77,7 +77,9 @@ def test_a_relation_of_siblings_below_different_branches_is_found():
 def test_an_example_is_the_model_that_the_pool_counts():
     material = prepare(source())
     indices = np.array([0, 7, 399, 400, 499])
-    heights = [float(forest.draws.value[0]) for forest in material.examples(indices)]
+    (together,) = material.examples(indices)
+    assert together.num_models == len(material.examples(indices[:3])[0].lots) + 2
+    heights = together.draws.value[together.draws.site == 0].tolist()
     assert np.array_equal(np.array(heights) < 4, material.pool_scores[indices, 0] > 0)
     assert np.allclose(material.margins(Threshold("h", 4.0))[indices], np.array(heights) - 4)
     assert not np.array_equal(heights[:1], derive(Grammar.parse(RULES), 1, 0).draws.value[:1])

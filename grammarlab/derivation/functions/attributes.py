@@ -110,8 +110,8 @@ SHAPE_ATTRIBUTES: dict[str, Code] = {
     "material.color.rgb": _of_material(_color),
     "material.colormap": _of_material(lambda pool, material: pool.texture(material)),
     "initialShape.name": lambda shapes, workspace: "InitialShape",
-    "initialShape.startRule": lambda shapes, workspace: workspace.start_symbol,
-    "initialShape.symbol": lambda shapes, workspace: workspace.start_symbol,
+    "initialShape.startRule": lambda shapes, workspace: workspace.start_symbol(shapes),
+    "initialShape.symbol": lambda shapes, workspace: workspace.start_symbol(shapes),
     **{f"initialShape.origin.p{_AXES[axis]}": _origin(axis) for axis in range(3)},
     **{f"initialShape.origin.o{_AXES[axis]}": _origin_turn(axis) for axis in range(3)},
 }

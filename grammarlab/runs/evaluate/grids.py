@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from grammarlab.derivation.derive import derive
+from grammarlab.derivation.lots import Lots
 from grammarlab.evaluation.preparation import Source, labelled_program
 from grammarlab.files import atomic_file
 from grammarlab.runs.evaluate.samples import BeforeAfter
@@ -80,6 +81,6 @@ def tiles_of(source: Source, models: Sequence[int], area: int, executor: Abstrac
     """
     program = labelled_program(source)
     different = sorted(set(models))
-    forests = [derive(program, 1, source.scenario.seed, first_model=m, assets=source.assets) for m in different]
-    tiles = draw_tiles([triangles(realize(forest)) for forest in forests], area, executor)
+    batch = triangles(realize(derive(program, Lots.at(source.scenario.seed, different), assets=source.assets)))
+    tiles = draw_tiles([batch.model(row) for row in range(len(different))], area, executor)
     return replace(tiles, pictures=tuple(tiles.pictures[different.index(model)] for model in models))

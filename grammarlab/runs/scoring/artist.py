@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
+from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.program import Program
 from grammarlab.errors import Finding, GrammarlabError
 from grammarlab.evaluation.flattening import flattened
@@ -97,26 +98,15 @@ class _Studio:
         return self.models[text]
 
     def _derive(self, addresses: Sequence[Address]) -> None:
-        """Models into memory; those that follow each other are derived together, which is faster."""
-        for run in _runs(addresses):
-            first = run[0]
-            program = self.flattened if first.flat else self.program
-            forest = derive(program, len(run), first.seed, first_model=first.model, assets=self.known_assets)
+        """Models into memory, all of one grammar together."""
+        for flat in {address.flat: None for address in addresses}:
+            wanted = [address for address in addresses if address.flat == flat]
+            program = self.flattened if flat else self.program
+            lots = Lots.at([address.seed for address in wanted], [address.model for address in wanted])
+            forest = derive(program, lots, assets=self.known_assets)
             self.warnings |= dict.fromkeys(warnings_of(forest.missing_assets, self.assets))
             batch = triangles(realize(forest))
-            self.models |= {str(address): batch.model(index) for index, address in enumerate(run)}
+            self.models |= {str(address): batch.model(row) for row, address in enumerate(wanted)}
         vertices = sum(len(model.vertices) for model in self.models.values())
         while len(self.models) > KEPT or (vertices > MAX_VERTICES and len(self.models) > len(addresses)):
             vertices -= len(self.models.popitem(last=False)[1].vertices)
-
-
-def _runs(addresses: Sequence[Address]) -> Iterator[list[Address]]:
-    """Addresses cut where one does not follow the one before it."""
-    run: list[Address] = []
-    for address in addresses:
-        if run and address != run[-1]._replace(model=run[-1].model + 1):
-            yield run
-            run = []
-        run.append(address)
-    if run:
-        yield run

@@ -5,6 +5,8 @@ import pytest
 
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
+from grammarlab.derivation.lots import DEFAULT_FOOTPRINT
+from grammarlab.derivation.selection import select_models
 from grammarlab.errors import AssetError, GrammarlabError, InexactError, LanguageError, UsageError
 from grammarlab.evaluation.flattening import flattened, flattened_hash
 from grammarlab.evaluation.scenario import FeatureOptions
@@ -15,6 +17,7 @@ from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import Label, Labels
 from grammarlab.runs.examples import find_rules
 from grammarlab.runs.learn import labels as module
+from grammarlab.runs.learn.labelled_models import labelled_models
 from grammarlab.runs.learn.labels import learn_from_labels
 from grammarlab.runs.learn.pages import page_of_labels
 from grammarlab.runs.learn.pool import Pool
@@ -257,7 +260,7 @@ def test_no_labels_are_told(grammar, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"start_rule": "Part"}, "begin with Part"),
+        ({"start_rule": "Nothing"}, "no rule without parameters is called Nothing"),
         ({"attributes": '{"depth":3}'}, "depth, which is no attribute"),
         ({"footprint": "/etc/hosts"}, "is a file"),
         ({"footprint": "lots.geojson"}, "is a file"),
@@ -268,6 +271,29 @@ def test_addresses_that_cannot_be_followed_are_refused(grammar, tmp_path, change
     labels = Labels((Label(1, 0, "overall", 50.0, grammar.hash, **change),))
     with pytest.raises(UsageError, match=message):
         learn(tmp_path, labels)
+
+
+def test_labels_of_any_addresses_are_derived_as_each_of_them_is_alone(grammar):
+    addresses = [
+        (3, 17, {}),
+        (2**64 - 1, 2, {"start_rule": "Part"}),
+        (3, 5, {}),
+        (3, 17, {"footprint": "9x4"}),
+        (3, 17, {}),
+    ]
+    labels = Labels(tuple(Label(seed, model, "overall", 1.0, grammar.hash, **how) for seed, model, how in addresses))
+    found = labelled_models(labels, grammar, None)
+    (forest,) = found.forests
+    assert forest.num_models == 4
+    assert found.model[0] == found.model[4]
+    for row, (seed, model, how) in zip(found.model.tolist(), addresses, strict=True):
+        footprint = (9.0, 4.0) if "footprint" in how else DEFAULT_FOOTPRINT
+        alone = derive(grammar, 1, seed, first_model=model, footprint=footprint, start_rule=how.get("start_rule"))
+        mine = select_models(forest, np.array([row]))
+        assert str(mine.lots) == f"model {model} of seed {seed}"
+        assert mine.log_probability() == alone.log_probability()
+        for name in ("symbol", "rule", "child", "repeat", "parent"):
+            np.testing.assert_array_equal(getattr(mine.nodes, name), getattr(alone.nodes, name))
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"seed,model\n1,2\n", b"a" * 1000, b'"' * 5000])
