@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
+from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.shapes import ARRAY, NUM_LANES, SITE_LANE, Floats, Shapes, Value, kind_of, number_column
+from grammarlab.derivation.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
 from grammarlab.randomness import uniforms
 
-if TYPE_CHECKING:
-    from grammarlab.derivation.workspace import Workspace
-
 _Payload = TypeVar("_Payload")
-Code: TypeAlias = "Callable[[Shapes, Workspace], Value]"
 Rows: TypeAlias = "NDArray[np.int64] | None"
 """Rows of the shapes that a choice began with; None for all of them."""
 

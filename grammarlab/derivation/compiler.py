@@ -13,10 +13,11 @@ from grammarlab.derivation.functions import BUILTINS
 from grammarlab.derivation.functions.attributes import ASK_FOR_PIVOT, STATE_DEFAULTS
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.derivation.pivots import PIVOT_POSITION
-from grammarlab.derivation.program import CompiledAttribute, CompiledRule, Program
+from grammarlab.derivation.program import CompiledRule, Program
 from grammarlab.derivation.sequences import Operations, SequenceCompiler, Successors
 from grammarlab.derivation.sites import describe_sites, function_name
 from grammarlab.derivation.uv_sets import mentioned_uv_sets
+from grammarlab.derivation.workspace import CompiledAttribute
 from grammarlab.errors import DerivationError
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import (

@@ -19,7 +19,7 @@ from grammarlab.derivation.meshes import MeshPool, normalized
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.shapes import FOOTPRINT, Shapes, Value
 from grammarlab.derivation.strings import StringPool
-from grammarlab.derivation.texture_maps import initial_maps
+from grammarlab.derivation.texture_transfer import initial_maps
 from grammarlab.derivation.workspace import Budget, Workspace
 from grammarlab.errors import UsageError
 from grammarlab.geometry.assets import AssetFolder
@@ -90,7 +90,7 @@ def derive(
     if num_models:
         with np.errstate(all="ignore"):
             _evaluate_attributes(workspace)
-            engine.run(workspace, start)
+            engine.run(program, workspace, start)
     recorder = workspace.recorder
     leaves = recorder.leaves(workspace.meshes, workspace.frames)
     rotations, frame = workspace.frames.used(leaves.frame)
@@ -193,21 +193,32 @@ def _prepare(
         (),
     )
     workspace = Workspace(
-        program, start, roots, overrides, StringPool(), frames, meshes, MaterialPool(), budget, assets
+        program.attributes,
+        program.state_names,
+        program.uv_sets,
+        [[] for _ in program.rules],
+        program.symbols[program.rules[start].symbol],
+        roots,
+        overrides,
+        StringPool(),
+        frames,
+        meshes,
+        MaterialPool(),
+        budget,
+        assets,
     )
-    workspace.roots = roots._replace(state=initial_maps(roots, program.uv_sets, workspace))
+    workspace.roots = roots._replace(state=initial_maps(roots, workspace))
     workspace.recorder.add_roots(models, program.rules[start].symbol)
     return workspace
 
 
 def _evaluate_attributes(workspace: Workspace) -> None:
     """Evaluate every drawn attribute, and give the initial shapes the state that rules read or change."""
-    program = workspace.program
-    for attribute in program.attributes.values():
+    for attribute in workspace.attributes.values():
         if attribute.draws:
             workspace.attribute(attribute.name)
-    state = {name: STATE_DEFAULTS[name] for name in program.state_names if name in STATE_DEFAULTS}
-    own = {name: workspace.attribute(name) for name in program.state_names if name in program.attributes}
+    state = {name: STATE_DEFAULTS[name] for name in workspace.state_names if name in STATE_DEFAULTS}
+    own = {name: workspace.attribute(name) for name in workspace.state_names if name in workspace.attributes}
     workspace.roots = workspace.roots._replace(state={**workspace.roots.state, **state, **own})
 
 

@@ -5,16 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.derivation.choices import route
-from grammarlab.derivation.program import CompiledRule
+from grammarlab.derivation.program import CompiledRule, Program
 from grammarlab.derivation.shapes import Shapes, concatenate
 from grammarlab.derivation.workspace import Workspace
 from grammarlab.errors import BudgetError
 
 
-def run(workspace: Workspace, start: int) -> None:
+def run(program: Program, workspace: Workspace, start: int) -> None:
     """Derive every model from its initial shape.
 
     Args:
+        program: the grammar.
         workspace: with the initial shapes as `roots`, their nodes already recorded.
         start: number of the start rule.
 
@@ -22,20 +23,19 @@ def run(workspace: Workspace, start: int) -> None:
         BudgetError: when a model has too many shapes, or a group of rules goes on for too long.
         DerivationError: when an operation cannot be carried out.
     """
-    program = workspace.program
     workspace.pending[start].append(workspace.roots)
     pending = workspace.pending
     for group in program.order:
         waves = 0
         while any(pending[rule] for rule in group):
             if waves > workspace.budget.depth:
-                raise _too_deep(workspace, group)
+                raise _too_deep(program, workspace, group)
             waves += 1
             for rule in group:
                 chunks, pending[rule] = pending[rule], []
                 if chunks:
                     rewrite(program.rules[rule], concatenate(chunks, workspace.strings), workspace)
-                    _check_size(workspace, program.rules[rule])
+                    _check_size(workspace, program.symbols[program.rules[rule].symbol])
 
 
 def rewrite(rule: CompiledRule, shapes: Shapes, workspace: Workspace) -> None:
@@ -45,7 +45,7 @@ def rewrite(rule: CompiledRule, shapes: Shapes, workspace: Workspace) -> None:
         operations.run(taken, workspace)
 
 
-def _check_size(workspace: Workspace, rule: CompiledRule) -> None:
+def _check_size(workspace: Workspace, symbol: str) -> None:
     """Refuse models that have outgrown their budget.
 
     Counting waits until so many nodes have come that one model could have.
@@ -56,7 +56,6 @@ def _check_size(workspace: Workspace, rule: CompiledRule) -> None:
     model, count = recorder.largest_model()
     workspace.count_again_at = recorder.num_nodes + budget - count
     if count > budget:
-        symbol = workspace.program.symbols[rule.symbol]
         raise BudgetError(
             f"model {model} has more than {budget} shapes after the rule {symbol}",
             None,
@@ -64,8 +63,8 @@ def _check_size(workspace: Workspace, rule: CompiledRule) -> None:
         )
 
 
-def _too_deep(workspace: Workspace, group: tuple[int, ...]) -> BudgetError:
-    names = " -> ".join(workspace.program.symbols[workspace.program.rules[rule].symbol] for rule in group)
+def _too_deep(program: Program, workspace: Workspace, group: tuple[int, ...]) -> BudgetError:
+    names = " -> ".join(program.symbols[program.rules[rule].symbol] for rule in group)
     waiting = next(rule for rule in group if workspace.pending[rule])
     nodes = np.concatenate([chunk.model for chunk in workspace.pending[waiting]])
     return BudgetError(

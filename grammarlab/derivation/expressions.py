@@ -8,18 +8,19 @@ it (division, powers, functions) scalars go through the same array loops as colu
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeVar, cast
+from dataclasses import dataclass, field, replace
+from typing import TypeVar, cast
 
 import numpy as np
 
 from grammarlab.derivation import array_expressions
 from grammarlab.derivation.calls import Builtin, FunctionCall
-from grammarlab.derivation.choices import Branching, CaseChoice, Code, Leaf, RandomChoice, Rows, route
+from grammarlab.derivation.choices import Branching, CaseChoice, Leaf, RandomChoice, Rows, route
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.derivation.operators import BINARY, UNARY
 from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Shapes, Value, join_values
 from grammarlab.derivation.tables import is_table
+from grammarlab.derivation.workspace import Code, Workspace
 from grammarlab.errors import BudgetError, DerivationError, Location
 from grammarlab.language.builtins import functions
 from grammarlab.language.syntax import (
@@ -45,10 +46,6 @@ from grammarlab.language.syntax import (
     Sequence as Operations,
 )
 from grammarlab.randomness import fold
-
-if TYPE_CHECKING:
-    from grammarlab.derivation.workspace import Workspace
-
 
 _Payload = TypeVar("_Payload")
 
@@ -94,6 +91,10 @@ class ExpressionCompiler:
     parameters: tuple[str, ...] = ()
     selectors: frozenset[str] = frozenset()
     """Words that stand for what a block's selectors pick, found among `Shapes.state`."""
+
+    def with_selectors(self, selectors: frozenset[str]) -> ExpressionCompiler:
+        """The same for expressions in which these words stand for what a block's selectors pick."""
+        return replace(self, selectors=selectors)
 
     def choice(self, choice: Choice) -> Code:
         """Code for a choice whose leaves are expressions."""

@@ -8,21 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from grammarlab.derivation.choices import Branching, Code
+from grammarlab.derivation.choices import Branching
 from grammarlab.derivation.forest import RuleName, Site
 from grammarlab.derivation.sequences import Operations
-from grammarlab.errors import Location
-
-
-@dataclass(frozen=True, slots=True)
-class CompiledAttribute:
-    """An attribute or constant."""
-
-    name: str
-    code: Code
-    draws: bool
-    """Whether its value is drawn, so that it must be evaluated for every model."""
-    location: Location
+from grammarlab.derivation.workspace import CompiledAttribute
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from grammarlab.derivation.arguments import NO_ARGUMENT, Constant, Late, argument, head, together, word
 from grammarlab.derivation.calls import Argument, BlockOperation, Call, Head, Operation
@@ -13,6 +13,7 @@ from grammarlab.derivation.choices import Branching, Leaf, route
 from grammarlab.derivation.expressions import ExpressionCompiler
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.derivation.shapes import Shapes, child_keys, part_keys
+from grammarlab.derivation.workspace import Workspace
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language import syntax
 from grammarlab.language.builtins import blocks, operations
@@ -27,9 +28,6 @@ from grammarlab.language.syntax import (
     Scatter,
     Scoped,
 )
-
-if TYPE_CHECKING:
-    from grammarlab.derivation.workspace import Workspace
 
 Step: TypeAlias = "Callable[[Shapes, Shapes, Workspace], Shapes]"
 """From the current shapes, and those that the sequence began with, to the shapes that the next step goes on with."""

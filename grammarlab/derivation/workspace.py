@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TypeAlias
 
 import numpy as np
 
@@ -19,8 +19,8 @@ from grammarlab.derivation.texture_maps import TextureMapPool
 from grammarlab.errors import AssetError, BudgetError, DerivationError, Location, MissingAssetError
 from grammarlab.geometry.assets import Asset, AssetFolder
 
-if TYPE_CHECKING:
-    from grammarlab.derivation.program import Program
+Code: TypeAlias = "Callable[[Shapes, Workspace], Value]"
+"""A compiled expression."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +35,31 @@ class Budget:
     """Calls of functions, one inside the other."""
 
 
+@dataclass(frozen=True, slots=True)
+class CompiledAttribute:
+    """An attribute or constant."""
+
+    name: str
+    code: Code
+    draws: bool
+    """Whether its value is drawn, so that it must be evaluated for every model."""
+    location: Location
+
+
 @dataclass(slots=True)
 class Workspace:
     """The pools, the record and the attribute values of one derivation."""
 
-    program: Program
-    start: int
-    """Number of the start rule."""
+    attributes: Mapping[str, CompiledAttribute]
+    """The attributes and constants of the grammar, by name."""
+    state_names: frozenset[str]
+    """As `Program.state_names`."""
+    uv_sets: frozenset[int]
+    """As `Program.uv_sets`."""
+    pending: list[list[Shapes]]
+    """For each rule, the shapes that wait for it, in the order they were made."""
+    start_symbol: str
+    """The symbol of the initial shapes."""
     roots: Shapes
     """One shape per model: the initial shapes."""
     overrides: Mapping[str, Value]
@@ -56,8 +74,6 @@ class Workspace:
     tables: TablePool = field(default_factory=TablePool)
     texture_maps: TextureMapPool = field(default_factory=TextureMapPool)
     recorder: Recorder = field(default_factory=Recorder)
-    pending: list[list[Shapes]] = field(init=False)
-    """For each rule, the shapes that wait for it, in the order they were made."""
     count_again_at: int = field(init=False)
     """Number of nodes up to which no model can have outgrown its budget."""
     call_depth: int = 0
@@ -65,13 +81,7 @@ class Workspace:
     _evaluating: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.pending = [[] for _ in self.program.rules]
         self.count_again_at = self.budget.shapes
-
-    @property
-    def start_symbol(self) -> str:
-        """The symbol of the initial shapes."""
-        return self.program.symbols[self.program.rules[self.start].symbol]
 
     def attribute(self, name: str) -> Value:
         """The value of an attribute or constant, evaluated once: a scalar or one per model.
@@ -125,7 +135,7 @@ class Workspace:
     def _evaluate(self, name: str) -> Value:
         if name in self.overrides:
             return self.overrides[name]
-        attribute = self.program.attributes[name]
+        attribute = self.attributes[name]
         if name in self._evaluating:
             chain = " -> ".join([*self._evaluating[self._evaluating.index(name) :], name])
             raise DerivationError(f"the value of {name} depends on itself: {chain}", attribute.location)
