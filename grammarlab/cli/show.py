@@ -11,9 +11,9 @@ import typer
 from grammarlab.cli.report import friendly_errors, say
 
 if TYPE_CHECKING:
-    import networkx as nx
     from rich.table import Table
 
+    from grammarlab.cli.rule_graph import RuleGraph
     from grammarlab.language.grammar import Grammar
     from grammarlab.language.syntax import Attribute, Rule
 
@@ -48,7 +48,7 @@ def show(
             console.print(_rule_table(parsed.rules.values(), symbols))
 
 
-def _draw(symbols: nx.DiGraph[str], path: Path) -> None:
+def _draw(symbols: RuleGraph, path: Path) -> None:
     from grammarlab.cli.graph_picture import save_graph
     from grammarlab.cli.rule_graph import place
 
@@ -56,16 +56,16 @@ def _draw(symbols: nx.DiGraph[str], path: Path) -> None:
     say(f"rule graph: {path}")
 
 
-def _summary(grammar: Grammar, symbols: nx.DiGraph[str]) -> str:
+def _summary(grammar: Grammar, symbols: RuleGraph) -> str:
     from grammarlab.language.syntax import Stochastic, alternatives
     from grammarlab.language.walking import walk
 
-    leaves = sum(kind == "terminal" for _, kind in symbols.nodes(data="kind"))
+    leaves = sum(kind == "terminal" for kind in symbols.kind.values())
     branches = sum(len(list(alternatives(rule.body))) for rule in grammar.rules.values())
     choices = sum(isinstance(node, Stochastic) for node in walk(grammar.tree))
     constants = sum(attribute.constant for attribute in grammar.attributes.values())
     counts = {
-        "symbol": len(symbols),
+        "symbol": len(symbols.kind),
         "leaf symbol": leaves,
         "rule": len(grammar.rules),
         "branche": branches,
@@ -106,7 +106,7 @@ def _attribute_table(attributes: list[Attribute]) -> Table:
     return table
 
 
-def _rule_table(rules: Iterable[Rule], symbols: nx.DiGraph[str]) -> Table:
+def _rule_table(rules: Iterable[Rule], symbols: RuleGraph) -> Table:
     from rich.table import Table
     from rich.text import Text
 
@@ -114,12 +114,13 @@ def _rule_table(rules: Iterable[Rule], symbols: nx.DiGraph[str]) -> Table:
     for heading in ("Rule", "Branches", "Probabilities", "Leads to"):
         table.add_column(heading, overflow="fold")
     table.add_column("Line", justify="right")
+    leads_to = symbols.neighbours()
     for rule in rules:
         parameters = f"({', '.join(rule.parameters)})" if rule.parameters else ""
-        start = "@StartRule " if symbols.nodes[rule.name]["kind"] == "start" else ""
+        start = "@StartRule " if symbols.kind[rule.name] == "start" else ""
         probabilities, branches = _probabilities(rule)
-        leads_to = ", ".join(sorted(symbols.successors(rule.name)))
-        cells = (start + rule.name + parameters, str(branches), probabilities, leads_to, str(rule.location.line))
+        made = ", ".join(sorted(leads_to[rule.name]))
+        cells = (start + rule.name + parameters, str(branches), probabilities, made, str(rule.location.line))
         table.add_row(*(Text(cell) for cell in cells))
     return table
 

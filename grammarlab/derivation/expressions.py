@@ -62,10 +62,8 @@ class CompiledFunction:
     """
 
     name: str
-    num_parameters: int
     draws: bool
     """Whether evaluating it may make a random draw."""
-    location: Location
     code: Code = field(default=_not_compiled)
 
 
@@ -75,10 +73,8 @@ class Names:
 
     attributes: frozenset[str]
     functions: Mapping[tuple[str, int], CompiledFunction]
-    addresses: Mapping[int, int]
-    """Number of each `Call`, `Name` and `Stochastic` node, by ``id()``."""
     sites: Mapping[int, int]
-    """Index of each random node among the sites of the forest, by ``id()``."""
+    """Index of each random node among the sites of the forest, by `Numbered.number`."""
     has_arrays: bool = False
     """Whether any value may be an array."""
 
@@ -128,8 +124,8 @@ class ExpressionCompiler:
             return RandomChoice(
                 tuple(None if p is None else self.expression(p) for p in choice.percentages),
                 tuple(self.branching(b, leaf, (*path, i)) for i, b in enumerate(choice.branches)),
-                self.names.addresses[id(choice)],
-                self.names.sites[id(choice)],
+                choice.number,
+                self.names.sites[choice.number],
                 choice.location,
             )
         return Leaf(leaf(choice, path))
@@ -188,7 +184,7 @@ class ExpressionCompiler:
             return lambda shapes, workspace: workspace.attribute_of(name, shapes)
         function = self.names.functions.get((name, 0))
         if function is not None:
-            return self._call_function(function, (), self.names.addresses[id(node)], node.location)
+            return self._call_function(function, (), node.number, node.location)
         if name in SHAPE_ATTRIBUTES:
             return SHAPE_ATTRIBUTES[name]
         if name in BUILTINS and BUILTINS[name].num_arguments[0] == 0:
@@ -203,7 +199,7 @@ class ExpressionCompiler:
         )
         function = self.names.functions.get((node.function, len(arguments)))
         if function is not None:
-            return self._call_function(function, arguments, self.names.addresses[id(node)], node.location)
+            return self._call_function(function, arguments, node.number, node.location)
         if builtin is None:
             return _refusal(f"the function {node.function} is not supported", node.location)
         least, most = builtin.num_arguments
@@ -214,8 +210,8 @@ class ExpressionCompiler:
 
     def _call_builtin(self, builtin: Builtin, name: str, node: Call | Name, arguments: Sequence[Code]) -> Code:
         location, evaluate = node.location, builtin.evaluate
-        address = self.names.addresses[id(node)]
-        site = self.names.sites.get(id(node), -1)
+        address = node.number
+        site = self.names.sites.get(node.number, -1)
         refuses = self.names.has_arrays and not builtin.takes_arrays
 
         def call(shapes: Shapes, workspace: Workspace) -> Value:

@@ -20,8 +20,6 @@ class CompiledRule:
 
     symbol: int
     body: Branching[Operations]
-    needs_key: bool
-    """Whether anything random may happen when it or anything below it is derived."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from grammarlab.runs import read_manifest
 from tests.runs.grammars import TOWER
 
 COMMANDS = [command.name for command in app.registered_commands]
-HEAVY = {"numpy", "scipy", "lark", "pyarrow", "trimesh", "shapely", "PIL", "networkx", "rich", "embreex"}
+HEAVY = {"numpy", "scipy", "lark", "pyarrow", "trimesh", "shapely", "PIL", "rich", "embreex"}
 
 
 def test_the_version_is_that_of_the_package(run):
