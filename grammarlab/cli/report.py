@@ -50,3 +50,9 @@ def friendly_errors() -> Iterator[None]:
     except KeyboardInterrupt as error:
         say("interrupted: what is finished stays valid.")
         raise typer.Exit(INTERRUPTED) from error
+
+
+def was_given(context: typer.Context, name: str) -> bool:
+    """Whether a parameter stands on the command line."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grammarlab.cli.report import friendly_errors, say
+from grammarlab.cli.report import friendly_errors, print_json, say, was_given
+from grammarlab.cli.sample import complete_grammar
+from grammarlab.errors import UsageError
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -17,13 +19,57 @@ if TYPE_CHECKING:
     from grammarlab.language.grammar import Grammar
     from grammarlab.language.syntax import Attribute, Rule
 
+_OF_A_MODEL = {
+    "seed": "--seed",
+    "attributes": "--attr",
+    "start_rule": "--start",
+    "footprint": "--footprint",
+    "assets": "--assets",
+    "everything": "--all",
+    "as_json": "--json",
+}
+"""Parameters that say something about one model, and their options."""
+
 
 def show(
-    grammar: Annotated[str, typer.Argument(help="A .cga file, or the name of a shipped grammar.")],
+    context: typer.Context,
+    grammar: Annotated[
+        str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
+    ],
     graph: Annotated[Path | None, typer.Option("--graph", help="Draw the rule graph into this .svg or .png.")] = None,
+    model: Annotated[
+        int | None, typer.Option("--model", help="List how this model was derived, with the lines of its rules.")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Of the model: model k of a seed is always the same.")] = 0,
+    attributes: Annotated[
+        list[str] | None, typer.Option("--attr", help="Value for an attribute, name=value; repeatable.")
+    ] = None,
+    start_rule: Annotated[str, typer.Option("--start", help="Rule to start with.")] = "",
+    footprint: Annotated[str, typer.Option("--footprint", help="20x12 (metres), WKT, or a GeoJSON file.")] = "",
+    assets: Annotated[
+        Path | None, typer.Option("--assets", help="Folder of assets; the one beside the rules when left out.")
+    ] = None,
+    everything: Annotated[bool, typer.Option("--all", help="List shapes that are alike one by one.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the model as one JSON object.")] = False,
 ) -> None:
-    """Show the rules, symbols, attributes and probabilities of a grammar as tables."""
+    """Show the rules, symbols, attributes and probabilities of a grammar as tables, or how a model was derived."""
     with friendly_errors():
+        if model is not None:
+            from grammarlab.runs.trace import as_lines, as_values, trace_model
+
+            if graph is not None:
+                raise UsageError("--graph draws the rules, --model lists one model: give one of them.")
+            options = attributes or (), start_rule, footprint, assets
+            trace = trace_model(grammar, model, seed, *options)
+            if as_json:
+                print_json(as_values(trace))
+                return
+            for line in as_lines(trace, everything):
+                typer.echo(line)
+            return
+        for name, option in _OF_A_MODEL.items():
+            if was_given(context, name):
+                raise UsageError(f"{option} is about one model: say which, as in --model 17 --seed 5.")
         from rich.console import Console
 
         from grammarlab.cli.rule_graph import rule_graph
