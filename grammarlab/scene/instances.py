@@ -49,14 +49,12 @@ class Scene:
 
 def realize(forest: Forest) -> Scene:
     """The scene of a forest: its leaves, ordered by model, then by material."""
-    leaves = forest.leaves
-    model = forest.nodes.model[leaves.node]
-    order = stable_order(model, leaves.material)
+    leaves, order = forest.leaves, leaf_order(forest)
     return Scene(
         forest.num_models,
         forest.meshes,
         forest.materials,
-        model[order],
+        forest.nodes.model[leaves.node[order]],
         leaves.mesh[order],
         leaves.material[order],
         leaves.position.take(order, axis=0),
@@ -66,6 +64,11 @@ def realize(forest: Forest) -> Scene:
         leaves.texture_map[order],
         forest.texture_maps,
     )
+
+
+def leaf_order(forest: Forest) -> NDArray[np.intp]:
+    """The rows of the leaves of a forest in the order of the instances of its scene."""
+    return stable_order(forest.nodes.model[forest.leaves.node], forest.leaves.material)
 
 
 def stable_order(first: NDArray[np.integer], second: NDArray[np.integer]) -> NDArray[np.intp]:
