@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source ee03567d33206667 */
+/* Built from source/ by bundle.js; do not edit. Source 6488cfe7876bb4a5 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -845,6 +845,7 @@ function makeRule(page, mark) {
   }
   async function ask(which) {
     const turn = ++asked;
+    if (!part) text.replaceChildren("looking…");
     try {
       const { result } = await page.channel.request("part", { model, ...which });
       if (turn !== asked) return;

@@ -51,6 +51,7 @@ export function makeRule(page, mark) {
   /** @param {{ triangle: number } | { part: number }} which */
   async function ask(which) {
     const turn = ++asked;
+    if (!part) text.replaceChildren("looking…");
     try {
       const { result } = await page.channel.request("part", { model, ...which });
       if (turn !== asked) return;
