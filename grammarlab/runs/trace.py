@@ -77,10 +77,10 @@ def trace_model(
     values = read_attributes(attributes, rules)
     polygon = DEFAULT_FOOTPRINT
     if footprint:
-        found = read_footprints(footprint)
-        if len(found) > 1:
-            raise UsageError(f"footprint: expected one polygon to show a model on, found {len(found)}.")
-        polygon, values = found[0].polygon, fit_properties(found[0].properties, rules) | values
+        found, *others = read_footprints(footprint)
+        if others:
+            raise UsageError(f"footprint: expected one polygon to show a model on, found {len(others) + 1}.")
+        polygon, values = found.polygon, fit_properties(found.properties, rules) | values
     forest = derive(
         program,
         1,

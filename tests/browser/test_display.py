@@ -151,9 +151,10 @@ def test_a_click_into_the_3d_view_shows_the_rule_of_the_part_there(towers):
     towers.page.mouse.up()
     towers.button("Whole model").click()
     assert rule(towers).inner_text() == text  # to drag is not to click
+    marked = shown(towers)
     towers.page.mouse.click(middle[0] - 450, middle[1])
     expect(rule(towers)).to_contain_text("Click a part")
-    expect_picture(towers, before)
+    expect_other_picture(towers, marked)
 
 
 def test_the_rules_of_all_parts_are_reached_by_keys_and_by_buttons(towers):
