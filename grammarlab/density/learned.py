@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from grammarlab.density.attributes import AttributeParts, parts_taken
 from grammarlab.density.inside import Start, TreeRatio
 from grammarlab.density.sampler import AbstractSampler
-from grammarlab.density.skeleton import SymbolKey, TreeGrammar
+from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.density.splitting import Base
 from grammarlab.density.writing import Mixed, Origin
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Draws, Forest, RuleName, Site
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.numbering import SymbolKey
 
 Floats = NDArray[np.float64]
 

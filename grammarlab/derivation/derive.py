@@ -22,7 +22,7 @@ from grammarlab.derivation.meshes import MeshPool
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.recorder import Recorder
 from grammarlab.derivation.strings import StringPool
-from grammarlab.derivation.texture_maps import initial_maps
+from grammarlab.derivation.texture_transfer import initial_maps
 from grammarlab.derivation.workspace import Budget, Workspace
 from grammarlab.errors import UsageError
 from grammarlab.geometry.assets import AssetFolder
@@ -102,7 +102,7 @@ def derive(
     if len(lots):
         with np.errstate(all="ignore"):
             _evaluate_attributes(workspace)
-            engine.run(workspace)
+            engine.run(program, workspace, starts[lots.start_rule])
     recorder = workspace.recorder
     leaves = recorder.leaves(workspace.meshes, workspace.frames)
     rotations, frame = workspace.frames.used(leaves.frame)
@@ -196,13 +196,13 @@ def _folder(assets: Path | AssetFolder | None) -> AssetFolder | None:
 
 
 def _starts(program: Program, lots: Lots) -> NDArray[np.int32]:
-    """[N] the rule that each model starts with."""
+    """[S] the rules of the different start rules."""
     names = [name or program.default_start for name in lots.start_rules]
     unknown = [name for name in names if name not in program.start_rules]
     if unknown:
         known = ", ".join(program.start_rules)
         raise UsageError(f"no rule without parameters is called {unknown[0]}; those there are: {known}")
-    return np.array([program.start_rules[name] for name in names], dtype=np.int32)[lots.start_rule]
+    return np.array([program.start_rules[name] for name in names], dtype=np.int32)
 
 
 def _check_attributes(program: Program, lots: Lots) -> None:
@@ -218,11 +218,15 @@ def _prepare(
     """The workspace with the initial shapes in it."""
     frames, meshes = FramePool(), MeshPool()
     roots = initial_shapes(lots, frames, meshes)
+    symbols = [program.rules[start].symbol for start in starts.tolist()]
     workspace = Workspace(
-        program,
+        program.attributes,
+        program.state_names,
+        program.uv_sets,
+        [[] for _ in program.rules],
         lots,
         lots.origins,
-        starts,
+        tuple(program.symbols[symbol] for symbol in symbols),
         roots,
         StringPool(),
         frames,
@@ -232,18 +236,16 @@ def _prepare(
         Recorder(program.id_type),
         assets,
     )
-    workspace.roots = roots._replace(state=initial_maps(roots, program.uv_sets, workspace))
-    symbols = np.array([rule.symbol for rule in program.rules], dtype=np.int32)
-    workspace.recorder.add_roots(roots.model, symbols[starts])
+    workspace.roots = roots._replace(state=initial_maps(roots, workspace))
+    workspace.recorder.add_roots(roots.model, np.array(symbols, dtype=np.int32)[lots.start_rule])
     return workspace
 
 
 def _evaluate_attributes(workspace: Workspace) -> None:
     """Evaluate every drawn attribute, and give the initial shapes the state that rules read or change."""
-    program = workspace.program
-    for attribute in program.attributes.values():
+    for attribute in workspace.attributes.values():
         if attribute.draws:
             workspace.attribute(attribute.name)
-    state = {name: STATE_DEFAULTS[name] for name in program.state_names if name in STATE_DEFAULTS}
-    own = {name: workspace.attribute(name) for name in program.state_names if name in program.attributes}
+    state = {name: STATE_DEFAULTS[name] for name in workspace.state_names if name in STATE_DEFAULTS}
+    own = {name: workspace.attribute(name) for name in workspace.state_names if name in workspace.attributes}
     workspace.roots = workspace.roots._replace(state={**workspace.roots.state, **state, **own})

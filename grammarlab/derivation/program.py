@@ -10,21 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.derivation.choices import Branching, Code
+from grammarlab.derivation.choices import Branching
 from grammarlab.derivation.forest import RuleName, Site
 from grammarlab.derivation.sequences import Operations
-from grammarlab.errors import Location
-
-
-@dataclass(frozen=True, slots=True)
-class CompiledAttribute:
-    """An attribute or constant."""
-
-    name: str
-    code: Code
-    draws: bool
-    """Whether its value is drawn, so that it must be evaluated for every model."""
-    location: Location
+from grammarlab.derivation.workspace import CompiledAttribute
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +22,6 @@ class CompiledRule:
 
     symbol: int
     body: Branching[Operations]
-    needs_key: bool
-    """Whether anything random may happen when it or anything below it is derived."""
 
 
 @dataclass(frozen=True, slots=True)

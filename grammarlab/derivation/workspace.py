@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, cast
+from typing import TypeAlias, cast
 
 import numpy as np
 
@@ -12,15 +13,15 @@ from grammarlab.derivation.lots import Lots, Values
 from grammarlab.derivation.materials import MaterialPool
 from grammarlab.derivation.meshes import MeshPool
 from grammarlab.derivation.recorder import Recorder
-from grammarlab.derivation.shapes import Floats, Ids, Shapes, Value, join_values, take_value
+from grammarlab.derivation.shapes import Floats, Shapes, Value, join_values, take_value
 from grammarlab.derivation.strings import StringPool
 from grammarlab.derivation.tables import TablePool
 from grammarlab.derivation.texture_maps import TextureMapPool
 from grammarlab.errors import AssetError, BudgetError, DerivationError, Location, MissingAssetError
 from grammarlab.geometry.assets import Asset, AssetFolder
 
-if TYPE_CHECKING:
-    from grammarlab.derivation.program import Program
+Code: TypeAlias = "Callable[[Shapes, Workspace], Value]"
+"""A compiled expression."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,17 +36,35 @@ class Budget:
     """Calls of functions, one inside the other."""
 
 
+@dataclass(frozen=True, slots=True)
+class CompiledAttribute:
+    """An attribute or constant."""
+
+    name: str
+    code: Code
+    draws: bool
+    """Whether its value is drawn, so that it must be evaluated for every model."""
+    location: Location
+
+
 @dataclass(slots=True)
 class Workspace:
     """The pools, the record and the attribute values of one derivation."""
 
-    program: Program
+    attributes: Mapping[str, CompiledAttribute]
+    """The attributes and constants of the grammar, by name."""
+    state_names: frozenset[str]
+    """As `Program.state_names`."""
+    uv_sets: frozenset[int]
+    """As `Program.uv_sets`."""
+    pending: list[list[Shapes]]
+    """For each rule, the shapes that wait for it, in the order they were made."""
     lots: Lots
     """[N] what is derived."""
     origins: Floats
     """[N, 3] `Lots.origins`: where in the world the positions of each model's shapes count from."""
-    starts: Ids
-    """[N] number of the start rule of each model."""
+    start_symbols: tuple[str, ...]
+    """The symbols of `Lots.start_rules`."""
     roots: Shapes
     """One shape per model: the initial shapes."""
     strings: StringPool
@@ -58,8 +77,6 @@ class Workspace:
     """What asset paths are relative to and may not leave."""
     tables: TablePool = field(default_factory=TablePool)
     texture_maps: TextureMapPool = field(default_factory=TextureMapPool)
-    pending: list[list[Shapes]] = field(init=False)
-    """For each rule, the shapes that wait for it, in the order they were made."""
     count_again_at: int = field(init=False)
     """Number of nodes up to which no model can have outgrown its budget."""
     call_depth: int = 0
@@ -67,14 +84,12 @@ class Workspace:
     _evaluating: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.pending = [[] for _ in self.program.rules]
         self.count_again_at = self.budget.shapes
 
     def start_symbol(self, shapes: Shapes) -> Value:
         """The symbol that the models of shapes [N] start with: one text for all, or string ids [N]."""
-        different, which = np.unique(self.starts, return_inverse=True)
-        names = [self.program.symbols[self.program.rules[start].symbol] for start in different.tolist()]
-        return names[0] if len(names) == 1 else self.strings.ids(names)[which[shapes.model]]
+        names = self.start_symbols
+        return names[0] if len(names) == 1 else self.strings.ids(names)[self.lots.start_rule[shapes.model]]
 
     def attribute(self, name: str) -> Value:
         """The value of an attribute or constant, evaluated once: a scalar or one per model.
@@ -126,7 +141,7 @@ class Workspace:
             )
 
     def _evaluate(self, name: str) -> Value:
-        attribute = self.program.attributes[name]
+        attribute = self.attributes[name]
         column = self.lots.attributes.get(name)
         given = None if column is None else np.flatnonzero(column.given)
         if column is not None and given is not None and len(given) == self.roots.num:

@@ -19,7 +19,7 @@ from tests.waiting import PATIENCE, wait_until
 COMMANDS = [command.name for command in app.registered_commands]
 MORE_THAN_ARE_MADE = 200_000
 """Models until a run is interrupted, on any machine."""
-HEAVY = {"numpy", "scipy", "lark", "pyarrow", "trimesh", "shapely", "PIL", "networkx", "rich", "embreex"}
+HEAVY = {"numpy", "scipy", "lark", "pyarrow", "trimesh", "shapely", "PIL", "rich", "embreex"}
 
 
 def test_the_version_is_that_of_the_package(run):

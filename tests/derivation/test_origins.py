@@ -106,11 +106,8 @@ def test_origins_go_with_their_models():
 
 def test_far_and_near_lots_share_a_batch():
     """Each is where it would be alone, to the last bit."""
-    program = compile_grammar(
-        Grammar.parse(
-            'Lot --> extrude(rand(3, 9)) comp(f) { side : report("x", initialShape.origin.px + scope.elevation) A }'
-        )
-    )
+    text = 'Lot --> extrude(rand(3, 9)) comp(f) { side : report("x", initialShape.origin.px + scope.elevation) A }'
+    program = compile_grammar(Grammar.parse(text))
     lots = Lots.concatenate([Lots.of(2, 3, footprint=LOT + place) for place in (PLACE, 0 * PLACE, -PLACE)])
     lots = lots.take(np.array([4, 0, 3, 1, 2, 5]))
     forest = derive(program, lots)

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.angles import euler_angles
-from grammarlab.derivation.choices import Code
 from grammarlab.derivation.functions.colors import to_hex
 from grammarlab.derivation.materials import CHANNELS, REMEMBERED, MaterialPool
 from grammarlab.derivation.pivots import PIVOT_POSITION, pivot_position
 from grammarlab.derivation.shapes import Ids, Shapes, Value
-
-if TYPE_CHECKING:
-    from grammarlab.derivation.workspace import Workspace
+from grammarlab.derivation.workspace import Code, Workspace
 
 STATE_DEFAULTS: dict[str, float | str | bool] = {
     "split.index": 0.0,
