@@ -39,10 +39,9 @@ def fold(keys: Keys, words: int | NDArray[np.integer]) -> Keys:
     return z
 
 
-def root_keys(seed: int, models: NDArray[np.integer]) -> Keys:
-    """The keys of the models with these indices under a seed (any non-negative integer below 2**64)."""
-    root = fold(np.zeros(1, np.uint64), seed)
-    return fold(np.repeat(root, len(models)), models)
+def root_keys(seed: int | Keys, models: NDArray[np.integer]) -> Keys:
+    """The keys of the models with these indices under a seed (any integer below 2**64), or a seed each [N]."""
+    return fold(fold(np.zeros(len(models), np.uint64), seed), models)
 
 
 def uniforms(keys: Keys, site: int | NDArray[np.integer]) -> NDArray[np.float64]:

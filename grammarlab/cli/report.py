@@ -65,3 +65,9 @@ def _say_with(advice: Callable[[], str], message: str) -> None:
     say(message)
     if words := advice():
         say(words)
+
+
+def was_given(context: typer.Context, name: str) -> bool:
+    """Whether a parameter stands on the command line."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"

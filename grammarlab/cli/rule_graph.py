@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
-import networkx as nx
-
+from grammarlab.language.call_order import groups
 from grammarlab.language.syntax import Invoke, Rule, Stochastic
 from grammarlab.language.walking import walk
 
@@ -27,64 +26,75 @@ class Placed:
     """From 0 at the top, in rows of boxes."""
 
 
-def rule_graph(rules: Iterable[Rule], start: str, operations: frozenset[str]) -> nx.DiGraph[str]:
-    """The symbols, with an edge from each rule to what it makes; an attribute ``kind`` as in `Placed`.
+@dataclass(frozen=True, slots=True)
+class RuleGraph:
+    """The symbols of a grammar, and what each rule makes."""
+
+    kind: Mapping[str, str]
+    """For each symbol, as in `Placed`."""
+    edges: Collection[tuple[str, str]]
+    """A rule and a symbol that it makes; each pair once."""
+
+    def neighbours(self, forward: bool = True) -> dict[str, list[str]]:
+        """For each symbol those that it leads to, or backward those that lead to it."""
+        found: dict[str, list[str]] = {symbol: [] for symbol in self.kind}
+        for edge in self.edges:
+            start, end = edge if forward else reversed(edge)
+            found[start].append(end)
+        return found
+
+
+def rule_graph(rules: Iterable[Rule], start: str, operations: frozenset[str]) -> RuleGraph:
+    """The symbols, with an edge from each rule to what it makes.
 
     Args:
         rules: all rules; overloads count as one symbol.
         start: the start rule.
         operations: names that are operations, not symbols.
     """
-    graph: nx.DiGraph[str] = nx.DiGraph()
+    kind: dict[str, str] = {}
+    made: dict[str, dict[str, None]] = {}
     for rule in rules:
-        stochastic = any(isinstance(node, Stochastic) for node in walk(rule.body))
-        if rule.name == start:
-            kind = "start"
-        elif stochastic or graph.nodes.get(rule.name, {}).get("kind") == "stochastic":
-            kind = "stochastic"
-        else:
-            kind = "rule"
-        graph.add_node(rule.name, kind=kind)
-        for node in walk(rule.body):
+        inside = list(walk(rule.body))
+        stochastic = kind.get(rule.name) == "stochastic" or any(isinstance(node, Stochastic) for node in inside)
+        kind[rule.name] = "start" if rule.name == start else "stochastic" if stochastic else "rule"
+        for node in inside:
             if isinstance(node, Invoke) and node.name not in operations:
-                graph.add_edge(rule.name, node.name)
-    for symbol, data in graph.nodes.items():
-        data.setdefault("kind", "terminal")
-        graph.nodes[symbol].update(data)
-    return graph
+                kind.setdefault(node.name, "terminal")
+                made.setdefault(rule.name, {})[node.name] = None
+    return RuleGraph(kind, [(symbol, child) for symbol in kind for child in made.get(symbol, ())])
 
 
-def place(graph: nx.DiGraph[str]) -> list[Placed]:
+def place(graph: RuleGraph) -> list[Placed]:
     """Columns by the longest way from the start, rows so that few edges cross (Sugiyama, Tagawa and Toda, 1981)."""
     column = _columns(graph)
     rows: dict[str, float] = {}
     layers: list[list[str]] = [[] for _ in range(max(column.values(), default=-1) + 1)]
-    for symbol in graph:
+    for symbol in graph.kind:
         layers[column[symbol]].append(symbol)
     for layer in layers:
         rows.update({symbol: index for index, symbol in enumerate(layer)})
     for sweep in range(_SWEEPS):
         forward = sweep % 2 == 0
+        neighbours = graph.neighbours(not forward)
         for layer in layers if forward else reversed(layers):
-            neighbours = graph.predecessors if forward else graph.successors
-            layer.sort(key=lambda symbol: _mean([rows[other] for other in neighbours(symbol)], rows[symbol]))
+            layer.sort(key=lambda symbol: _mean([rows[other] for other in neighbours[symbol]], rows[symbol]))
             rows.update({symbol: index for index, symbol in enumerate(layer)})
     tallest = max(map(len, layers), default=0)
     return [
-        Placed(symbol, graph.nodes[symbol]["kind"], index, row + (tallest - len(layer)) / 2)
+        Placed(symbol, graph.kind[symbol], index, row + (tallest - len(layer)) / 2)
         for index, layer in enumerate(layers)
         for row, symbol in enumerate(layer)
     ]
 
 
-def _columns(graph: nx.DiGraph[str]) -> dict[str, int]:
+def _columns(graph: RuleGraph) -> dict[str, int]:
     """The longest way to each symbol; the symbols of one recursion share a column."""
-    condensed = nx.condensation(graph)
+    before = graph.neighbours(forward=False)
     column: dict[str, int] = {}
-    for component in nx.topological_sort(condensed):
-        members = condensed.nodes[component]["members"]
-        before = [column[p] for member in members for p in graph.predecessors(member) if p not in members]
-        column.update(dict.fromkeys(members, max(before, default=-1) + 1))
+    for group in groups(before):
+        above = [column[symbol] for member in group for symbol in before[member] if symbol not in group]
+        column.update(dict.fromkeys(group, max(above, default=-1) + 1))
     return column
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.report import friendly_errors, print_json, say
+from grammarlab.cli.report import friendly_errors, print_json, say, was_given
 from grammarlab.cli.unfinished import Unfinished
 from grammarlab.errors import UsageError
 
@@ -121,7 +121,7 @@ def sample(
         if manifest is not None:
             _refuse_with_manifest(context)
             earlier = read_manifest(manifest, assets)
-            if _is_given(context, "renderer"):
+            if was_given(context, "renderer"):
                 earlier = replace(earlier, request=replace(earlier.request, renderer=renderer.value))
             place = folder or Path("out", earlier.request.name)
             if not resume and place.resolve() == (manifest if manifest.is_dir() else manifest.parent).resolve():
@@ -164,14 +164,8 @@ def _refuse_with_manifest(context: typer.Context) -> None:
     """A manifest says everything about a run but where to put it; a machine may lack what drew its picture."""
     free = {"folder", "assets", "renderer", "manifest", "jobs", "resume", "as_json"}
     for name in context.params:
-        if name not in free and _is_given(context, name):
+        if name not in free and was_given(context, name):
             raise UsageError(f"--manifest repeats a run as it was: leave out {name.replace('_', ' ')}.")
-
-
-def _is_given(context: typer.Context, name: str) -> bool:
-    """Whether an option stands on the command line."""
-    source = context.get_parameter_source(name)
-    return source is not None and source.name == "COMMANDLINE"
 
 
 def _tell_left_out(grammar: str, findings: tuple[Finding, ...]) -> None:

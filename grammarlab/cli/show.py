@@ -8,24 +8,70 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grammarlab.cli.report import friendly_errors, say
+from grammarlab.cli.report import friendly_errors, print_json, say, was_given
+from grammarlab.cli.sample import complete_grammar
+from grammarlab.errors import UsageError
 
 if TYPE_CHECKING:
-    import networkx as nx
     from rich.table import Table
 
+    from grammarlab.cli.rule_graph import RuleGraph
     from grammarlab.language.grammar import Grammar
     from grammarlab.language.syntax import Attribute, Rule
 
+_OF_A_MODEL = {
+    "seed": "--seed",
+    "attributes": "--attr",
+    "start_rule": "--start",
+    "footprint": "--footprint",
+    "assets": "--assets",
+    "everything": "--all",
+    "as_json": "--json",
+}
+"""Parameters that say something about one model, and their options."""
+
 
 def show(
-    grammar: Annotated[str, typer.Argument(help="A .cga file, or the name of a shipped grammar.")],
+    context: typer.Context,
+    grammar: Annotated[
+        str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
+    ],
     graph: Annotated[
         Path | None, typer.Option("--graph", help="Draw the rule graph into this .svg or .png.", dir_okay=False)
     ] = None,
+    model: Annotated[
+        int | None, typer.Option("--model", help="List how this model was derived, with the lines of its rules.")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Of the model: model k of a seed is always the same.")] = 0,
+    attributes: Annotated[
+        list[str] | None, typer.Option("--attr", help="Value for an attribute, name=value; repeatable.")
+    ] = None,
+    start_rule: Annotated[str, typer.Option("--start", help="Rule to start with.")] = "",
+    footprint: Annotated[str, typer.Option("--footprint", help="20x12 (metres), WKT, or a GeoJSON file.")] = "",
+    assets: Annotated[
+        Path | None, typer.Option("--assets", help="Folder of assets; the one beside the rules when left out.")
+    ] = None,
+    everything: Annotated[bool, typer.Option("--all", help="List shapes that are alike one by one.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the model as one JSON object.")] = False,
 ) -> None:
-    """Show the rules, symbols, attributes and probabilities of a grammar as tables."""
+    """Show the rules, symbols, attributes and probabilities of a grammar as tables, or how a model was derived."""
     with friendly_errors():
+        if model is not None:
+            from grammarlab.runs.trace import as_lines, as_values, trace_model
+
+            if graph is not None:
+                raise UsageError("--graph draws the rules, --model lists one model: give one of them.")
+            options = attributes or (), start_rule, footprint, assets
+            trace = trace_model(grammar, model, seed, *options)
+            if as_json:
+                print_json(as_values(trace))
+                return
+            for line in as_lines(trace, everything):
+                typer.echo(line)
+            return
+        for name, option in _OF_A_MODEL.items():
+            if was_given(context, name):
+                raise UsageError(f"{option} is about one model: say which, as in --model 17 --seed 5.")
         from rich.console import Console
 
         from grammarlab.cli.rule_graph import rule_graph
@@ -50,7 +96,7 @@ def show(
             console.print(_rule_table(parsed.rules.values(), symbols))
 
 
-def _draw(symbols: nx.DiGraph[str], path: Path) -> None:
+def _draw(symbols: RuleGraph, path: Path) -> None:
     from grammarlab.cli.graph_picture import save_graph
     from grammarlab.cli.rule_graph import place
 
@@ -58,16 +104,16 @@ def _draw(symbols: nx.DiGraph[str], path: Path) -> None:
     say(f"rule graph: {path}")
 
 
-def _summary(grammar: Grammar, symbols: nx.DiGraph[str]) -> str:
+def _summary(grammar: Grammar, symbols: RuleGraph) -> str:
     from grammarlab.language.syntax import Stochastic, alternatives
     from grammarlab.language.walking import walk
 
-    leaves = sum(kind == "terminal" for _, kind in symbols.nodes(data="kind"))
+    leaves = sum(kind == "terminal" for kind in symbols.kind.values())
     branches = sum(len(list(alternatives(rule.body))) for rule in grammar.rules.values())
     choices = sum(isinstance(node, Stochastic) for node in walk(grammar.tree))
     constants = sum(attribute.constant for attribute in grammar.attributes.values())
     counts = {
-        "symbol": len(symbols),
+        "symbol": len(symbols.kind),
         "leaf symbol": leaves,
         "rule": len(grammar.rules),
         "branche": branches,
@@ -108,7 +154,7 @@ def _attribute_table(attributes: list[Attribute]) -> Table:
     return table
 
 
-def _rule_table(rules: Iterable[Rule], symbols: nx.DiGraph[str]) -> Table:
+def _rule_table(rules: Iterable[Rule], symbols: RuleGraph) -> Table:
     from rich.table import Table
     from rich.text import Text
 
@@ -116,12 +162,13 @@ def _rule_table(rules: Iterable[Rule], symbols: nx.DiGraph[str]) -> Table:
     for heading in ("Rule", "Branches", "Probabilities", "Leads to"):
         table.add_column(heading, overflow="fold")
     table.add_column("Line", justify="right")
+    leads_to = symbols.neighbours()
     for rule in rules:
         parameters = f"({', '.join(rule.parameters)})" if rule.parameters else ""
-        start = "@StartRule " if symbols.nodes[rule.name]["kind"] == "start" else ""
+        start = "@StartRule " if symbols.kind[rule.name] == "start" else ""
         probabilities, branches = _probabilities(rule)
-        leads_to = ", ".join(sorted(symbols.successors(rule.name)))
-        cells = (start + rule.name + parameters, str(branches), probabilities, leads_to, str(rule.location.line))
+        made = ", ".join(sorted(leads_to[rule.name]))
+        cells = (start + rule.name + parameters, str(branches), probabilities, made, str(rule.location.line))
         table.add_row(*(Text(cell) for cell in cells))
     return table
 

@@ -14,21 +14,16 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.density.skeleton import Branch, probabilities
 from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.sites import function_name
+from grammarlab.derivation.vocabulary import number_grammar
 from grammarlab.errors import InexactError
 from grammarlab.features.pattern import Draw, Threshold
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.percentages import constant
+from grammarlab.language.numbering import Branch, function_name
+from grammarlab.language.percentages import constant, probabilities
 from grammarlab.language.syntax import Attribute, Call, Case, Choice, Expression, Stochastic, alternatives
-from grammarlab.language.walking import walk
 
 AttributeFeature: TypeAlias = Threshold | Draw
-
-
-RANDOM = frozenset({"rand", "p", "fileRandom"})
-"""Functions that draw."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,24 +162,24 @@ def _is_choice(attribute: Attribute) -> bool:
 def parts_taken(parts: AttributeParts, grammar: Grammar, forest: Forest) -> NDArray[np.int64]:
     """Which part [models] the attribute has in each model of a forest of the grammar."""
     attribute = grammar.attributes[parts.name]
-    random = [node for node in walk(attribute.value) if isinstance(node, Stochastic) or function_name(node) in RANDOM]
-    sites = [i for i, site in enumerate(forest.sites) if site.definition == parts.name]
-    column = {id(node): i for i, node in enumerate(random)}
-    values = np.full((len(random), forest.num_models), np.nan)
+    values: dict[int, NDArray[np.float64]] = {}
+    """What each random place of the attribute drew [models], by its number."""
     draws = forest.draws
-    for row, site in enumerate(sites):
-        made = draws.site == site
-        values[row, forest.nodes.model[draws.node[made]]] = draws.value[made]
+    for site, place in enumerate(number_grammar(grammar).places):
+        if place.definition is attribute:
+            made = draws.site == site
+            values[place.node.number] = np.full(forest.num_models, np.nan)
+            values[place.node.number][forest.nodes.model[draws.node[made]]] = draws.value[made]
     taken = np.zeros(forest.num_models, dtype=np.int64)
     for number, part in enumerate(parts.parts):
         fits = np.ones(forest.num_models, dtype=bool)
         choice = attribute.value
         for branch in part.branch:
             if isinstance(choice, Stochastic):
-                fits &= values[column[id(choice)]] == branch
+                fits &= values[choice.number] == branch
                 choice = choice.branches[branch]
-        if np.isfinite(part.low):
-            drawn = values[column[id(choice)]]
+        if isinstance(choice, Call) and np.isfinite(part.low):
+            drawn = values[choice.number]
             fits &= (part.low <= drawn) & (drawn <= part.high)
         taken[fits] = number
     return taken

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.density.components import Components, Deep, Match, Total, fits, top_terms
-from grammarlab.density.graph import groups
-from grammarlab.density.skeleton import Alternative, Branch, Successor, SymbolKey
+from grammarlab.density.skeleton import Alternative
 from grammarlab.errors import InexactError
 from grammarlab.features.pattern import Below, Pattern
+from grammarlab.language.call_order import groups
+from grammarlab.language.numbering import Branch, Successor, SymbolKey
 
 Ints = NDArray[np.int64]
 

@@ -17,10 +17,11 @@ from scipy import sparse
 from grammarlab.arrays import Ints, take_rows
 from grammarlab.density.attributes import AttributeParts, parts_taken
 from grammarlab.density.contexts import Contexts, OpenPatterns
-from grammarlab.density.skeleton import Alternative, Body, Branch, Cases, Chance, SymbolKey
+from grammarlab.density.skeleton import Alternative, Body, Cases, Chance
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.pattern import Below, Pattern
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.numbering import Branch, SymbolKey
 
 Floats = NDArray[np.float64]
 Place: TypeAlias = tuple[int, Branch]

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from grammarlab.density.attributes import AttributeParts, attribute_parts
 from grammarlab.density.automaton import Automaton, count_automaton
 from grammarlab.density.components import NO_CAP, Components, Reading
-from grammarlab.density.graph import groups
 from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.reading import Read
 from grammarlab.density.skeleton import TreeGrammar
@@ -27,6 +26,7 @@ from grammarlab.density.writing import write
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import GrammarlabError, InexactError
 from grammarlab.features.pattern import Draw, HalfSpace, Pattern, Present, Threshold
+from grammarlab.language.call_order import groups
 from grammarlab.language.grammar import Grammar
 
 Floats = NDArray[np.float64]

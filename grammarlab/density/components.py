@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
 
-from grammarlab.density.skeleton import Alternative, SymbolKey, TreeGrammar
+from grammarlab.density.skeleton import Alternative, TreeGrammar
 from grammarlab.features.pattern import Below, Pattern
+from grammarlab.language.numbering import SymbolKey
 
 NO_CAP = 2**30
 """Counts are never cut: products of two such numbers still fit."""

@@ -14,10 +14,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from grammarlab.density.components import fits
-from grammarlab.density.graph import groups
-from grammarlab.density.skeleton import Alternative, Branch, SymbolKey, TreeGrammar
+from grammarlab.density.skeleton import Alternative, TreeGrammar
 from grammarlab.errors import GrammarlabError
 from grammarlab.features.pattern import Below, Pattern
+from grammarlab.language.call_order import groups
+from grammarlab.language.numbering import Branch, SymbolKey
 
 MOST_SYMBOLS = 20_000
 """A grammar is not split into more."""

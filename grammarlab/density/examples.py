@@ -28,13 +28,14 @@ from grammarlab.density.contexts import Contexts, NoContext, ParentEdges
 from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.mixture import Cells, Mixture, fit_mixture
 from grammarlab.density.sampled import written
-from grammarlab.density.skeleton import SymbolKey, TreeGrammar
+from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.density.target import Target
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.features.pattern import Below, Pattern, Threshold
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.numbering import SymbolKey
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Ints, take_rows
-from grammarlab.density.skeleton import Alternative, Body, Branch, Chance, SymbolKey, TreeGrammar
+from grammarlab.density.skeleton import Alternative, Body, Chance, TreeGrammar
 from grammarlab.density.writing import Origin
 from grammarlab.derivation.forest import Forest
+from grammarlab.language.numbering import Branch, SymbolKey
 
 Floats = NDArray[np.float64]
 

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from grammarlab.density.attributes import AttributeParts, parts_taken
 from grammarlab.density.inside import Start, TreeRatio
 from grammarlab.density.sampler import AbstractSampler
-from grammarlab.density.skeleton import SymbolKey, TreeGrammar
+from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.density.splitting import Base
 from grammarlab.density.writing import Mixed, Origin
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Draws, Forest, RuleName, Site
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.numbering import SymbolKey
 
 Floats = NDArray[np.float64]
 
@@ -98,12 +99,12 @@ class LearnedGrammar(AbstractSampler):
             (rule.symbol, rule.parameters, rule.branch): i for i, rule in enumerate(program.rule_names)
         }
         known = {origin_name: origin.key[0] for (origin_name, _), origin in self.origins.items()}
-        symbol = np.array([symbols[known.get(name, name)] for name in forest.symbols], dtype=np.int16)
-        rule = np.array([*(rules.get(self._origin(name), -1) for name in forest.rules), -1], dtype=np.int16)
+        symbol = np.array([symbols[known.get(name, name)] for name in forest.symbols], dtype=program.id_type)
+        rule = np.array([*(rules.get(self._origin(name), -1) for name in forest.rules), -1], dtype=program.id_type)
         nodes = replace(forest.nodes, symbol=symbol[forest.nodes.symbol], rule=rule[forest.nodes.rule])
         sites = _numbered(site.name for site in program.sites)
         place = np.array(
-            [sites[site.name] if self._is_kept(site, sites) else -1 for site in forest.sites], dtype=np.int16
+            [sites[site.name] if self._is_kept(site, sites) else -1 for site in forest.sites], dtype=program.id_type
         )
         kept = np.flatnonzero(place[forest.draws.site] >= 0) if len(place) else np.zeros(0, dtype=np.int64)
         draws = forest.draws

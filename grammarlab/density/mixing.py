@@ -14,9 +14,10 @@ from grammarlab.density.components import Components
 from grammarlab.density.futures import snapped
 from grammarlab.density.mixture import Mixture
 from grammarlab.density.naming import AbstractNames
-from grammarlab.density.skeleton import Alternative, Branch
+from grammarlab.density.skeleton import Alternative
 from grammarlab.density.splitting import PLAIN, Component, Splitting, Variant, Way
 from grammarlab.features.pattern import Below
+from grammarlab.language.numbering import Branch
 
 Floats = NDArray[np.float64]
 

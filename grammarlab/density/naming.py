@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.density.components import Component, Deep, tops
-from grammarlab.density.skeleton import SymbolKey, leaves
+from grammarlab.density.skeleton import leaves
 from grammarlab.density.splitting import Splitting, Variant
 from grammarlab.features.pattern import Pattern
+from grammarlab.language.numbering import SymbolKey
 
 _LONGEST = 40
 """Characters of a suffix."""

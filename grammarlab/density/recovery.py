@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 
 from grammarlab.density.attributes import AttributeParts, Part, attribute_parts, drawn_range, leaf_at
 from grammarlab.density.learned import LearnedGrammar
-from grammarlab.density.skeleton import Branch, SymbolKey, TreeGrammar, probabilities
+from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.density.splitting import PLAIN
 from grammarlab.density.writing import Mixed, Origin
 from grammarlab.errors import InexactError
 from grammarlab.features.pattern import Threshold
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.numbering import Branch, SymbolKey
+from grammarlab.language.percentages import probabilities
 from grammarlab.language.syntax import Binary, Case, Choice, Invoke, Name, Node, Number, Stochastic
 from grammarlab.language.syntax import Sequence as Items
 

@@ -7,7 +7,7 @@ a model. A learned grammar can propose the models, so that fewer are rejected.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
@@ -70,7 +70,7 @@ class RejectionSampler(AbstractSampler):
                 f"only {forest.num_models:,} models after {found.acceptance.proposals:,} proposals, {num_models:,} "
                 "were wanted: what is liked is too rare for rejection. Try the method compile, which needs no samples"
             )
-        return replace(forest, seed=seed), found.acceptance
+        return forest, found.acceptance
 
     @property
     def method(self) -> str:

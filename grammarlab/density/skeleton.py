@@ -15,17 +15,12 @@ import numpy as np
 
 from grammarlab.arrays import Ints
 from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.operations import BLOCKS, OPERATIONS
-from grammarlab.errors import Location, UsageError
-from grammarlab.language.builtins import operations
+from grammarlab.derivation.vocabulary import number_grammar
+from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.percentages import constant
-from grammarlab.language.syntax import Block, Case, Choice, Group, Invoke, Part, Scatter, Scoped, Sequence, Stochastic
-
-SymbolKey: TypeAlias = tuple[str, int]
-"""A symbol and how many arguments it is given: rules of one name may differ in it."""
-Branch: TypeAlias = tuple[int, ...]
-"""Which branch at each level of a rule's choices, from the top (`RuleName.branch`)."""
+from grammarlab.language.numbering import Branch, Successor, SymbolKey
+from grammarlab.language.percentages import probabilities
+from grammarlab.language.syntax import Case, Choice, Stochastic
 
 ENOUGH_DERIVATIONS = 30
 """From so many derivations on, what was always so is taken to be so."""
@@ -33,19 +28,6 @@ ENOUGH_MODELS = 300
 """More models of a sample are not looked at."""
 _BLOCK = 1 << 16
 """Nodes that are looked at together: so many stay in the cache."""
-
-
-@dataclass(frozen=True, slots=True)
-class Successor:
-    """A symbol in the text of a branch."""
-
-    key: SymbolKey
-    location: Location
-    """Where its name stands in the rule file."""
-    copies: int | None
-    """How many shapes it makes whenever the branch is taken; None where that differs."""
-    certain: bool
-    """Whether the text alone says so: a part of a split may have no extent and so make no shape."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,8 +91,8 @@ class TreeGrammar:
         start = start_rule if start_rule is not None else next(iter(marked), "")
         if (start, 0) not in grammar.rules:
             raise UsageError(f"no rule without parameters is called {start or 'anything'}: the grammar cannot start")
-        known = frozenset(grammar.rules)
-        return cls((start, 0), {key: _body(rule.body, (), known) for key, rule in grammar.rules.items()})
+        successors = {(branch.key, branch.branch): branch.successors for branch in number_grammar(grammar).branches}
+        return cls((start, 0), {key: _body(key, rule.body, (), successors) for key, rule in grammar.rules.items()})
 
     def body(self, key: SymbolKey) -> Body:
         """How a symbol is rewritten."""
@@ -169,67 +151,16 @@ def leaves(body: Body) -> Iterator[Alternative]:
             yield from leaves(branch)
 
 
-def _body(choice: Choice, path: Branch, known: frozenset[SymbolKey]) -> Body:
-    if isinstance(choice, Case | Stochastic):
-        branches = tuple(_body(branch, (*path, i), known) for i, branch in enumerate(choice.branches))
-        if isinstance(choice, Stochastic):
-            return Chance(path, probabilities(choice), branches)
-        complete = choice.conditions[-1] is None
-        return Cases(path, branches if complete else (*branches, LEAF), complete)
-    items = choice if isinstance(choice, Sequence) else Sequence(())
-    return Alternative(path, tuple(_successors(items, 1, True, known)))
-
-
-def probabilities(choice: Stochastic) -> tuple[float, ...] | None:
-    """Of each branch of a choice, summing to 1, as the engine computes them; None where one is not a constant."""
-    values = [None if node is None else constant(node) for node in choice.percentages]
-    given = [value for node, value in zip(choice.percentages, values, strict=True) if node is not None]
-    if any(value is None or not value >= 0.0 for value in given):
-        return None
-    weights = np.array([0.0 if value is None else value for value in values])
-    if choice.percentages[-1] is None:
-        weights[-1] = max(0.0, 100.0 - weights.sum())
-    total = weights.sum()
-    return tuple((weights / total).tolist()) if 0.0 < total < np.inf else None
-
-
-def _successors(
-    sequence: Sequence, copies: int | None, certain: bool, known: frozenset[SymbolKey]
-) -> Iterator[Successor]:
-    """The successors in the order in which the engine numbers them."""
-    for item in sequence.items:
-        if isinstance(item, Invoke):
-            if item.name == "NIL":
-                return
-            key = (item.name, len(item.arguments))
-            if item.name in OPERATIONS or item.name in BLOCKS or (item.name in operations() and key not in known):
-                continue
-            yield Successor(key, item.location, copies, certain)
-        elif isinstance(item, Scoped):
-            yield from _inside(item.body, copies, certain, known)
-        elif isinstance(item, Block) and item.name in BLOCKS:
-            single = item.name == "split"
-            for part, repeated in _parts(item.group, item.group.repeated):
-                some = copies if single and not repeated else None
-                yield from _inside(part.body, some, False, known)
-        elif isinstance(item, Scatter):
-            yield from _inside(item.body, None, False, known)
-
-
-def _inside(choice: Choice, copies: int | None, certain: bool, known: frozenset[SymbolKey]) -> Iterator[Successor]:
-    if isinstance(choice, Case | Stochastic):
-        for branch in choice.branches:
-            yield from _inside(branch, None, False, known)
-    elif isinstance(choice, Sequence):
-        yield from _successors(choice, copies, certain, known)
-
-
-def _parts(group: Group, repeated: bool) -> Iterator[tuple[Part, bool]]:
-    for part in group.parts:
-        if isinstance(part, Part):
-            yield part, repeated
-        else:
-            yield from _parts(part, repeated or part.repeated)
+def _body(
+    key: SymbolKey, choice: Choice, path: Branch, successors: Mapping[tuple[SymbolKey, Branch], tuple[Successor, ...]]
+) -> Body:
+    if not isinstance(choice, Case | Stochastic):
+        return Alternative(path, successors[key, path])
+    branches = tuple(_body(key, branch, (*path, i), successors) for i, branch in enumerate(choice.branches))
+    if isinstance(choice, Stochastic):
+        return Chance(path, probabilities(choice), branches)
+    complete = choice.conditions[-1] is None
+    return Cases(path, branches if complete else (*branches, LEAF), complete)
 
 
 class _Copies:

@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from grammarlab.density.attributes import AttributeParts
 from grammarlab.density.automaton import Automaton, Scan, Step
 from grammarlab.density.futures import decompose, snapped
-from grammarlab.density.graph import groups
-from grammarlab.density.skeleton import Alternative, Body, Branch, Cases, Chance, Successor, SymbolKey, leaves
+from grammarlab.density.skeleton import Alternative, Body, Cases, Chance, leaves
 from grammarlab.errors import InexactError
+from grammarlab.language.call_order import groups
+from grammarlab.language.numbering import Branch, Successor, SymbolKey
 
 Floats = NDArray[np.float64]
 Base: TypeAlias = Literal["grammar", "uniform"]

@@ -7,10 +7,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.density.graph import groups
-from grammarlab.density.skeleton import Alternative, Body, Chance, SymbolKey, leaves
+from grammarlab.density.skeleton import Alternative, Body, Chance, leaves
 from grammarlab.density.splitting import PLAIN, Base, Splitting, Variant, Way
 from grammarlab.errors import InexactError
+from grammarlab.language.call_order import groups
+from grammarlab.language.numbering import SymbolKey
 
 Floats = NDArray[np.float64]
 

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from grammarlab.density.attribute_text import attribute_text, mixture_text
 from grammarlab.density.naming import AbstractNames, Names
-from grammarlab.density.skeleton import Alternative, Branch, Cases, Chance, SymbolKey, leaves
+from grammarlab.density.skeleton import Alternative, Cases, Chance, leaves
 from grammarlab.density.skeleton import Body as Original
 from grammarlab.density.splitting import PLAIN, Splitting, Variant, Way
 from grammarlab.density.weights import Weights, branch_weights
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.numbering import Branch, SymbolKey
 from grammarlab.language.rewriting import (
     Body,
     Chances,

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
+from typing import Generic, TypeAlias, TypeVar
 
 from grammarlab.derivation.calls import Argument, Condition, Head
-from grammarlab.derivation.choices import Code
+from grammarlab.derivation.compiling import Compiler
 from grammarlab.derivation.shapes import Shapes, Value, kind_of
+from grammarlab.derivation.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language.printing import expression
 from grammarlab.language.syntax import (
@@ -25,10 +26,6 @@ from grammarlab.language.syntax import (
     Unary,
 )
 from grammarlab.language.walking import walk
-
-if TYPE_CHECKING:
-    from grammarlab.derivation.expressions import ExpressionCompiler
-    from grammarlab.derivation.workspace import Workspace
 
 _T = TypeVar("_T")
 Late: TypeAlias = "Callable[[Shapes, Workspace], _T]"
@@ -50,7 +47,7 @@ NO_ARGUMENT = Argument("")
 _COUNTING = frozenset({"+", "-", "*", "/", "%"})
 
 
-def argument(expressions: ExpressionCompiler, node: Expression, keywords: frozenset[str]) -> Late[Argument]:
+def argument(expressions: Compiler, node: Expression, keywords: frozenset[str]) -> Late[Argument]:
     """One argument; a word among the keywords stands for itself."""
     if word(node) in keywords:
         return Constant(Argument(word(node), keyword=True))
@@ -65,7 +62,7 @@ def argument(expressions: ExpressionCompiler, node: Expression, keywords: frozen
     return lambda shapes, workspace: Argument(code(shapes, workspace), False, relative, floating)
 
 
-def head(expressions: ExpressionCompiler, part: Part, group: int, words: frozenset[str], block: int) -> Late[Head]:
+def head(expressions: Compiler, part: Part, group: int, words: frozenset[str], block: int) -> Late[Head]:
     """What stands before the colon of a part.
 
     Args:
@@ -77,7 +74,7 @@ def head(expressions: ExpressionCompiler, part: Part, group: int, words: frozens
     """
     node = part.head
     if words and not _is_selector_or_index(node, words):
-        code = replace(expressions, selectors=words).expression(node)
+        code = expressions.with_selectors(words).expression(node)
         used = frozenset(inner.identifier for inner in walk(node) if isinstance(inner, Name)) & words
         condition = Condition(code, used, block)
         return Constant(Head(NO_ARGUMENT, part.inclusive, group, part.connected, condition, expression(node)))

@@ -3,32 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from grammarlab.derivation.arguments import argument, head, together
 from grammarlab.derivation.calls import Call
-from grammarlab.derivation.choices import Code
+from grammarlab.derivation.compiling import Compiler
 from grammarlab.derivation.functions.arrays import counted, picked, written
 from grammarlab.derivation.operations.components import BLOCKS, Taken, taken_apart
 from grammarlab.derivation.operators import concatenated
 from grammarlab.derivation.shapes import ARRAY, NUM_LANES, SITE_LANE, Shapes, Value, as_column, kind_of
-from grammarlab.derivation.tables import DEFAULTS, Cell, Table, column_of, for_each, is_table, table_of, texts_of
+from grammarlab.derivation.table_columns import column_of, for_each, texts_of
+from grammarlab.derivation.tables import DEFAULTS, Cell, Table, is_table, table_of
+from grammarlab.derivation.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language.builtins import blocks
 from grammarlab.language.syntax import Array, Components, Index, Number, Span
 from grammarlab.randomness import fold
 
-if TYPE_CHECKING:
-    from grammarlab.derivation.expressions import ExpressionCompiler
-    from grammarlab.derivation.workspace import Workspace
-
 _COMPONENT = 2**40
 """Numbers of components begin here among those of the random expressions that share a key with them."""
 
 
-def compiled(compiler: ExpressionCompiler, node: Array | Span | Index | Components) -> Code:
+def compiled(compiler: Compiler, node: Array | Span | Index | Components) -> Code:
     """Code for an array, or for what is taken out of one."""
     match node:
         case Array():
@@ -40,7 +37,7 @@ def compiled(compiler: ExpressionCompiler, node: Array | Span | Index | Componen
     return _components(compiler, node)
 
 
-def _array(compiler: ExpressionCompiler, node: Array) -> Code:
+def _array(compiler: Compiler, node: Array) -> Code:
     """Code for ``[a, b; c : d]``."""
     codes = [[compiler.expression(cell) for cell in row] for row in node.rows]
     lengths, location = [len(row) for row in codes], node.location
@@ -52,7 +49,7 @@ def _array(compiler: ExpressionCompiler, node: Array) -> Code:
     return _plainly([code for row in codes for code in row], made, location)
 
 
-def _span(compiler: ExpressionCompiler, node: Span) -> Code:
+def _span(compiler: Compiler, node: Span) -> Code:
     """Code for ``a : step : b``."""
     step = Number(1.0, location=node.location) if node.step is None else node.step
     codes = [compiler.expression(part) for part in (node.first, step, node.last)]
@@ -60,14 +57,14 @@ def _span(compiler: ExpressionCompiler, node: Span) -> Code:
     return _plainly(codes, lambda first, step, last: counted(first, step, last, location), location)
 
 
-def _index(compiler: ExpressionCompiler, node: Index) -> Code:
+def _index(compiler: Compiler, node: Index) -> Code:
     """Code for ``a[i]`` and ``a[row, column]``."""
     codes = [compiler.expression(part) for part in (node.array, *node.indices)]
     location = node.location
     return _plainly(codes, lambda array, *indices: picked(array, indices, location), location)
 
 
-def _components(compiler: ExpressionCompiler, node: Components) -> Code:
+def _components(compiler: Compiler, node: Components) -> Code:
     """Code for ``comp(f) { front : a | all = b }`` where a value stands."""
     forms = [form for form in blocks()["comp"] if form.takes(len(node.arguments))]
     words = [frozenset[str]().union(*(f.parameters[i].keywords for f in forms)) for i in range(len(node.arguments))]

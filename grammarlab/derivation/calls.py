@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.shapes import ARRAY, Floats, Shapes, Value, kind_of, number_column, part_keys
+from grammarlab.derivation.workspace import Workspace
 from grammarlab.errors import DerivationError, Location
-
-if TYPE_CHECKING:
-    from grammarlab.derivation.workspace import Workspace
 
 
 class Argument(NamedTuple):

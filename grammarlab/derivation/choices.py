@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
+from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.shapes import ARRAY, NUM_LANES, SITE_LANE, Floats, Shapes, Value, kind_of, number_column
+from grammarlab.derivation.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
+from grammarlab.language.percentages import branch_weights
 from grammarlab.randomness import uniforms
 
-if TYPE_CHECKING:
-    from grammarlab.derivation.workspace import Workspace
-
 _Payload = TypeVar("_Payload")
-Code: TypeAlias = "Callable[[Shapes, Workspace], Value]"
 Rows: TypeAlias = "NDArray[np.int64] | None"
 """Rows of the shapes that a choice began with; None for all of them."""
 
@@ -135,9 +133,7 @@ def _weights(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspac
         weights = np.stack([number_column(value, shapes.num) for value in given], axis=1)
     else:
         weights = np.array(given)
-    for place, code in enumerate(choice.percentages):
-        if code is None:
-            weights[..., place] = np.maximum(0.0, 100.0 - weights.sum(axis=-1))
+    weights = branch_weights(weights, choice.percentages[-1] is None)
     if not (np.isfinite(weights).all() and (weights >= 0.0).all() and (weights.sum(axis=-1) > 0.0).all()):
         raise DerivationError(
             f"expected percentages that are not negative and not all zero, found {weights.min()}", choice.location

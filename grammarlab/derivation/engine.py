@@ -5,37 +5,39 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.derivation.choices import route
-from grammarlab.derivation.program import CompiledRule
-from grammarlab.derivation.shapes import Shapes, concatenate
+from grammarlab.derivation.program import CompiledRule, Program
+from grammarlab.derivation.shapes import Ids, Shapes, concatenate
 from grammarlab.derivation.workspace import Workspace
 from grammarlab.errors import BudgetError
 
 
-def run(workspace: Workspace, start: int) -> None:
+def run(program: Program, workspace: Workspace, starts: Ids) -> None:
     """Derive every model from its initial shape.
 
     Args:
+        program: the grammar.
         workspace: with the initial shapes as `roots`, their nodes already recorded.
-        start: number of the start rule.
+        starts: [N] number of the start rule of each model.
 
     Raises:
         BudgetError: when a model has too many shapes, or a group of rules goes on for too long.
         DerivationError: when an operation cannot be carried out.
     """
-    program = workspace.program
-    workspace.pending[start].append(workspace.roots)
-    pending = workspace.pending
+    pending, roots = workspace.pending, workspace.roots
+    different = np.unique(starts).tolist()
+    for start in different:
+        pending[start].append(roots if len(different) == 1 else roots.take(np.flatnonzero(starts == start)))
     for group in program.order:
         waves = 0
         while any(pending[rule] for rule in group):
             if waves > workspace.budget.depth:
-                raise _too_deep(workspace, group)
+                raise _too_deep(program, workspace, group)
             waves += 1
             for rule in group:
                 chunks, pending[rule] = pending[rule], []
                 if chunks:
                     rewrite(program.rules[rule], concatenate(chunks, workspace.strings), workspace)
-                    _check_size(workspace, program.rules[rule])
+                    _check_size(workspace, program.symbols[program.rules[rule].symbol])
 
 
 def rewrite(rule: CompiledRule, shapes: Shapes, workspace: Workspace) -> None:
@@ -45,7 +47,7 @@ def rewrite(rule: CompiledRule, shapes: Shapes, workspace: Workspace) -> None:
         operations.run(taken, workspace)
 
 
-def _check_size(workspace: Workspace, rule: CompiledRule) -> None:
+def _check_size(workspace: Workspace, symbol: str) -> None:
     """Refuse models that have outgrown their budget.
 
     Counting waits until so many nodes have come that one model could have.
@@ -56,20 +58,20 @@ def _check_size(workspace: Workspace, rule: CompiledRule) -> None:
     model, count = recorder.largest_model()
     workspace.count_again_at = recorder.num_nodes + budget - count
     if count > budget:
-        symbol = workspace.program.symbols[rule.symbol]
         raise BudgetError(
-            f"model {model} has more than {budget} shapes after the rule {symbol}",
+            f"{workspace.lots.name(model)} has more than {budget} shapes after the rule {symbol}",
             None,
             "look for a rule that leads back to itself, or raise the shape budget",
         )
 
 
-def _too_deep(workspace: Workspace, group: tuple[int, ...]) -> BudgetError:
-    names = " -> ".join(workspace.program.symbols[workspace.program.rules[rule].symbol] for rule in group)
+def _too_deep(program: Program, workspace: Workspace, group: tuple[int, ...]) -> BudgetError:
+    names = " -> ".join(program.symbols[program.rules[rule].symbol] for rule in group)
     waiting = next(rule for rule in group if workspace.pending[rule])
-    nodes = np.concatenate([chunk.model for chunk in workspace.pending[waiting]])
+    models = np.concatenate([chunk.model for chunk in workspace.pending[waiting]])
+    depth, model = workspace.budget.depth, workspace.lots.name(models.min())
     return BudgetError(
-        f"the rules {names} lead back to themselves more than {workspace.budget.depth} times in model {nodes.min()}",
+        f"the rules {names} lead back to themselves more than {depth} times in {model}",
         None,
         "a recursive rule needs a case that ends it, or an expected number of successors below one",
     )

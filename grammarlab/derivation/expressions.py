@@ -8,18 +8,19 @@ it (division, powers, functions) scalars go through the same array loops as colu
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeVar, cast
+from dataclasses import dataclass, field, replace
+from typing import TypeVar, cast
 
 import numpy as np
 
 from grammarlab.derivation import array_expressions
 from grammarlab.derivation.calls import Builtin, FunctionCall
-from grammarlab.derivation.choices import Branching, CaseChoice, Code, Leaf, RandomChoice, Rows, route
+from grammarlab.derivation.choices import Branching, CaseChoice, Leaf, RandomChoice, Rows, route
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.derivation.operators import BINARY, UNARY
 from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Shapes, Value, join_values
 from grammarlab.derivation.tables import is_table
+from grammarlab.derivation.workspace import Code, Workspace
 from grammarlab.errors import BudgetError, DerivationError, Location
 from grammarlab.language.builtins import functions
 from grammarlab.language.syntax import (
@@ -46,10 +47,6 @@ from grammarlab.language.syntax import (
 )
 from grammarlab.randomness import fold
 
-if TYPE_CHECKING:
-    from grammarlab.derivation.workspace import Workspace
-
-
 _Payload = TypeVar("_Payload")
 
 
@@ -65,10 +62,8 @@ class CompiledFunction:
     """
 
     name: str
-    num_parameters: int
     draws: bool
     """Whether evaluating it may make a random draw."""
-    location: Location
     code: Code = field(default=_not_compiled)
 
 
@@ -78,10 +73,8 @@ class Names:
 
     attributes: frozenset[str]
     functions: Mapping[tuple[str, int], CompiledFunction]
-    addresses: Mapping[int, int]
-    """Number of each `Call`, `Name` and `Stochastic` node, by ``id()``."""
     sites: Mapping[int, int]
-    """Index of each random node among the sites of the forest, by ``id()``."""
+    """Index of each random node among the sites of the forest, by `Numbered.number`."""
     has_arrays: bool = False
     """Whether any value may be an array."""
 
@@ -94,6 +87,10 @@ class ExpressionCompiler:
     parameters: tuple[str, ...] = ()
     selectors: frozenset[str] = frozenset()
     """Words that stand for what a block's selectors pick, found among `Shapes.state`."""
+
+    def with_selectors(self, selectors: frozenset[str]) -> ExpressionCompiler:
+        """The same for expressions in which these words stand for what a block's selectors pick."""
+        return replace(self, selectors=selectors)
 
     def choice(self, choice: Choice) -> Code:
         """Code for a choice whose leaves are expressions."""
@@ -127,8 +124,8 @@ class ExpressionCompiler:
             return RandomChoice(
                 tuple(None if p is None else self.expression(p) for p in choice.percentages),
                 tuple(self.branching(b, leaf, (*path, i)) for i, b in enumerate(choice.branches)),
-                self.names.addresses[id(choice)],
-                self.names.sites[id(choice)],
+                choice.number,
+                self.names.sites[choice.number],
                 choice.location,
             )
         return Leaf(leaf(choice, path))
@@ -187,7 +184,7 @@ class ExpressionCompiler:
             return lambda shapes, workspace: workspace.attribute_of(name, shapes)
         function = self.names.functions.get((name, 0))
         if function is not None:
-            return self._call_function(function, (), self.names.addresses[id(node)], node.location)
+            return self._call_function(function, (), node.number, node.location)
         if name in SHAPE_ATTRIBUTES:
             return SHAPE_ATTRIBUTES[name]
         if name in BUILTINS and BUILTINS[name].num_arguments[0] == 0:
@@ -202,7 +199,7 @@ class ExpressionCompiler:
         )
         function = self.names.functions.get((node.function, len(arguments)))
         if function is not None:
-            return self._call_function(function, arguments, self.names.addresses[id(node)], node.location)
+            return self._call_function(function, arguments, node.number, node.location)
         if builtin is None:
             return _refusal(f"the function {node.function} is not supported", node.location)
         least, most = builtin.num_arguments
@@ -213,8 +210,8 @@ class ExpressionCompiler:
 
     def _call_builtin(self, builtin: Builtin, name: str, node: Call | Name, arguments: Sequence[Code]) -> Code:
         location, evaluate = node.location, builtin.evaluate
-        address = self.names.addresses[id(node)]
-        site = self.names.sites.get(id(node), -1)
+        address = node.number
+        site = self.names.sites.get(node.number, -1)
         refuses = self.names.has_arrays and not builtin.takes_arrays
 
         def call(shapes: Shapes, workspace: Workspace) -> Value:

@@ -14,11 +14,14 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import Location
 from grammarlab.geometry.mesh import Meshes
 
 Floats = NDArray[np.float64]
+NodeIds: TypeAlias = NDArray[np.int16 | np.int32]
+"""As wide as the grammar needs: int16 where it has at most 32,767 symbols, rules, random expressions and successors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,11 +67,11 @@ class Nodes:
     """[N] model, from 0 within the batch."""
     parent: NDArray[np.int32]
     """[N] row of the parent, -1 for a root; parent < child."""
-    symbol: NDArray[np.int16]
+    symbol: NodeIds
     """[N] index into `Forest.symbols`."""
-    rule: NDArray[np.int16]
+    rule: NodeIds
     """[N] index into `Forest.rules`, -1 for a leaf."""
-    child: NDArray[np.int16]
+    child: NodeIds
     """[N] which successor of the parent's rule, counted from 0 through the text of the branch."""
     repeat: NDArray[np.int32]
     """[N] which of the shapes that this successor made under one parent, from 0 in order of derivation."""
@@ -106,7 +109,7 @@ class Draws:
 
     node: NDArray[np.int32]
     """[D] the node during whose rewriting it was made."""
-    site: NDArray[np.int16]
+    site: NodeIds
     """[D] which random expression of the grammar, index into `Forest.sites`."""
     value: Floats
     """[D] the number drawn; for a choice, the index of the branch taken."""
@@ -144,12 +147,10 @@ def by_path(missing: Iterable[MissingAsset]) -> tuple[MissingAsset, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Forest:
-    """The derivation trees of `num_models` models of one grammar."""
+    """The derivation trees of a batch of models of one grammar."""
 
-    seed: int
-    first_model: int
-    """Index of the first model under the seed: model i of the batch has the address (seed, first_model + i)."""
-    num_models: int
+    lots: Lots
+    """[num_models] what the models were made of; row i of it is model i of the batch."""
     symbols: tuple[str, ...]
     rules: tuple[RuleName, ...]
     sites: tuple[Site, ...]
@@ -165,13 +166,20 @@ class Forest:
     texture_maps: Floats
     """[K, 2, 4] how the colour map lies: u and v of a point, counted as positions are, are rows times (x, y, z, 1), v
     upwards."""
-    origins: Floats
-    """[num_models, 3] where positions count from, in world metres; 0 but for models on far footprints (see
-    `grammarlab.derivation.origins`)."""
     prints: tuple[str, ...] = ()
     """The texts that ``print`` showed while these models were derived, at most 10,000; no part of a stored forest."""
     missing_assets: tuple[MissingAsset, ...] = ()
     """By path; no part of a stored forest."""
+
+    @property
+    def num_models(self) -> int:
+        """How many models there are."""
+        return len(self.lots)
+
+    @property
+    def origins(self) -> Floats:
+        """[num_models, 3] where positions count from, in world metres; 0 but for models on far footprints."""
+        return self.lots.origins
 
     def log_probability(self) -> Floats:
         """[num_models] natural logarithm of the density of each model's draws."""

@@ -34,6 +34,12 @@ def origins_of(low: Floats, high: Floats) -> Floats:
     return np.where(far, low, 0.0)
 
 
+def origins_of_polygons(points: Floats, offsets: NDArray[np.int64]) -> Floats:
+    """The origins [F, 3] of polygons; arguments as for `brought_near`."""
+    starts = offsets[:-1]
+    return origins_of(np.minimum.reduceat(points, starts, axis=0), np.maximum.reduceat(points, starts, axis=0))
+
+
 def brought_near(points: Floats, offsets: NDArray[np.int64]) -> tuple[Floats, Floats]:
     """The origins [F, 3] of footprints, and their corners [P, 3] counted from them.
 
@@ -49,9 +55,7 @@ def brought_near(points: Floats, offsets: NDArray[np.int64]) -> tuple[Floats, Fl
     >>> origins.tolist(), near.tolist()
     ([[2683000.13, 0.0, 0.0]], [[0.0, 0.0, 0.0], [18.27, 0.0, 0.0], [18.27, 0.0, 9.0]])
     """
-    starts = offsets[:-1]
-    low, high = np.minimum.reduceat(points, starts, axis=0), np.maximum.reduceat(points, starts, axis=0)
-    origins = origins_of(low, high)
+    origins = origins_of_polygons(points, offsets)
     near = points.copy()
     for index in np.flatnonzero(origins.any(axis=1)).tolist():
         corners = slice(*offsets[index : index + 2])

@@ -6,14 +6,10 @@ column of every shape; its position is kept in `Shapes.state`, as the attributes
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from grammarlab.derivation.shapes import Floats, Ids, Shapes, number_column
-
-if TYPE_CHECKING:
-    from grammarlab.derivation.workspace import Workspace
+from grammarlab.derivation.workspace import Workspace
 
 PIVOT_POSITION = ("pivot.px", "pivot.py", "pivot.pz")
 """Metres along the axes of the initial shape, from its origin."""
@@ -29,7 +25,7 @@ def pivot_position(shapes: Shapes, workspace: Workspace) -> Floats:
 def with_pivot(shapes: Shapes, position: Floats, frame: Ids, workspace: Workspace) -> Shapes:
     """The same shapes with pivots at positions [N, 3], with the axes of frames [N]."""
     shapes = shapes._replace(pivot=frame)
-    if PIVOT_POSITION[0] not in workspace.program.state_names:
+    if PIVOT_POSITION[0] not in workspace.state_names:
         return shapes
     roots = workspace.roots
     offset = workspace.frames.to_local(roots.frame[shapes.model], position - roots.position[shapes.model])

@@ -8,21 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from grammarlab.derivation.choices import Branching, Code
+import numpy as np
+
+from grammarlab.derivation.choices import Branching
 from grammarlab.derivation.forest import RuleName, Site
 from grammarlab.derivation.sequences import Operations
-from grammarlab.errors import Location
-
-
-@dataclass(frozen=True, slots=True)
-class CompiledAttribute:
-    """An attribute or constant."""
-
-    name: str
-    code: Code
-    draws: bool
-    """Whether its value is drawn, so that it must be evaluated for every model."""
-    location: Location
+from grammarlab.derivation.workspace import CompiledAttribute
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +22,6 @@ class CompiledRule:
 
     symbol: int
     body: Branching[Operations]
-    needs_key: bool
-    """Whether anything random may happen when it or anything below it is derived."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,5 +40,13 @@ class Program:
     default_start: str
     state_names: frozenset[str]
     """Attributes that some rule sets and shape attributes that some expression reads: entries of `Shapes.state`."""
+    most_successors: int
+    """Successors of the rule branch that has the most."""
     uv_sets: frozenset[int]
     """The sets of texture coordinates that some operation or expression mentions; all where one is computed."""
+
+    @property
+    def id_type(self) -> np.dtype[np.int16 | np.int32]:
+        """What columns of symbols, rules, children and sites hold: as narrow as this grammar allows."""
+        most = max(len(self.symbols), len(self.rule_names), len(self.sites), self.most_successors)
+        return np.dtype(np.int16) if most <= np.iinfo(np.int16).max else np.dtype(np.int32)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.forest import Draws, Leaves, MissingAsset, Nodes, Reports, by_path
+from grammarlab.derivation.forest import Draws, Leaves, MissingAsset, NodeIds, Nodes, Reports, by_path
 from grammarlab.derivation.frames import FramePool
 from grammarlab.derivation.meshes import MeshPool, upright
 from grammarlab.derivation.shapes import EMPTY, Floats, Ids, Shapes
@@ -21,7 +21,9 @@ _ZERO = np.zeros(1, dtype=np.int32)
 class Recorder:
     """Chunks of columns, joined once at the end."""
 
-    def __init__(self) -> None:
+    def __init__(self, id_type: np.dtype[np.int16 | np.int32]) -> None:
+        self._id_type = id_type
+        self._roots = np.zeros(0, dtype=np.int32)
         self.num_nodes = 0
         self._nodes: list[tuple[Ids, Ids | None, int, int, Ids | None]] = []
         self._rules: list[tuple[Ids, int]] = []
@@ -31,9 +33,10 @@ class Recorder:
         self._missing_assets: set[MissingAsset] = set()
         self.prints: list[str] = []
 
-    def add_roots(self, models: Ids, symbol: int) -> Ids:
-        """Rows of the roots of these models."""
-        self._nodes.append((models, None, symbol, 0, None))
+    def add_roots(self, models: Ids, symbols: Ids) -> Ids:
+        """Rows [N] of the roots of these models [N], which have symbols [N]; the first nodes of all."""
+        self._roots = symbols
+        self._nodes.append((models, None, 0, 0, None))
         return self._grow(len(models))
 
     def add_children(self, shapes: Shapes, symbol: int, child: int, in_block: bool) -> Ids:
@@ -86,15 +89,17 @@ class Recorder:
         """All nodes."""
         models, parents, symbols, children, repeats = zip(*self._nodes, strict=True)
         counts = [len(model) for model in models]
-        rule = np.full(self.num_nodes, -1, dtype=np.int16)
+        rule = np.full(self.num_nodes, -1, dtype=self._id_type)
         rewritten = [nodes for nodes, _ in self._rules]
-        rule[_joined(rewritten, np.int32)] = _spread([number for _, number in self._rules], rewritten)
+        rule[_joined(rewritten, np.int32)] = self._spread([number for _, number in self._rules], rewritten)
+        symbol = self._spread(symbols, models)
+        symbol[: len(self._roots)] = self._roots
         return Nodes(
             _joined(models, np.int32),
             _filled(parents, counts, -1),
-            _spread(symbols, models),
+            symbol,
             rule,
-            _spread(children, models),
+            self._spread(children, models),
             _filled(repeats, counts, 0),
         )
 
@@ -122,7 +127,7 @@ class Recorder:
         densities = [np.broadcast_to(density, count) for (*_, density), count in zip(self._draws, counts, strict=True)]
         return Draws(
             _joined([node for node, *_ in self._draws], np.int32),
-            _spread([site for _, site, *_ in self._draws], [node for node, *_ in self._draws]),
+            self._spread([site for _, site, *_ in self._draws], [node for node, *_ in self._draws]),
             _joined([values for _, _, values, _ in self._draws], np.float64),
             _joined(densities, np.float64),
         )
@@ -138,6 +143,10 @@ class Recorder:
             _joined([values for *_, values in self._reports], np.float64),
             keys,
         )
+
+    def _spread(self, values: Sequence[int], columns: Sequence[Ids]) -> NodeIds:
+        """The value of each column, once for every row of it."""
+        return np.array(values, dtype=self._id_type).repeat([len(column) for column in columns])
 
     def _grow(self, count: int) -> Ids:
         first = self.num_nodes
@@ -164,11 +173,6 @@ def _texture_map(shapes: Shapes) -> Ids:
 
 def _joined(columns: Sequence[NDArray[np.generic]], dtype: type[np.generic]) -> NDArray:
     return np.concatenate([np.zeros(0, dtype), *columns]).astype(dtype, copy=False)
-
-
-def _spread(values: Sequence[int], columns: Sequence[Ids]) -> NDArray[np.int16]:
-    """The value of each column, once for every row of it."""
-    return np.array(values, dtype=np.int16).repeat([len(column) for column in columns])
 
 
 def _filled(columns: Sequence[Ids | None], counts: Sequence[int], missing: int) -> Ids:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, by_path
+from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
 from grammarlab.geometry.mesh import Meshes
@@ -19,9 +20,7 @@ _R = TypeVar("_R", Nodes, Leaves, Draws, Reports)
 
 
 def select_models(forest: Forest, models: NDArray[np.integer]) -> Forest:
-    """The forest of some models, numbered anew from 0 in the same order.
-
-    Its ``first_model`` is that of the first one kept; the others have lost their addresses.
+    """The forest of some models, numbered anew from 0 in the same order; each keeps its lot.
 
     Args:
         forest: the models.
@@ -37,13 +36,11 @@ def select_models(forest: Forest, models: NDArray[np.integer]) -> Forest:
     reports = _rows(forest.reports, kept[forest.reports.node])
     return replace(
         forest,
-        first_model=forest.first_model + (int(models[0]) if len(models) else 0),
-        num_models=len(models),
+        lots=forest.lots.take(models),
         nodes=replace(nodes, model=new_model[nodes.model], parent=parent),
         leaves=replace(leaves, node=new_node[leaves.node]),
         draws=replace(draws, node=new_node[draws.node]),
         reports=replace(reports, node=new_node[reports.node]),
-        origins=forest.origins[models],
     )
 
 
@@ -70,7 +67,7 @@ def join_forests(forests: Sequence[Forest]) -> Forest:
     keys = list(dict.fromkeys(key for forest in forests for key in forest.reports.keys))
     return replace(
         first,
-        num_models=sum(forest.num_models for forest in forests),
+        lots=Lots.concatenate([forest.lots for forest in forests]),
         nodes=_joined([_moved_nodes(f.nodes, *starts) for f, *starts in zip(forests, models, nodes, strict=True)]),
         leaves=_joined(
             [
@@ -96,7 +93,6 @@ def join_forests(forests: Sequence[Forest]) -> Forest:
             tuple(texture for forest in forests for texture in forest.materials.textures),
         ),
         texture_maps=np.concatenate([forest.texture_maps for forest in forests]),
-        origins=np.concatenate([forest.origins for forest in forests]),
         prints=tuple(text for forest in forests for text in forest.prints),
         missing_assets=by_path(asset for forest in forests for asset in forest.missing_assets),
     )

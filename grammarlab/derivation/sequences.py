@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from grammarlab.derivation.arguments import NO_ARGUMENT, Constant, Late, argument, head, together, word
 from grammarlab.derivation.calls import Argument, BlockOperation, Call, Head, Operation
@@ -13,9 +13,12 @@ from grammarlab.derivation.choices import Branching, Leaf, route
 from grammarlab.derivation.expressions import ExpressionCompiler
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.derivation.shapes import Shapes, child_keys, part_keys
+from grammarlab.derivation.vocabulary import VOCABULARY
+from grammarlab.derivation.workspace import Workspace
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language import syntax
 from grammarlab.language.builtins import blocks, operations
+from grammarlab.language.numbering import RuleBranch
 from grammarlab.language.syntax import (
     Block,
     Expression,
@@ -23,13 +26,11 @@ from grammarlab.language.syntax import (
     Invoke,
     Item,
     Name,
+    Node,
     Part,
     Scatter,
     Scoped,
 )
-
-if TYPE_CHECKING:
-    from grammarlab.derivation.workspace import Workspace
 
 Step: TypeAlias = "Callable[[Shapes, Shapes, Workspace], Shapes]"
 """From the current shapes, and those that the sequence began with, to the shapes that the next step goes on with."""
@@ -62,7 +63,7 @@ class Successors:
     """Number of each symbol."""
     rules: Mapping[tuple[str, int], int]
     """Number of the rule for a symbol and a number of arguments."""
-    draws: Callable[[object], bool]
+    draws: Callable[[Node], bool]
     """Whether anything random may happen in, or be derived from, a piece of the syntax tree."""
 
 
@@ -76,13 +77,14 @@ def run_branches(body: Branching[Operations], shapes: Shapes, workspace: Workspa
 
 
 class SequenceCompiler:
-    """Compiles the sequences of one branch of one rule, numbering its successors and blocks as it goes."""
+    """Compiles the sequences of one branch of one rule."""
 
-    def __init__(self, expressions: ExpressionCompiler, successors: Successors) -> None:
+    def __init__(self, expressions: ExpressionCompiler, successors: Successors, branch: RuleBranch) -> None:
         self._expressions = expressions
         self._successors = successors
-        self._num_children = 0
-        self._num_blocks = 0
+        # Both are met in the order in which the branch numbers them.
+        self._children = iter(enumerate(branch.successors))
+        self._blocks = iter(range(len(branch.blocks)))
 
     def sequence(self, sequence: syntax.Sequence, in_block: bool = False, rule: int = -1) -> Operations:
         """Code for a sequence; ``in_block`` tells whether one node may run it several times."""
@@ -109,10 +111,10 @@ class SequenceCompiler:
                 return self._operation(OPERATIONS[item.name], item)
             case Invoke() if item.name in BLOCKS:
                 return _refusal(f"{item.name} without a block", item.location)
-            case Invoke() if item.name in operations() and not self._has_rule(item):
-                return _refusal(f"the operation {item.name}", item.location)
-            case Invoke():
+            case Invoke() if VOCABULARY.makes_shape(item, self._successors.rules):
                 return self._successor(item, in_block)
+            case Invoke():
+                return _refusal(f"the operation {item.name}", item.location)
             case Scoped():
                 return _bracket(self.body(item.body, in_block))
             case Block() if item.name in BLOCKS:
@@ -120,9 +122,6 @@ class SequenceCompiler:
             case Scatter():
                 return self._scatter(BLOCKS["scatter"], item)
         return _refusal(getattr(item, "name", type(item).__name__.lower()), item.location)
-
-    def _has_rule(self, item: Invoke) -> bool:
-        return (item.name, len(item.arguments)) in self._successors.rules
 
     def _operation(self, operation: Operation, item: Invoke) -> Step:
         arguments = together(self._arguments(item.name, item.arguments, operation, item.location))
@@ -134,8 +133,7 @@ class SequenceCompiler:
         return step
 
     def _block(self, operation: BlockOperation, item: Block) -> Step:
-        number = self._num_blocks
-        self._num_blocks += 1
+        number = next(self._blocks)
         arguments = together(self._arguments(item.name, item.arguments, operation, item.location))
         parts = list(_flattened(item.group, item.group.repeated))
         heads = together([head(self._expressions, part, group, operation.selectors, number) for part, group in parts])
@@ -143,10 +141,9 @@ class SequenceCompiler:
 
     def _scatter(self, operation: BlockOperation, item: Scatter) -> Step:
         """Two blocks in one: the keys of the first are those of the points, the second's say where they lie."""
-        number = self._num_blocks
-        self._num_blocks += 2
+        number, where = next(self._blocks), next(self._blocks)
         arguments = together(self._arguments("scatter", item.arguments, operation, item.location))
-        heads = Constant((Head(NO_ARGUMENT, block=number + 1),))
+        heads = Constant((Head(NO_ARGUMENT, block=where),))
         return self._parted(item, "scatter", number, operation, arguments, heads, [item.body])
 
     def _parted(
@@ -177,11 +174,10 @@ class SequenceCompiler:
         return step
 
     def _successor(self, item: Invoke, in_block: bool) -> Step:
-        child = self._num_children
-        self._num_children += 1
+        child, successor = next(self._children)
         symbol = self._successors.symbols[item.name]
         arguments = tuple(self._expressions.expression(argument) for argument in item.arguments)
-        rule = self._successors.rules.get((item.name, len(arguments)))
+        rule = self._successors.rules.get(successor.key)
         if rule is None:
             return _leaf(symbol, child, in_block)
         draws = self._successors.draws(item)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from grammarlab.derivation.functions.texture_coordinates import BUILTINS
 from grammarlab.derivation.operations.texturing import OPERATIONS
 from grammarlab.derivation.texture_maps import NUM_SETS
 from grammarlab.language.syntax import Block, Call, Expression, Invoke, Name, Node, Number
-from grammarlab.language.walking import walk
 
 
-def mentioned_uv_sets(tree: Node) -> frozenset[int]:
+def mentioned_uv_sets(nodes: Iterable[Node]) -> frozenset[int]:
     """The sets that operations and expressions of a rule file are about; all where one is computed."""
-    mentioned = [_set_of(expression) for node in walk(tree) for expression in _expressions(node)]
+    mentioned = [_set_of(expression) for node in nodes for expression in _expressions(node)]
     return frozenset().union(*mentioned)
 
 

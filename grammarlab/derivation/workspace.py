@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TypeAlias, cast
 
 import numpy as np
 
 from grammarlab.derivation.frames import FramePool
+from grammarlab.derivation.lots import Lots, Values
 from grammarlab.derivation.materials import MaterialPool
 from grammarlab.derivation.meshes import MeshPool
 from grammarlab.derivation.recorder import Recorder
-from grammarlab.derivation.shapes import Floats, Shapes, Value
+from grammarlab.derivation.shapes import Floats, Shapes, Value, join_values, take_value
 from grammarlab.derivation.strings import StringPool
 from grammarlab.derivation.tables import TablePool
 from grammarlab.derivation.texture_maps import TextureMapPool
 from grammarlab.errors import AssetError, BudgetError, DerivationError, Location, MissingAssetError
 from grammarlab.geometry.assets import Asset, AssetFolder
 
-if TYPE_CHECKING:
-    from grammarlab.derivation.program import Program
+Code: TypeAlias = "Callable[[Shapes, Workspace], Value]"
+"""A compiled expression."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,31 +36,47 @@ class Budget:
     """Calls of functions, one inside the other."""
 
 
+@dataclass(frozen=True, slots=True)
+class CompiledAttribute:
+    """An attribute or constant."""
+
+    name: str
+    code: Code
+    draws: bool
+    """Whether its value is drawn, so that it must be evaluated for every model."""
+    location: Location
+
+
 @dataclass(slots=True)
 class Workspace:
     """The pools, the record and the attribute values of one derivation."""
 
-    program: Program
-    start: int
-    """Number of the start rule."""
+    attributes: Mapping[str, CompiledAttribute]
+    """The attributes and constants of the grammar, by name."""
+    state_names: frozenset[str]
+    """As `Program.state_names`."""
+    uv_sets: frozenset[int]
+    """As `Program.uv_sets`."""
+    pending: list[list[Shapes]]
+    """For each rule, the shapes that wait for it, in the order they were made."""
+    lots: Lots
+    """[N] what is derived."""
+    origins: Floats
+    """[N, 3] `Lots.origins`: where in the world the positions of each model's shapes count from."""
+    start_symbols: tuple[str, ...]
+    """The symbols of `Lots.start_rules`."""
     roots: Shapes
     """One shape per model: the initial shapes."""
-    origins: Floats
-    """[num_models, 3] where in the world the positions of each model's shapes count from."""
-    overrides: Mapping[str, Value]
-    """Attribute values given by the user, by name; scalars or one per model."""
     strings: StringPool
     frames: FramePool
     meshes: MeshPool
     materials: MaterialPool
     budget: Budget
+    recorder: Recorder
     assets: AssetFolder | None = None
     """What asset paths are relative to and may not leave."""
     tables: TablePool = field(default_factory=TablePool)
     texture_maps: TextureMapPool = field(default_factory=TextureMapPool)
-    recorder: Recorder = field(default_factory=Recorder)
-    pending: list[list[Shapes]] = field(init=False)
-    """For each rule, the shapes that wait for it, in the order they were made."""
     count_again_at: int = field(init=False)
     """Number of nodes up to which no model can have outgrown its budget."""
     call_depth: int = 0
@@ -67,13 +84,12 @@ class Workspace:
     _evaluating: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.pending = [[] for _ in self.program.rules]
         self.count_again_at = self.budget.shapes
 
-    @property
-    def start_symbol(self) -> str:
-        """The symbol of the initial shapes."""
-        return self.program.symbols[self.program.rules[self.start].symbol]
+    def start_symbol(self, shapes: Shapes) -> Value:
+        """The symbol that the models of shapes [N] start with: one text for all, or string ids [N]."""
+        names = self.start_symbols
+        return names[0] if len(names) == 1 else self.strings.ids(names)[self.lots.start_rule[shapes.model]]
 
     def attribute(self, name: str) -> Value:
         """The value of an attribute or constant, evaluated once: a scalar or one per model.
@@ -125,14 +141,35 @@ class Workspace:
             )
 
     def _evaluate(self, name: str) -> Value:
-        if name in self.overrides:
-            return self.overrides[name]
-        attribute = self.program.attributes[name]
+        attribute = self.attributes[name]
+        column = self.lots.attributes.get(name)
+        given = None if column is None else np.flatnonzero(column.given)
+        if column is not None and given is not None and len(given) == self.roots.num:
+            return self._given(column.values)
         if name in self._evaluating:
             chain = " -> ".join([*self._evaluating[self._evaluating.index(name) :], name])
             raise DerivationError(f"the value of {name} depends on itself: {chain}", attribute.location)
         self._evaluating.append(name)
         try:
-            return attribute.code(self.roots, self)
+            if column is None or given is None:
+                return attribute.code(self.roots, self)
+            own = np.flatnonzero(~column.given)
+            values = [attribute.code(self.roots.take(own), self), self._given(column.values[given])]
         finally:
             self._evaluating.pop()
+        try:
+            joined = join_values(values, [len(own), len(given)], self.strings)
+        except DerivationError as error:
+            hint = "give every model, or none, a value of another type than the rule file does"
+            raise DerivationError(
+                f"the value of {name} differs between models: {error}", attribute.location, hint
+            ) from error
+        return take_value(joined, np.argsort(np.concatenate([own, given])))
+
+    def _given(self, values: Values) -> Value:
+        """Values [K] from outside as rules compute with them; one value where all are the same to the last bit."""
+        if values.tobytes() == values[:1].tobytes() * len(values):
+            return values[0].item()
+        if values.dtype.kind == "U":
+            return self.strings.ids(values.tolist())
+        return cast("Value", values)

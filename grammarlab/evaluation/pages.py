@@ -54,13 +54,11 @@ def example_models(source: Source, num: int) -> tuple[Group, ...]:
     scenario.check(space.program.symbols, space.program.rule_names, space.program.sites)
     labels, group_of = _grouping(scenario)
     found: list[list[int]] = [[] for _ in labels]
-    done = 0
     for forest in space.sample(source.labelled_address.flat, scenario.num_models, scenario.seed):
         groups = group_of(forest)
         for group, models in enumerate(found):
             new = np.flatnonzero(groups == group)[: num - len(models)]
-            models.extend((done + new).tolist())
-        done += forest.num_models
+            models.extend(forest.lots.model[new].tolist())
         if all(len(models) == num for models in found):
             break
     return tuple(Group(score, means, tuple(models)) for (score, means), models in zip(labels, found, strict=True))

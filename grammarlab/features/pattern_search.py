@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.counting import count
-from grammarlab.features.joining import join_small
 from grammarlab.features.keys import Meaning
 from grammarlab.features.labels import KeyIndex, Labels
 from grammarlab.features.pairs import choices_below, count_adjacent_pairs
@@ -50,10 +49,9 @@ def search_patterns(
 
 class _Search:
     def __init__(self, forests: Sequence[Forest], residuals: Floats) -> None:
-        joined = join_small(forests)
-        self._trees = [Trees(forest) for forest in joined]
+        self._trees = [Trees(forest) for forest in forests]
         self._residuals = residuals - (residuals.mean() if len(residuals) else 0.0)
-        labels = Labels.of(joined)
+        labels = Labels.of(forests)
         index = KeyIndex()
         for trees in self._trees:
             count_adjacent_pairs(trees, labels, index, grow=True)

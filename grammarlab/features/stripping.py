@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest, Leaves, Reports
+from grammarlab.derivation.materials import Materials
 
 
 def without_geometry(forest: Forest) -> Forest:
@@ -17,7 +18,10 @@ def without_geometry(forest: Forest) -> Forest:
         forest,
         leaves=Leaves(*(_emptied(getattr(forest.leaves, field.name)) for field in fields(Leaves))),
         reports=Reports(_emptied(reports.node), _emptied(reports.key), _emptied(reports.value), ()),
+        frames=_emptied(forest.frames),
         meshes=forest.meshes.take(np.zeros(0, np.int64)),
+        materials=Materials(_emptied(forest.materials.channels), ()),
+        texture_maps=_emptied(forest.texture_maps),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Ints, offsets_from_counts
-from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.forest import Forest, NodeIds
 from grammarlab.errors import UsageError
 from grammarlab.features.labels import Labels
 
@@ -20,6 +20,10 @@ _MOST_STEPS = 100
 
 _SHORTEST_LOOK = 64
 """How many rows are searched at least for the end of a piece of `Trees._waves`; else twice the piece before."""
+
+
+MOST_CHILDREN = 1 << 23
+"""Successors of one rule branch: more than the largest rule file can name."""
 
 
 class Trees:
@@ -143,7 +147,7 @@ class Trees:
         return _grouped(self.forest.draws.site, len(self.forest.sites))
 
 
-def _grouped(keys: NDArray[np.int16], limit: int) -> tuple[Ints, Ints]:
+def _grouped(keys: NodeIds, limit: int) -> tuple[Ints, Ints]:
     """Rows ordered by key, ascending within one, and where each key begins."""
     return np.argsort(keys, kind="stable"), offsets_from_counts(np.bincount(keys, minlength=limit))
 
@@ -156,7 +160,7 @@ def _check(forest: Forest) -> None:
         and _within(nodes.symbol, len(forest.symbols))
         and int(nodes.rule.min(initial=-1)) >= -1
         and int(nodes.rule.max(initial=-1)) < len(forest.rules)
-        and _within(nodes.child, 1 << 15)
+        and _within(nodes.child, MOST_CHILDREN)
         and bool((nodes.parent < np.arange(size, dtype=nodes.parent.dtype)).all())
         and int(nodes.parent.min(initial=-1)) >= -1
         and _within(draws.node, size)

@@ -31,7 +31,6 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.features.counting import count
 from grammarlab.features.draws import columns_of, count_branches, measure_draws
-from grammarlab.features.joining import join_small
 from grammarlab.features.keys import Meaning
 from grammarlab.features.labels import Key, KeyIndex, Labels
 from grammarlab.features.names import Names
@@ -108,7 +107,7 @@ class Vocabulary:
         Raises:
             UsageError: when the columns of a forest do not make trees.
         """
-        return _find(join_small(forests), options or Options())[0]
+        return _find(_listed(forests), options or Options())[0]
 
     def apply(self, forests: Forest | Sequence[Forest]) -> FeatureTable:
         """The table of any models. What the vocabulary does not know is not counted.
@@ -116,9 +115,7 @@ class Vocabulary:
         Raises:
             UsageError: when the columns of a forest do not make trees.
         """
-        tallies = [
-            _collect(forest, self.labels, self.options, self.index, grow=False) for forest in join_small(forests)
-        ]
+        tallies = [_collect(forest, self.labels, self.options, self.index, grow=False) for forest in _listed(forests)]
         return self._table(_stacked(tallies, len(self.index)).counts)
 
     def _table(self, counts: sparse.csr_array) -> FeatureTable:
@@ -134,8 +131,12 @@ class Vocabulary:
 
 def extract(forests: Forest | Sequence[Forest], options: Options | None = None) -> FeatureTable:
     """The table of some models, with the columns that tell them apart: `Vocabulary.find`, then its `apply`."""
-    vocabulary, counts = _find(join_small(forests), options or Options())
+    vocabulary, counts = _find(_listed(forests), options or Options())
     return vocabulary._table(counts)
+
+
+def _listed(forests: Forest | Sequence[Forest]) -> tuple[Forest, ...]:
+    return (forests,) if isinstance(forests, Forest) else tuple(forests)
 
 
 def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sparse.csr_array]:

@@ -4,21 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from grammarlab.errors import Location
 from grammarlab.language import builtins
 from grammarlab.language.builtins import Parameter, Signature
 from grammarlab.language.kinds import ANY, Scope, Types, advice, in_words, types_of
-from grammarlab.language.symbols import suggestion
-from grammarlab.language.syntax import Call, Expression, Name, String
+from grammarlab.language.symbols import Remarks, SupportedFeatures, Symbols, suggestion
+from grammarlab.language.syntax import Call, Choice, Expression, Name, String
 
-if TYPE_CHECKING:
-    from grammarlab.language.inference import ExpressionChecker
+
+class Checker(Protocol):
+    """Finds the types of arguments, and what is wrong with them on the way."""
+
+    symbols: Symbols
+    supported: SupportedFeatures
+    remarks: Remarks
+
+    def value(self, choice: Choice, scope: Scope) -> Types:
+        """The types of an argument."""
+        ...
+
+    def name(self, node: Name, scope: Scope) -> Types:
+        """The types of what a name stands for."""
+        ...
 
 
 def check_arguments(
-    checker: ExpressionChecker,
+    checker: Checker,
     name: str,
     forms: Sequence[Signature],
     given: Sequence[Expression],
@@ -61,9 +74,7 @@ def check_arguments(
     return None
 
 
-def _argument(
-    checker: ExpressionChecker, node: Expression, parameters: Sequence[Parameter], scope: Scope
-) -> Types | None:
+def _argument(checker: Checker, node: Expression, parameters: Sequence[Parameter], scope: Scope) -> Types | None:
     """The types of an argument; None for a keyword, known or not."""
     takes_keyword = any(parameter.keywords for parameter in parameters)
     if isinstance(node, Name) and takes_keyword:
@@ -80,7 +91,7 @@ def _argument(
     )
 
 
-def _place(checker: ExpressionChecker, node: Expression, scope: Scope) -> Types:
+def _place(checker: Checker, node: Expression, scope: Scope) -> Types:
     """Checks the name that ``set`` sets."""
     if isinstance(node, Call) and node.function == "sel":
         checker.value(node, scope.plain())
@@ -115,12 +126,12 @@ def _misfit(form: Signature, given: Sequence[Expression], types: Sequence[Types 
     return None
 
 
-def _note_keyword(checker: ExpressionChecker, name: str, argument: Expression, parameter: Parameter) -> None:
+def _note_keyword(checker: Checker, name: str, argument: Expression, parameter: Parameter) -> None:
     if isinstance(argument, Name) and argument.identifier in parameter.keywords:
         note_keyword(checker, name, argument)
 
 
-def note_keyword(checker: ExpressionChecker, name: str, word: Name) -> None:
+def note_keyword(checker: Checker, name: str, word: Name) -> None:
     """Says so when a keyword of an operation cannot be carried out."""
     feature = f"{name}:{word.identifier}"
     checker.remarks.unsupported(checker.supported.keywords, feature, word.location, f"{name} with {word.identifier}")

@@ -118,18 +118,22 @@ def _rule_needs(choice: Choice) -> Needs:
     if not isinstance(choice, Sequence):
         return [frozenset()]
     ways: Needs = [frozenset()]
+    always: set[Key] = set()
     for item in choice.items:
         if isinstance(item, Invoke):
             if item.name == "NIL":
                 break
             if item.name not in builtins.operations():
-                ways = [way | {(item.name, len(item.arguments))} for way in ways]
+                always.add((item.name, len(item.arguments)))
         elif isinstance(item, Scoped):
             inner = _rule_needs(item.body)
             if len(inner) * len(ways) > MAX_WAYS:
                 return [frozenset()]
-            ways = [way | more for way in ways for more in inner]
-    return ways
+            if len(inner) == 1:
+                always |= inner[0]
+            else:
+                ways = [way | more for way in ways for more in inner]
+    return [way | always for way in ways]
 
 
 def _check_endless_values(tree: RuleFile, remarks: Remarks) -> None:

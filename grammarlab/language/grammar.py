@@ -14,6 +14,7 @@ from typing import TypeVar
 from grammarlab.errors import Finding, LanguageError, Location
 from grammarlab.language.parsing import MAX_CHARACTERS, parse
 from grammarlab.language.syntax import Attribute, Definition, Function, Import, Rule, RuleFile, Style
+from grammarlab.language.walking import number
 
 _K = TypeVar("_K")
 _T = TypeVar("_T")
@@ -49,6 +50,7 @@ class Grammar:
         parsed = parse(text, file)
         if parsed.findings:
             raise LanguageError(parsed.findings, text)
+        number(parsed.tree)
         return cls(text, parsed.tree, file)
 
     @cached_property

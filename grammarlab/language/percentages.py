@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from grammarlab.language.symbols import Remarks
 from grammarlab.language.syntax import Binary, Expression, Number, Stochastic, Unary
 
@@ -35,6 +38,29 @@ def _combine(operator: str, left: float, right: float) -> float:
     if operator == "*":
         return left * right
     return left / right if right else math.nan
+
+
+def branch_weights(percentages: NDArray[np.float64], has_else: bool) -> NDArray[np.float64]:
+    """Weights of branches [..., B]: their percentages, and for ``else`` what these leave of 100, at least 0.
+
+    Args:
+        percentages: [..., B] as written; 0 for ``else``.
+        has_else: whether the last branch is ``else``.
+    """
+    if not has_else:
+        return percentages
+    rest = np.maximum(0.0, 100.0 - percentages.sum(axis=-1, keepdims=True))
+    return np.concatenate([percentages[..., :-1], rest], axis=-1)
+
+
+def probabilities(choice: Stochastic) -> tuple[float, ...] | None:
+    """Of each branch of a choice, summing to 1, as derivations take them; None where one is not a constant."""
+    given = [0.0 if node is None else constant(node) for node in choice.percentages]
+    if any(value is None or not value >= 0.0 for value in given):
+        return None
+    weights = branch_weights(np.array(given, dtype=np.float64), choice.percentages[-1] is None)
+    total = weights.sum()
+    return tuple((weights / total).tolist()) if 0.0 < total < np.inf else None
 
 
 def check_percentages(choice: Stochastic, remarks: Remarks) -> None:

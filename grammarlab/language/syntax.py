@@ -23,6 +23,14 @@ class Node:
     location: Location = field(default=Location(), compare=False, repr=False)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Numbered(Node):
+    """A node where chance or a call may happen."""
+
+    number: int = field(default=-1, compare=False, repr=False)
+    """Which of these nodes it is in the order of the tree of a whole `Grammar`: the address of its draws."""
+
+
 # Expressions -----------------------------------------------------------------------------------------------
 
 
@@ -43,14 +51,14 @@ class Boolean(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class Name(Node):
+class Name(Numbered):
     """An identifier, dots included: ``height``, ``scope.sx``, ``lib.colour``, ``world.up``, ``top``."""
 
     identifier: str
 
 
 @dataclass(frozen=True, slots=True)
-class Call(Node):
+class Call(Numbered):
     """A function call; ``function`` may be dotted (``geometry.area``, ``lib.height``)."""
 
     function: str
@@ -139,7 +147,7 @@ class Case(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class Stochastic(Node):
+class Stochastic(Numbered):
     """``30%: a  20%: b  else: c``. Percentages; the last is None for else, which takes what is left of 100."""
 
     percentages: tuple[Expression | None, ...]

@@ -41,6 +41,8 @@ class BodyChecker:
         self.symbols = expressions.symbols
         self.supported = expressions.supported
         self.remarks = expressions.remarks
+        self._rules = frozenset(name.lower() for name in self.symbols.rules)
+        self._operations = frozenset(name.lower() for name in (*builtins.operations(), *builtins.blocks()))
 
     def body(self, choice: Choice, scope: Scope) -> None:
         """Checks a rule's body, or that of a part of a block."""
@@ -137,10 +139,9 @@ class BodyChecker:
         """A symbol without a rule ends the derivation; warn where it looks like a slip of the pen."""
         if item.name.endswith("."):
             return
-        rules = {name.lower() for name in self.symbols.rules}
-        operations = {name.lower() for name in (*builtins.operations(), *builtins.blocks())}
+        folded = item.name.lower()
         # Symbols begin with a capital by custom, operations never do.
-        slip = item.name.lower() in rules or (item.name[0].islower() and item.name.lower() in operations)
+        slip = folded in self._rules or (item.name[0].islower() and folded in self._operations)
         if item.parenthesised or slip:
             known = (*self.symbols.rules, *builtins.operations(), *builtins.blocks())
             message = f"no rule or operation is called '{item.name}': it ends the derivation here"

@@ -7,7 +7,7 @@ from dataclasses import fields
 from functools import cache
 from typing import Any
 
-from grammarlab.language.syntax import Node
+from grammarlab.language.syntax import Node, Numbered, RuleFile
 
 
 def children(node: Node) -> list[Node]:
@@ -27,9 +27,18 @@ def walk(node: Node) -> Iterator[Node]:
         waiting += reversed(children(current))
 
 
+def number(tree: RuleFile) -> None:
+    """Gives the nodes of a new tree their numbers (`Numbered.number`), which follow the text.
+
+    So reformatting a grammar or renaming a rule leaves every draw as it was.
+    """
+    for place, node in enumerate(node for node in walk(tree) if isinstance(node, Numbered)):
+        object.__setattr__(node, "number", place)  # the tree is being made: nobody else has seen the node
+
+
 @cache
 def _field_names(kind: type[Any]) -> tuple[str, ...]:
-    return tuple(field.name for field in fields(kind) if field.name != "location")
+    return tuple(field.name for field in fields(kind) if field.name not in ("location", "number"))
 
 
 def _gather(value: object, found: list[Node]) -> None:

@@ -14,7 +14,7 @@ from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.program import Program
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.percentages import constant
+from grammarlab.language.percentages import probabilities
 from grammarlab.language.syntax import Attribute, Function, Node, Number, Rule, Stochastic
 from grammarlab.language.walking import walk
 
@@ -80,34 +80,20 @@ def flattened(grammar: Grammar, definitions: Collection[str] | None = None) -> F
     sites = [index for index, site in enumerate(program.sites) if site.kind == "choice"]
     log_original = np.full((len(program.sites), max([1, *(len(node.branches) for node in choices)])), np.nan)
     for site, node in zip(sites, choices, strict=True):
-        if id(node) in original:
+        if node.number in original:
             with np.errstate(divide="ignore"):
-                log_original[site, : len(node.branches)] = np.log(original[id(node)])
+                log_original[site, : len(node.branches)] = np.log(original[node.number])
     return Flattened(program, log_original)
 
 
 def _flat(value: Any, original: dict[int, tuple[float, ...]]) -> Any:
-    """A part of a syntax tree with equal percentages; notes the probabilities there were, by ``id()`` of the choice."""
+    """A part of a syntax tree with equal percentages; notes the old probabilities by the number of the choice."""
     if isinstance(value, tuple):
         return tuple(_flat(item, original) for item in value)
     if not isinstance(value, Node):
         return value
     changes = {field.name: _flat(getattr(value, field.name), original) for field in fields(value)}
-    if isinstance(value, Stochastic) and (probabilities := _probabilities(value)) is not None:
-        original[id(value)] = probabilities
-        changes["percentages"] = tuple(Number(100.0 if p > 0 else 0.0, location=value.location) for p in probabilities)
+    if isinstance(value, Stochastic) and (shares := probabilities(value)) is not None:
+        original[value.number] = shares
+        changes["percentages"] = tuple(Number(100.0 if p > 0 else 0.0, location=value.location) for p in shares)
     return type(value)(**changes)
-
-
-def _probabilities(node: Stochastic) -> tuple[float, ...] | None:
-    """Of each branch, as derivations take them; None where some percentage is not a number."""
-    given = [0.0 if percentage is None else constant(percentage) for percentage in node.percentages]
-    if any(value is None or not value >= 0 for value in given):
-        return None
-    values = [float(value or 0) for value in given]
-    values = [
-        max(0.0, 100.0 - sum(values)) if percentage is None else value
-        for percentage, value in zip(node.percentages, values, strict=True)
-    ]
-    total = sum(values)
-    return tuple(value / total for value in values) if total > 0 else None

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.errors import UsageError
@@ -126,35 +126,37 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     def derive(self, addresses: Sequence[Address]) -> Forest:
         """Models by ascending address, with their geometry."""
-        programs = self.program, self.proposal.program
-        forests = []
-        for address in addresses:
-            options = _options(self.grammar, address)
-            program = programs[address.flat]
-            forests.append(derive(program, 1, address.seed, first_model=address.model, assets=self.folder, **options))
-        return join_forests(forests)
+        parts = [(self.program, [address for address in addresses if not address.flat])]
+        if len(parts[0][1]) < len(addresses):
+            parts.append((self.proposal.program, list(addresses[len(parts[0][1]) :])))
+        return join_forests([derive(program, self._lots(own), assets=self.folder) for program, own in parts])
 
+    def _lots(self, addresses: Sequence[Address]) -> Lots:
+        """What to derive, in the order of the addresses."""
+        alike: dict[tuple[str, ...], list[int]] = {}
+        for row, address in enumerate(addresses):
+            alike.setdefault(address[3:], []).append(row)
+        parts = [self._alike([addresses[row] for row in rows]) for rows in alike.values()]
+        order = np.argsort(np.array([row for rows in alike.values() for row in rows], dtype=np.int64))
+        return Lots.concatenate([Lots.of(0, 0), *parts]).take(order)
 
-def _options(grammar: Grammar, address: Address) -> dict[str, Any]:
-    """Arguments of `derive` that an address states."""
-    options: dict[str, Any] = {}
-    if address.start_rule:
-        raise UsageError(
-            f"labels of models that begin with {address.start_rule} cannot be learned from: mark it @StartRule in the "
-            "rule file, and score models of that file."
-        )
-    if address.attributes != "{}":
-        values = json.loads(address.attributes)
-        unknown = [name for name in values if name not in grammar.attributes]
+    def _alike(self, addresses: Sequence[Address]) -> Lots:
+        """Models that differ in seed and index only."""
+        start_rule, attributes, footprint = addresses[0][3:]
+        values = json.loads(attributes)
+        unknown = [name for name in values if name not in self.grammar.attributes]
         if unknown:
             raise UsageError(f"labels give a value to {unknown[0]}, which is not an attribute of the grammar.")
-        options["attributes"] = fit_properties(values, grammar)
-    if address.footprint:
-        options["footprint"] = _polygon(address.footprint)
-    return options
+        return Lots.at(
+            [address.seed for address in addresses],
+            [address.model for address in addresses],
+            _polygon(footprint) if footprint else DEFAULT_FOOTPRINT,
+            fit_properties(values, self.grammar),
+            start_rule or None,
+        )
 
 
-def _polygon(text: str) -> Floats:
+def _polygon(text: str) -> Footprint:
     """The footprint that a label states. It says where models come from and never makes us read other files."""
     if text.lower().endswith((".json", ".geojson")) or Path(text).exists():
         raise UsageError(f"footprint {text!r} of a label is a file; expected 20x12 or WKT.")

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from grammarlab.derivation.lots import Lots
+from grammarlab.language.attribute_values import fit_properties
+from grammarlab.language.grammar import Grammar
 from grammarlab.runs.request import BATCH_MODELS, SampleRequest
 
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """Consecutive models of a run on one footprint."""
+    """Consecutive models of a run, on as many footprints as they stand on."""
 
     index: int
-    footprint: int
-    """Index into the footprints of the request, -1 for the default one."""
     first_model: int
     num_models: int
 
@@ -23,10 +24,38 @@ class Batch:
 
 def cut_batches(request: SampleRequest) -> tuple[Batch, ...]:
     """The batches of a run: model k on footprint f has the index ``f * num_models + k`` under the run's seed."""
-    footprints = range(len(request.footprints)) if request.footprints else [-1]
-    cuts = [
-        (footprint, max(footprint, 0) * request.num_models + start, min(BATCH_MODELS, request.num_models - start))
-        for footprint in footprints
-        for start in range(0, request.num_models, BATCH_MODELS)
-    ]
-    return tuple(Batch(index, *cut) for index, cut in enumerate(cuts))
+    total = request.total_models
+    starts = range(0, total, BATCH_MODELS)
+    return tuple(Batch(index, first, min(BATCH_MODELS, total - first)) for index, first in enumerate(starts))
+
+
+def lots_of(request: SampleRequest, batch: Batch, grammar: Grammar) -> Lots:
+    """The lots of a batch.
+
+    What a footprint's file says replaces attributes, options of the request replace both.
+
+    Raises:
+        UsageError: what a file says does not fit an attribute.
+    """
+    first, end = batch.first_model, batch.first_model + batch.num_models
+    start_rule = request.start_rule or None
+    if not request.footprints:
+        return Lots.of(
+            end - first, request.seed, first_model=first, attributes=request.attributes, start_rule=start_rule
+        )
+    parts = []
+    for number in range(first // request.num_models, (end - 1) // request.num_models + 1):
+        footprint = request.footprints[number]
+        low, high = max(first, number * request.num_models), min(end, (number + 1) * request.num_models)
+        attributes = fit_properties(footprint.properties, grammar) | dict(request.attributes)
+        parts.append(
+            Lots.of(
+                high - low,
+                request.seed,
+                first_model=low,
+                footprint=footprint.polygon,
+                attributes=attributes,
+                start_rule=start_rule,
+            )
+        )
+    return Lots.concatenate(parts)

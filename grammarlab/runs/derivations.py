@@ -8,10 +8,13 @@ frames.parquet     one row a frame      rotation (fixed list of 9, row by row)
 maps.parquet       one row a map        coordinates (fixed list of 8, row by row)
 meshes.parquet     one row a mesh       points, face_sizes, corners, tags (lists)
 materials.parquet  one row a material   color.r ... emissive.b, texture
-forest.json        seed, first_model, num_models, the origins of the models and the names that the integers stand for
+lots.parquet       one row a model      seed, model, footprint, start_rule, attribute.NAME (null where none is given)
+footprints.parquet one row a footprint  points (list of fixed lists of 3)
+forest.json        num_models and the names that the integers stand for
 
-Columns have the meaning, type and unit of the fields of the same name in `grammarlab.derivation.forest`; node and model
-count within the folder, and model i has the address (seed, first_model + i).
+Columns have the meaning, type and unit of the fields of the same name in `grammarlab.derivation.forest` and, for the
+last two tables, `grammarlab.derivation.lots`. Node and model count within the folder, but in ``lots.parquet``, where a
+model is its index under its seed.
 """
 
 from __future__ import annotations
@@ -30,14 +33,16 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import offsets_from_counts
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site, SiteKind
+from grammarlab.derivation.lots import AttributeColumn, Footprints, Lots
 from grammarlab.derivation.materials import CHANNELS, Materials
-from grammarlab.errors import AssetError
+from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import atomic_folder
 from grammarlab.geometry.mesh import Meshes
 
 FORMAT = 4
-"""Version of the layout above. In version 1 a site was a line of text; before version 3 there were no maps, before
-version 4 no origins: positions counted from the origin of the world."""
+"""Version of the layout above. In version 1 a site was a line of text; before version 3 there were no maps; before
+version 4 the header held one seed and the index of the first model, and neither footprints nor attributes, and all
+positions counted from the origin of the world."""
 
 HEADER = "forest.json"
 FILES = (
@@ -49,9 +54,13 @@ FILES = (
     "meshes.parquet",
     "materials.parquet",
     "maps.parquet",
+    "lots.parquet",
+    "footprints.parquet",
     HEADER,
 )
-_WITHOUT_MAPS = {1, 2}
+_SINCE = {"maps.parquet": 3, "lots.parquet": 4, "footprints.parquet": 4}
+"""Tables that earlier formats lack, and the first format that has them."""
+_ATTRIBUTE = "attribute."
 Array = NDArray[Any]
 _FIRST_KINDS: dict[str, SiteKind] = {"choice": "choice", "rand": "uniform", "p": "bernoulli", "fileRandom": "file"}
 
@@ -60,14 +69,12 @@ def save_forest(forest: Forest, folder: Path | str) -> None:
     """Write a forest into a new folder, whole or not at all; a folder of that name is replaced."""
     header = {
         "format": FORMAT,
-        "seed": forest.seed,
-        "first_model": forest.first_model,
         "num_models": forest.num_models,
+        "start_rules": forest.lots.start_rules,
         "symbols": forest.symbols,
         "rules": [[rule.symbol, rule.parameters, list(rule.branch), rule.line] for rule in forest.rules],
         "sites": [list(astuple(site)) for site in forest.sites],
         "report_keys": forest.reports.keys,
-        "origins": forest.origins.tolist(),
     }
     tables = {
         "nodes": _columns(forest.nodes),
@@ -84,6 +91,9 @@ def save_forest(forest: Forest, folder: Path | str) -> None:
             )
         pq.write_table(_meshes_to_arrow(forest.meshes), part / "meshes.parquet")
         pq.write_table(_materials_to_arrow(forest.materials), part / "materials.parquet")
+        pq.write_table(_lots_to_arrow(forest.lots), part / "lots.parquet")
+        points = _ragged(forest.lots.footprints.points, forest.lots.footprints.offsets)
+        pq.write_table(pa.table({"points": points}), part / "footprints.parquet")
         (part / HEADER).write_text(json.dumps(header, indent=1), encoding="utf-8")
 
 
@@ -94,23 +104,22 @@ def load_forest(folder: Path | str) -> Forest:
         AssetError: when the folder is not one of ours, or is damaged.
     """
     folder = Path(folder)
-    missing = [name for name in FILES if name != "maps.parquet" and not (folder / name).is_file()]
+    missing = [name for name in FILES if name not in _SINCE and not (folder / name).is_file()]
     if missing:
         raise AssetError(f"{folder}: expected derivations here, but {', '.join(missing)} is missing.")
     try:
         header = json.loads((folder / HEADER).read_text(encoding="utf-8"))
-        if header["format"] not in range(1, FORMAT + 1):
-            raise AssetError(f"{folder}: expected derivations of format {FORMAT}, found format {header['format']}.")
+        version = header["format"]
+        if version not in range(1, FORMAT + 1):
+            raise AssetError(f"{folder}: expected derivations of format {FORMAT}, found format {version}.")
         leaves = _read(folder, "leaves")
         maps = np.zeros((0, 2, 4))
-        if header["format"] in _WITHOUT_MAPS:
+        if version < _SINCE["maps.parquet"]:
             leaves["texture_map"] = np.full(len(leaves["node"]), -1, dtype=np.int32)
         else:
             maps = _read(folder, "maps")["coordinates"].reshape(-1, 2, 4)
         return Forest(
-            seed=header["seed"],
-            first_model=header["first_model"],
-            num_models=header["num_models"],
+            lots=_lots(folder, header),
             symbols=tuple(header["symbols"]),
             rules=tuple(RuleName(symbol, n, tuple(branch), line) for symbol, n, branch, line in header["rules"]),
             sites=tuple(map(_site, header["sites"])),
@@ -122,16 +131,51 @@ def load_forest(folder: Path | str) -> Forest:
             meshes=_meshes_from_arrow(pq.read_table(folder / "meshes.parquet")),
             materials=_materials_from_arrow(pq.read_table(folder / "materials.parquet")),
             texture_maps=maps,
-            origins=_origins(header),
         )
-    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError, pa.ArrowException) as error:
+    except (
+        OSError,
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        RecursionError,
+        UsageError,
+        pa.ArrowException,
+    ) as error:
         raise AssetError(f"{folder}: the derivations are damaged ({error}). Sample them again.") from error
 
 
-def _origins(header: Mapping[str, Any]) -> Array:
-    """[num_models, 3] as the header has them, and zeros for a header of an earlier version."""
-    shape = header["num_models"], 3
-    return np.array(header["origins"], np.float64).reshape(shape) if "origins" in header else np.zeros(shape)
+def _lots_to_arrow(lots: Lots) -> pa.Table:
+    columns = {name: pa.array(getattr(lots, name)) for name in ("seed", "model", "footprint", "start_rule")}
+    for name, column in lots.attributes.items():
+        columns[_ATTRIBUTE + name] = pa.array(column.values, mask=~column.given)
+    return pa.table(columns)
+
+
+def _lots(folder: Path, header: Mapping[str, Any]) -> Lots:
+    """The lots of a stored forest; of an earlier format only what it says, on the default footprint."""
+    if header["format"] < _SINCE["lots.parquet"]:
+        return Lots.of(header["num_models"], header["seed"], first_model=header["first_model"])
+    table = pq.read_table(folder / "lots.parquet")
+    points, counts = _flat(pq.read_table(folder / "footprints.parquet").column("points"))
+    names = [name for name in table.column_names if name.startswith(_ATTRIBUTE)]
+    return Lots(
+        seed=_from_arrow(table.column("seed")),
+        model=_from_arrow(table.column("model")),
+        footprints=Footprints(points, offsets_from_counts(counts)),
+        footprint=_from_arrow(table.column("footprint")),
+        attributes={name.removeprefix(_ATTRIBUTE): _attribute(table.column(name)) for name in names},
+        start_rules=tuple(header["start_rules"]),
+        start_rule=_from_arrow(table.column("start_rule")),
+    )
+
+
+def _attribute(column: pa.ChunkedArray) -> AttributeColumn:
+    given = column.is_valid().to_numpy()
+    if pa.types.is_string(column.type):
+        return AttributeColumn(np.array(column.fill_null("").to_pylist(), dtype=np.str_), given)
+    values = column.fill_null(False if pa.types.is_boolean(column.type) else 0.0).to_numpy()
+    return AttributeColumn(values, given)
 
 
 def _site(entry: str | Sequence[Any]) -> Site:

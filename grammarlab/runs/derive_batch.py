@@ -8,16 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from grammarlab.derivation.compiler import compile_grammar
-from grammarlab.derivation.derive import DEFAULT_FOOTPRINT, derive
+from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.program import Program
 from grammarlab.export import save_each
 from grammarlab.export.textures import image_file
 from grammarlab.files import file_hash
 from grammarlab.geometry.assets import AssetFolder
-from grammarlab.language.attribute_values import fit_properties
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.batches import Batch
+from grammarlab.runs.batches import Batch, lots_of
 from grammarlab.runs.checks import grammar_to_run
 from grammarlab.runs.derivations import FILES, save_forest
 from grammarlab.runs.examples import SUFFIX
@@ -92,21 +91,6 @@ def _missing_images(forest: Forest, assets: Path) -> tuple[str, ...]:
 
 
 def derive_batch(request: SampleRequest, batch: Batch) -> Forest:
-    """The forest of a batch; what a footprint's file says replaces attributes, options of the request replace both."""
+    """The forest of a batch."""
     grammar, program = compiled(request.text, request.name)
-    attributes = dict(request.attributes)
-    polygon = None
-    if batch.footprint >= 0:
-        footprint = request.footprints[batch.footprint]
-        polygon = footprint.polygon
-        attributes = fit_properties(footprint.properties, grammar) | attributes
-    return derive(
-        program,
-        batch.num_models,
-        request.seed,
-        first_model=batch.first_model,
-        attributes=attributes,
-        start_rule=request.start_rule or None,
-        footprint=DEFAULT_FOOTPRINT if polygon is None else polygon,
-        assets=asset_folder(request.assets),
-    )
+    return derive(program, lots_of(request, batch, grammar), assets=asset_folder(request.assets))

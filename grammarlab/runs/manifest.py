@@ -21,7 +21,9 @@ from grammarlab.runs.records import ModelRecord
 from grammarlab.runs.request import SampleRequest
 
 MANIFEST = "manifest.json"
-FORMAT = 1
+FORMAT = 2
+"""Version of the file. In version 1 a batch held the models of one footprint, never of several."""
+_FIRST_FORMAT, BATCHES_OVER_FOOTPRINTS = 1, 2
 MAX_FILE_BYTES = 1 << 30
 _LIBRARIES = ("numpy", "scipy", "shapely", "trimesh", "embreex", "mapbox_earcut", "pillow", "pyarrow", "lark")
 _GL_LIBRARIES = ("pyrender-maintained", "PyOpenGL")
@@ -33,6 +35,8 @@ class Manifest:
     """A run that was made, or is being made."""
 
     request: SampleRequest
+    format: int
+    """The version of the file that it was read from."""
     complete: bool
     """False while the run is going on, and after it was interrupted."""
     versions: Mapping[str, str]
@@ -98,8 +102,9 @@ def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
         raise AssetError(f"{path}: larger than {MAX_FILE_BYTES} bytes, which no manifest of ours is.")
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
-        if values["format"] != FORMAT:
-            raise AssetError(f"{path}: expected a manifest of format {FORMAT}, found format {values['format']}.")
+        version = values["format"]
+        if version not in range(_FIRST_FORMAT, FORMAT + 1):
+            raise AssetError(f"{path}: expected a manifest of format {FORMAT}, found format {version}.")
         text = values["grammar"]["text"]
         request = SampleRequest.from_json(
             values["request"], text, assets or _find_assets(values["assets"], path.parent)
@@ -108,6 +113,7 @@ def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
             raise AssetError(f"{path}: the grammar text does not fit its hash; somebody changed one of them.")
         return Manifest(
             request,
+            version,
             values["complete"] is True,
             dict(values["versions"]),
             tuple(values["models"]),

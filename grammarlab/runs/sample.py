@@ -17,7 +17,7 @@ from grammarlab.runs.batches import cut_batches
 from grammarlab.runs.clearing import clear_run
 from grammarlab.runs.derive_batch import compiled, sample_batch
 from grammarlab.runs.executors import SERIAL, AbstractExecutor
-from grammarlab.runs.manifest import MANIFEST, Manifest, read_manifest, write_manifest
+from grammarlab.runs.manifest import BATCHES_OVER_FOOTPRINTS, MANIFEST, Manifest, read_manifest, write_manifest
 from grammarlab.runs.missing_assets import warnings_of
 from grammarlab.runs.records import DERIVATIONS, BatchRecord, ModelRecord, read_record
 from grammarlab.runs.request import SampleRequest
@@ -161,6 +161,11 @@ def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str
         raise UsageError(
             f"{folder} holds another run than the one to resume: {difference}. "
             "Repeat the options of that run, or write into another folder."
+        )
+    if manifest.format < BATCHES_OVER_FOOTPRINTS and len(request.footprints) > 1:
+        raise UsageError(
+            f"{folder} holds a run on {len(request.footprints)} footprints of an earlier version, which cut it into "
+            "other batches, so that it cannot be resumed. Run it again without --resume: its files are replaced."
         )
 
 

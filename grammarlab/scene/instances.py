@@ -58,13 +58,12 @@ def realize(forest: Forest) -> Scene:
     """
     leaves = forest.leaves
     materials, material_of_old = _sorted(forest.materials)
-    model, material = forest.nodes.model[leaves.node], material_of_old[leaves.material]
-    order = stable_order(model, material)
+    order, material = _order(forest, material_of_old), material_of_old[leaves.material]
     scene = Scene(
         forest.num_models,
         forest.meshes,
         materials,
-        model[order],
+        forest.nodes.model[leaves.node[order]],
         leaves.mesh[order],
         material[order],
         leaves.position.take(order, axis=0),
@@ -111,6 +110,15 @@ def _brought_near(scene: Scene) -> Scene:
         texture_maps=maps,
         origins=scene.origins + moves,
     )
+
+
+def leaf_order(forest: Forest) -> NDArray[np.intp]:
+    """The rows of the leaves of a forest in the order of the instances of its scene."""
+    return _order(forest, _sorted(forest.materials)[1])
+
+
+def _order(forest: Forest, material_of_old: NDArray[np.integer]) -> NDArray[np.intp]:
+    return stable_order(forest.nodes.model[forest.leaves.node], material_of_old[forest.leaves.material])
 
 
 def stable_order(first: NDArray[np.integer], second: NDArray[np.integer]) -> NDArray[np.intp]:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Ints, offsets_from_counts, row_of_value, take_rows
+from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.materials import Materials
 from grammarlab.geometry.triangulate import triangulate
 from grammarlab.scene.checks import require_finite
-from grammarlab.scene.instances import Scene, chosen, stable_order
+from grammarlab.scene.instances import Scene, chosen, leaf_order, realize, stable_order
 from grammarlab.scene.placement import place
 from grammarlab.scene.shading import shade
 
@@ -167,6 +168,13 @@ def count_triangles(scene: Scene) -> Ints:
     _, face = triangulate(meshes)
     per_mesh = np.bincount(meshes.mesh_of_face()[face], minlength=len(meshes))
     return np.bincount(scene.model, weights=per_mesh[mesh], minlength=scene.num_models).astype(np.int64)
+
+
+def leaf_of_triangle(forest: Forest) -> Ints:
+    """[T] which leaf of a forest each triangle of ``triangles(realize(forest))`` is of, a row of `Forest.leaves`."""
+    scene = realize(forest)
+    alone = replace(scene, num_models=len(scene), model=np.arange(len(scene), dtype=np.int32))
+    return leaf_order(forest).repeat(count_triangles(alone))
 
 
 def _in_groups(scene: Scene, has_triangles: NDArray[np.bool_]) -> Scene:

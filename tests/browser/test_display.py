@@ -9,6 +9,8 @@ import pytest
 from PIL import Image
 from playwright.sync_api import expect
 
+from grammarlab.learning.addresses import Address
+from grammarlab.runs.trace import as_values, trace_model
 from tests.browser.driver import Server
 
 
@@ -128,6 +130,81 @@ def test_the_3d_view_is_used_by_keys_alone(towers):
     towers.expect_saved()
     expect(towers.cell(5)).to_be_focused()
     assert towers.scores()[4:6] == ["", "60"]
+
+
+def test_a_click_into_the_3d_view_shows_the_rule_of_the_part_there(towers):
+    look_at(towers, 4)
+    before = shown(towers)
+    middle = centre(towers)
+    towers.page.mouse.click(*middle)
+    expect(rule(towers)).to_contain_text("toy.cga:")
+    text = rule(towers).inner_text()
+    expect_other_picture(towers, before)
+    rows = as_values(trace_model("toy", *address(towers, 4)))["nodes"]
+    way = towers.page.locator(".gl-path li").all_inner_texts()
+    assert [step.split()[0] for step in way[:2]] == ["Start", "MASS"]
+    made = {f"{row['symbol']} toy.cga:{place(row)} part" for row in rows if row["sizes"]}
+    assert any(text.startswith(part) for part in made)
+    towers.page.mouse.move(*middle)
+    towers.page.mouse.down()
+    towers.page.mouse.move(middle[0] + 60, middle[1], steps=4)
+    towers.page.mouse.up()
+    towers.button("Whole model").click()
+    assert rule(towers).inner_text() == text  # to drag is not to click
+    marked = shown(towers)
+    towers.page.mouse.click(middle[0] - 450, middle[1])
+    expect(rule(towers)).to_contain_text("Click a part")
+    expect_other_picture(towers, marked)
+
+
+def test_the_rules_of_all_parts_are_reached_by_keys_and_by_buttons(towers):
+    look_at(towers, 4)
+    before = shown(towers)
+    towers.press("ArrowDown")
+    expect(rule(towers)).to_contain_text("part 1 of 2")
+    expect_other_picture(towers, before)
+    towers.press("ArrowDown")
+    expect(rule(towers)).to_contain_text("part 2 of 2")
+    towers.button("Next part").press("Enter")
+    expect(rule(towers)).to_contain_text("part 1 of 2")
+    towers.button("Previous part").click()
+    expect(rule(towers)).to_contain_text("part 2 of 2")
+    towers.press("ArrowRight")
+    expect(rule(towers)).to_contain_text("Click a part")
+    towers.press("Escape")
+
+
+def test_a_finger_asks_for_the_rule_of_a_part(opened, server):
+    touched = opened(server.address, has_touch=True, color_scheme="dark", size=(420, 760))
+    look_at(touched, 0)
+    shown(touched)
+    touched.page.touchscreen.tap(*centre(touched))
+    expect(rule(touched)).to_contain_text("toy.cga:")
+
+
+def look_at(towers, position):
+    towers.cell(position).focus()
+    towers.press("Enter")
+
+
+def rule(towers):
+    return towers.page.locator(".gl-rule-text")
+
+
+def centre(towers):
+    box = towers.page.locator(".gl-room").bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def address(towers, position):
+    """Model and seed."""
+    _, seed, model = Address.parse(towers.models()[position])
+    return model, seed
+
+
+def place(row):
+    found = row["rule_at"] or row["made_at"]
+    return f"{found['line']}:{found['column']}"
 
 
 def shown(towers):

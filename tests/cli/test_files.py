@@ -121,6 +121,30 @@ def test_a_rule_graph_needs_a_known_kind_of_file(run, tmp_path):
     assert ".svg or .png" in run("show", "toy", "--graph", tmp_path / "graph.pdf", code=2).stderr
 
 
+def test_show_lists_how_a_model_was_derived(run):
+    arguments = ("show", "toy", "--model", 17, "--seed", 5)
+    lines = run(*arguments).stdout.splitlines()
+    assert lines[0].startswith("toy, model 17 of seed 5: 9 shapes")
+    values = json.loads(run(*arguments, "--json").stdout)
+    assert len(values["nodes"]) == 9 == len(run(*arguments, "--all").stdout.splitlines()) - 2
+    values = json.loads(run(*arguments, "--json", "--attr", "h1=2", "--footprint", "9x9").stdout)
+    assert "h1" not in {draw["site"] for draw in values["nodes"][0]["draws"]}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--seed", 5), "say which, as in --model 17 --seed 5"),
+        (("--all",), "--all is about one model"),
+        (("--model", 1, "--graph", "rules.svg"), "give one of them"),
+        (("--model", -1), "expected a whole number from 0"),
+        (("--model", 1, "--attr", "h1"), "name=value"),
+    ],
+)
+def test_show_says_what_is_missing_to_list_a_model(run, arguments, message):
+    assert message in run("show", "toy", *arguments, code=2).stderr
+
+
 def test_format_prints_checks_and_writes(run, rules):
     path = rules("Lot-->extrude( 3 )Wall // tall\n")
     printed = run("format", path).stdout

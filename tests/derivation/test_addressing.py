@@ -81,7 +81,7 @@ def test_chunks_are_the_models_of_one_batch():
     chunks = list(derive_chunks(grammar, 90, 5, nodes_per_chunk=300, assets=ASSETS))
     assert len(chunks) > 3
     assert [fingerprint(chunk, model) for chunk in chunks for model in range(chunk.num_models)] == whole
-    assert [chunk.first_model for chunk in chunks] == np.cumsum([0] + [c.num_models for c in chunks[:-1]]).tolist()
+    assert np.concatenate([chunk.lots.model for chunk in chunks]).tolist() == list(range(90))
 
 
 def _in_process(first: int) -> list[tuple]:

@@ -19,9 +19,9 @@ def sample(text: str, **options):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("Lot --> t(0, 1, 0) Lot", "Lot lead back to themselves more than 100 times in model 0"),
+        ("Lot --> t(0, 1, 0) Lot", "Lot lead back to themselves more than 100 times in model 0 of seed 1"),
         ("Lot --> A\nA --> B\nB --> 50% : A else : A", "A -> B lead back to themselves"),
-        ("Lot --> Lot Lot", "model 0 has more than 5000 shapes after the rule Lot"),
+        ("Lot --> Lot Lot", "model 0 of seed 1 has more than 5000 shapes after the rule Lot"),
         ("Lot --> split(x) { { 0.0001 : A }* }", r"<text>:1:9: one operation would make 400000 parts of 2 shapes"),
         ("Lot --> split(x) { { 0.001 : split(z) { { 0.01 : A }* } }* }", "parts of"),
         ("attr h = h + 1\nLot --> extrude(h) A", r"<text>:1:6: the value of h depends on itself: h -> h"),

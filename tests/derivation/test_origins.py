@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.derivation import derive
+from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.origins import NEAR, brought_near, origins_of
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.language.grammar import Grammar
@@ -100,6 +102,22 @@ def test_origins_go_with_their_models():
     joined = join_forests([near, far])
     assert joined.origins.tolist() == [[0.0] * 3] + 3 * [far.origins[0].tolist()]
     assert select_models(joined, np.array([0, 2])).origins.tolist() == joined.origins[[0, 2]].tolist()
+
+
+def test_far_and_near_lots_share_a_batch():
+    """Each is where it would be alone, to the last bit."""
+    text = 'Lot --> extrude(rand(3, 9)) comp(f) { side : report("x", initialShape.origin.px + scope.elevation) A }'
+    program = compile_grammar(Grammar.parse(text))
+    lots = Lots.concatenate([Lots.of(2, 3, footprint=LOT + place) for place in (PLACE, 0 * PLACE, -PLACE)])
+    lots = lots.take(np.array([4, 0, 3, 1, 2, 5]))
+    forest = derive(program, lots)
+    assert forest.origins.any(axis=1).tolist() == [True, True, False, True, False, True]
+    for model in range(len(lots)):
+        mine, alone = select_models(forest, np.array([model])), derive(program, lots.take(np.array([model])))
+        assert mine.origins.tolist() == alone.origins.tolist()
+        assert mine.leaves.position.tolist() == alone.leaves.position.tolist()
+        assert mine.leaves.size.tolist() == alone.leaves.size.tolist()
+        assert mine.reports.value.tolist() == alone.reports.value.tolist()
 
 
 places = st.tuples(*[st.floats(-2e7, 2e7, allow_subnormal=False)] * 3)

@@ -52,7 +52,7 @@ def test_selected_models_are_what_they_were():
     kept = np.array([3, 4, 17, 39])
     some = select_models(forest, kept)
     assert some.num_models == 4
-    assert some.first_model == 3
+    assert some.lots.model.tolist() == kept.tolist()
     assert leaves_by_model(some) == [leaves_by_model(forest)[i] for i in kept]
     assert reports_by_model(some) == [reports_by_model(forest)[i] for i in kept]
     np.testing.assert_array_equal(some.log_probability(), forest.log_probability()[kept])

@@ -7,6 +7,7 @@ import re
 import numpy as np
 
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site
+from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.geometry.mesh import Meshes
 
@@ -58,9 +59,7 @@ def _forest(num_models, symbols, rules, sites, nodes, draws) -> Forest:
     drawn = np.array(draws, dtype=float).reshape(-1, 3)
     none = np.zeros(0, np.int32)
     return Forest(
-        0,
-        0,
-        num_models,
+        Lots.of(num_models, seed=0),
         symbols,
         tuple(RuleName(symbol, 0, () if branch is None else (branch,), 1) for symbol, branch in rules),
         tuple(Site(name, "uniform", name, 1, 0) for name in sites),
@@ -79,5 +78,4 @@ def _forest(num_models, symbols, rules, sites, nodes, draws) -> Forest:
         Meshes.from_polygons(np.zeros((0, 3)), np.zeros(0, np.int64)),
         Materials(np.zeros((0, len(CHANNELS))), ()),
         np.zeros((0, 2, 4)),
-        np.zeros((num_models, 3)),
     )

@@ -11,6 +11,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site
+from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.features.pattern import Below, Pattern
 from grammarlab.geometry.mesh import Meshes
@@ -40,9 +41,7 @@ def forest_of(
     empty = np.zeros(0, np.int32)
     num_models = int(table[:, 0].max(initial=-1)) + 1 if num_models is None else num_models
     return Forest(
-        seed=0,
-        first_model=0,
-        num_models=num_models,
+        lots=Lots.of(num_models, seed=0),
         symbols=SYMBOLS,
         rules=RULES,
         sites=SITES,
@@ -56,7 +55,6 @@ def forest_of(
         meshes=Meshes.from_polygons(np.zeros((0, 3)), np.zeros(0, np.int64)),
         materials=Materials(np.zeros((0, len(CHANNELS))), ()),
         texture_maps=np.zeros((0, 2, 4)),
-        origins=np.zeros((num_models, 3)),
     )
 
 

@@ -1,11 +1,13 @@
 """The models of a grammar as designs: addresses name them, and the proposal shows what is rare."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from grammarlab.derivation.derive import derive
+from grammarlab.derivation.selection import select_models
 from grammarlab.errors import UsageError
 from grammarlab.features.pattern import HalfSpace, Threshold
 from grammarlab.language.grammar import Grammar
@@ -120,7 +122,7 @@ def test_bounds_on_draws_are_searched_for_where_the_families_say_so():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"start_rule": "Block"}, "begin with Block"),
+        ({"start_rule": "Nothing"}, "no rule without parameters is called Nothing"),
         ({"attributes": '{"depth":3}'}, "depth, which is not an attribute"),
         ({"footprint": "/etc/hosts"}, "is a file"),
         ({"footprint": "round"}, "expected WIDTHxDEPTH"),
@@ -135,3 +137,27 @@ def test_addresses_with_a_footprint_and_attributes_are_followed():
     address = Address(False, 1, 0, attributes='{"h":7}', footprint="4x2")
     top = SPACE.realize([address])
     assert (top.position + top.size)[:, 1].max() == pytest.approx(7.0)
+
+
+def test_designs_of_any_addresses_are_made_as_each_of_them_is_alone():
+    ways = [
+        (False, 3, 5, {}),
+        (False, 3, 17, {}),
+        (False, 3, 17, {"footprint": "9x4"}),
+        (False, 2**64 - 1, 2, {"start_rule": "Block"}),
+        (True, 3, 5, {"attributes": '{"h":2}'}),
+    ]
+    addresses = sorted(Address(flat, seed, model, **how) for flat, seed, model, how in ways)
+    forest = SPACE.make(addresses)
+    assert forest.num_models == len(ways)
+    for row, address in enumerate(addresses):
+        options = {"start_rule": address.start_rule or None, "attributes": json.loads(address.attributes)}
+        options |= {"footprint": (9.0, 4.0)} if address.footprint else {}
+        program = SPACE.proposal.program if address.flat else SPACE.program
+        alone = derive(program, 1, address.seed, first_model=address.model, **options)
+        mine = select_models(forest, np.array([row]))
+        assert str(mine.lots) == f"model {address.model} of seed {address.seed}"
+        assert mine.log_probability() == alone.log_probability()
+        for name in ("symbol", "rule", "child", "repeat", "parent"):
+            np.testing.assert_array_equal(getattr(mine.nodes, name), getattr(alone.nodes, name))
+    assert SPACE.make([]).num_models == 0

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from grammarlab.derivation.addresses import number_sites
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.materials import CHANNELS
 from grammarlab.geometry.mesh import Meshes
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import Call, Node, Stochastic
 from tests.oracle.interpreter import Model
+from tests.oracle.numbers import nodes_of, number_sites
 
 Path = tuple[tuple[int, int], ...]
 """The way from the root: (child, repeat) at each step."""
@@ -146,18 +146,8 @@ def polygons_of(meshes: Meshes, mesh: int) -> Faces:
 def random_places(grammar: Grammar) -> list[int]:
     """The numbers of the random expressions of a grammar, in the order of the text."""
     numbers = number_sites(grammar.tree)
-    return [numbers[id(node)] for node in _nodes(grammar.tree) if _is_random(node)]
+    return [numbers[id(node)] for node in nodes_of(grammar.tree) if _is_random(node)]
 
 
 def _is_random(node: Node) -> bool:
     return isinstance(node, Stochastic) or (isinstance(node, Call) and node.function in {"rand", "p", "fileRandom"})
-
-
-def _nodes(item: object) -> Iterator[Node]:
-    if isinstance(item, Node):
-        yield item
-        for member in fields(item):
-            yield from _nodes(getattr(item, member.name))
-    elif isinstance(item, tuple):
-        for member in item:
-            yield from _nodes(member)

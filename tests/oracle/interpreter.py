@@ -1,7 +1,7 @@
 """The oracle: CGA for one model and one shape at a time, as plainly as it can be said.
 
-`interpret` derives one model. It shares with the columnar engine the syntax tree, the hash behind the random
-numbers and the numbering of the places that draw; everything else is its own.
+`interpret` derives one model. It shares with the columnar engine the syntax tree and the hash behind the
+random numbers; everything else is its own.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from grammarlab.derivation.addresses import number_sites
 from grammarlab.errors import DerivationError
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax import Block, Choice, Invoke, Node, Rule, Scoped, Sequence, alternatives
@@ -20,6 +19,7 @@ from grammarlab.randomness import fold, root_keys
 from tests.oracle.blocks import BLOCKS, Piece, flat_parts
 from tests.oracle.expressions import Scope, choose, evaluate
 from tests.oracle.heavy import HEAVY as OPERATIONS
+from tests.oracle.numbers import number_sites
 from tests.oracle.operations import KEYWORDS, Argument, Call, argument
 from tests.oracle.shape import Mesh, Shape, Value, initial_shape
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from grammarlab.arrays import offsets_from_counts
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site
+from grammarlab.derivation.lots import AttributeColumn, Footprints, Lots
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.geometry.mesh import Meshes
 
@@ -20,9 +21,7 @@ def random_forest(rng: np.random.Generator, num_models: int, num_nodes: int, num
 
     rules = tuple(RuleName(f"Rule{i}", i % 3, tuple(range(i % 4)), i + 1) for i in range(4))
     return Forest(
-        seed=int(rng.integers(0, 2**63)),
-        first_model=int(rng.integers(0, 2**40)),
-        num_models=num_models,
+        lots=random_lots(rng, num_models),
         symbols=("Lot", "Mass", "Fenêtre"),
         rules=rules,
         sites=(Site("Lot#2", "choice", "Lot", 12, 3),),
@@ -59,7 +58,27 @@ def random_forest(rng: np.random.Generator, num_models: int, num_nodes: int, num
         meshes=random_meshes(rng, 5),
         materials=Materials(rng.random((2, len(CHANNELS))), ("", "wood/oak.jpg")),
         texture_maps=floats(2, 2, 4),
-        origins=floats(num_models, 3),
+    )
+
+
+def random_lots(rng: np.random.Generator, num_models: int) -> Lots:
+    """Lots that differ in everything."""
+    footprints = Footprints.of([(8.0, 6.0), rng.standard_normal((5, 3)) + 3e6, (1.0, 2.0)])
+    given = rng.random((3, num_models)) < 0.6
+    values = (
+        rng.standard_normal(num_models),
+        rng.random(num_models) < 0.5,
+        np.array([("é", "", "tile")[i % 3] for i in range(num_models)]),
+    )
+    columns = zip(("height", "shops", "style"), values, given, strict=True)
+    return Lots(
+        seed=rng.integers(0, 2**64, num_models, dtype=np.uint64),
+        model=rng.integers(0, 2**64, num_models, dtype=np.uint64),
+        footprints=footprints,
+        footprint=rng.integers(0, 3, num_models, dtype=np.int32),
+        attributes={n: AttributeColumn(np.where(g, v, np.zeros(1, v.dtype)), g) for n, v, g in columns},
+        start_rules=("Roof", ""),
+        start_rule=rng.integers(0, 2, num_models, dtype=np.int32),
     )
 
 
@@ -84,8 +103,14 @@ def assert_same(a: Any, b: Any, path: str = "forest") -> None:
     if is_dataclass(a):
         for field in fields(a):
             assert_same(getattr(a, field.name), getattr(b, field.name), f"{path}.{field.name}")
+    elif isinstance(a, np.ndarray) and a.dtype.kind == "U":
+        assert a.tolist() == b.tolist(), path
     elif isinstance(a, np.ndarray):
         assert (a.dtype, a.shape) == (b.dtype, b.shape), path
         assert a.tobytes() == b.tobytes(), path
+    elif isinstance(a, dict):
+        assert list(a) == list(b), path
+        for key in a:
+            assert_same(a[key], b[key], f"{path}.{key}")
     else:
         assert a == b, path

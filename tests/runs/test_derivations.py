@@ -2,14 +2,19 @@
 
 import copy
 import json
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from grammarlab.derivation import derive
 from grammarlab.errors import AssetError
+from grammarlab.language.grammar import Grammar
 from grammarlab.runs.derivations import load_forest, save_forest
 from tests.runs.forests import assert_same, random_forest
 
@@ -82,9 +87,38 @@ def test_a_later_format_is_refused(saved):
         load_forest(saved)
 
 
+ADDRESSES = {"seed": 5, "first_model": 7, "num_models": 3}
+"""What headers held before there were lots."""
+
+
+def test_a_stored_forest_of_the_third_format_is_what_its_grammar_derives_today():
+    data = Path(__file__).parent / "data"
+    derived = derive(Grammar.parse((data / "format-3.cga").read_text()), 3, 5, first_model=7)
+    assert_same(load_forest(data / "format-3"), replace(derived, prints=(), missing_assets=()))
+
+
+@pytest.mark.parametrize(
+    ("file", "column", "value"),
+    [
+        ("lots", "footprint", 3),
+        ("lots", "start_rule", -1),
+        ("lots", "model", None),
+        ("lots", "seed", None),
+        ("footprints", "points", None),
+    ],
+)
+def test_lots_that_point_nowhere_are_damage(saved, file, column, value):
+    table = pq.read_table(saved / f"{file}.parquet")
+    place, values = table.column_names.index(column), [value] * len(table)
+    table = table.set_column(place, column, pa.array(values, type=table.schema.field(column).type))
+    pq.write_table(table, saved / f"{file}.parquet")
+    with pytest.raises(AssetError, match="damaged"):
+        load_forest(saved)
+
+
 def test_the_first_format_is_still_read(saved):
     header = json.loads((saved / "forest.json").read_text())
-    header |= {"format": 1, "sites": ["choice of 3 (line 12)", "rand (line 4)"]}
+    header |= {"format": 1, **ADDRESSES, "sites": ["choice of 3 (line 12)", "rand (line 4)"]}
     (saved / "forest.json").write_text(json.dumps(header))
     sites = load_forest(saved).sites
     assert [(site.kind, site.line, site.choices) for site in sites] == [("choice", 12, 3), ("uniform", 4, 0)]
@@ -103,7 +137,7 @@ def test_formats_without_texture_coordinates_are_still_read(tmp_path, version):
     header = json.loads((tmp_path / "d" / "forest.json").read_text())
     with pytest.raises(AssetError, match="damaged"):
         load_forest(tmp_path / "d")
-    (tmp_path / "d" / "forest.json").write_text(json.dumps({**header, "format": version, "sites": []}))
+    (tmp_path / "d" / "forest.json").write_text(json.dumps({**header, **ADDRESSES, "format": version, "sites": []}))
     read = load_forest(tmp_path / "d")
     assert (read.leaves.texture_map == -1).all()
     np.testing.assert_array_equal(read.leaves.mesh, forest.leaves.mesh)

@@ -47,7 +47,8 @@ def files_of(forest: Forest, model: int, folder: Path) -> dict[str, bytes]:
     scene, found = realize(forest), {}
     for suffix, reuse in WAYS:
         target = folder / suffix / reuse
-        save_each(scene, target, suffix, SaveOptions(reuse=reuse, assets=ASSETS), first_model=forest.first_model)
+        first = int(forest.lots.model[0])
+        save_each(scene, target, suffix, SaveOptions(reuse=reuse, assets=ASSETS), first_model=first)
         for path in target.glob(f"model_{model:05d}*"):
             found[f"{reuse} {path.name}"] = path.read_bytes()
     return found

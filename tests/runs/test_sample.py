@@ -301,12 +301,31 @@ def test_models_on_footprints_share_one_file_where_the_map_has_them(tmp_path):
     assert (low[[0, 2]], high[[0, 2]]) == (pytest.approx([0, -60]), pytest.approx([110, 0]))
 
 
-def test_batches_cover_every_model_once_and_never_span_footprints(tmp_path):
+def test_batches_cover_every_model_once_and_span_footprints(tmp_path):
     request = replace(tower(tmp_path, num_models=150), footprints=read_footprints("5x5") * 3)
     batches = cut_batches(request)
     models = [b.first_model + k for b in batches for k in range(b.num_models)]
     assert models == list(range(450))
-    assert all(b.first_model // 150 == b.footprint == (b.first_model + b.num_models - 1) // 150 for b in batches)
+    assert [b.num_models for b in batches] == [64] * 7 + [2]
+
+
+def test_runs_of_the_first_format_are_resumed_where_their_batches_are_the_same(tmp_path):
+    request = replace(tower(tmp_path, num_models=2), footprints=read_footprints("5x5") * 2)
+    for name, cut_alike in (("one", True), ("two", False)):
+        asked = replace(request, footprints=request.footprints[:1]) if cut_alike else request
+        first = sample_run(asked, tmp_path / name)
+        before = contents(first.folder)
+        values = json.loads(first.manifest.read_text())
+        first.manifest.write_text(json.dumps({**values, "format": 1}))
+        (first.folder / first.models[0].file).unlink()
+        if cut_alike:
+            sample_run(asked, first.folder, resume=True)
+            assert contents(first.folder) == before
+        else:
+            with pytest.raises(UsageError, match=r"2 footprints of an earlier version.*without --resume"):
+                sample_run(asked, first.folder, resume=True)
+            sample_run(asked, first.folder)
+            assert contents(first.folder) == before
 
 
 def test_errors_in_the_rules_come_before_anything_is_written(tmp_path):

@@ -12,6 +12,7 @@ from grammarlab.geometry import measure
 from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.importing import load
 from grammarlab.scene import realize, triangles
+from grammarlab.scene.triangles import leaf_of_triangle
 from tests.derivation.operations.leaves import world_meshes
 
 GRAMMARS = Path(__file__).parents[2] / "grammars"
@@ -35,6 +36,14 @@ def test_triangles_have_the_surface_of_the_leaves(name):
     batch = triangles(realize(forest))
     found = [triangle_areas(batch.model(index)).sum() for index in range(3)]
     assert found == pytest.approx(expected.tolist(), rel=1e-4)
+
+
+@pytest.mark.parametrize("name", ["toy", "furniture", "building", "airplane"])
+def test_the_triangles_of_a_leaf_have_its_surface(name):
+    forest = forest_of(name)
+    areas = triangle_areas(triangles(realize(forest)))
+    found = np.bincount(leaf_of_triangle(forest), areas, minlength=len(forest.leaves))
+    assert np.allclose(found, measure.areas(world_meshes(forest)), rtol=1e-3, atol=1e-4)
 
 
 def test_one_model_of_a_batch_is_the_model_alone():

@@ -9,7 +9,8 @@ import numpy as np
 
 from grammarlab.derivation.calls import Builtin, FunctionCall
 from grammarlab.derivation.shapes import ARRAY, Value, kind_of
-from grammarlab.derivation.tables import DEFAULTS, MAX_CELLS, Cell, Table, for_each, table_of
+from grammarlab.derivation.table_columns import for_each
+from grammarlab.derivation.tables import DEFAULTS, MAX_CELLS, Cell, Table, table_of
 from grammarlab.errors import BudgetError, DerivationError, Location
 
 

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.angles import euler_angles
-from grammarlab.derivation.choices import Code
 from grammarlab.derivation.functions.colors import to_hex
 from grammarlab.derivation.materials import CHANNELS, REMEMBERED, MaterialPool
 from grammarlab.derivation.pivots import PIVOT_POSITION, pivot_position
 from grammarlab.derivation.shapes import Ids, Shapes, Value
-
-if TYPE_CHECKING:
-    from grammarlab.derivation.workspace import Workspace
+from grammarlab.derivation.workspace import Code, Workspace
 
 STATE_DEFAULTS: dict[str, float | str | bool] = {
     "split.index": 0.0,
@@ -110,8 +106,8 @@ SHAPE_ATTRIBUTES: dict[str, Code] = {
     "material.color.rgb": _of_material(_color),
     "material.colormap": _of_material(lambda pool, material: pool.texture(material)),
     "initialShape.name": lambda shapes, workspace: "InitialShape",
-    "initialShape.startRule": lambda shapes, workspace: workspace.start_symbol,
-    "initialShape.symbol": lambda shapes, workspace: workspace.start_symbol,
+    "initialShape.startRule": lambda shapes, workspace: workspace.start_symbol(shapes),
+    "initialShape.symbol": lambda shapes, workspace: workspace.start_symbol(shapes),
     **{f"initialShape.origin.p{_AXES[axis]}": _origin(axis) for axis in range(3)},
     **{f"initialShape.origin.o{_AXES[axis]}": _origin_turn(axis) for axis in range(3)},
 }

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import isfinite
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from grammarlab.derivation.calls import Builtin, FunctionCall
 from grammarlab.derivation.operators import check_length, number_text
 from grammarlab.derivation.shapes import Shapes, Value, kind_of
-from grammarlab.derivation.tables import texts_of
+from grammarlab.derivation.table_columns import texts_of
+from grammarlab.derivation.workspace import Workspace
 from grammarlab.errors import DerivationError
 from grammarlab.language.builtins import functions
-
-if TYPE_CHECKING:
-    from grammarlab.derivation.workspace import Workspace
 
 
 def text_function(apply: Callable[..., str | float | bool], num_arguments: tuple[int, int] = (1, 1)) -> Builtin:

@@ -14,7 +14,7 @@ from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.meshes import add_faces, normalized
 from grammarlab.derivation.pivots import with_pivot
 from grammarlab.derivation.shapes import BOX, EMPTY, FACE, Floats, Shapes
-from grammarlab.derivation.texture_maps import carried
+from grammarlab.derivation.texture_transfer import carried
 from grammarlab.geometry.measure import corner_edges, face_areas, face_normals
 from grammarlab.geometry.mesh import Meshes
 

@@ -66,7 +66,7 @@ def set_attribute(call: Call) -> Shapes:
     From here on and below.
     """
     name, argument = str(call.arguments[0].value), call.arguments[1]
-    if name in call.workspace.program.attributes:
+    if name in call.workspace.attributes:
         return call.shapes._replace(state={**call.shapes.state, name: argument.value})
     if name in PLACEMENT:
         return set_placement(call, name, argument)

@@ -312,7 +312,7 @@ def _part(call: Call, components: AbstractComponents, chosen: Rows, head: Head) 
 
 def _indexed(call: Call, made: Shapes, row: Rows, head: Head) -> Shapes:
     """Components that know their place, number and selector, where the grammar asks."""
-    asked = call.workspace.program.state_names & {"comp.index", "comp.total", "comp.sel"}
+    asked = call.workspace.state_names & {"comp.index", "comp.total", "comp.sel"}
     if not asked:
         return made
     counts = np.bincount(row, minlength=call.shapes.num)

@@ -7,7 +7,7 @@ import numpy as np
 from grammarlab.derivation.calls import Call, Operation
 from grammarlab.derivation.meshes import mirrored, upright
 from grammarlab.derivation.shapes import BOX, FOOTPRINT, Floats, Ids, Shapes
-from grammarlab.derivation.texture_maps import without_maps
+from grammarlab.derivation.texture_transfer import without_maps
 from grammarlab.geometry import primitives
 
 _INSERT_WORDS = frozenset(

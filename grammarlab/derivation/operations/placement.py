@@ -8,7 +8,7 @@ from grammarlab.derivation.functions.attributes import turn_angles
 from grammarlab.derivation.operations.scope import s
 from grammarlab.derivation.pivots import pivot_position, with_pivot
 from grammarlab.derivation.shapes import Shapes
-from grammarlab.derivation.texture_maps import carried
+from grammarlab.derivation.texture_transfer import carried
 
 PLACEMENT = frozenset(
     f"{kind}{axis}" for kind in ("scope.t", "scope.r", "scope.s", "pivot.p", "pivot.o") for axis in "xyz"

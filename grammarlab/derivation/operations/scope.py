@@ -12,7 +12,7 @@ from grammarlab.derivation.calls import Argument, Call, Operation, OperationFunc
 from grammarlab.derivation.meshes import mirrored
 from grammarlab.derivation.pivots import pivot_position
 from grammarlab.derivation.shapes import Shapes
-from grammarlab.derivation.texture_maps import carried
+from grammarlab.derivation.texture_transfer import carried
 
 Floats = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ _INDICES = frozenset({"split.index", "split.total"})
 
 def asked_indices(workspace: Workspace) -> frozenset[str]:
     """Which of ``split.index`` and ``split.total`` the grammar reads."""
-    return workspace.program.state_names & _INDICES
+    return workspace.state_names & _INDICES
 
 
 def elements_of(call: Call, heads: Sequence[Head], length: Floats) -> list[Element]:

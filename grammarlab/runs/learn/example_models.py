@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports
+from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests
@@ -120,9 +121,7 @@ def _forest(file: Path, program: Program, slots: _Slots) -> Forest:
     none, empty = np.zeros(0, dtype=np.int32), np.zeros((0, 3))
     zero = np.zeros(1, dtype=np.int64)
     return Forest(
-        seed=0,
-        first_model=0,
-        num_models=names.num_models,
+        lots=Lots.of(names.num_models, seed=0),
         symbols=program.symbols,
         rules=program.rule_names,
         sites=program.sites,
@@ -134,7 +133,6 @@ def _forest(file: Path, program: Program, slots: _Slots) -> Forest:
         meshes=Meshes(empty, zero[:0], zero, zero, zero, np.zeros(0, dtype=np.int8)),
         materials=Materials(np.zeros((0, len(CHANNELS))), ()),
         texture_maps=np.zeros((0, 2, 4)),
-        origins=np.zeros((names.num_models, 3)),
     )
 
 
@@ -219,9 +217,9 @@ def _nodes(columns: Mapping[str, Ints], names: _Names, slots: _Slots) -> Nodes:
     return Nodes(
         model.astype(np.int32),
         parent.astype(np.int32),
-        symbol.astype(np.int16),
-        own_rule.astype(np.int16),
-        columns["child"].astype(np.int16),
+        symbol.astype(slots.program.id_type),
+        own_rule.astype(slots.program.id_type),
+        columns["child"].astype(slots.program.id_type),
         columns["repeat"].astype(np.int32),
     )
 
@@ -239,7 +237,7 @@ def _draws(columns: Mapping[str, NDArray[Any]], names: _Names, num_nodes: int, p
     choices = np.array([found.choices for found in program.sites], dtype=np.int64)[own[kept]]
     if ((choices > 0) & ((value < 0) | (value >= choices) | (value != np.floor(value)))).any():
         raise ValueError("a choice has no branch of that number")
-    return Draws(node[kept].astype(np.int32), own[kept].astype(np.int16), value, log_density)
+    return Draws(node[kept].astype(np.int32), own[kept].astype(program.id_type), value, log_density)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,7 +14,10 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
+from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.program import Program
+from grammarlab.derivation.vocabulary import number_grammar
 from grammarlab.errors import Finding, GrammarlabError
 from grammarlab.export.glb import merged_glb
 from grammarlab.geometry.assets import AssetFolder
@@ -28,7 +31,8 @@ from grammarlab.runs.checks import grammar_to_run
 from grammarlab.runs.examples import SUFFIX
 from grammarlab.runs.missing_assets import warnings_of
 from grammarlab.runs.scoring.crew import Handler, Report
-from grammarlab.runs.scoring.tasks import Begin, Draw, Drawn, MakeGlb
+from grammarlab.runs.scoring.parts import PartFinder
+from grammarlab.runs.scoring.tasks import Begin, Draw, Drawn, FindPart, MakeGlb, Part
 from grammarlab.runs.sheet_page import PAPER
 from grammarlab.runs.tiles import seen_points
 from grammarlab.scene import TriangleBatch, realize, triangles
@@ -41,7 +45,7 @@ MAX_GLB_BYTES = 128 << 20
 
 
 def artist(text: str, name: str, assets: str) -> Handler:
-    """What does `Draw` and `MakeGlb` tasks for a grammar."""
+    """What does `Draw`, `MakeGlb` and `FindPart` tasks for a grammar."""
     grammar = grammar_to_run(text, f"{name}{SUFFIX}")
     return _Studio(grammar, compile_grammar(grammar), Path(assets), AssetFolder(Path(assets))).do
 
@@ -56,6 +60,8 @@ class _Studio:
     known_assets: AssetFolder
     """The same, with what was read of it."""
     models: OrderedDict[str, TriangleBatch] = field(default_factory=OrderedDict)
+    parts: PartFinder | None = None
+    """For the model whose parts were asked for last."""
     warnings: dict[Finding, None] = field(default_factory=dict)
     """About any model so far."""
 
@@ -63,11 +69,13 @@ class _Studio:
     def flattened(self) -> Program:
         return flattened(self.grammar).program
 
-    def do(self, request: Begin | Draw | MakeGlb, _report: Report) -> Drawn | bytes | bool:
+    def do(self, request: Begin | Draw | MakeGlb | FindPart, _report: Report) -> Drawn | Part | bytes | bool:
         if isinstance(request, Begin):
             return True
         if isinstance(request, MakeGlb):
             return self._glb(request.model)
+        if isinstance(request, FindPart):
+            return self._part(request)
         pictures = self._draw(request.models, RenderOptions(request.size, request.size, request.samples))
         return Drawn(tuple(pictures), tuple(self.warnings))
 
@@ -76,6 +84,18 @@ class _Studio:
         if len(content) > MAX_GLB_BYTES:
             raise GrammarlabError(f"model {model} is too large to be shown: {len(content) >> 20} MiB.")
         return content
+
+    def _part(self, request: FindPart) -> Part:
+        if self.parts is None or self.parts.model != request.model:
+            forest = self._forest([Address.parse(request.model)])
+            self.parts = PartFinder.of(request.model, forest, number_grammar(self.grammar))
+        return self.parts.find(request.number, request.is_triangle)
+
+    def _forest(self, addresses: Sequence[Address]) -> Forest:
+        """Models of one grammar, at least one."""
+        program = self.flattened if addresses[0].flat else self.program
+        lots = Lots.at([address.seed for address in addresses], [address.model for address in addresses])
+        return derive(program, lots, assets=self.known_assets)
 
     def _draw(self, models: Sequence[str], options: RenderOptions) -> list[NDArray[np.uint8]]:
         # A model that cannot be derived is told about when somebody looks at it closely; others are no worse for it.
@@ -97,26 +117,13 @@ class _Studio:
         return self.models[text]
 
     def _derive(self, addresses: Sequence[Address]) -> None:
-        """Models into memory; those that follow each other are derived together, which is faster."""
-        for run in _runs(addresses):
-            first = run[0]
-            program = self.flattened if first.flat else self.program
-            forest = derive(program, len(run), first.seed, first_model=first.model, assets=self.known_assets)
+        """Models into memory, all of one grammar together."""
+        for flat in {address.flat: None for address in addresses}:
+            wanted = [address for address in addresses if address.flat == flat]
+            forest = self._forest(wanted)
             self.warnings |= dict.fromkeys(warnings_of(forest.missing_assets, self.assets))
             batch = triangles(realize(forest))
-            self.models |= {str(address): batch.model(index) for index, address in enumerate(run)}
+            self.models |= {str(address): batch.model(row) for row, address in enumerate(wanted)}
         vertices = sum(len(model.vertices) for model in self.models.values())
         while len(self.models) > KEPT or (vertices > MAX_VERTICES and len(self.models) > len(addresses)):
             vertices -= len(self.models.popitem(last=False)[1].vertices)
-
-
-def _runs(addresses: Sequence[Address]) -> Iterator[list[Address]]:
-    """Addresses cut where one does not follow the one before it."""
-    run: list[Address] = []
-    for address in addresses:
-        if run and address != run[-1]._replace(model=run[-1].model + 1):
-            yield run
-            run = []
-        run.append(address)
-    if run:
-        yield run

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from grammarlab.runs.scoring.events import Body, Record, checked_models, checked
 from grammarlab.runs.scoring.rounds import Answer, Refuse, Rounds
 from grammarlab.runs.scoring.sorting import Order
 from grammarlab.runs.scoring.state import state_of
+from grammarlab.runs.scoring.tasks import FindPart, MakeGlb
 from grammarlab.runs.scoring.thumbnails import LARGEST, SMALLEST
 from grammarlab.runs.scoring.windows import Message, Send
 
@@ -180,7 +181,16 @@ def _pictures(rounds: Rounds, request: Request) -> None:
 
 
 def _model(rounds: Rounds, request: Request) -> None:
-    rounds.glb(str(Address.parse(request.values.get("model"))), request.answer, request.refuse)
+    model = str(Address.parse(request.values.get("model")))
+    label = rounds.label_of(model)
+    rounds.ask_artist(MakeGlb(model), lambda glb: ({"label": label}, [glb]), request.answer, request.refuse)
+
+
+def _part(rounds: Rounds, request: Request) -> None:
+    kind = "triangle" if "triangle" in request.values else "part"
+    number = request.whole(kind, -(2**53), 2**53, 0)
+    task = FindPart(str(Address.parse(request.values.get("model"))), number, kind == "triangle")
+    rounds.ask_artist(task, lambda part: (asdict(part), []), request.answer, request.refuse)
 
 
 def _viewer(_rounds: Rounds, request: Request) -> None:
@@ -230,6 +240,7 @@ COMMANDS: dict[str, Command] = {
     "cancel": _cancel,
     "pictures": _pictures,
     "model": _model,
+    "part": _part,
     "viewer": _viewer,
     "export": _export,
     "import": _import,

@@ -22,6 +22,7 @@ from grammarlab.runs.scoring.tasks import (
     Choose,
     DrawSheet,
     Factors,
+    FindPart,
     LearnedFile,
     LearnGrammar,
     MakeGlb,
@@ -37,6 +38,8 @@ Answer = Callable[[Message, Sequence[bytes]], None]
 """Gives the result of a command."""
 Refuse = Callable[[str], None]
 """Says why there is none."""
+Result = Callable[[Any], tuple[Message, Sequence[bytes]]]
+"""What an answer says of a value, with its buffers."""
 
 _HERE = "grammarlab.runs.scoring"
 MAX_WARNINGS = 20
@@ -248,10 +251,9 @@ class Rounds:
         seed = "" if model in self.pool.index else f" of seed {address.seed}"
         return f"model {address.model}{seed}" + (" with equal percentages" if address.flat else "")
 
-    def glb(self, model: str, answer: Answer, refuse: Refuse) -> None:
-        """Makes a model as a GLB file."""
-        done = partial(_answered, answer, refuse, lambda value: ({"label": self.label_of(model)}, [value]))
-        self._artists.submit(MakeGlb(model), done, first=True)
+    def ask_artist(self, task: MakeGlb | FindPart, result: Result, answer: Answer, refuse: Refuse) -> None:
+        """Has a task about one model done before all pictures."""
+        self._artists.submit(task, partial(_answered, answer, refuse, result), first=True)
 
     def export(self, suffix: str, answer: Answer, refuse: Refuse) -> None:
         """Makes all scores a label file."""
@@ -396,7 +398,7 @@ def _as_json(grids: Sequence[Grid]) -> list[Message]:
 def _answered(
     answer: Answer,
     refuse: Refuse,
-    result: Callable[[Any], tuple[Message, Sequence[bytes]]],
+    result: Result,
     outcome: Outcome,
 ) -> None:
     if outcome.value is None:

@@ -51,6 +51,31 @@ class MakeGlb:
 
 
 @dataclass(frozen=True, slots=True)
+class FindPart:
+    """Asks where a part of a model, one visible shape, comes from: `Part`."""
+
+    model: str
+    """Address."""
+    number: int
+    """Of the part, or of one of its triangles; parts are counted round and round."""
+    is_triangle: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A visible shape of a model."""
+
+    number: int
+    count: int
+    """How many parts the model has."""
+    triangles: tuple[int, int]
+    """Its first triangle among those of the model's file, and the one after its last."""
+    path: tuple[tuple[str, str], ...]
+    """Symbols from the initial shape down to this one, each with the place (file:line:column) of the branch that
+    rewrote it, or where nothing did, of the word that made it."""
+
+
+@dataclass(frozen=True, slots=True)
 class Prepare:
     """Asks for the features of the pool: `Features`."""
 

@@ -252,7 +252,7 @@ def test_no_labels_are_told(grammar, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"start_rule": "Part"}, "begin with Part"),
+        ({"start_rule": "Nothing"}, "no rule without parameters is called Nothing"),
         ({"attributes": '{"depth":3}'}, "depth, which is not an attribute"),
         ({"footprint": "/etc/hosts"}, "is a file"),
         ({"footprint": "lots.geojson"}, "is a file"),

@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source e0941ccb9f77a3a6 */
+/* Built from source/ by bundle.js; do not edit. Source 626b79d125b7df15 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -609,7 +609,10 @@ var KEYS = [
   ["Arrows, Home, End", "move; with Shift, select a range; with Ctrl, move only"],
   ["Space", "select or deselect"],
   ["Ctrl A, Escape", "select all, select none"],
-  ["Enter", "look at the model in 3D; there ← and → show its neighbours, Shift with arrows turns it"],
+  [
+    "Enter",
+    "look at the model in 3D; there ← and → show its neighbours, ↑ and ↓ the rules of its parts, Shift with arrows turns it"
+  ],
   ["U or Ctrl Z, Ctrl Shift Z", "undo, redo"],
   ["Ctrl Enter", "update"],
   ["+ − =", "zoom in, zoom out, show all; also Ctrl with the wheel"],
@@ -847,6 +850,67 @@ function drawChart(movements) {
   ];
 }
 
+// source/rule.js
+var INVITATION = "Click a part of the model to see the rule that made it.";
+function makeRule(page, mark) {
+  let model = "";
+  let asked = 0;
+  let part = null;
+  const text = element("div", { class: "gl-rule-text", role: "status" });
+  const panel = element(
+    "section",
+    { class: "gl-row gl-rule", "aria-label": "Rule of a part" },
+    iconButton("previous", "Previous part", () => step(-1), "↑"),
+    iconButton("next", "Next part", () => step(1), "↓"),
+    text
+  );
+  function open(id) {
+    model = id;
+    clear();
+  }
+  function clear() {
+    asked += 1;
+    part = null;
+    mark(null);
+    text.replaceChildren(INVITATION);
+  }
+  function pick(triangle) {
+    return triangle === null ? clear() : ask({ triangle });
+  }
+  function step(by) {
+    return ask({ part: part ? part.number + by : Math.min(by, 0) });
+  }
+  async function ask(which) {
+    const turn = ++asked;
+    if (!part) text.replaceChildren("looking…");
+    try {
+      const { result } = await page.channel.request("part", { model, ...which });
+      if (turn !== asked) return;
+      part = /** @type {ModelPart} */
+      result;
+      mark(part.triangles);
+      text.replaceChildren(...inWords2(part));
+    } catch (error) {
+      if (turn === asked) text.replaceChildren(`No rule: ${error instanceof Error ? error.message : error}`);
+    }
+  }
+  return { element: panel, open, pick, step };
+}
+function inWords2({ number: number2, count, path }) {
+  const [symbol, place] = path[path.length - 1];
+  return [
+    element("p", {}, element("b", {}, symbol), " ", element("code", {}, place), ` part ${number2 + 1} of ${count}`),
+    element(
+      "ol",
+      { class: "gl-path", "aria-label": "Symbols above it" },
+      ...path.slice(0, -1).map(([above, where]) => element("li", { title: where }, `${above} `, lineOf(where)))
+    )
+  ];
+}
+function lineOf(place) {
+  return element("small", {}, place.split(":").slice(-2).join(":"));
+}
+
 // source/look.js
 var TURN = Math.PI / 16;
 var MOVEMENTS = {
@@ -864,11 +928,12 @@ function makeLook(page, backToGrid) {
   let canvas = element("canvas", {
     class: "gl-canvas",
     tabIndex: 0,
-    "aria-label": "Model in 3D: drag or Shift with arrows to turn, wheel or + − to zoom, = to see all"
+    "aria-label": "Model in 3D: drag or Shift with arrows to turn, wheel or + − to zoom, = to see all, click or ↑ ↓ for the rules of parts"
   });
   const room = element("div", { class: "gl-room" }, canvas);
   const title = element("h2", { class: "gl-look-title" });
   const note = element("p", { class: "gl-look-note", role: "status" });
+  const rule = makeRule(page, (triangles) => view?.mark(triangles));
   const dialog = element(
     "dialog",
     { class: "gl-look", "aria-label": "Model in 3D" },
@@ -884,6 +949,7 @@ function makeLook(page, backToGrid) {
     ),
     room,
     note,
+    rule.element,
     element(
       "footer",
       { class: "gl-steps", role: "group", "aria-label": "Score of this model" },
@@ -910,6 +976,8 @@ function makeLook(page, backToGrid) {
     const movement = MOVEMENTS[`${event.shiftKey && event.key.startsWith("Arrow") ? "Shift " : ""}${event.key}`];
     if (movement) view?.move(...movement);
     else if (event.key === "=") view?.reset();
+    else if (event.key === "ArrowUp") void rule.step(-1);
+    else if (event.key === "ArrowDown") void rule.step(1);
     else if (event.key === "ArrowLeft") void go(-1);
     else if (event.key === "ArrowRight") void go(1);
     else if (score !== void 0) page.score([model], score);
@@ -918,6 +986,7 @@ function makeLook(page, backToGrid) {
   });
   async function open(id) {
     model = id;
+    rule.open(id);
     if (!dialog.open) dialog.showModal();
     canvas.focus();
     update();
@@ -926,7 +995,8 @@ function makeLook(page, backToGrid) {
       code ??= loadCode(page);
       const [{ buffers }, { show }] = await Promise.all([page.channel.request("model", { model: id }), code]);
       if (!dialog.open || model !== id) return;
-      view ??= show(canvas, { damping: !matchMedia("(prefers-reduced-motion: reduce)").matches });
+      const damping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+      view ??= show(canvas, { damping, picked: rule.pick });
       await view.load(buffers[0]);
       note.textContent = "";
     } catch (error) {

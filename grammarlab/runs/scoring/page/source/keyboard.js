@@ -10,7 +10,10 @@ export const KEYS = [
   ["Arrows, Home, End", "move; with Shift, select a range; with Ctrl, move only"],
   ["Space", "select or deselect"],
   ["Ctrl A, Escape", "select all, select none"],
-  ["Enter", "look at the model in 3D; there ← and → show its neighbours, Shift with arrows turns it"],
+  [
+    "Enter",
+    "look at the model in 3D; there ← and → show its neighbours, ↑ and ↓ the rules of its parts, Shift with arrows turns it",
+  ],
   ["U or Ctrl Z, Ctrl Shift Z", "undo, redo"],
   ["Ctrl Enter", "update"],
   ["+ − =", "zoom in, zoom out, show all; also Ctrl with the wheel"],

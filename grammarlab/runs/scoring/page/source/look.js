@@ -2,6 +2,7 @@ import { element, iconButton } from "./element.js";
 import { scoreOfKey } from "./keyboard.js";
 import { inWords, knownOf } from "./known.js";
 import { textButton } from "./menu.js";
+import { makeRule } from "./rule.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {ReturnType<typeof import("../viewer/viewer.js").show>} View */
@@ -32,11 +33,13 @@ export function makeLook(page, backToGrid) {
   let canvas = element("canvas", {
     class: "gl-canvas",
     tabIndex: 0,
-    "aria-label": "Model in 3D: drag or Shift with arrows to turn, wheel or + − to zoom, = to see all",
+    "aria-label":
+      "Model in 3D: drag or Shift with arrows to turn, wheel or + − to zoom, = to see all, click or ↑ ↓ for the rules of parts",
   });
   const room = element("div", { class: "gl-room" }, canvas);
   const title = element("h2", { class: "gl-look-title" });
   const note = element("p", { class: "gl-look-note", role: "status" });
+  const rule = makeRule(page, (triangles) => view?.mark(triangles));
   const dialog = element(
     "dialog",
     { class: "gl-look", "aria-label": "Model in 3D" },
@@ -52,6 +55,7 @@ export function makeLook(page, backToGrid) {
     ),
     room,
     note,
+    rule.element,
     element(
       "footer",
       { class: "gl-steps", role: "group", "aria-label": "Score of this model" },
@@ -78,6 +82,8 @@ export function makeLook(page, backToGrid) {
     const movement = MOVEMENTS[`${event.shiftKey && event.key.startsWith("Arrow") ? "Shift " : ""}${event.key}`];
     if (movement) view?.move(...movement);
     else if (event.key === "=") view?.reset();
+    else if (event.key === "ArrowUp") void rule.step(-1);
+    else if (event.key === "ArrowDown") void rule.step(1);
     else if (event.key === "ArrowLeft") void go(-1);
     else if (event.key === "ArrowRight") void go(1);
     else if (score !== undefined) page.score([model], score);
@@ -88,6 +94,7 @@ export function makeLook(page, backToGrid) {
   /** @param {string} id */
   async function open(id) {
     model = id;
+    rule.open(id);
     if (!dialog.open) dialog.showModal();
     canvas.focus();
     update();
@@ -96,7 +103,8 @@ export function makeLook(page, backToGrid) {
       code ??= loadCode(page);
       const [{ buffers }, { show }] = await Promise.all([page.channel.request("model", { model: id }), code]);
       if (!dialog.open || model !== id) return;
-      view ??= show(canvas, { damping: !matchMedia("(prefers-reduced-motion: reduce)").matches });
+      const damping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+      view ??= show(canvas, { damping, picked: rule.pick });
       await view.load(buffers[0]);
       note.textContent = "";
     } catch (error) {

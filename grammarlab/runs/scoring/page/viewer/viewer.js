@@ -4,16 +4,22 @@
 import {
   ACESFilmicToneMapping,
   Box3,
+  BufferGeometry,
   CircleGeometry,
   DirectionalLight,
+  DoubleSide,
+  Float32BufferAttribute,
   HemisphereLight,
   Mesh,
+  MeshBasicMaterial,
   PCFShadowMap,
   PerspectiveCamera,
+  Raycaster,
   Scene,
   ShadowMaterial,
   Sphere,
   Spherical,
+  Vector2,
   Vector3,
   WebGLRenderer,
 } from "three";
@@ -23,14 +29,17 @@ import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 /** Where the camera stands to begin with, seen from the model: as in the thumbnails. */
 const BEGIN = new Vector3(0.8, 0.55, 1);
 const SUN = new Vector3(-0.45, 1, 0.6);
+/** Pixels that a pointer may stray in a click. */
+const STEADY = 6;
 
 /**
  * A view that draws onto a canvas, and only when something moved.
  *
  * @param {HTMLCanvasElement} canvas
- * @param {{ damping?: boolean }} [options] damping: let a movement run out softly (default: yes)
+ * @param {{ damping?: boolean, picked?: (triangle: number | null) => void }} [options] damping: let a movement run out
+ *   softly (default: yes); picked: is told which triangle of the model was clicked, counted through its file
  */
-export function show(canvas, { damping = true } = {}) {
+export function show(canvas, { damping = true, picked = () => {} } = {}) {
   const renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
   renderer.toneMapping = ACESFilmicToneMapping;
   renderer.shadowMap.enabled = true;
@@ -52,8 +61,13 @@ export function show(canvas, { damping = true } = {}) {
   controls.dampingFactor = 0.12;
   controls.addEventListener("change", draw);
 
+  const marked = new Mesh(new BufferGeometry(), new MeshBasicMaterial({ color: 0x00a37f, transparent: true }));
+  Object.assign(marked.material, { opacity: 0.6, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: -2 });
+
   /** @type {import("three").Object3D | null} */
   let model = null;
+  /** @type {Vector2 | null} where a click may have begun */
+  let pressed = null;
   let frame = 0;
   let loads = 0;
 
@@ -108,6 +122,61 @@ export function show(canvas, { damping = true } = {}) {
     draw();
   }
 
+  canvas.addEventListener("pointerdown", (event) => {
+    pressed = event.isPrimary && event.button === 0 ? new Vector2(event.clientX, event.clientY) : null;
+  });
+  canvas.addEventListener("pointerup", (event) => {
+    const isClick = pressed && pressed.distanceTo(new Vector2(event.clientX, event.clientY)) < STEADY;
+    pressed = null;
+    if (isClick) picked(triangleAt(event.offsetX, event.offsetY));
+  });
+
+  /** The triangle of the model that is seen at a pixel. @param {number} x @param {number} y */
+  function triangleAt(x, y) {
+    const place = new Vector2((2 * x) / canvas.clientWidth - 1, 1 - (2 * y) / canvas.clientHeight);
+    const ray = new Raycaster();
+    ray.setFromCamera(place, camera);
+    const hit = model && ray.intersectObject(model)[0];
+    if (!hit) return null;
+    return (firsts().get(hit.object) ?? 0) + (hit.faceIndex ?? 0);
+  }
+
+  /** The first triangle of each mesh of the model, which come in the order of its file. */
+  function firsts() {
+    /** @type {Map<import("three").Object3D, number>} */
+    const found = new Map();
+    let count = 0;
+    model?.traverse((part) => {
+      if (!(part instanceof Mesh)) return;
+      found.set(part, count);
+      count += cornersOf(part.geometry) / 3;
+    });
+    return found;
+  }
+
+  /** Marks triangles of one mesh of the model; null marks none. @param {[number, number] | null} triangles */
+  function mark(triangles) {
+    scene.remove(marked);
+    marked.geometry.dispose();
+    if (triangles) {
+      for (const [part, first] of firsts()) {
+        const { geometry } = /** @type {Mesh} */ (part);
+        const start = 3 * (triangles[0] - first);
+        if (start < 0 || start >= cornersOf(geometry)) continue;
+        const { position } = geometry.attributes;
+        const points = [];
+        for (let corner = start; corner < 3 * (triangles[1] - first); corner++) {
+          const row = geometry.index ? geometry.index.getX(corner) : corner;
+          points.push(position.getX(row), position.getY(row), position.getZ(row));
+        }
+        marked.geometry = new BufferGeometry();
+        marked.geometry.setAttribute("position", new Float32BufferAttribute(points, 3));
+        scene.add(marked);
+      }
+    }
+    draw();
+  }
+
   /** @param {Vector3} center @param {number} radius @param {number} floor */
   function light(center, radius, floor) {
     sun.target.position.copy(center);
@@ -144,6 +213,7 @@ export function show(canvas, { damping = true } = {}) {
 
   function clear() {
     if (!model) return;
+    mark(null);
     scene.remove(model);
     discard(model);
     model = null;
@@ -153,11 +223,17 @@ export function show(canvas, { damping = true } = {}) {
     loads += 1;
     cancelAnimationFrame(frame);
     clear();
+    marked.material.dispose();
     controls.dispose();
     renderer.dispose();
   }
 
-  return { load, resize, reset, move, dispose };
+  return { load, resize, reset, move, mark, dispose };
+}
+
+/** @param {BufferGeometry} geometry */
+function cornersOf(geometry) {
+  return geometry.index?.count ?? geometry.attributes.position.count;
 }
 
 /** Frees what a model holds on the graphics card. @param {import("three").Object3D} object */

@@ -1,0 +1,343 @@
+"""What models are asked for: one row per model, with its address, its footprint, attribute values and start rule.
+
+A model is a function of the grammar and of its row alone, so rows may be mixed, reordered and cut in any way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Self, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import offsets_from_counts, take_rows
+from grammarlab.derivation.origins import origins_of_polygons
+from grammarlab.errors import UsageError
+
+Floats = NDArray[np.float64]
+Footprint: TypeAlias = "tuple[float, float] | Floats"
+"""Width and depth in metres of a rectangle from the origin along +x and +z, or the corners [n, 3] of a simple polygon,
+counter-clockwise seen from above; holes are joined to it by doubled edges. The scope's x axis runs along the first
+edge, y up, z out over the first edge."""
+
+Values: TypeAlias = "NDArray[np.float64 | np.bool_ | np.str_]"
+
+DEFAULT_FOOTPRINT = (20.0, 20.0)
+"""Width (along x) and depth (along z) in metres of the lot that a model is derived on when none is given."""
+
+_LARGEST_WORD = 2**64 - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Footprints:
+    """F different polygons, as a ragged list of corners."""
+
+    points: Floats
+    """[P, 3] corners in metres, those of the first polygon first."""
+    offsets: NDArray[np.int64]
+    """[F + 1] into `points`."""
+
+    def __post_init__(self) -> None:
+        if len(self.offsets) and np.diff(self.offsets).min(initial=3) < 3:
+            raise UsageError("footprints: expected at least three corners for each")
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+    @classmethod
+    def of(cls, footprints: Sequence[Footprint]) -> Self:
+        """Footprints as a table, in the order given.
+
+        Raises:
+            UsageError: one has fewer than three corners, a coordinate is not finite, or its first edge has no length.
+        """
+        polygons = [_corners(footprint) for footprint in footprints]
+        points = np.concatenate([np.zeros((0, 3)), *polygons])
+        return cls(points, offsets_from_counts(np.array([len(polygon) for polygon in polygons], dtype=np.int64)))
+
+    def take(self, rows: NDArray[np.integer]) -> Footprints:
+        """The footprints [K] with these indices."""
+        where, offsets = take_rows(self.offsets, rows)
+        return Footprints(self.points[where], offsets)
+
+    def polygon(self, index: int) -> Floats:
+        """The corners [n, 3] of one footprint."""
+        return self.points[self.offsets[index] : self.offsets[index + 1]]
+
+
+@dataclass(frozen=True, slots=True)
+class AttributeColumn:
+    """Values of one attribute for N models, in place of those in the rule file."""
+
+    values: Values
+    """[N] the values; anything where none is given."""
+    given: NDArray[np.bool_]
+    """[N] False where the model has the value in the rule file."""
+
+    def take(self, rows: NDArray[np.integer]) -> AttributeColumn:
+        """The values of the models at these rows."""
+        return AttributeColumn(self.values[rows], self.given[rows])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lots:
+    """N models to derive.
+
+    >>> lots = Lots.concatenate([Lots.of(2, seed=5), Lots.of(1, seed=7, first_model=4, footprint=(9.0, 12.0))])
+    >>> len(lots), lots.model.tolist(), len(lots.footprints), str(lots.take(np.array([2])))
+    (3, [0, 1, 4], 2, 'model 4 of seed 7')
+    """
+
+    seed: NDArray[np.uint64]
+    """[N] seed."""
+    model: NDArray[np.uint64]
+    """[N] index of the model under its seed."""
+    footprints: Footprints
+    """The different footprints."""
+    footprint: NDArray[np.int32]
+    """[N] index into `footprints`."""
+    attributes: Mapping[str, AttributeColumn]
+    """Values of attributes by name, only of those that some model is given."""
+    start_rules: tuple[str, ...]
+    """The different start rules; an empty name for the one that the grammar marks."""
+    start_rule: NDArray[np.int32]
+    """[N] index into `start_rules`."""
+
+    def __post_init__(self) -> None:
+        _check_index("footprint", self.footprint, len(self), len(self.footprints))
+        _check_index("start rule", self.start_rule, len(self), len(self.start_rules))
+        columns = {"seed": self.seed, **{name: column.values for name, column in self.attributes.items()}}
+        columns |= {f"given {name}": column.given for name, column in self.attributes.items()}
+        for name, column in columns.items():
+            if column.shape != (len(self),):
+                raise UsageError(f"lots: expected a {name} for each of {len(self)} models, found shape {column.shape}")
+        for name, column in (("seed", self.seed), ("model", self.model)):
+            if column.dtype != np.uint64:
+                raise UsageError(f"lots: expected a column {name} of uint64, found {column.dtype}; Lots.at makes one")
+
+    def __len__(self) -> int:
+        return len(self.model)
+
+    def __str__(self) -> str:
+        return self.name(0) if len(self) == 1 else f"{len(self)} models"
+
+    @property
+    def origins(self) -> Floats:
+        """[N, 3] where positions of each model count from, in world metres (see `grammarlab.derivation.origins`)."""
+        return origins_of_polygons(self.footprints.points, self.footprints.offsets)[self.footprint]
+
+    @classmethod
+    def of(
+        cls,
+        num_models: int,
+        seed: int,
+        *,
+        first_model: int = 0,
+        footprint: Footprint = DEFAULT_FOOTPRINT,
+        attributes: Mapping[str, float | bool | str] | None = None,
+        start_rule: str | None = None,
+    ) -> Self:
+        """Consecutive models of one seed that are alike in everything else.
+
+        Args:
+            num_models: how many models; 0 or more.
+            seed: 0 <= seed < 2**64.
+            first_model: index of the first model under the seed, 0 <= first_model < 2**64.
+            footprint: what all of them stand on.
+            attributes: values of attributes of the grammar in place of its own.
+            start_rule: symbol to start with in place of the one that the grammar marks.
+
+        Raises:
+            UsageError: for a number out of range, or a footprint that is not a polygon.
+        """
+        if num_models < 0:
+            raise UsageError(f"expected 0 models or more, found {num_models}")
+        _check_word("seed", seed)
+        _check_word("index of the first model", first_model)
+        _check_word("index of the last model", first_model + max(num_models, 1) - 1)
+        models = np.arange(num_models, dtype=np.uint64) + np.uint64(first_model)
+        return cls.at(np.full(num_models, seed, dtype=np.uint64), models, footprint, attributes, start_rule)
+
+    @classmethod
+    def at(
+        cls,
+        seed: int | Sequence[int] | NDArray[np.integer],
+        model: int | Sequence[int] | NDArray[np.integer],
+        footprint: Footprint = DEFAULT_FOOTPRINT,
+        attributes: Mapping[str, float | bool | str] | None = None,
+        start_rule: str | None = None,
+    ) -> Self:
+        """Models of any addresses that are alike in everything else.
+
+        Args:
+            seed: [N] seeds, or one for all.
+            model: [N] indices under these seeds.
+            footprint: as for `of`, like the other arguments.
+            attributes: values of attributes of the grammar in place of its own.
+            start_rule: symbol to start with in place of the one that the grammar marks.
+
+        Raises:
+            UsageError: for a number out of range, or a footprint that is not a polygon.
+        """
+        models = _words("index of a model", model)
+        num = len(models)
+        return cls(
+            seed=np.broadcast_to(_words("seed", seed), num).copy(),
+            model=models,
+            footprints=Footprints.of([footprint]),
+            footprint=np.zeros(num, dtype=np.int32),
+            attributes={
+                name: AttributeColumn(np.repeat(_plain(name, value), num), np.ones(num, dtype=bool))
+                for name, value in (attributes or {}).items()
+            },
+            start_rules=(start_rule or "",),
+            start_rule=np.zeros(num, dtype=np.int32),
+        )
+
+    def on(self, footprints: Footprints, footprint: NDArray[np.integer]) -> Lots:
+        """The same models on other footprints.
+
+        Args:
+            footprints: the different footprints.
+            footprint: [N] the index of the one that each model stands on.
+
+        Raises:
+            UsageError: for an index that is not in the table, or not one for each model.
+        """
+        return replace(self, footprints=footprints, footprint=np.asarray(footprint).astype(np.int32))
+
+    def take(self, rows: NDArray[np.integer]) -> Lots:
+        """The models at these rows, in any order, repeats allowed; tables keep what some model still needs."""
+        used, footprint = np.unique(self.footprint[rows], return_inverse=True)
+        starts, start_rule = np.unique(self.start_rule[rows], return_inverse=True)
+        columns = {name: column.take(rows) for name, column in self.attributes.items()}
+        return Lots(
+            seed=self.seed[rows],
+            model=self.model[rows],
+            footprints=self.footprints.take(used),
+            footprint=footprint.astype(np.int32),
+            attributes={name: column for name, column in columns.items() if column.given.any()},
+            start_rules=tuple(self.start_rules[start] for start in starts.tolist()),
+            start_rule=start_rule.astype(np.int32),
+        )
+
+    @staticmethod
+    def concatenate(parts: Sequence[Lots]) -> Lots:
+        """All models of several values, in order; equal footprints and start rules are kept once.
+
+        Raises:
+            UsageError: for no parts, or an attribute that is a number in one of them and a text or a bool in another.
+        """
+        if not parts:
+            raise UsageError("expected at least one value of Lots to join")
+        polygons: dict[bytes, int] = {}
+        kept: list[Floats] = []
+        starts: dict[str, int] = {}
+        footprint, start_rule = [], []
+        for part in parts:
+            places = []
+            for polygon in map(part.footprints.polygon, range(len(part.footprints))):
+                place = polygons.setdefault(polygon.tobytes(), len(polygons))
+                if place == len(kept):
+                    kept.append(polygon)
+                places.append(place)
+            footprint.append(np.array(places, dtype=np.int32)[part.footprint])
+            numbers = [starts.setdefault(name, len(starts)) for name in part.start_rules]
+            start_rule.append(np.array(numbers, dtype=np.int32)[part.start_rule])
+        names = dict.fromkeys(name for part in parts for name in part.attributes)
+        return Lots(
+            seed=np.concatenate([part.seed for part in parts]),
+            model=np.concatenate([part.model for part in parts]),
+            footprints=Footprints(
+                np.concatenate([np.zeros((0, 3)), *kept]),
+                offsets_from_counts(np.array([len(polygon) for polygon in kept], dtype=np.int64)),
+            ),
+            footprint=np.concatenate(footprint),
+            attributes={name: _joined(name, parts) for name in names},
+            start_rules=tuple(starts),
+            start_rule=np.concatenate(start_rule),
+        )
+
+    def name(self, row: int) -> str:
+        """A model as messages call it: by its address.
+
+        >>> Lots.of(3, seed=5, first_model=10).name(2)
+        'model 12 of seed 5'
+        """
+        return f"model {self.model[row]} of seed {self.seed[row]}"
+
+
+def _joined(name: str, parts: Sequence[Lots]) -> AttributeColumn:
+    """One attribute of the models of several values."""
+    columns = [part.attributes.get(name) for part in parts]
+    first = next(column for column in columns if column is not None)
+    if len({column.values.dtype.kind for column in columns if column is not None}) > 1:
+        raise UsageError(f"attribute {name}: expected values of one type, found numbers, bools or texts mixed")
+    values = [
+        np.zeros(len(part), dtype=first.values.dtype) if column is None else column.values
+        for column, part in zip(columns, parts, strict=True)
+    ]
+    given = [
+        np.zeros(len(part), dtype=bool) if column is None else column.given
+        for column, part in zip(columns, parts, strict=True)
+    ]
+    return AttributeColumn(np.concatenate(values), np.concatenate(given))
+
+
+def _corners(footprint: Footprint) -> Floats:
+    """The corners [n, 3] of a footprint, checked."""
+    if isinstance(footprint, tuple):
+        if not (len(footprint) == 2 and all(np.isfinite(footprint)) and min(footprint) > 0):
+            raise UsageError(f"footprint: expected width and depth in metres, both above 0, found {footprint}")
+        width, depth = footprint
+        return np.array([[0.0, 0.0, depth], [width, 0.0, depth], [width, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    corners = np.ascontiguousarray(footprint, dtype=np.float64)
+    if corners.ndim != 2 or corners.shape[1] != 3 or len(corners) < 3:
+        raise UsageError(f"footprint: expected corners [n, 3] of a polygon, n at least 3, found shape {corners.shape}")
+    if not np.isfinite(corners).all():
+        raise UsageError("footprint: expected finite coordinates in metres")
+    if (corners[0] == corners[1]).all():
+        raise UsageError(
+            f"footprint: the first two corners are the same, {corners[0].tolist()}; the first edge gives the scope its "
+            "direction, so leave one of them out"
+        )
+    return corners
+
+
+def _check_index(what: str, index: NDArray[np.int32], num_models: int, num: int) -> None:
+    if index.shape != (num_models,):
+        raise UsageError(f"lots: expected a {what} for each of {num_models} models, found shape {index.shape}")
+    if num_models and not (index.min() >= 0 and index.max() < num):
+        raise UsageError(
+            f"lots: expected indices of {num} {what}s, from 0 to {num - 1}, found {index.min()} to {index.max()}"
+        )
+
+
+def _plain(name: str, value: object) -> Values:
+    """[1] a value of an attribute as columns hold it."""
+    if isinstance(value, bool | np.bool_):
+        return np.array([value], dtype=np.bool_)
+    if isinstance(value, str):
+        return np.array([value], dtype=np.str_)
+    if isinstance(value, int | float | np.integer | np.floating):
+        return np.array([value], dtype=np.float64)
+    raise UsageError(f"attribute {name}: expected a number, a bool or a text, found {value!r}")
+
+
+def _words(what: str, values: int | Sequence[int] | NDArray[np.integer]) -> NDArray[np.uint64]:
+    """[N] whole numbers as words of 64 bits."""
+    if isinstance(values, np.ndarray) and values.ndim == 1 and values.dtype.kind in "iu":
+        if values.dtype != np.uint64 and len(values):
+            _check_word(what, int(values.min()))
+        return values.astype(np.uint64, copy=False)
+    numbers = [values] if isinstance(values, int) else list(values)
+    for number in numbers:
+        _check_word(what, number)
+    return np.array(numbers, dtype=np.uint64)
+
+
+def _check_word(what: str, value: object) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 <= int(value) <= _LARGEST_WORD:
+        raise UsageError(f"{what}: expected a whole number from 0 to {_LARGEST_WORD}, found {value!r}")

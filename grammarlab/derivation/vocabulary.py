@@ -1,0 +1,17 @@
+"""The words of CGA that derivations carry out."""
+
+from __future__ import annotations
+
+from grammarlab.derivation.functions import BUILTINS
+from grammarlab.derivation.operations import BLOCKS, OPERATIONS
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.numbering import Numbering, Vocabulary
+
+VOCABULARY = Vocabulary(
+    frozenset(OPERATIONS), frozenset(BLOCKS), frozenset(name for name, builtin in BUILTINS.items() if builtin.random)
+)
+
+
+def number_grammar(grammar: Grammar) -> Numbering:
+    """The numbering of a grammar that all its forests have: of `Forest.symbols`, `rules`, `sites`, `Nodes.child`."""
+    return Numbering.of(grammar, VOCABULARY)

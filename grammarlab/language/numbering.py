@@ -1,0 +1,207 @@
+"""One numbering of what stands in a grammar: the branches of its rules, their successors and blocks, its random places.
+
+Engine, densities and reports read it, so that number 3 means the same place of the text to all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from grammarlab.errors import Location
+from grammarlab.language.builtins import operations
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.syntax import (
+    Block,
+    Call,
+    Case,
+    Choice,
+    Definition,
+    Group,
+    Import,
+    Invoke,
+    Item,
+    Name,
+    Node,
+    Numbered,
+    Part,
+    Rule,
+    Scatter,
+    Scoped,
+    Sequence,
+    Stochastic,
+)
+from grammarlab.language.walking import walk
+
+SymbolKey: TypeAlias = tuple[str, int]
+"""A symbol and how many arguments it is given: rules of one name may differ in it."""
+Branch: TypeAlias = tuple[int, ...]
+"""Which branch at each level of a rule's choices, from the top; empty when the rule has no choice."""
+
+
+@dataclass(frozen=True, slots=True)
+class Vocabulary:
+    """The words that an engine carries out; other words in the place of operations are symbols."""
+
+    operations: frozenset[str]
+    """Operations without a block."""
+    blocks: frozenset[str]
+    """Operations with a block."""
+    draws: frozenset[str]
+    """Functions that draw random numbers."""
+
+    def is_symbol(self, name: str) -> bool:
+        """Whether a word in the place of an operation is none that is carried out."""
+        return name not in self.operations and name not in self.blocks and name != "NIL"
+
+    def makes_shape(self, item: Invoke, rules: Collection[SymbolKey]) -> bool:
+        """Whether an item of a sequence is a successor.
+
+        Args:
+            item: the item.
+            rules: the symbols with rules: they may be called like an operation that is not carried out.
+        """
+        return self.is_symbol(item.name) and (
+            item.name not in operations() or (item.name, len(item.arguments)) in rules
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Successor:
+    """A symbol in the text of a branch."""
+
+    key: SymbolKey
+    location: Location
+    """Where its name stands in the rule file."""
+    copies: int | None
+    """How many shapes it makes whenever the branch is taken; None where that differs."""
+    certain: bool
+    """Whether the text alone says so: a part of a split may have no extent and so make no shape."""
+
+
+@dataclass(frozen=True, slots=True)
+class RuleBranch:
+    """One way to rewrite a symbol: a leaf of the case and stochastic tree of a rule."""
+
+    key: SymbolKey
+    branch: Branch
+    location: Location
+    successors: tuple[Successor, ...]
+    """In the order of the text: the place of each is its number, `Nodes.child` of what it makes."""
+    blocks: tuple[Location, ...]
+    """In the order of the text: the place of each is its number; ``scatter`` counts as two."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A random place: a list of ``N%`` branches, or a call of a function that draws."""
+
+    node: Numbered
+    definition: Definition
+    """What it stands in."""
+
+    @property
+    def owner(self) -> str:
+        """The name of the rule, function or attribute that it stands in."""
+        return self.definition.alias if isinstance(self.definition, Import) else self.definition.name
+
+
+@dataclass(frozen=True, slots=True)
+class Numbering:
+    """What stands in a grammar; the index of each is its number."""
+
+    symbols: tuple[str, ...]
+    """Those with rules first, then the others, each in the order of the text."""
+    branches: tuple[RuleBranch, ...]
+    """Rule by rule, each from left to right."""
+    places: tuple[Place, ...]
+    """In the order of the tree."""
+    nodes: tuple[tuple[Node, ...], ...]
+    """The nodes of each definition of the file, in the order of the tree."""
+
+    @classmethod
+    def of(cls, grammar: Grammar, vocabulary: Vocabulary) -> Numbering:
+        """The numbering of a grammar.
+
+        Args:
+            grammar: the grammar.
+            vocabulary: what its words mean.
+        """
+        definitions = grammar.tree.definitions
+        nodes = tuple(tuple(walk(definition)) for definition in definitions)
+        own = grammar.attributes.keys() | {name for name, _ in grammar.functions}
+        places = tuple(
+            Place(node, definition)
+            for definition, inside in zip(definitions, nodes, strict=True)
+            for node in inside
+            if isinstance(node, Stochastic)
+            or (isinstance(node, Call | Name) and (name := function_name(node)) in vocabulary.draws and name not in own)
+        )
+        ruled = [definition.name for definition in definitions if isinstance(definition, Rule)]
+        invoked = [node.name for inside in nodes for node in inside if isinstance(node, Invoke)]
+        symbols = dict.fromkeys([*ruled, *filter(vocabulary.is_symbol, invoked)])
+        branches: list[RuleBranch] = []
+        for key, rule in grammar.rules.items():
+            for path, leaf in _leaves(rule.body):
+                found = _Reader(leaf, vocabulary, grammar.rules)
+                branches.append(RuleBranch(key, path, leaf.location, tuple(found.successors), tuple(found.blocks)))
+        return cls(tuple(symbols), tuple(branches), places, nodes)
+
+
+def function_name(node: Node) -> str:
+    """The function that a node calls, with parentheses or without; empty for other nodes."""
+    return node.function if isinstance(node, Call) else node.identifier if isinstance(node, Name) else ""
+
+
+def _leaves(choice: Choice, path: Branch = ()) -> Iterator[tuple[Branch, Choice]]:
+    if isinstance(choice, Case | Stochastic):
+        for i, branch in enumerate(choice.branches):
+            yield from _leaves(branch, (*path, i))
+    else:
+        yield path, choice
+
+
+class _Reader:
+    """Reads the successors and blocks of one branch."""
+
+    def __init__(self, leaf: Choice, vocabulary: Vocabulary, rules: Collection[SymbolKey]) -> None:
+        self._vocabulary = vocabulary
+        self._rules = rules
+        self.successors: list[Successor] = []
+        self.blocks: list[Location] = []
+        self._choice(leaf, 1, True)
+
+    def _choice(self, choice: Choice, copies: int | None, certain: bool) -> None:
+        if isinstance(choice, Case | Stochastic):
+            for branch in choice.branches:
+                self._choice(branch, None, False)
+        elif isinstance(choice, Sequence):
+            for item in choice.items:
+                if isinstance(item, Invoke) and item.name == "NIL":
+                    return
+                self._item(item, copies, certain)
+
+    def _item(self, item: Item, copies: int | None, certain: bool) -> None:
+        if isinstance(item, Invoke):
+            if self._vocabulary.makes_shape(item, self._rules):
+                self.successors.append(Successor((item.name, len(item.arguments)), item.location, copies, certain))
+        elif isinstance(item, Scoped):
+            self._choice(item.body, copies, certain)
+        elif isinstance(item, Block) and item.name in self._vocabulary.blocks:
+            self.blocks.append(item.location)
+            for part, repeated in _parts(item.group, item.group.repeated):
+                single = item.name == "split" and not repeated
+                self._choice(part.body, copies if single else None, False)
+        elif isinstance(item, Scatter):
+            self.blocks += [item.location, item.location]
+            self._choice(item.body, None, False)
+
+
+def _parts(group: Group, repeated: bool) -> Iterator[tuple[Part, bool]]:
+    """The parts of a block in the order of the text, and whether each stands in a repeated group."""
+    for part in group.parts:
+        if isinstance(part, Part):
+            yield part, repeated
+        else:
+            yield from _parts(part, repeated or part.repeated)
