@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -26,13 +26,15 @@ from grammarlab.features.thresholds import find_half_space, find_thresholds, mar
 from grammarlab.features.vocabulary import Options, Vocabulary
 from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.addresses import Address
-from grammarlab.learning.design_space import AbstractDesignSpace
-from grammarlab.learning.flattening import Flattened, flattened, flattened_hash
+from grammarlab.language.syntax import String
+from grammarlab.language.walking import walk
+from grammarlab.learning.addresses import Address, hashes_of
+from grammarlab.learning.design_space import AbstractDesignSpace, Realized
+from grammarlab.learning.flattening import Flattened, flattened
 from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
 from grammarlab.runs.attributes import fit_properties
 from grammarlab.runs.footprints import read_footprints
-from grammarlab.scene.instances import Scene, realize
+from grammarlab.scene.instances import realize
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -51,7 +53,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     @property
     def hashes(self) -> tuple[str, str]:
-        return self.grammar.hash, flattened_hash(self.grammar)
+        return hashes_of(self.grammar.hash)
 
     @property
     def longest_path(self) -> int:
@@ -107,8 +109,12 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
     def margins(self, designs: Sequence[Forest], feature: Feature) -> Floats | None:
         return margins(designs, feature) if isinstance(feature, Threshold | HalfSpace) else None
 
-    def realize(self, addresses: Sequence[Address]) -> Scene:
-        return realize(self.derive(addresses))
+    def realize(self, addresses: Sequence[Address]) -> Realized:
+        forest = self.derive(addresses)
+        return Realized(realize(forest), forest.missing_assets)
+
+    def asset_names(self) -> Iterable[str]:
+        return (node.value for node in walk(self.grammar.tree) if isinstance(node, String))
 
     def _bounds(self, forests: Sequence[Forest], scores: Floats) -> tuple[Feature, ...]:
         """Bounds on continuous draws: of several at once where they belong together, else of each alone."""
@@ -125,14 +131,26 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return None if self.assets is None else AssetFolder(self.assets)
 
     def derive(self, addresses: Sequence[Address]) -> Forest:
-        """Models by ascending address, with their geometry."""
-        programs = self.program, self.proposal.program
+        """Models by address, in this order, with their geometry."""
         forests = []
-        for address in addresses:
-            options = _options(self.grammar, address)
-            program = programs[address.flat]
-            forests.append(derive(program, 1, address.seed, first_model=address.model, assets=self.folder, **options))
+        for run in _runs(addresses):
+            first = run[0]
+            options: dict[str, Any] = {**_options(self.grammar, first), "assets": self.folder}
+            program = self.proposal.program if first.flat else self.program
+            forests.append(derive(program, len(run), first.seed, first_model=first.model, **options))
         return join_forests(forests)
+
+
+def _runs(addresses: Sequence[Address]) -> Iterator[list[Address]]:
+    """Addresses cut where one does not follow the one before it; the others are derived together, which is faster."""
+    run: list[Address] = []
+    for address in addresses:
+        if run and address != run[-1]._replace(model=run[-1].model + 1):
+            yield run
+            run = []
+        run.append(address)
+    if run:
+        yield run
 
 
 def _options(grammar: Grammar, address: Address) -> dict[str, Any]:
