@@ -35,7 +35,9 @@ class GrammarDomain(AbstractDomain[GrammarSpace]):
             return text
 
     def open(self, text: str, name: str, assets: Path) -> GrammarSpace:
-        return GrammarSpace(grammar_to_run(text, f"{name}{SUFFIX}"), assets)
+        space = GrammarSpace(grammar_to_run(text, f"{name}{SUFFIX}"), assets)
+        _ = space.program  # what cannot be compiled is an error of the text
+        return space
 
     def writer(self, space: GrammarSpace) -> GrammarWriter:
         # It loads JAX, which drawing need not wait for.

@@ -3,35 +3,29 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.compiler import compile_grammar
-from grammarlab.derivation.derive import derive
-from grammarlab.derivation.program import Program
 from grammarlab.errors import Finding, GrammarlabError
 from grammarlab.export.glb import merged_glb
-from grammarlab.geometry.assets import AssetFolder
-from grammarlab.language.grammar import Grammar
 from grammarlab.learning.addresses import Address
-from grammarlab.learning.flattening import flattened
+from grammarlab.learning.design_space import AbstractDesignSpace
 from grammarlab.render.camera import View, frame
 from grammarlab.render.raycast import RaycastRenderer
 from grammarlab.render.renderer import RenderOptions
-from grammarlab.runs.checks import grammar_to_run
-from grammarlab.runs.examples import SUFFIX
+from grammarlab.runs.domains import opened
 from grammarlab.runs.missing_assets import warnings_of
 from grammarlab.runs.scoring.crew import Handler, Report
 from grammarlab.runs.scoring.tasks import Begin, Draw, Drawn, MakeGlb
 from grammarlab.runs.sheet_page import PAPER
 from grammarlab.runs.tiles import seen_points
-from grammarlab.scene import TriangleBatch, realize, triangles
+from grammarlab.scene import TriangleBatch, triangles
 
 KEPT = 48
 """Models that are kept in memory, since they are drawn twice: quickly, then well."""
@@ -40,28 +34,20 @@ MAX_VERTICES = 8_000_000
 MAX_GLB_BYTES = 128 << 20
 
 
-def artist(text: str, name: str, assets: str) -> Handler:
-    """What does `Draw` and `MakeGlb` tasks for a grammar."""
-    grammar = grammar_to_run(text, f"{name}{SUFFIX}")
-    return _Studio(grammar, compile_grammar(grammar), Path(assets), AssetFolder(Path(assets))).do
+def artist(suffix: str, text: str, name: str, assets: str) -> Handler:
+    """What does `Draw` and `MakeGlb` tasks for the designs that a text describes."""
+    return _Studio(opened(suffix, text, name, Path(assets)), Path(assets)).do
 
 
 @dataclass
 class _Studio:
     """Models that were looked at last."""
 
-    grammar: Grammar
-    program: Program
+    space: AbstractDesignSpace[Any]
     assets: Path
-    known_assets: AssetFolder
-    """The same, with what was read of it."""
     models: OrderedDict[str, TriangleBatch] = field(default_factory=OrderedDict)
     warnings: dict[Finding, None] = field(default_factory=dict)
     """About any model so far."""
-
-    @cached_property
-    def flattened(self) -> Program:
-        return flattened(self.grammar).program
 
     def do(self, request: Begin | Draw | MakeGlb, _report: Report) -> Drawn | bytes | bool:
         if isinstance(request, Begin):
@@ -97,26 +83,13 @@ class _Studio:
         return self.models[text]
 
     def _derive(self, addresses: Sequence[Address]) -> None:
-        """Models into memory; those that follow each other are derived together, which is faster."""
-        for run in _runs(addresses):
-            first = run[0]
-            program = self.flattened if first.flat else self.program
-            forest = derive(program, len(run), first.seed, first_model=first.model, assets=self.known_assets)
-            self.warnings |= dict.fromkeys(warnings_of(forest.missing_assets, self.assets))
-            batch = triangles(realize(forest))
-            self.models |= {str(address): batch.model(index) for index, address in enumerate(run)}
+        """Models into memory."""
+        if not addresses:
+            return
+        found = self.space.realize(addresses)
+        self.warnings |= dict.fromkeys(warnings_of(found.missing_assets, self.assets))
+        batch = triangles(found.scene)
+        self.models |= {str(address): batch.model(index) for index, address in enumerate(addresses)}
         vertices = sum(len(model.vertices) for model in self.models.values())
         while len(self.models) > KEPT or (vertices > MAX_VERTICES and len(self.models) > len(addresses)):
             vertices -= len(self.models.popitem(last=False)[1].vertices)
-
-
-def _runs(addresses: Sequence[Address]) -> Iterator[list[Address]]:
-    """Addresses cut where one does not follow the one before it."""
-    run: list[Address] = []
-    for address in addresses:
-        if run and address != run[-1]._replace(model=run[-1].model + 1):
-            yield run
-            run = []
-        run.append(address)
-    if run:
-        yield run
