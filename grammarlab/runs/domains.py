@@ -6,9 +6,10 @@ its dot and names an `AbstractDomain` with a constructor without arguments. Rule
 
 from __future__ import annotations
 
+import sys
 from abc import ABC, abstractmethod
 from functools import lru_cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -17,6 +18,7 @@ from grammarlab.errors import UsageError
 if TYPE_CHECKING:  # these load what learns, which drawing need not wait for
     from grammarlab.learning.design_space import AbstractDesignSpace
     from grammarlab.learning.target import AbstractTargetWriter
+    from grammarlab.runs.models import AbstractModels
 
 GROUP = "grammarlab.domains"
 DEFAULT = ".cga"
@@ -53,6 +55,10 @@ class AbstractDomain(ABC, Generic[Space]):
     def writer(self, space: Space) -> AbstractTargetWriter[Any]:
         """What makes files of this kind from what was learned about a space."""
 
+    @abstractmethod
+    def models(self, space: Space) -> AbstractModels:
+        """The designs of a space as runs make them; `grammarlab.runs.models.RealizedModels` fits any space."""
+
 
 def domain_of(suffix: str) -> AbstractDomain[Any]:
     """What files with a suffix mean.
@@ -60,17 +66,18 @@ def domain_of(suffix: str) -> AbstractDomain[Any]:
     Raises:
         UsageError: when no installed package says so.
     """
-    if suffix not in _known():
+    known = _known(tuple(sys.path))
+    if suffix not in known:
         raise UsageError(
             f"nothing that is installed reads files that end in {suffix!r}; expected one of "
-            f"{', '.join(sorted(_known()))}. Install the package that reads them, or install it anew."
+            f"{', '.join(sorted(known))}. Install the package that reads them, or install it anew."
         )
-    return _known()[suffix].load()()
+    return known[suffix].load()()
 
 
 def suffix_of(path: Path) -> str:
     """The suffix of a file if it is a known one; that of rule files otherwise."""
-    return path.suffix if path.suffix in _known() else DEFAULT
+    return path.suffix if path.suffix in _known(tuple(sys.path)) else DEFAULT
 
 
 @lru_cache(maxsize=4)
@@ -80,6 +87,6 @@ def opened(suffix: str, text: str, name: str, assets: Path) -> AbstractDesignSpa
 
 
 @lru_cache(maxsize=1)
-def _known() -> dict[str, Any]:
-    """The entry points by suffix; of two for one suffix the first one on the path counts."""
+def _known(_path: tuple[str, ...]) -> dict[str, EntryPoint]:
+    """The entry points by suffix on a path where Python looks for packages; of two for a suffix the first one counts."""
     return {f".{point.name}": point for point in reversed(tuple(entry_points(group=GROUP)))}

@@ -14,6 +14,7 @@ from grammarlab.learning.grammar_space import GrammarSpace
 from grammarlab.runs.checks import grammar_to_run
 from grammarlab.runs.domains import AbstractDomain
 from grammarlab.runs.examples import SUFFIX
+from grammarlab.runs.grammar_models import GrammarModels
 
 if TYPE_CHECKING:
     from grammarlab.learning.grammar_target import GrammarWriter
@@ -38,6 +39,9 @@ class GrammarDomain(AbstractDomain[GrammarSpace]):
         space = GrammarSpace(grammar_to_run(text, f"{name}{SUFFIX}"), assets)
         _ = space.program  # what cannot be compiled is an error of the text
         return space
+
+    def models(self, space: GrammarSpace) -> GrammarModels:
+        return GrammarModels(space)
 
     def writer(self, space: GrammarSpace) -> GrammarWriter:
         # It loads JAX, which drawing need not wait for.
