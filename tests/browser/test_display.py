@@ -198,7 +198,7 @@ def centre(towers):
 
 def address(towers, position):
     """Model and seed."""
-    _, seed, model = Address.parse(towers.models()[position])
+    _, seed, model = Address.parse(towers.models()[position])[:3]
     return model, seed
 
 
