@@ -27,8 +27,9 @@ MOST_TEMPLATES = 32
 LARGEST_TEMPLATE = 256
 """Vertices; a mesh costs a few calls for each of them, and a long gather is as fast."""
 BLOCK_ROWS = 700
+"""Instances placed at a time, so that calls cost less than their work,"""
 BLOCK_VALUES = 50_000
-"""Numbers stored at a time, so that they stay in the cache until they are stored."""
+"""or more, if they are small: numbers that stay in the cache until they are stored."""
 SHORTEST = 1e-18
 """Shorter normals have no direction; the square of this length is still an exact 32-bit number."""
 
@@ -117,19 +118,31 @@ class _Template(NamedTuple):
 def _template(shaded: ShadedMeshes, mesh: int, placed: Placed) -> _Template:
     vertices = slice(*shaded.mesh_vertices[mesh : mesh + 2])
     corners = shaded.triangles[slice(*shaded.mesh_triangles[mesh : mesh + 2])]
-    points, point = np.unique(shaded.points[vertices], axis=0, return_inverse=True)
-    directions, direction = np.unique(shaded.normals[vertices], axis=0, return_inverse=True)
+    points, point = _distinct(shaded.points[vertices])
+    directions, direction = _distinct(shaded.normals[vertices])
     return _Template(
         points,
-        point.ravel(),
+        point,
         directions,
-        direction.ravel(),
+        direction,
         corners.astype(np.uint32).ravel(),
         bool(shaded.axis_aligned[mesh]),
         _windows(placed.vertices, len(point)),
         _windows(placed.normals, len(point)),
         _windows(placed.triangles, len(corners)),
     )
+
+
+def _distinct(vectors: Floats) -> tuple[Floats, Ints]:
+    """The distinct vectors [P, 3] of some [V, 3] in ascending order, and which of them each is [V]."""
+    order = np.lexsort(vectors.T[::-1])
+    ascending = vectors[order]
+    is_new = np.empty(len(order), dtype=bool)
+    is_new[:1] = True
+    np.any(ascending[1:] != ascending[:-1], axis=1, out=is_new[1:])
+    index = np.empty_like(order)
+    index[order] = np.cumsum(is_new) - 1
+    return ascending[is_new], index
 
 
 def _windows(rows: NDArray[Any], width: int) -> NDArray[np.void]:
@@ -200,16 +213,24 @@ def _sums(start: Floats, axes: Floats, weights: Floats) -> Floats:
     Rows of weights that begin alike share what they begin with, if they follow each other.
     """
     sums = np.empty((len(weights), *start.shape))
-    seconds, thirds = ({weight: axes[j] * weight for weight in set(weights[:, j].tolist())} for j in (1, 2))
     x = y = np.nan
     by_x = by_y = start
+    columns = zip(axes, weights.T.tolist(), strict=True)
+    products = [{weight: _times(axis, weight) for weight in set(column)} for axis, column in columns]
     for row, (first, second, third) in zip(sums, weights.tolist(), strict=True):
         if first != x:
-            x, y, by_x = first, np.nan, start + axes[0] * first
+            x, y, by_x = first, np.nan, start + products[0][first] if first else start
         if second != y:
-            y, by_y = second, by_x + seconds[second]
-        np.add(by_y, thirds[third], out=row)
+            y, by_y = second, by_x + products[1][second] if second else by_x
+        if third:
+            np.add(by_y, products[2][third], out=row)
+        else:
+            row[:] = by_y
     return sums
+
+
+def _times(axis: Floats, weight: float) -> Floats:
+    return axis if weight == 1.0 else axis * weight
 
 
 def _place_rest(
@@ -245,7 +266,7 @@ def _place_rest(
 
 
 def _sums_by_row(start: Floats, axes: Floats, weights: Floats, row: Ints) -> Floats:
-    """[3, N] as `_sums`, for one row of weights [N, 3] for each of N rows of the start [3, R] and the axes [3, 3, R]."""
+    """[3, N] as `_sums`, for weights [N, 3] that each have a row [N] of the start [3, R] and the axes [3, 3, R]."""
     sums = start.take(row, axis=1)
     for axis, weight in zip(axes, weights.T, strict=True):
         sums += axis.take(row, axis=1) * weight
