@@ -217,15 +217,15 @@ def _sums(start: Floats, axes: Floats, weights: Floats) -> Floats:
     by_x = by_y = start
     columns = zip(axes, weights.T.tolist(), strict=True)
     products = [{weight: _times(axis, weight) for weight in set(column)} for axis, column in columns]
-    for row, (first, second, third) in zip(sums, weights.tolist(), strict=True):
+    for index, (first, second, third) in enumerate(weights.tolist()):
         if first != x:
             x, y, by_x = first, np.nan, start + products[0][first] if first else start
         if second != y:
             y, by_y = second, by_x + products[1][second] if second else by_x
         if third:
-            np.add(by_y, products[2][third], out=row)
+            np.add(by_y, products[2][third], out=sums[index])
         else:
-            row[:] = by_y
+            sums[index] = by_y
     return sums
 
 
