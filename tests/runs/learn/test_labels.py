@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import AssetError, GrammarlabError, InexactError, LanguageError, UsageError
@@ -147,6 +148,7 @@ def test_models_all_liked_alike_leave_the_grammar_as_it_is(grammar, tmp_path):
 
 def test_an_even_base_makes_all_liked_trees_equally_likely(grammar, tmp_path):
     result = learn(tmp_path, scored(grammar, red_below), base="uniform")
+    assert isinstance(result.learned, LearnedGrammar)
     assert result.learned.base == "uniform"
     forest = derive(grammar, 1000, 99)
     density = np.exp(result.learned.log_density(forest))
@@ -175,6 +177,7 @@ def test_an_even_base_works_for_a_shipped_grammar(tmp_path):
     assert result.density.measured.after.js < 0.02
     assert result.density.measured.before.js > 0.1
     assert "base uniform" in (tmp_path / "new.cga").read_text()
+    assert isinstance(result.learned, LearnedGrammar)
     some = result.learned.sample(20, 1)
     assert np.isfinite(result.learned.log_density(some)).all()
 
