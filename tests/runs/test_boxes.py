@@ -14,7 +14,7 @@ import trimesh
 from typer.testing import CliRunner
 
 from grammarlab.cli import app
-from grammarlab.errors import AssetError, GrammarlabError, UsageError
+from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.learning.addresses import Address
 from grammarlab.learning.pool import Pool
 from grammarlab.learning.target import Making
@@ -208,5 +208,6 @@ def test_a_session_about_a_kind_that_is_not_installed_says_so(
 ):
     Session(str(boxes), tmp_path / "scores.db", jobs=0).close()
     monkeypatch.undo()
-    with pytest.raises((UsageError, AssetError), match=r"another grammar|\.boxes"):
-        Session(str(boxes), tmp_path / "scores.db", jobs=0)
+    for stored in (False, True):
+        with pytest.raises(UsageError, match=r"nothing that is installed reads files that end in '\.boxes'"):
+            Session(str(boxes), tmp_path / "scores.db", jobs=0, stored_grammar=stored)
