@@ -89,5 +89,5 @@ def opened(suffix: str, text: str, name: str, assets: Path) -> AbstractDesignSpa
 
 @lru_cache(maxsize=1)
 def _known(_path: tuple[str, ...]) -> dict[str, EntryPoint]:
-    """The entry points by suffix, on a path where Python looks for packages; of two alike the first one counts."""
+    """The entry points by suffix on a path of packages; of two for one suffix the first one counts."""
     return {f".{point.name}": point for point in reversed(tuple(entry_points(group=GROUP)))}

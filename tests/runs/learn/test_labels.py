@@ -148,6 +148,7 @@ def test_models_all_liked_alike_leave_the_grammar_as_it_is(grammar, tmp_path):
 
 def test_an_even_base_makes_all_liked_trees_equally_likely(grammar, tmp_path):
     result = learn(tmp_path, scored(grammar, red_below), base="uniform")
+    assert isinstance(result.learned, LearnedGrammar)
     assert result.learned.base == "uniform"
     forest = derive(grammar, 1000, 99)
     assert isinstance(result.learned, LearnedGrammar)
