@@ -22,6 +22,8 @@ if TYPE_CHECKING:  # these load what learns, which drawing need not wait for
 GROUP = "grammarlab.domains"
 DEFAULT = ".cga"
 """How files whose suffix nobody has claimed are read."""
+OWN = (EntryPoint("cga", "grammarlab.runs.grammar_domain:GrammarDomain", GROUP),)
+"""Named here rather than by the installation, so that a checkout that was never installed reads its rule files."""
 
 Space = TypeVar("Space", bound="AbstractDesignSpace[Any]")
 Models = TypeVar("Models")
@@ -90,4 +92,4 @@ def opened(suffix: str, text: str, name: str, assets: Path) -> AbstractDesignSpa
 @lru_cache(maxsize=1)
 def _known(_path: tuple[str, ...]) -> dict[str, EntryPoint]:
     """The entry points by suffix on a path of packages; of two for one suffix the first one counts."""
-    return {f".{point.name}": point for point in reversed(tuple(entry_points(group=GROUP)))}
+    return {f".{point.name}": point for point in reversed((*OWN, *entry_points(group=GROUP)))}

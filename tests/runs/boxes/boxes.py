@@ -205,7 +205,7 @@ class BoxWriter(AbstractTargetWriter[Floats]):
         return judged(study, state, LearnedBoxes(text, making.base, space), preference, of_base)
 
 
-class BoxDomain(AbstractDomain[BoxSpace]):
+class BoxDomain(AbstractDomain[BoxSpace, AbstractModels]):
     """What such files mean."""
 
     def read(self, path: Path) -> str:
