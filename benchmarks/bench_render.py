@@ -16,8 +16,8 @@ from grammarlab.render.choice import Choice, choose
 from grammarlab.render.renderer import RenderOptions
 from grammarlab.runs import SampleRequest, sample_run
 from grammarlab.runs.batches import cut_batches
-from grammarlab.runs.derive_batch import derive_batch
 from grammarlab.runs.executors import executor_of
+from grammarlab.runs.models import models_of
 from grammarlab.scene import realize, triangles
 
 
@@ -25,7 +25,7 @@ from grammarlab.scene import realize, triangles
 def models():
     """A building, and a block of towers."""
     request = SampleRequest.of("building", num_models=16, seed=5)
-    buildings = triangles(realize(derive_batch(request, cut_batches(request)[0])))
+    buildings = triangles(models_of(request).make(request, cut_batches(request)[0]).scene)
     nearest = int(np.abs(buildings.triangles_per_model() - 20_000).argmin())
     block = triangles(realize(derive(Grammar.parse(FACADES), 1, 1, footprint=(400.0, 400.0))))
     return {"building": buildings.model(nearest), "block": block.model(0)}

@@ -12,7 +12,7 @@ from grammarlab.cli.report import friendly_errors, print_json, say
 from grammarlab.cli.sample import complete_grammar
 
 if TYPE_CHECKING:
-    from grammarlab.learning.grammar_target import Learned
+    from grammarlab.learning.target import Learned
     from grammarlab.runs.learn.examples import ExamplesResult
     from grammarlab.runs.learn.labels import LabelsResult
     from grammarlab.runs.learn.measure import Truth
@@ -73,6 +73,7 @@ def learn(
     with friendly_errors():
         from grammarlab.cli.progress import progress
         from grammarlab.errors import UsageError
+        from grammarlab.runs.domains import suffix_of
         from grammarlab.runs.evaluate.find import find_scenario
         from grammarlab.runs.learn import pages
 
@@ -84,15 +85,16 @@ def learn(
         source = labels or examples or known
         if source is None:
             raise UsageError("learn from what? Give --labels FILE, --examples FOLDER or --scenario FILE.")
-        wanted = file or Path(f"{Path(grammar).stem}_{source.stem}.cga")
+        wanted = file or Path(f"{Path(grammar).stem}_{source.stem}{suffix_of(Path(grammar))}")
         if labels is not None:
             from grammarlab.learning.pool import Pool
+            from grammarlab.learning.target import Making
             from grammarlab.runs.learn.labels import learn_from_labels
 
-            options: dict[str, Any] = {"method": method or "compile", "base": base, "num_samples": samples}
-            options |= {"scenario": known, "pool": None if seed is None else Pool(seed)}
+            making = Making(method, base, samples)
+            options: dict[str, Any] = {"scenario": known, "pool": None if seed is None else Pool(seed)}
             with progress() as on_progress:
-                found = learn_from_labels(grammar, labels, wanted, on_progress=on_progress, **options)
+                found = learn_from_labels(grammar, labels, wanted, making, on_progress=on_progress, **options)
             told = _Told(_labels_as_json(found), _labels_as_lines(found), pages.page_of_labels(found))
         elif examples is not None:
             from grammarlab.runs.learn.examples import learn_from_files
@@ -121,11 +123,11 @@ def _tell(told: _Told, report: Path | None, seed: int, as_json: bool) -> None:
         say(f"table and pictures: {write_report(told.page, report, seed=seed, executor=executor_of(0))}")
 
 
-def _rules(learned: Learned, file: Path | None) -> list[str]:
+def _rules(learned: Learned[Any], file: Path | None) -> list[str]:
     return [] if file is None else [f"{file}: {learned.rules_after} rules, {learned.rules_before} before"]
 
 
-def _notes(learned: Learned) -> list[str]:
+def _notes(learned: Learned[Any]) -> list[str]:
     return [f"note: {finding}" for finding in learned.findings]
 
 

@@ -110,10 +110,8 @@ def sample(
     run = Unfinished(needs="--resume")
     with friendly_errors(run.advice):
         from grammarlab.cli.progress import progress
-        from grammarlab.language.attribute_values import read_attributes
         from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
-        from grammarlab.runs.checks import not_carried_out
-        from grammarlab.runs.derive_batch import compiled
+        from grammarlab.runs.domains import domain_of, opened
         from grammarlab.runs.examples import find_rules
         from grammarlab.runs.executors import executor_of
 
@@ -135,16 +133,16 @@ def sample(
         if not grammar:
             raise UsageError("which grammar? Give a .cga file or a name that `grammarlab list` shows.")
         source = find_rules(grammar, assets)
-        text = source.text()
-        rules, _ = compiled(text, source.name)
-        _tell_left_out(grammar, not_carried_out(rules))
+        space = opened(source.suffix, source.text(), source.name, source.assets)
+        models = domain_of(source.suffix).models(space)
+        _tell_left_out(grammar, models.left_out())
         request = SampleRequest.of(
             grammar,
             footprint=footprint,
             assets=assets,
             num_models=num_models,
             seed=seed,
-            attributes=read_attributes(attributes or [], rules),
+            attributes=models.attributes(attributes or []),
             start_rule=start_rule,
             file_format=file_format.value,
             single_file=single_file,

@@ -73,6 +73,11 @@ class RejectionSampler(AbstractSampler):
         return forest, found.acceptance
 
     @property
+    def text(self) -> str:
+        """Empty: no file samples like this."""
+        return ""
+
+    @property
     def method(self) -> str:
         """The name of the method."""
         return "rejection"

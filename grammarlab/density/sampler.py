@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.language.grammar import Grammar
+from grammarlab.scene.instances import Scene, realize
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +27,10 @@ class AbstractSampler(ABC):
             num_models: how many.
             seed: 0 <= seed < 2**64; the same seed gives the same models.
         """
+
+    def scene(self, num_models: int, seed: int) -> Scene:
+        """The models that `sample` draws, as meshes."""
+        return realize(self.sample(num_models, seed))
 
     @abstractmethod
     def log_density(self, forest: Forest) -> Floats:

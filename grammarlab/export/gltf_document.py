@@ -13,10 +13,11 @@ from grammarlab.errors import UsageError
 from grammarlab.export.files import Output
 
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
-COMPONENTS = {"float32": 5126, "uint32": 5125, "uint16": 5123}
+COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint32): 5125, np.dtype(np.uint16): 5123}
 MAGIC, VERSION, JSON_CHUNK, BINARY_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 MOST_BYTES = 2**32 - 1
 """A GLB states its length in 32 bits."""
+ENTRIES_AT_ONCE = 512
 
 _encode = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
 
@@ -33,19 +34,15 @@ class GltfDocument:
 
     def __init__(self, output: Output) -> None:
         self._output = output
-        self._lists: dict[str, IO[bytes]] = {}
-        self._counts: dict[str, int] = {}
+        self._lists: dict[str, _Entries] = {}
         self._buffer = output.part()
         self._extensions: set[str] = set()
 
     def add(self, kind: str, entry: dict[str, Any]) -> int:
         """Append to the list `kind` (``nodes``, ``materials``, …) and return the index of the entry."""
         if kind not in self._lists:
-            self._lists[kind], self._counts[kind] = self._output.part(), 0
-        index = self._counts[kind]
-        self._lists[kind].write(b"," * (index > 0) + _encode(entry).encode())
-        self._counts[kind] += 1
-        return index
+            self._lists[kind] = _Entries(self._output.part())
+        return self._lists[kind].add(entry)
 
     def require(self, extension: str) -> None:
         """Declare that a reader must know an extension to show this file."""
@@ -85,7 +82,7 @@ class GltfDocument:
         accessor: dict[str, Any] = {
             "bufferView": view,
             "byteOffset": first * width * values.itemsize,
-            "componentType": COMPONENTS[values.dtype.name],
+            "componentType": COMPONENTS[values.dtype],
             "count": len(values),
             "type": "SCALAR" if width == 1 else f"VEC{width}",
         }
@@ -107,7 +104,8 @@ class GltfDocument:
         ends = [f',"buffers":{_encode([{"byteLength": num_bytes}])}' if num_bytes else "", "}"]
         names = [f',"{kind}":[' for kind in self._lists]
         text_length = len(_encode(head)) - 1 + sum(map(len, names + ends))
-        text_length += sum(entries.tell() + 1 for entries in self._lists.values())
+        lists = [entries.finished() for entries in self._lists.values()]
+        text_length += sum(entries.tell() + 1 for entries in lists)
         padding = -text_length % 4
         length = 12 + 8 + text_length + padding + (8 + num_bytes if num_bytes else 0)
         _require_size(length)
@@ -115,7 +113,7 @@ class GltfDocument:
         stream = self._output.stream
         stream.write(struct.pack("<IIIII", MAGIC, VERSION, length, text_length + padding, JSON_CHUNK))
         stream.write(_encode(head)[:-1].encode())
-        for name, entries in zip(names, self._lists.values(), strict=True):
+        for name, entries in zip(names, lists, strict=True):
             stream.write(name.encode())
             _append(entries, stream)
             stream.write(b"]")
@@ -123,6 +121,39 @@ class GltfDocument:
         if num_bytes:
             stream.write(struct.pack("<II", num_bytes, BINARY_CHUNK))
             _append(self._buffer, stream)
+
+
+class _Entries:
+    """One list of the JSON, of which at most `ENTRIES_AT_ONCE` are kept as they came: one text costs less than many.
+
+    Args:
+        part: an empty stream.
+    """
+
+    def __init__(self, part: IO[bytes]) -> None:
+        self._part = part
+        self._waiting: list[dict[str, Any]] = []
+        self._num_written = 0
+
+    def add(self, entry: dict[str, Any]) -> int:
+        """Append an entry, which must not change any more; its index."""
+        self._waiting.append(entry)
+        index = self._num_written + len(self._waiting) - 1
+        if len(self._waiting) == ENTRIES_AT_ONCE:
+            self._write()
+        return index
+
+    def finished(self) -> IO[bytes]:
+        """The stream, with the text of all entries between the brackets of the list."""
+        if self._waiting:
+            self._write()
+        return self._part
+
+    def _write(self) -> None:
+        text = _encode(self._waiting)[1:-1].encode()
+        self._part.write(b"," + text if self._num_written else text)
+        self._num_written += len(self._waiting)
+        self._waiting = []
 
 
 def _append(part: IO[bytes], stream: IO[bytes]) -> None:

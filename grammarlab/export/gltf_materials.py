@@ -41,12 +41,12 @@ class GltfMaterials:
         return number, self._textured[number]
 
     def _write(self, table: Materials, material: int, number: int) -> bool:
-        base = linear_from_srgb(table.color[material]).tolist()
-        opacity = float(np.clip(table.opacity[material], 0.0, 1.0))
+        base, emissive = linear_from_srgb(np.stack((table.color[material], table.emissive[material]))).tolist()
+        opacity = _share(table.opacity[material])
         surface: dict[str, Any] = {
             "baseColorFactor": [*base, opacity],
-            "metallicFactor": float(np.clip(table.metallic[material], 0.0, 1.0)),
-            "roughnessFactor": float(np.clip(table.roughness[material], 0.0, 1.0)),
+            "metallicFactor": _share(table.metallic[material]),
+            "roughnessFactor": _share(table.roughness[material]),
         }
         texture = self._texture(table.textures[material])
         if texture is not None:
@@ -58,9 +58,8 @@ class GltfMaterials:
         }
         if opacity < 1.0:
             entry["alphaMode"] = "BLEND"
-        emissive = linear_from_srgb(table.emissive[material])
-        if emissive.any():
-            entry["emissiveFactor"] = emissive.tolist()
+        if any(emissive):
+            entry["emissiveFactor"] = emissive
         self._document.add("materials", entry)
         return texture is not None
 
@@ -96,5 +95,9 @@ class MaterialNumbers:
 
 def material_name(table: Materials, material: int, number: int) -> str:
     """The number of a material in its file and its sRGB colour, as in ``material_3_b8a890``."""
-    red, green, blue = np.rint(np.clip(table.color[material], 0.0, 1.0) * 255).astype(int)
+    red, green, blue = (round(255 * min(max(value, 0.0), 1.0)) for value in table.color[material].tolist())
     return f"material_{number}_{red:02x}{green:02x}{blue:02x}"
+
+
+def _share(value: float) -> float:
+    return min(max(float(value), 0.0), 1.0)

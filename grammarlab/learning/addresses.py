@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from hashlib import sha256
 from typing import NamedTuple
 
 from grammarlab.errors import UsageError
@@ -68,6 +69,15 @@ class Address(NamedTuple):
             self.attributes,
             self.footprint,
         )
+
+
+def hashes_of(text_hash: str) -> tuple[str, str]:
+    """What label files call a space that a file describes, and its proposal.
+
+    Args:
+        text_hash: SHA-256 of the text of the file, in hexadecimal.
+    """
+    return text_hash, sha256(f"flattened {text_hash}".encode()).hexdigest()
 
 
 def shown(value: object) -> str:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.derivation.forest import MissingAsset
 from grammarlab.features.pattern import Feature
 from grammarlab.features.table import FeatureTable
 from grammarlab.learning.addresses import Address
@@ -28,6 +30,40 @@ class Vocabulary(Protocol[Designs_contra]):
     def apply(self, designs: Sequence[Designs_contra], /) -> FeatureTable:
         """The table of some batches of designs, one below the other."""
         ...
+
+
+@dataclass(frozen=True)
+class Realized:
+    """Designs as meshes to look at."""
+
+    scene: Scene
+    """One model for each design, in their order."""
+    missing_assets: tuple[MissingAsset, ...] = ()
+    """Meshes that the asset folder of the space lacks."""
+
+
+class AbstractParts(ABC):
+    """The visible parts of one design, which a person may point at."""
+
+    @property
+    @abstractmethod
+    def of_triangles(self) -> Ints:
+        """[T] the part of each triangle of the design's file, from 0; no triangles where there is nothing to say."""
+
+    @abstractmethod
+    def way_to(self, part: int) -> tuple[tuple[str, str], ...]:
+        """What made a part, from the whole down to it: names, each with its place in the file of the space or empty."""
+
+
+class NoParts(AbstractParts):
+    """Designs whose parts there is nothing to say about."""
+
+    @property
+    def of_triangles(self) -> Ints:
+        return np.zeros(0, dtype=np.int64)
+
+    def way_to(self, part: int) -> tuple[tuple[str, str], ...]:
+        return ()
 
 
 class AbstractDesignSpace(ABC, Generic[Designs]):
@@ -52,7 +88,7 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
 
     @abstractmethod
     def make(self, addresses: Sequence[Address]) -> Designs:
-        """Designs by address, in this order, without what only pictures need.
+        """Designs by ascending address, without what only pictures need.
 
         Raises:
             UsageError: for an address that names no design of the space.
@@ -94,5 +130,21 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
         """[n] signed distance of designs to a bound on continuous parameters; None for a feature that is no bound."""
 
     @abstractmethod
-    def realize(self, addresses: Sequence[Address]) -> Scene:
-        """Designs by address, as meshes to look at: one model of the scene each, in this order."""
+    def realize(self, addresses: Sequence[Address]) -> Realized:
+        """Designs by ascending address, as meshes to look at.
+
+        Raises:
+            UsageError: for an address that names no design of the space.
+        """
+
+    def parts(self, address: Address) -> AbstractParts:
+        """The parts of a design."""
+        return NoParts()
+
+    def asset_names(self) -> Iterable[str]:
+        """Texts that may name files of an asset folder (`grammarlab.runs.asset_files.named_files`)."""
+        return ()
+
+    def scene(self, num: int, seed: int) -> Scene:
+        """The designs ``0`` to ``num - 1`` of a seed as meshes."""
+        return self.realize([Address(False, seed, model) for model in range(num)]).scene

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Collection
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -45,16 +44,6 @@ class Flattened:
         ratio = (self.log_original - log_flat)[site, branch]
         model = forest.nodes.model[forest.draws.node[changed]]
         return np.bincount(model, weights=ratio, minlength=forest.num_models).astype(np.float64)
-
-
-def flattened_hash(grammar: Grammar) -> str:
-    """What names models of the flattened grammar in label files, as `Grammar.hash` names those of the grammar."""
-    return hash_of_flattened(grammar.hash)
-
-
-def hash_of_flattened(grammar: str) -> str:
-    """The same, from the hash of the grammar."""
-    return hashlib.sha256(f"flattened {grammar}".encode()).hexdigest()
 
 
 def flattened(grammar: Grammar, definitions: Collection[str] | None = None) -> Flattened:

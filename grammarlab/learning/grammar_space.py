@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +17,7 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests, select_models
+from grammarlab.derivation.vocabulary import number_grammar
 from grammarlab.errors import UsageError
 from grammarlab.features.counting import count
 from grammarlab.features.pattern import Feature, HalfSpace, Threshold
@@ -28,11 +29,14 @@ from grammarlab.geometry.assets import AssetFolder
 from grammarlab.geometry.footprints import read_footprints
 from grammarlab.language.attribute_values import fit_properties
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.addresses import Address
-from grammarlab.learning.design_space import AbstractDesignSpace
-from grammarlab.learning.flattening import Flattened, flattened, flattened_hash
+from grammarlab.language.syntax import String
+from grammarlab.language.walking import walk
+from grammarlab.learning.addresses import Address, hashes_of
+from grammarlab.learning.design_space import AbstractDesignSpace, Realized
+from grammarlab.learning.flattening import Flattened, flattened
+from grammarlab.learning.grammar_parts import GrammarParts
 from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
-from grammarlab.scene.instances import Scene, realize
+from grammarlab.scene.instances import realize
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -51,7 +55,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     @property
     def hashes(self) -> tuple[str, str]:
-        return self.grammar.hash, flattened_hash(self.grammar)
+        return hashes_of(self.grammar.hash)
 
     @property
     def longest_path(self) -> int:
@@ -107,8 +111,15 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
     def margins(self, designs: Sequence[Forest], feature: Feature) -> Floats | None:
         return margins(designs, feature) if isinstance(feature, Threshold | HalfSpace) else None
 
-    def realize(self, addresses: Sequence[Address]) -> Scene:
-        return realize(self.derive(addresses))
+    def realize(self, addresses: Sequence[Address]) -> Realized:
+        forest = self.derive(addresses)
+        return Realized(realize(forest), forest.missing_assets)
+
+    def parts(self, address: Address) -> GrammarParts:
+        return GrammarParts(self.derive([address]), number_grammar(self.grammar))
+
+    def asset_names(self) -> Iterable[str]:
+        return (node.value for node in walk(self.grammar.tree) if isinstance(node, String))
 
     def _bounds(self, forests: Sequence[Forest], scores: Floats) -> tuple[Feature, ...]:
         """Bounds on continuous draws: of several at once where they belong together, else of each alone."""

@@ -16,11 +16,12 @@ from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.addresses import Address
 from grammarlab.learning.grammar_space import GrammarSpace
-from grammarlab.learning.grammar_target import LearnedDensity, learn_grammar
+from grammarlab.learning.grammar_target import GrammarWriter
 from grammarlab.learning.interview import interview
 from grammarlab.learning.pool import Pool
 from grammarlab.learning.round import Study, init
 from grammarlab.learning.settings import Settings
+from grammarlab.learning.target import LearnedDensity, Making
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.labels import OVERALL
 from grammarlab.scene.instances import Scene
@@ -40,7 +41,7 @@ def learn(
     settings: Settings | None = ...,
     base: Base = ...,
     seed: int = ...,
-) -> LearnedDensity: ...
+) -> LearnedDensity[Forest]: ...
 @overload
 def learn(
     grammar: Grammar,
@@ -53,7 +54,7 @@ def learn(
     settings: Settings | None = ...,
     base: Base = ...,
     seed: int = ...,
-) -> LearnedDensity: ...
+) -> LearnedDensity[Forest]: ...
 def learn(
     grammar: Grammar,
     score: Callable[..., ArrayLike],
@@ -65,7 +66,7 @@ def learn(
     settings: Settings | None = None,
     base: Base = "grammar",
     seed: int = 0,
-) -> LearnedDensity:
+) -> LearnedDensity[Forest]:
     """The grammar that samples models in proportion to what a function says of them.
 
     The function is asked about a few models at a time, as a person in a scoring session is, and learned from alike.
@@ -102,7 +103,7 @@ def learn(
     study = Study(space, pool or Pool(), settings)
 
     def person(addresses: Sequence[Address]) -> Floats:
-        models = space.realize(addresses) if sees == "scene" else space.derive(addresses)
+        models = space.realize(addresses).scene if sees == "scene" else space.derive(addresses)
         return _checked(score(models), len(addresses))[:, None]
 
     # At these sizes several threads are slower than one.
@@ -115,7 +116,7 @@ def learn(
                 f"none of the {state.num_answers} models that the function was asked about has a score above 0, so "
                 "nothing is liked. Raise the budget, or give low scores to what comes near."
             )
-        return learn_grammar(study, state, space, base=base)
+        return GrammarWriter(space).learn(study, state, Making(base=base))
 
 
 def _checked(scores: ArrayLike, num: int) -> Floats:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from grammarlab.preference.fitting import Method as Fit
-from grammarlab.preference.queries import Way
+if TYPE_CHECKING:  # these load JAX, which sampling need not wait for
+    from grammarlab.preference.fitting import Method as Fit
+    from grammarlab.preference.queries import Way
+
 
 FAMILIES = ("paths", "symbols", "draws", "thresholds", "skips", "siblings", "subtrees")
 """Kinds of features."""

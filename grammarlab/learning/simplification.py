@@ -80,13 +80,17 @@ class SimplifiedProduct:
         return product([factor.simplified(rows[:, own]) for factor, own in zip(self.factors, read, strict=True)])
 
 
-def simplify(study: Study, state: State, is_exact: Callable[[Feature], bool]) -> SimplifiedProduct:
+def simplify(
+    study: Study, state: State, is_exact: Callable[[Feature], bool], *, prunes: bool = True
+) -> SimplifiedProduct:
     """The preference of a state as a function of few features.
 
     Args:
         study: the pool and its tables.
         state: what was learned; something is liked.
         is_exact: whether the target can follow a feature exactly; others are looked at where the scores need them.
+        prunes: whether columns that tell no levels apart are left out. A target that looks at continuous columns as
+            they are wants all: the values of any one tell all designs of a pool apart.
 
     Raises:
         GrammarlabError: when no design of the pool is predicted to be liked.
@@ -99,7 +103,8 @@ def simplify(study: Study, state: State, is_exact: Callable[[Feature], bool]) ->
         candidates = np.arange(len(table.features))
     pool, weights = table.rows[: len(tables.made.pool)], tables.made.weights
     factors = tuple(
-        _simplified(answers, state.preferences[answers.factor], table, pool, weights, candidates) for answers in liked
+        _simplified(answers, state.preferences[answers.factor], table, pool, weights, candidates, prunes)
+        for answers in liked
     )
     used = dict.fromkeys(column for factor in factors for column in factor.simplified.columns.tolist())
     columns = np.array(list(used), dtype=np.int64)
@@ -130,6 +135,7 @@ def _simplified(
     pool: Floats,
     weights: Floats,
     candidates: Ints,
+    prunes: bool,
 ) -> SimplifiedFactor:
     predicted = np.clip(preference.predict(pool).mean, 0.0, MAX_SCORE)
     levels = levels_of(answers.scores)
@@ -139,6 +145,6 @@ def _simplified(
     relevances = tuple(replace(shares[number], name=name) for number, name in enumerate(table.group_names))
     share = np.array([relevance.share for relevance in relevances])[table.groups]
     order = candidates[np.argsort(-share[candidates], kind="stable")]
-    needed = needed_columns(pool, drawn, weights, order, TOLERANCE)
+    needed = needed_columns(pool, drawn, weights, order, TOLERANCE) if prunes else order
     simplified = SimplifiedPreference(preference, needed, levels, pool, drawn, weights)
     return SimplifiedFactor(answers.factor, len(answers.scores), relevances, predicted, simplified)

@@ -11,9 +11,7 @@ from grammarlab.derivation.functions.files import matching_files
 from grammarlab.errors import AssetError
 from grammarlab.files import file_hash
 from grammarlab.geometry.assets import find_asset
-from grammarlab.language.syntax import String
-from grammarlab.language.walking import walk
-from grammarlab.runs.derive_batch import compiled
+from grammarlab.runs.domains import opened
 from grammarlab.runs.request import SampleRequest
 
 
@@ -58,8 +56,7 @@ def first_difference(before: Mapping[str, str], now: Mapping[str, str]) -> str:
 
 def _texts(request: SampleRequest) -> Iterator[str]:
     """Every string that may name an asset file."""
-    grammar, _ = compiled(request.text, request.name)
-    yield from (node.value for node in walk(grammar.tree) if isinstance(node, String))
+    yield from opened(request.suffix, request.text, request.name, request.assets).asset_names()
     for values in (request.attributes, *(footprint.properties for footprint in request.footprints)):
         yield from (value for value in values.values() if isinstance(value, str))
 

@@ -1,4 +1,4 @@
-"""One batch of a run: derived, written, recorded. Runs in any process."""
+"""One batch of a run: made, written, recorded. Runs in any process."""
 
 from __future__ import annotations
 
@@ -8,23 +8,19 @@ from pathlib import Path
 import numpy as np
 
 from grammarlab.derivation.compiler import compile_grammar
-from grammarlab.derivation.derive import derive
-from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.program import Program
 from grammarlab.export import save_each
 from grammarlab.export.textures import image_file
 from grammarlab.files import file_hash
-from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.batches import Batch, lots_of
+from grammarlab.runs.batches import Batch
 from grammarlab.runs.checks import grammar_to_run
-from grammarlab.runs.derivations import FILES, save_forest
 from grammarlab.runs.examples import SUFFIX
+from grammarlab.runs.models import models_of
 from grammarlab.runs.records import BatchRecord, ModelRecord, batch_folder, write_record
-from grammarlab.runs.reports import summarize_reports
 from grammarlab.runs.request import SampleRequest
 from grammarlab.runs.single_file import save_options, single_file_name
-from grammarlab.scene import realize
+from grammarlab.scene import Scene
 from grammarlab.scene.triangles import count_triangles
 
 
@@ -39,16 +35,10 @@ def compiled(text: str, name: str) -> tuple[Grammar, Program]:
     return grammar, compile_grammar(grammar)
 
 
-@lru_cache(maxsize=4)
-def asset_folder(path: Path) -> AssetFolder:
-    """A folder of assets that keeps what it has read: made once a process."""
-    return AssetFolder(path)
-
-
 def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRecord:
-    """Derive a batch and write its models, its derivations and, last, its record."""
-    forest = derive_batch(request, batch)
-    scene = realize(forest)
+    """Make a batch and write its models, what is kept of how they were made and, last, its record."""
+    made = models_of(request).make(request, batch)
+    scene = made.scene
     if request.single_file:
         files = [single_file_name(request)] * batch.num_models
         written = set()
@@ -63,14 +53,14 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
         )
         files = [path.name for path in paths]
         written = {other for path in paths for other in (path, path.with_suffix(".mtl")) if other.is_file()}
-    save_forest(forest, batch_folder(folder, batch))
-    written |= {batch_folder(folder, batch) / name for name in FILES}
+    place = batch_folder(folder, batch)
+    written |= {place / name for name in made.save(place)}
     columns = zip(
         files,
-        forest.shapes_per_model().tolist(),
+        made.shapes,
         count_triangles(scene).tolist(),
-        forest.log_probability().tolist(),
-        summarize_reports(forest),
+        made.log_probability,
+        made.reports,
         map(tuple, scene.origins.tolist()),
         strict=True,
     )
@@ -78,19 +68,13 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
         ModelRecord(batch.first_model + k, file, request.seed, *values) for k, (file, *values) in enumerate(columns)
     )
     hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
-    images = _missing_images(forest, request.assets)
-    record = BatchRecord(models, hashes, forest.prints, images, forest.missing_assets)
+    images = _missing_images(scene, request.assets)
+    record = BatchRecord(models, hashes, made.prints, images, made.missing_assets)
     write_record(folder, batch, record)
     return record
 
 
-def _missing_images(forest: Forest, assets: Path) -> tuple[str, ...]:
+def _missing_images(scene: Scene, assets: Path) -> tuple[str, ...]:
     """The textures of visible shapes that the asset folder lacks, in alphabetical order."""
-    used = {forest.materials.textures[material] for material in np.unique(forest.leaves.material).tolist()}
+    used = {scene.materials.textures[material] for material in np.unique(scene.material).tolist()}
     return tuple(sorted(name for name in used if name and image_file(name, assets) is None))
-
-
-def derive_batch(request: SampleRequest, batch: Batch) -> Forest:
-    """The forest of a batch."""
-    grammar, program = compiled(request.text, request.name)
-    return derive(program, lots_of(request, batch, grammar), assets=asset_folder(request.assets))

@@ -8,10 +8,10 @@ from difflib import get_close_matches
 from pathlib import Path
 
 import grammarlab
-from grammarlab.errors import LanguageError, UsageError
+from grammarlab.errors import UsageError
 from grammarlab.language.grammar import read_text
-from grammarlab.language.importing import RULES, load, rules_folder
-from grammarlab.language.linking import linked
+from grammarlab.language.importing import RULES, rules_folder
+from grammarlab.runs.domains import domain_of, suffix_of
 
 SUFFIX = ".cga"
 
@@ -29,20 +29,22 @@ class RuleSource:
     """Whether it is one of the examples."""
 
     def text(self) -> str:
-        """What the file and the files it imports say, as one text; the file's own where it has syntax errors.
+        """What the file and the files it imports say, as one text.
 
         Raises:
             LanguageError: when it cannot be read or is too large.
         """
-        text = read_text(self.path)
-        if re.search(r"\bimport\b", text) is None:
-            return text
-        try:
-            return linked(load(self.path))
-        except LanguageError as error:
-            if any(finding.code == "bad-import" for finding in error.findings):
-                raise
-            return text
+        return domain_of(self.suffix).read(self.path)
+
+    @property
+    def suffix(self) -> str:
+        """What the file is read as (`grammarlab.runs.domains`)."""
+        return suffix_of(self.path)
+
+    @property
+    def file(self) -> str:
+        """``building.cga``."""
+        return f"{self.name}{self.suffix}"
 
     def description(self) -> str:
         """The first sentence of the comment at the top of the file, empty when there is none."""

@@ -28,10 +28,10 @@ class ModelRecord:
     """Path relative to the run's folder; the shared file when there is one for all."""
     seed: int
     shapes: int
-    """Nodes of the derivation tree."""
+    """Nodes of the derivation tree; parts of a model that has none."""
     triangles: int
-    log_probability: float
-    """Natural logarithm of the density of its random draws."""
+    log_probability: float | None
+    """Natural logarithm of the density of its random draws; None where that is not known."""
     reports: Mapping[str, Mapping[str, float | int | None]] = field(default_factory=dict)
     """What ``report`` collected, by key: see `grammarlab.runs.reports`."""
     origin: tuple[float, ...] = (0.0, 0.0, 0.0)

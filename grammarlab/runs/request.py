@@ -15,6 +15,7 @@ from grammarlab.errors import AssetError, UsageError
 from grammarlab.geometry.footprints import Footprint, read_footprints
 from grammarlab.language.attribute_values import AttributeValue
 from grammarlab.render.choice import RendererName
+from grammarlab.runs.domains import DEFAULT
 from grammarlab.runs.examples import find_rules
 
 FileFormat = Literal["glb", "obj", "ply"]
@@ -33,7 +34,9 @@ class SampleRequest:
     name: str
     """What files are called after: ``building`` gives ``building-00017.glb``."""
     text: str
-    """The rule file."""
+    """The rule file, or another file that describes models."""
+    suffix: str = DEFAULT
+    """What the text is read as (`grammarlab.runs.domains`)."""
     assets: Path
     """Folder of the assets that the rules name."""
     num_models: int = 1
@@ -64,6 +67,8 @@ class SampleRequest:
     def __post_init__(self) -> None:
         if not re.fullmatch(r"[\w .,+@-]{1,100}", self.name) or self.name.startswith("."):
             raise UsageError(f"{self.name!r} cannot name files: expected letters, digits, spaces and . , + @ - _ only.")
+        if not re.fullmatch(r"\.\w{1,32}", self.suffix):
+            raise UsageError(f"{self.suffix!r} is not the suffix of a file: expected one such as {DEFAULT!r}.")
         _check_range("number of models", self.num_models * max(len(self.footprints), 1), 1, MAX_MODELS)
         _check_range("seed", self.seed, 0, 2**64 - 1)
         _check_range("number of columns", self.columns, 0, 1000)
@@ -76,7 +81,7 @@ class SampleRequest:
 
     @classmethod
     def of(cls, grammar: str | Path, *, footprint: str = "", assets: Path | None = None, **options: Any) -> Self:
-        """A request for a rule file or a shipped example.
+        """A request for a file that describes models, or a shipped example.
 
         Args:
             grammar: a path, or a name as ``grammarlab list`` shows them.
@@ -86,7 +91,15 @@ class SampleRequest:
         """
         source = find_rules(str(grammar), assets)
         footprints = read_footprints(footprint) if footprint else ()
-        return cls(name=source.name, text=source.text(), assets=source.assets, footprints=footprints, **options)
+        text = source.text()
+        return cls(
+            name=source.name,
+            suffix=source.suffix,
+            text=text,
+            assets=source.assets,
+            footprints=footprints,
+            **options,
+        )
 
     @property
     def text_hash(self) -> str:
@@ -102,6 +115,7 @@ class SampleRequest:
         """All fields but the text and the asset folder as plain values."""
         return {
             "name": self.name,
+            "suffix": self.suffix,
             "num_models": self.num_models,
             "seed": self.seed,
             "attributes": dict(self.attributes),

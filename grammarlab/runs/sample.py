@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.errors import AssetError, Finding, UsageError
 from grammarlab.files import file_hash, remove_parts
@@ -15,10 +14,11 @@ from grammarlab.render.choice import Choice, choose
 from grammarlab.runs.asset_files import first_difference, hash_assets
 from grammarlab.runs.batches import cut_batches
 from grammarlab.runs.clearing import clear_run
-from grammarlab.runs.derive_batch import compiled, sample_batch
+from grammarlab.runs.derive_batch import sample_batch
 from grammarlab.runs.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.manifest import BATCHES_OVER_FOOTPRINTS, MANIFEST, Manifest, read_manifest, write_manifest
 from grammarlab.runs.missing_assets import warnings_of
+from grammarlab.runs.models import models_of
 from grammarlab.runs.records import DERIVATIONS, BatchRecord, ModelRecord, read_record
 from grammarlab.runs.request import SampleRequest
 from grammarlab.runs.results import Progress
@@ -79,8 +79,7 @@ def sample_run(
     """
     folder = Path(folder)
     # Errors in the rules and options come before anything is written or removed.
-    _, program = compiled(request.text, request.name)
-    derive(program, 0, request.seed, attributes=request.attributes, start_rule=request.start_rule or None)
+    models_of(request).check(request)
     choice = choose(request.renderer) if request.image else Choice("cast")
     if request.image:
         request = replace(request, renderer=choice.name)
@@ -171,7 +170,7 @@ def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str
 
 def _changed_option(earlier: SampleRequest, request: SampleRequest) -> str:
     """What differs between two requests, in words; empty when nothing does."""
-    if earlier.text != request.text:
+    if (earlier.text, earlier.suffix) != (request.text, request.suffix):
         return "the rules differ"
     before, now = earlier.as_json(), request.as_json()
     changed = [name for name in now if before[name] != now[name]]

@@ -33,7 +33,7 @@ def draw_sheet(
     request: SampleRequest, folder: Path, batches: tuple[Batch, ...], executor: AbstractExecutor, choice: Choice
 ) -> Path:
     """Draw the models of finished batches onto one picture, `SHEET_MODELS` at most."""
-    models = _first_models(folder, batches)
+    models = _first_models(request, folder, batches)
     same = request.scale == "same"
     tiles = draw_tiles(models, TILE_AREA, executor, same_scale=same, choice=choice)
     page = lay_out(len(models), request.columns, tiles.width, tiles.height)
@@ -46,9 +46,9 @@ def draw_sheet(
     return path
 
 
-def _first_models(folder: Path, batches: tuple[Batch, ...]) -> list[TriangleBatch]:
+def _first_models(request: SampleRequest, folder: Path, batches: tuple[Batch, ...]) -> list[TriangleBatch]:
     models: list[TriangleBatch] = []
-    for scene in StoredScenes(folder, batches):
+    for scene in StoredScenes(request, folder, batches):
         batch = triangles(scene)
         models += [batch.model(index) for index in range(min(scene.num_models, SHEET_MODELS - len(models)))]
         if len(models) == SHEET_MODELS:

@@ -9,10 +9,10 @@ from pathlib import Path
 from grammarlab.export import SaveOptions, save_together
 from grammarlab.export.save import Reuse
 from grammarlab.runs.batches import Batch
-from grammarlab.runs.derivations import load_forest
+from grammarlab.runs.models import models_of
 from grammarlab.runs.records import batch_folder
 from grammarlab.runs.request import Instancing, SampleRequest
-from grammarlab.scene import Scene, realize
+from grammarlab.scene import Scene
 
 _REUSE: dict[Instancing, Reuse] = {"none": "merged", "nodes": "nodes", "gpu": "instancing"}
 
@@ -35,16 +35,18 @@ def single_file_name(request: SampleRequest) -> str:
 def write_single_file(request: SampleRequest, folder: Path, batches: tuple[Batch, ...]) -> Path:
     """Write all models of finished batches into one file."""
     path = folder / single_file_name(request)
-    return save_together(StoredScenes(folder, batches), path, request.file_format, save_options(request))
+    return save_together(StoredScenes(request, folder, batches), path, request.file_format, save_options(request))
 
 
 @dataclass(frozen=True, slots=True)
 class StoredScenes:
-    """The scenes of finished batches, read from their derivations on disk whenever they are gone through."""
+    """The scenes of finished batches, read from what is kept of them whenever they are gone through."""
 
+    request: SampleRequest
     folder: Path
     batches: Sequence[Batch]
 
     def __iter__(self) -> Iterator[Scene]:
+        models = models_of(self.request)
         for batch in self.batches:
-            yield realize(load_forest(batch_folder(self.folder, batch)))
+            yield models.stored(self.request, batch, batch_folder(self.folder, batch))

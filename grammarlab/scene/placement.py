@@ -7,7 +7,6 @@ might not: an instance comes out the same to the last bit alone and in any batch
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -27,8 +26,10 @@ MOST_TEMPLATES = 32
 """At most so many meshes are: each one costs a few calls."""
 LARGEST_TEMPLATE = 256
 """Vertices; a mesh costs a few calls for each of them, and a long gather is as fast."""
-BLOCK_VALUES = 180_000
-"""Numbers computed at a time, so that they stay in the cache until they are stored."""
+BLOCK_ROWS = 700
+"""Instances placed at a time, so that calls cost less than their work,"""
+BLOCK_VALUES = 50_000
+"""or more, if they are small: numbers that stay in the cache until they are stored."""
 SHORTEST = 1e-18
 """Shorter normals have no direction; the square of this length is still an exact 32-bit number."""
 
@@ -67,6 +68,8 @@ def place(
         np.empty((triangle_offsets[-1], 3), np.uint32),
     )
     most_used = _most_used(shaded, mesh)
+    # By axis, then by coordinate: numbers that are computed alike lie beside each other.
+    axes = np.ascontiguousarray(scene.frames.T)
     templates = [_template(shaded, index, placed) for index in most_used.tolist()]
     kind = np.full(len(shaded.mesh_vertices) - 1, len(templates), np.int8)
     kind[most_used] = np.arange(len(templates))
@@ -74,13 +77,10 @@ def place(
     by_kind = np.argsort(kind_of_instance, kind="stable")
     ends = np.searchsorted(kind_of_instance, np.arange(len(templates) + 1), sorter=by_kind).tolist()
     for template, (first, end) in zip(templates, pairwise(ends), strict=True):
-        step = max(1, BLOCK_VALUES // (3 * len(template.point)))
-        for start in range(first, end, step):
-            rows = by_kind[start : min(start + step, end)]
-            _place_template(template, scene, rows, vertex_offsets.take(rows), triangle_offsets.take(rows))
+        _place_template(template, scene, axes, by_kind[first:end], vertex_offsets, triangle_offsets)
     rest = by_kind[ends[-1] :]
     if len(rest):
-        _place_rest(placed, scene, shaded, mesh, rest, vertex_offsets, triangle_offsets)
+        _place_rest(placed, scene, shaded, axes, mesh, rest, vertex_offsets, triangle_offsets)
     return placed
 
 
@@ -118,19 +118,31 @@ class _Template(NamedTuple):
 def _template(shaded: ShadedMeshes, mesh: int, placed: Placed) -> _Template:
     vertices = slice(*shaded.mesh_vertices[mesh : mesh + 2])
     corners = shaded.triangles[slice(*shaded.mesh_triangles[mesh : mesh + 2])]
-    points, point = np.unique(shaded.points[vertices], axis=0, return_inverse=True)
-    directions, direction = np.unique(shaded.normals[vertices], axis=0, return_inverse=True)
+    points, point = _distinct(shaded.points[vertices])
+    directions, direction = _distinct(shaded.normals[vertices])
     return _Template(
         points,
-        point.ravel(),
+        point,
         directions,
-        direction.ravel(),
+        direction,
         corners.astype(np.uint32).ravel(),
         bool(shaded.axis_aligned[mesh]),
         _windows(placed.vertices, len(point)),
         _windows(placed.normals, len(point)),
         _windows(placed.triangles, len(corners)),
     )
+
+
+def _distinct(vectors: Floats) -> tuple[Floats, Ints]:
+    """The distinct vectors [P, 3] of some [V, 3] in ascending order, and which of them each is [V]."""
+    order = np.lexsort(vectors.T[::-1])
+    ascending = vectors[order]
+    is_new = np.empty(len(order), dtype=bool)
+    is_new[:1] = True
+    np.any(ascending[1:] != ascending[:-1], axis=1, out=is_new[1:])
+    index = np.empty_like(order)
+    index[order] = np.cumsum(is_new) - 1
+    return ascending[is_new], index
 
 
 def _windows(rows: NDArray[Any], width: int) -> NDArray[np.void]:
@@ -143,57 +155,89 @@ def _items(block: NDArray[Any]) -> NDArray[np.void]:
     return block.view(f"V{4 * block.shape[1]}")[:, 0]
 
 
-def _interleaved(vectors: NDArray[np.float32], chosen: Ints) -> NDArray[np.void]:
-    """[N] as one item for each instance, the chosen [V] of its vectors [P, N, 3]."""
-    picked = vectors[chosen]
-    block = np.empty((vectors.shape[1], len(chosen), 3), np.float32)
-    # Coordinate by coordinate, since a copy of rows of three takes twice as long.
-    for axis in range(3):
-        block[:, :, axis] = picked[:, :, axis].T
-    return _items(block.reshape(len(block), -1))
+def _interleaved(vectors: Floats, chosen: Ints) -> NDArray[np.void]:
+    """[N] as one item for each instance, the chosen [V] of its vectors [P, 3, N]."""
+    columns = vectors.astype(np.float32).take(chosen, axis=0).reshape(3 * len(chosen), -1)
+    return _items(np.ascontiguousarray(columns.T))
 
 
-def _place_template(template: _Template, scene: Scene, rows: Ints, vertex: Ints, triangle: Ints) -> None:
-    """Place the instances at `rows` [N], which all use the mesh of `template`, at vertices [N] and triangles [N]."""
-    if len(template.corners) == 0:
-        return
-    position, size = scene.position.take(rows, axis=0) + 0.0, scene.size.take(rows, axis=0)
-    axes = list(np.moveaxis(scene.frames.take(scene.frame.take(rows), axis=0), 2, 0).copy())
-    stretched = [axis * size[:, j, None] for j, axis in enumerate(axes)]
-    points = np.empty((len(template.points), len(rows), 3), np.float32)
-    for index, point in enumerate(template.points.tolist()):
-        points[index] = _combined(position, stretched, point)
-    template.vertices[vertex] = _interleaved(points, template.point)
-
-    if not template.axis_aligned:
-        axes = [axis * stretch[:, None] for axis, stretch in zip(axes, cofactors(size).T, strict=True)]
-    normals = np.empty((len(template.directions), len(rows), 3), np.float32)
-    for index, direction in enumerate(template.directions.tolist()):
-        normal = _combined(np.zeros_like(position), axes, direction)
-        if not template.axis_aligned:
-            normal = _unit_or_up(normal, scene.frames, scene.frame[rows])
-        normals[index] = normal
-    template.normals[vertex] = _interleaved(normals, template.direction)
-    template.triangles[triangle] = _items(template.corners + vertex.astype(np.uint32)[:, None])
+def _place_template(
+    template: _Template, scene: Scene, axes: Floats, rows: Ints, vertex_offsets: Ints, triangle_offsets: Ints
+) -> None:
+    """Place the instances at `rows` [N], which all use the mesh of `template`; axes [3, 3, K] as for `_sums`."""
+    by_frame = _by_frame(template, axes, scene.frame.take(rows))
+    step = max(BLOCK_ROWS, BLOCK_VALUES // (3 * len(template.point)))
+    for start in range(0, len(rows), step):
+        block = rows[start : start + step]
+        frame, size, vertex = scene.frame.take(block), _columns(scene.size, block), vertex_offsets.take(block)
+        turned = axes.take(frame, axis=2)
+        points = _sums(_columns(scene.position, block) + 0.0, turned * size[:, None], template.points)
+        template.vertices[vertex] = _interleaved(points, template.point)
+        template.normals[vertex] = _normals(template, turned, size) if by_frame is None else by_frame.take(frame)
+        template.triangles[triangle_offsets.take(block)] = _items(template.corners + vertex.astype(np.uint32)[:, None])
 
 
-def _combined(start: Floats, axes: Sequence[Floats], weights: Sequence[float] | Sequence[Floats]) -> Floats:
-    """[N, 3] a start, which has no -0, plus axes [N, 3] times a weight each, one after the other.
+def _by_frame(template: _Template, axes: Floats, frame: NDArray[np.integer]) -> NDArray[np.void] | None:
+    """[K] the normals of a mesh in each of the frames [N] of its instances; None where they differ by size, too.
 
-    A weight of 0 for all leaves out what would not change anything.
+    Nor is there a table where most instances have a frame of their own.
     """
-    for axis, weight in zip(axes, weights, strict=True):
-        if isinstance(weight, np.ndarray):
-            start = start + axis * weight
-        elif weight:
-            start = start + (axis if weight == 1.0 else axis * weight)
-    return start
+    num_frames = axes.shape[2]
+    if not template.axis_aligned or num_frames > len(frame):
+        return None
+    is_used = np.zeros(num_frames, dtype=bool)
+    is_used[frame] = True
+    used = np.flatnonzero(is_used)
+    normals = np.empty(num_frames, template.normals.dtype)
+    normals[used] = _normals(template, axes.take(used, axis=2), np.ones((3, 1)))
+    return normals
+
+
+def _normals(template: _Template, axes: Floats, size: Floats) -> NDArray[np.void]:
+    """[N] the unit normals of a mesh of sizes [3, N] under axes [3, 3, N]."""
+    start = np.zeros(axes.shape[1:])
+    if template.axis_aligned:
+        return _interleaved(_sums(start, axes, template.directions), template.direction)
+    normals = _sums(start, axes * cofactors(size)[:, None], template.directions)
+    return _interleaved(np.stack([_unit_or(vectors, axes[1]) for vectors in normals]), template.direction)
+
+
+def _columns(rows: Floats, chosen: Ints) -> Floats:
+    """[3, N] some rows [N] of an array [I, 3], coordinate by coordinate."""
+    return np.ascontiguousarray(rows.take(chosen, axis=0).T)
+
+
+def _sums(start: Floats, axes: Floats, weights: Floats) -> Floats:
+    """[P, 3, N] a start [3, N], which has no -0, plus axes [3, 3, N] times weights [P, 3], one axis after the other.
+
+    Rows of weights that begin alike share what they begin with, if they follow each other.
+    """
+    sums = np.empty((len(weights), *start.shape))
+    x = y = np.nan
+    by_x = by_y = start
+    columns = zip(axes, weights.T.tolist(), strict=True)
+    products = [{weight: _times(axis, weight) for weight in set(column)} for axis, column in columns]
+    for index, (first, second, third) in enumerate(weights.tolist()):
+        if first != x:
+            x, y, by_x = first, np.nan, start + products[0][first] if first else start
+        if second != y:
+            y, by_y = second, by_x + products[1][second] if second else by_x
+        if third:
+            np.add(by_y, products[2][third], out=sums[index])
+        else:
+            sums[index] = by_y
+    return sums
+
+
+def _times(axis: Floats, weight: float) -> Floats:
+    return axis if weight == 1.0 else axis * weight
 
 
 def _place_rest(
     placed: Placed,
     scene: Scene,
     shaded: ShadedMeshes,
+    axes: Floats,
     mesh_of_instance: Ints,
     rest: Ints,
     vertex_offsets: Ints,
@@ -204,17 +248,16 @@ def _place_rest(
     source, _ = take_rows(shaded.mesh_vertices, mesh)
     target, _ = take_rows(vertex_offsets, rest)
     row = row_of_value(np.diff(shaded.mesh_vertices)[mesh])
-    axes, size = np.moveaxis(scene.frames[scene.frame[rest]], 2, 0), scene.size[rest]
-    position = scene.position[rest] + 0.0
-    stretched = [(axis * size[:, j, None])[row] for j, axis in enumerate(axes)]
-    placed.vertices[target] = _combined(position[row], stretched, np.hsplit(shaded.points[source], 3))
+    turned, size = axes.take(scene.frame[rest], axis=2), _columns(scene.size, rest)
+    position = _columns(scene.position, rest) + 0.0
+    placed.vertices[target] = _sums_by_row(position, turned * size[:, None], shaded.points[source], row).T
 
-    stretch = np.where(shaded.axis_aligned[mesh][:, None], 1.0, cofactors(size))
-    stretched = [(axis * stretch[:, j, None])[row] for j, axis in enumerate(axes)]
-    normals = _combined(np.zeros((len(row), 3)), stretched, np.hsplit(shaded.normals[source], 3))
+    stretch = np.where(shaded.axis_aligned[mesh], 1.0, cofactors(size))
+    stretched = turned * stretch[:, None]
+    normals = _sums_by_row(np.zeros_like(position), stretched, shaded.normals[source], row)
     slanted = np.flatnonzero(~shaded.axis_aligned[mesh][row])
-    normals[slanted] = _unit_or_up(normals[slanted], scene.frames, scene.frame[rest][row[slanted]])
-    placed.normals[target] = normals
+    normals[:, slanted] = _unit_or(normals[:, slanted], turned[1].take(row[slanted], axis=1))
+    placed.normals[target] = normals.T
 
     source, _ = take_rows(shaded.mesh_triangles, mesh)
     target, _ = take_rows(triangle_offsets, rest)
@@ -222,23 +265,31 @@ def _place_rest(
     placed.triangles[target] = shaded.triangles[source] + first[:, None]
 
 
-def cofactors(size: NDArray[np.floating]) -> NDArray[np.floating]:
-    """[N, 3] how a size stretches area vectors, up to a common factor.
+def _sums_by_row(start: Floats, axes: Floats, weights: Floats, row: Ints) -> Floats:
+    """[3, N] as `_sums`, for weights [N, 3] that each have a row [N] of the start [3, R] and the axes [3, 3, R]."""
+    sums = start.take(row, axis=1)
+    for axis, weight in zip(axes, weights.T, strict=True):
+        sums += axis.take(row, axis=1) * weight
+    return sums
+
+
+def cofactors(size: Floats) -> Floats:
+    """[3, N] how a size [3, N] stretches area vectors, up to a common factor.
 
     Unlike dividing by the size, it holds for shapes without thickness.
     """
-    x, y, z = size.T
+    x, y, z = size
     largest = np.maximum(np.maximum(x, y), np.maximum(z, np.finfo(np.float32).tiny))
     x, y, z = x / largest, y / largest, z / largest
-    return np.stack((y * z, z * x, x * y), axis=1)
+    return np.stack((y * z, z * x, x * y))
 
 
-def _unit_or_up(vectors: Floats, frames: Floats, frame: NDArray[np.integer]) -> Floats:
-    """The vectors [N, 3] at length one; the y axis of their frames [N] where there is no direction."""
-    x, y, z = vectors.T
+def _unit_or(vectors: Floats, otherwise: Floats) -> Floats:
+    """The vectors [3, N] at length one; those of `otherwise` [3, N] where there is no direction."""
+    x, y, z = vectors
     length = np.sqrt(x * x + y * y + z * z)
     lost = np.flatnonzero(length < SHORTEST)
     length[lost] = 1.0
-    vectors = vectors / length[:, None]
-    vectors[lost] = frames[frame[lost], :, 1]
-    return vectors
+    units = vectors / length
+    units[:, lost] = otherwise[:, lost]
+    return units

@@ -95,7 +95,7 @@ def test_the_hashes_are_those_of_the_grammar_and_of_no_other():
 
 def test_designs_are_realized_in_order():
     addresses = [Address(False, 5, 0), Address(False, 5, 3), Address(True, 5, 1)]
-    scene = SPACE.realize(addresses)
+    scene = SPACE.realize(addresses).scene
     assert scene.num_models == 3
     program = flattened(SPACE.grammar).program
     singles = [derive(SPACE.program, 1, 5), derive(SPACE.program, 1, 5, first_model=3)]
@@ -135,7 +135,7 @@ def test_addresses_that_cannot_be_followed_are_refused(change, message):
 
 def test_addresses_with_a_footprint_and_attributes_are_followed():
     address = Address(False, 1, 0, attributes='{"h":7}', footprint="4x2")
-    top = SPACE.realize([address])
+    top = SPACE.realize([address]).scene
     assert (top.position + top.size)[:, 1].max() == pytest.approx(7.0)
 
 

@@ -73,11 +73,11 @@ families = ["paths", "symbols", "thresholds"]
     (answers,) = state.answers.values()
     scores = dict(zip(map(str, answers.designs), answers.scores.tolist(), strict=True))
     place, size = ("house", str(tmp_path)), len(material.study.pool)
-    handler = learner(RULES, *place, SEED, size, False)
+    handler = learner(".cga", RULES, *place, SEED, size, False)
     shuffled = dict(sorted(scores.items(), key=lambda item: item[0][::-1]))
     found = handler(Update({OVERALL: shuffled}, {OVERALL: 1}, None), nothing)
     assert np.array_equal(found.product.mean, predicted.astype(np.float32))
-    make = maker(RULES, *place, str(tmp_path / "session.db"), SEED, size)
+    make = maker(".cga", RULES, *place, str(tmp_path / "session.db"), SEED, size)
     pages = make(LearnGrammar({OVERALL: shuffled}, found.wide), nothing).text
 
     # A label file.

@@ -78,6 +78,8 @@ def tiles_of(source: Source, models: Sequence[int], area: int, executor: Abstrac
         executor: who draws; the pictures do not depend on it.
     """
     different = sorted(set(models))
-    batch = triangles(source.space.realize([source.labelled_address._replace(model=model) for model in different]))
+    batch = triangles(
+        source.space.realize([source.labelled_address._replace(model=model) for model in different]).scene
+    )
     tiles = draw_tiles([batch.model(index) for index in range(len(different))], area, executor)
     return replace(tiles, pictures=tuple(tiles.pictures[different.index(model)] for model in models))

@@ -16,10 +16,10 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.selection import select_models
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.grammar_space import GrammarSpace
-from grammarlab.learning.grammar_target import check_method
 from grammarlab.learning.made import MadePool
 from grammarlab.learning.measure import Measured, measured
 from grammarlab.learning.pool import Pool
+from grammarlab.learning.target import check_method
 from grammarlab.runs.derive_batch import compiled
 from grammarlab.runs.examples import RuleSource, find_rules
 from grammarlab.runs.learn.example_models import example_models
@@ -85,11 +85,11 @@ def learn_from_files(
     chosen = cast(ExampleMethod, method)
     source = find_rules(grammar)
     parsed, _ = compiled(source.text(), source.name)
-    known = None if scenario is None else scenario_of(scenario, grammar, parsed)
+    known = None if scenario is None else scenario_of(scenario, grammar, parsed.hash)
     begun = perf_counter()
     forest = example_models(examples, parsed)
     header = [
-        origin_line(source.name, parsed),
+        origin_line(source.file, parsed.hash),
         f"Examples {examples.name}: {forest.num_models} models",
         f"Method {method} from examples",
     ]
@@ -97,7 +97,7 @@ def learn_from_files(
         learned = learn_from_examples(parsed, forest, chosen, header=header, assets=source.assets)
         seconds = perf_counter() - begun
         held_out = _held_out(parsed, forest, chosen)
-    write_learned(file, learned, source.assets)
+    write_learned(file, learned.text, GrammarSpace(learned.original, source.assets), source.assets)
     made = MadePool.of(GrammarSpace(parsed, source.assets), Pool(seed))
     ratio = np.concatenate([learned.ratio(forest) for forest in made.batches])
     return ExamplesResult(

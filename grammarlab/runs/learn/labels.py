@@ -7,20 +7,17 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from grammarlab.density import sampled
-from grammarlab.density.learned import LearnedGrammar
-from grammarlab.density.splitting import Base
 from grammarlab.density.thinning import Progress, silent
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.learning.answers import answers_of
-from grammarlab.learning.grammar_space import GrammarSpace
-from grammarlab.learning.grammar_target import Learned, LearnedDensity, check_method, learn_grammar
+from grammarlab.learning.design_space import AbstractDesignSpace
 from grammarlab.learning.pool import Pool
 from grammarlab.learning.round import Study, init, step
 from grammarlab.learning.settings import Settings
 from grammarlab.learning.simplification import SimplifiedFactor
+from grammarlab.learning.target import Learned, LearnedDensity, Making
 from grammarlab.preference.base import Relevance
-from grammarlab.runs.derive_batch import compiled
+from grammarlab.runs.domains import domain_of, opened
 from grammarlab.runs.examples import RuleSource, find_rules
 from grammarlab.runs.learn.measure import Truth
 from grammarlab.runs.learn.scenario import origin_line, scenario_of, write_learned
@@ -30,12 +27,14 @@ from grammarlab.runs.workers import one_thread
 
 @dataclass(frozen=True)
 class LabelsResult:
-    """A grammar learned from labels, and what was learned."""
+    """A file learned from labels, and what was learned."""
 
-    density: LearnedDensity
+    space: AbstractDesignSpace[Any]
+    """The designs that the labels are about."""
+    density: LearnedDensity[Any]
     """What was made of the scores."""
     file: Path | None
-    """The new rule file; None where the method makes no grammar."""
+    """The new file; None where the method makes none."""
     labels: Path
     source: RuleSource
     num_labels: int
@@ -47,7 +46,7 @@ class LabelsResult:
     """How near it comes to what a simulated person really wanted, where that is known."""
 
     @property
-    def learned(self) -> Learned:
+    def learned(self) -> Learned[Any]:
         """What samples the density."""
         return self.density.learned
 
@@ -73,24 +72,20 @@ def learn_from_labels(
     grammar: str,
     labels: Path,
     file: Path,
+    making: Making | None = None,
     *,
-    method: str = "compile",
-    base: Base = "grammar",
-    num_samples: int = sampled.NUM_SAMPLES,
     settings: Settings | None = None,
     pool: Pool | None = None,
     scenario: Path | None = None,
     on_progress: Progress = silent,
 ) -> LabelsResult:
-    """Learns the grammar that samples in proportion to the scores of a label file.
+    """Learns the file that samples in proportion to the scores of a label file.
 
     Args:
-        grammar: a rule file or the name of a shipped grammar: that of the labels.
+        grammar: a file that describes designs, or the name of a shipped grammar: that of the labels.
         labels: a label file (`grammarlab.preference.label_files`), or a session file (.db).
-        file: where to write the new rule file; assets that it names are put beside it.
-        method: of `grammarlab.learning.grammar_target.METHODS`: how the grammar is made of what was learned.
-        base: what the preference multiplies.
-        num_samples: models to learn from, for the methods that need them.
+        file: where to write the new file, of the same kind; assets that it names are put beside it.
+        making: how to make it of what was learned.
         settings: how to learn; by default as the scenario says, or else as in a session.
         pool: the models that the preference is looked at on; by default those of the session, or of seed 0.
         scenario: a scenario file to compare the result with; nothing is learned from it.
@@ -101,29 +96,29 @@ def learn_from_labels(
         AssetError: for a label file that cannot be read.
         GrammarlabError: when the density cannot be made.
     """
-    check_method(method)
-    begun = perf_counter()
+    begun, making = perf_counter(), making or Making()
     table, own_pool = read_labels_or_session(labels)
     source = find_rules(grammar)
-    parsed, _ = compiled(source.text(), source.name)
-    known = None if scenario is None else scenario_of(scenario, grammar, parsed)
+    space = opened(source.suffix, source.text(), source.name, source.assets)
+    writer = domain_of(source.suffix).writer(space)
+    writer.method(making.method)
+    known = None if scenario is None else scenario_of(scenario, grammar, space.hashes[0])
     if settings is None and known is not None:
         settings = METHODS["default"].settings(known.scenario.features)
-    space = GrammarSpace(parsed, source.assets)
     answers = answers_of(table, space.hashes)
     study = Study(space, pool or own_pool or Pool(), settings)
-    lines = [origin_line(source.name, parsed), f"Labels {labels.name}: {len(table)} scores"]
+    lines = [origin_line(source.file, space.hashes[0]), f"Labels {labels.name}: {len(table)} scores"]
     with one_thread():
         state = step(study, init(study), answers)
-        options: dict[str, Any] = {"method": method, "base": base, "num_samples": num_samples}
-        density = learn_grammar(study, state, space, lines=lines, on_progress=on_progress, **options)
+        density = writer.learn(study, state, making, lines, on_progress)
     seconds = perf_counter() - begun
     learned = density.learned
-    if isinstance(learned, LearnedGrammar):
-        write_learned(file, learned, source.assets)
+    if learned.text:
+        write_learned(file, learned.text, space, source.assets)
     return LabelsResult(
+        space,
         density,
-        file if isinstance(learned, LearnedGrammar) else None,
+        file if learned.text else None,
         labels,
         source,
         len(table),

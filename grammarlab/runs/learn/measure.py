@@ -13,8 +13,8 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.preparation import Source, labelled_set
 from grammarlab.learning.agreement import Agreement
-from grammarlab.learning.grammar_target import Learned
 from grammarlab.learning.measure import Measured, measured
+from grammarlab.learning.target import Learned
 
 Floats = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ class LabelledSet:
         logs = np.concatenate(log_weights)
         return cls(source, wanted, np.exp(logs - logs.max()), forests)
 
-    def measure(self, learned: Learned) -> Measured:
+    def measure(self, learned: Learned[Forest]) -> Measured:
         """How near a learned density comes to the wanted one."""
         return measured(self.wanted, np.concatenate([learned.ratio(forest) for forest in self.forests]), self.weights)
 
@@ -80,6 +80,6 @@ class Truth:
         return self.measured.before
 
     @classmethod
-    def of(cls, source: Source, learned: Learned) -> Truth:
+    def of(cls, source: Source, learned: Learned[Forest]) -> Truth:
         """Derives the labelled set and compares."""
         return cls(source.scenario.name, LabelledSet.of(source).measure(learned))

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from grammarlab.density.sampler import GrammarSampler
-from grammarlab.learning.grammar_target import Learned
+from grammarlab.learning.target import Learned
 from grammarlab.runs.learn.examples import ExamplesResult
 from grammarlab.runs.learn.labels import LabelsResult
 from grammarlab.runs.learn.measure import Truth
@@ -43,17 +44,17 @@ def page_of_labels(result: LabelsResult) -> Report:
     facts = (
         ("labels", f"{result.num_labels}"),
         *cost_facts(learned, density.measured),
-        ("method", f"{learned.method}, base {density.target.base}"),
+        ("method", f"{learned.method}, base {learned.base}"),
         ("seconds", f"{result.seconds:.1f}"),
     )
     return Report(
         _title(result.file, learned),
-        f"Learned by `grammarlab learn` from {result.source.name}.cga and {result.labels.name}.",
+        f"Learned by `grammarlab learn` from {result.source.file} and {result.labels.name}.",
         compared,
         facts,
         _label_sections(result),
         learned.findings,
-        GrammarSampler(density.target.grammar, result.source.assets),
+        result.space,
         learned,
     )
 
@@ -102,7 +103,7 @@ def page_of_examples(result: ExamplesResult) -> Report:
     ]
     return Report(
         _title(result.file, learned),
-        f"Learned by `grammarlab learn` from {result.source.name}.cga and the models in {result.examples.name}.",
+        f"Learned by `grammarlab learn` from {result.source.file} and the models in {result.examples.name}.",
         (moved, *_truth(result.truth), _rules(learned)),
         tuple(facts),
         (),
@@ -112,11 +113,11 @@ def page_of_examples(result: ExamplesResult) -> Report:
     )
 
 
-def _title(file: Path | None, learned: Learned) -> str:
+def _title(file: Path | None, learned: Learned[Any]) -> str:
     return learned.method if file is None else file.name
 
 
-def _rules(learned: Learned) -> tuple[str, str, str]:
+def _rules(learned: Learned[Any]) -> tuple[str, str, str]:
     return "rules", f"{learned.rules_before}", f"{learned.rules_after}"
 
 

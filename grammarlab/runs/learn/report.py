@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from grammarlab.density.rejection import RejectionSampler
-from grammarlab.density.sampler import AbstractSampler
 from grammarlab.files import write_text
-from grammarlab.learning.grammar_target import Learned
 from grammarlab.learning.measure import Measured
+from grammarlab.learning.target import Learned
 from grammarlab.runs.executors import AbstractExecutor
-from grammarlab.runs.learn.side_by_side import draw_side_by_side
+from grammarlab.runs.learn.side_by_side import Sampled, draw_side_by_side
 from grammarlab.runs.markdown import table
 
 SIDES = (4, 10)
@@ -33,8 +33,8 @@ class Report:
     sections: tuple[tuple[str, str], ...]
     """Heading and Markdown of what comes below the pictures."""
     findings: tuple[str, ...]
-    before: AbstractSampler
-    after: AbstractSampler
+    before: Sampled
+    after: Sampled
 
 
 def write_report(report: Report, folder: Path, *, seed: int, executor: AbstractExecutor) -> Path:
@@ -95,7 +95,7 @@ def compared_rows(wanted: str, measured: Measured) -> tuple[tuple[str, str, str]
     )
 
 
-def cost_facts(learned: Learned, measured: Measured) -> tuple[tuple[str, str], ...]:
+def cost_facts(learned: Learned[Any], measured: Measured) -> tuple[tuple[str, str], ...]:
     """Rows about how rare what is liked is, and what rejection makes of it."""
     effective = (f"effective models of the {measured.num_models:,} looked at", f"{measured.effective_models:,.0f}")
     if not isinstance(learned, RejectionSampler):

@@ -6,6 +6,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 from grammarlab import __version__
 from grammarlab.density import sampled
@@ -18,10 +19,11 @@ from grammarlab.errors import UsageError
 from grammarlab.evaluation.preparation import Source
 from grammarlab.files import write_text
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.syntax import String
-from grammarlab.language.walking import walk
-from grammarlab.learning.grammar_target import Learned, check_method, learn_target
+from grammarlab.learning.design_space import AbstractDesignSpace
+from grammarlab.learning.grammar_space import GrammarSpace
+from grammarlab.learning.grammar_target import METHODS, LearnedSampler, learn_target
 from grammarlab.learning.measure import Measured
+from grammarlab.learning.target import check_method
 from grammarlab.runs.asset_files import named_files
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.examples import assets_folder, find_rules
@@ -33,7 +35,7 @@ from grammarlab.runs.workers import one_thread
 class LearnResult:
     """A learned grammar and how good it is."""
 
-    learned: Learned
+    learned: LearnedSampler
     source: Source
     file: Path | None
     """The new rule file; None where the method makes no grammar."""
@@ -75,18 +77,18 @@ def learn_from_scenario(
         UsageError: for an unknown method, or a grammar that the scenario is not about.
         GrammarlabError: when the density cannot be made.
     """
-    check_method(method)
-    source = scenario_of(scenario, grammar, Grammar.parse(find_rules(grammar).text()))
+    check_method(method, METHODS)
+    source = scenario_of(scenario, grammar, Grammar.parse(find_rules(grammar).text()).hash)
     learned, seconds = learned_of(source, method, num_samples, on_progress)
     if isinstance(learned, LearnedGrammar):
-        write_learned(file, learned, source.assets)
+        write_learned(file, learned.text, GrammarSpace(learned.original, source.assets), source.assets)
     written = file if isinstance(learned, LearnedGrammar) else None
     return LearnResult(learned, source, written, LabelledSet.of(source).measure(learned), seconds)
 
 
 def learned_of(
     source: Source, method: str, num_samples: int = sampled.NUM_SAMPLES, on_progress: Progress = silent
-) -> tuple[Learned, float]:
+) -> tuple[LearnedSampler, float]:
     """What a method makes of a scenario, and how many seconds it took.
 
     Args:
@@ -102,54 +104,53 @@ def learned_of(
     forest = derive(grammar, ENOUGH_MODELS, found.seed, assets=source.assets)
     found.check(forest.symbols, forest.rules, forest.sites)
     target = Target.of_score(grammar, found.score, found.base, source.assets)
-    lines = [origin_line(find_rules(found.grammar).name, grammar), f"Scenario {found.name}: {found.title}"]
+    lines = [origin_line(find_rules(found.grammar).file, grammar.hash), f"Scenario {found.name}: {found.title}"]
     begun = perf_counter()
     with one_thread():
         learned = learn_target(target, method, forest, lines, (found.seed + 1) % 2**64, num_samples, on_progress)
     return learned, perf_counter() - begun
 
 
-def origin_line(name: str, grammar: Grammar) -> str:
+def origin_line(file: str, text_hash: str) -> str:
     """The line of a learned file that says what it was made from, which `grammarlab compare` reads."""
-    return f"Learned by grammarlab {__version__} from {name}.cga (SHA-256 {grammar.hash[:16]})"
+    return f"Learned by grammarlab {__version__} from {file} (SHA-256 {text_hash[:16]})"
 
 
-def scenario_of(scenario: Path, name: str, grammar: Grammar) -> Source:
+def scenario_of(scenario: Path, name: str, text_hash: str) -> Source:
     """A scenario about a grammar.
 
     Args:
         scenario: a scenario file.
         name: of the grammar, as the user gave it.
-        grammar: the same, read.
+        text_hash: SHA-256 of its text.
 
     Raises:
         UsageError: when the scenario is about another one.
     """
     source = load_source(scenario)
-    if grammar.hash != source.grammar.hash:
+    if text_hash != source.grammar.hash:
         raise UsageError(
             f"scenario {source.scenario.name} is about the grammar {source.scenario.grammar}, not about {name}"
         )
     return source
 
 
-def write_learned(file: Path, learned: LearnedGrammar, assets: Path) -> None:
-    """Writes the rule file of a learned grammar, and puts the assets that it needs beside it."""
+def write_learned(file: Path, text: str, space: AbstractDesignSpace[Any], assets: Path) -> None:
+    """Writes a learned file, and puts the assets that the space names beside it."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_text(file, learned.text)
-    put_assets_beside(file, learned.original, assets)
+    write_text(file, text)
+    put_assets_beside(file, space, assets)
 
 
-def put_assets_beside(file: Path, grammar: Grammar, assets: Path) -> None:
-    """Copies the assets that a grammar names to where a rule file at this place looks for them.
+def put_assets_beside(file: Path, space: AbstractDesignSpace[Any], assets: Path) -> None:
+    """Copies the assets that a space names to where a file at this place looks for them.
 
     Folders among them are copied whole, since rules may put names together. What is there already stays.
     """
     if not assets.is_dir() or assets_folder(file).resolve() == assets.resolve():
         return
     folder = file.parent / "assets"
-    texts = (node.value for node in walk(grammar.tree) if isinstance(node, String))
-    for top in sorted({Path(name).parts[0] for name in named_files(texts, assets)}):
+    for top in sorted({Path(name).parts[0] for name in named_files(space.asset_names(), assets)}):
         source, target = assets / top, folder / top
         folder.mkdir(exist_ok=True)
         if source.is_file() and not target.exists():

@@ -4,24 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from PIL import Image
 
-from grammarlab.density.sampler import AbstractSampler
 from grammarlab.files import atomic_file
 from grammarlab.runs.executors import AbstractExecutor
 from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
 from grammarlab.runs.tiles import draw_tiles
-from grammarlab.scene import realize, triangles
+from grammarlab.scene import Scene, triangles
 
 WIDTH = 900
 """About how many pixels the samples of one density are wide."""
 _MARGIN = 12
 
 
+class Sampled(Protocol):
+    """A density that can be looked at."""
+
+    def scene(self, num: int, seed: int, /) -> Scene:
+        """Samples, as meshes."""
+        ...
+
+
 def draw_side_by_side(
-    shown: Sequence[tuple[str, AbstractSampler]], file: Path, *, side: int, seed: int, executor: AbstractExecutor
+    shown: Sequence[tuple[str, Sampled]], file: Path, *, side: int, seed: int, executor: AbstractExecutor
 ) -> None:
     """Draws samples of some densities beside each other, each model filling its picture.
 
@@ -33,7 +41,7 @@ def draw_side_by_side(
         executor: who draws; the picture does not depend on it.
     """
     number = side * side
-    batches = [triangles(realize(sampler.sample(number, seed))) for _, sampler in shown]
+    batches = [triangles(sampler.scene(number, seed)) for _, sampler in shown]
     models = [batch.model(index) for batch in batches for index in range(number)]
     tiles = draw_tiles(models, (WIDTH // side) ** 2, executor)
     layout = lay_out(number, side, tiles.width, tiles.height)

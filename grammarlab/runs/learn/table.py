@@ -16,7 +16,7 @@ from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.scenario import Scenario
 from grammarlab.features.stripping import without_geometry
-from grammarlab.learning.grammar_target import Learned
+from grammarlab.learning.grammar_target import LearnedSampler
 from grammarlab.runs.evaluate.measurements import digest, measurements_in
 from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.executors import SERIAL, AbstractExecutor
@@ -131,7 +131,7 @@ def _measured(task: _Task) -> dict[str, object]:
     )
 
 
-def _from_examples(source: Source, num_samples: int) -> tuple[Learned, float]:
+def _from_examples(source: Source, num_samples: int) -> tuple[LearnedSampler, float]:
     """S tied from samples of the wanted density, whatever it may depend on."""
     found = source.scenario
     target = Target.of_score(source.grammar, found.score, found.base, source.assets)

@@ -6,36 +6,27 @@ from collections import OrderedDict
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.compiler import compile_grammar
-from grammarlab.derivation.derive import derive
-from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.lots import Lots
-from grammarlab.derivation.program import Program
-from grammarlab.derivation.vocabulary import number_grammar
 from grammarlab.errors import Finding, GrammarlabError
 from grammarlab.export.glb import merged_glb
-from grammarlab.geometry.assets import AssetFolder
-from grammarlab.language.grammar import Grammar
 from grammarlab.learning.addresses import Address
-from grammarlab.learning.flattening import flattened
+from grammarlab.learning.design_space import AbstractDesignSpace
 from grammarlab.render.camera import View, frame
 from grammarlab.render.raycast import RaycastRenderer
 from grammarlab.render.renderer import RenderOptions
-from grammarlab.runs.checks import grammar_to_run
-from grammarlab.runs.examples import SUFFIX
+from grammarlab.runs.domains import opened
 from grammarlab.runs.missing_assets import warnings_of
 from grammarlab.runs.scoring.crew import Handler, Report
 from grammarlab.runs.scoring.parts import PartFinder
 from grammarlab.runs.scoring.tasks import Begin, Draw, Drawn, FindPart, MakeGlb, Part
 from grammarlab.runs.sheet_page import PAPER
 from grammarlab.runs.tiles import seen_points
-from grammarlab.scene import TriangleBatch, realize, triangles
+from grammarlab.scene import TriangleBatch, triangles
 
 KEPT = 48
 """Models that are kept in memory, since they are drawn twice: quickly, then well."""
@@ -44,30 +35,22 @@ MAX_VERTICES = 8_000_000
 MAX_GLB_BYTES = 128 << 20
 
 
-def artist(text: str, name: str, assets: str) -> Handler:
-    """What does `Draw`, `MakeGlb` and `FindPart` tasks for a grammar."""
-    grammar = grammar_to_run(text, f"{name}{SUFFIX}")
-    return _Studio(grammar, compile_grammar(grammar), Path(assets), AssetFolder(Path(assets))).do
+def artist(suffix: str, text: str, name: str, assets: str) -> Handler:
+    """What does `Draw`, `MakeGlb` and `FindPart` tasks for the designs that a text describes."""
+    return _Studio(opened(suffix, text, name, Path(assets)), Path(assets)).do
 
 
 @dataclass
 class _Studio:
     """Models that were looked at last."""
 
-    grammar: Grammar
-    program: Program
+    space: AbstractDesignSpace[Any]
     assets: Path
-    known_assets: AssetFolder
-    """The same, with what was read of it."""
     models: OrderedDict[str, TriangleBatch] = field(default_factory=OrderedDict)
     parts: PartFinder | None = None
     """For the model whose parts were asked for last."""
     warnings: dict[Finding, None] = field(default_factory=dict)
     """About any model so far."""
-
-    @cached_property
-    def flattened(self) -> Program:
-        return flattened(self.grammar).program
 
     def do(self, request: Begin | Draw | MakeGlb | FindPart, _report: Report) -> Drawn | Part | bytes | bool:
         if isinstance(request, Begin):
@@ -87,15 +70,8 @@ class _Studio:
 
     def _part(self, request: FindPart) -> Part:
         if self.parts is None or self.parts.model != request.model:
-            forest = self._forest([Address.parse(request.model)])
-            self.parts = PartFinder.of(request.model, forest, number_grammar(self.grammar))
+            self.parts = PartFinder(request.model, self.space.parts(Address.parse(request.model)))
         return self.parts.find(request.number, request.is_triangle)
-
-    def _forest(self, addresses: Sequence[Address]) -> Forest:
-        """Models of one grammar, at least one."""
-        program = self.flattened if addresses[0].flat else self.program
-        lots = Lots.at([address.seed for address in addresses], [address.model for address in addresses])
-        return derive(program, lots, assets=self.known_assets)
 
     def _draw(self, models: Sequence[str], options: RenderOptions) -> list[NDArray[np.uint8]]:
         # A model that cannot be derived is told about when somebody looks at it closely; others are no worse for it.
@@ -117,13 +93,14 @@ class _Studio:
         return self.models[text]
 
     def _derive(self, addresses: Sequence[Address]) -> None:
-        """Models into memory, all of one grammar together."""
-        for flat in {address.flat: None for address in addresses}:
-            wanted = [address for address in addresses if address.flat == flat]
-            forest = self._forest(wanted)
-            self.warnings |= dict.fromkeys(warnings_of(forest.missing_assets, self.assets))
-            batch = triangles(realize(forest))
-            self.models |= {str(address): batch.model(row) for row, address in enumerate(wanted)}
+        """Models into memory."""
+        if not addresses:
+            return
+        ordered = sorted(addresses)
+        found = self.space.realize(ordered)
+        self.warnings |= dict.fromkeys(warnings_of(found.missing_assets, self.assets))
+        batch = triangles(found.scene)
+        self.models |= {str(address): batch.model(index) for index, address in enumerate(ordered)}
         vertices = sum(len(model.vertices) for model in self.models.values())
         while len(self.models) > KEPT or (vertices > MAX_VERTICES and len(self.models) > len(addresses)):
             vertices -= len(self.models.popitem(last=False)[1].vertices)

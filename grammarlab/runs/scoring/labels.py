@@ -6,8 +6,7 @@ from contextlib import closing
 from pathlib import Path
 
 from grammarlab.errors import UsageError
-from grammarlab.learning.addresses import Address
-from grammarlab.learning.flattening import hash_of_flattened
+from grammarlab.learning.addresses import Address, hashes_of
 from grammarlab.learning.pool import Pool
 from grammarlab.preference.label_files import read_labels
 from grammarlab.preference.labels import Labels
@@ -37,7 +36,7 @@ def labels_of(factors: Factors, grammar: str) -> Labels:
         factors: of a session.
         grammar: SHA-256 of its grammar.
     """
-    hashes = grammar, hash_of_flattened(grammar)
+    hashes = hashes_of(grammar)
     rows = []
     for factor, scores in factors.items():
         for text, score in scores.items():
@@ -55,7 +54,7 @@ def scores_of(labels: Labels, grammar: str) -> Factors:
     Raises:
         UsageError: when they are about another grammar, about other footprints or attributes, or too many.
     """
-    hashes = grammar, hash_of_flattened(grammar)
+    hashes = hashes_of(grammar)
     if not len(labels):
         raise UsageError("there are no labels in the file.")
     if len(labels) > MAX_MODELS:

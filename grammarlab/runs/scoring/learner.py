@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from grammarlab.learning.addresses import Address
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.divergence import jensen_shannon
-from grammarlab.learning.grammar_space import GrammarSpace
 from grammarlab.learning.pool import Pool
 from grammarlab.learning.questions import ask
 from grammarlab.learning.round import State, Study, answered, init, step
@@ -23,7 +22,7 @@ from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.fitting import fit
 from grammarlab.preference.grouped import GroupedPreference
 from grammarlab.preference.queries import Way
-from grammarlab.runs.derive_batch import compiled
+from grammarlab.runs.domains import opened
 from grammarlab.runs.scoring.crew import Handler, Report
 from grammarlab.runs.scoring.tasks import Choice, Choose, Factors, Features, Learned, Predicted, Prepare, Update
 
@@ -35,18 +34,19 @@ MOST_RELEVANCES = 8
 """Entries of what matters most."""
 
 
-def learner(text: str, name: str, assets: str, seed: int, size: int, wide: bool) -> Handler:
+def learner(suffix: str, text: str, name: str, assets: str, seed: int, size: int, wide: bool) -> Handler:
     """What does `Prepare`, `Update` and `Choose` tasks for a session.
 
     Args:
-        text: of the rule file.
-        name: of the grammar.
+        suffix: of the file that describes the models.
+        text: of the same.
+        name: of the same.
         assets: folder of meshes and images.
         seed: of the session.
         size: of its pool, before that is widened.
         wide: whether it has been widened for rare models.
     """
-    return _Learner(Study(GrammarSpace(compiled(text, name)[0], Path(assets)), Pool(seed, size, wide))).do
+    return _Learner(Study(opened(suffix, text, name, Path(assets)), Pool(seed, size, wide))).do
 
 
 class _Learner:

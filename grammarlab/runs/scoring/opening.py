@@ -8,6 +8,7 @@ from pathlib import Path
 
 from grammarlab.errors import UsageError
 from grammarlab.extras import require
+from grammarlab.runs.domains import domain_of
 from grammarlab.runs.examples import find_rules
 from grammarlab.runs.scoring.store import SUFFIX, About, Store
 
@@ -54,13 +55,18 @@ def open_session(
     _check(path, seed, size)
     source = find_rules(grammar, assets)
     title = re.sub(r"[^\w ().-]", "_", source.name)[:200]
-    found = About(title, source.text().removeprefix("\ufeff"), seed, size)
+    found = About(title, source.text().removeprefix("\ufeff"), seed, size, source.suffix)
     if not path.exists():
         if stored_grammar:
             raise UsageError(f"{path}: no such session, so it has no stored grammar; leave --stored-grammar out.")
         return Opening(path, found, None, source.assets)
     store = Store.open(path, found)
-    if store.about.hash != found.hash and not stored_grammar:
+    try:
+        domain_of(store.about.suffix)
+    except UsageError as error:
+        store.close()
+        raise UsageError(f"{path}: the session is about models of another kind. {error}") from error
+    if (store.about.hash, store.about.suffix) != (found.hash, found.suffix) and not stored_grammar:
         known = store.about.hash
         store.close()
         raise UsageError(

@@ -96,7 +96,7 @@ class Rounds:
         self.updating: Progress | None = None
         self.is_changed = False
         self._tell = tell
-        place, deliver = (about.grammar, about.title, str(assets)), artists.deliver
+        place, deliver = (about.suffix, about.grammar, about.title, str(assets)), artists.deliver
         self._artists = artists
         models = about.seed, about.size, self.record.wide
         self._learners = Crew(f"{_HERE}.learner:learner", (*place, *models), 1, deliver, _LAST)

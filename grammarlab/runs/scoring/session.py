@@ -69,7 +69,7 @@ class Session:
         self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._windows: dict[Send, None] = {}
         self._is_closed = False
-        place = (about.grammar, about.title, str(opening.assets))
+        place = (about.suffix, about.grammar, about.title, str(opening.assets))
         size = available_cores() if jobs is None else jobs
         self._artists = Crew(f"{__package__}.artist:artist", place, size, self._inbox.put)
         self._artists.start()

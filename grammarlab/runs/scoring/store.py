@@ -19,6 +19,7 @@ from pathlib import Path
 
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.learning.addresses import shown
+from grammarlab.runs.domains import DEFAULT
 from grammarlab.runs.scoring.events import Body, Event, Record
 
 SUFFIX = ".db"
@@ -36,6 +37,7 @@ MAX_TEXT = 8 << 20
 """Characters of one value in a file."""
 MAX_EVENTS = 1_000_000
 TITLE = re.compile(r"[\w ().-]{1,200}")
+KIND = re.compile(r"\.\w{1,32}")
 PATIENCE = 5.0
 """Seconds to wait for another process that is writing."""
 
@@ -50,11 +52,13 @@ class About:
     title: str
     """Name of the grammar: letters, digits, spaces and ``().-_``, since files are called after it."""
     grammar: str
-    """Text of the rule file."""
+    """Text of the file that describes the models."""
     seed: int
     """Of the models to choose from, 0 <= seed < 2**64."""
     size: int
     """How many models there are to choose from."""
+    suffix: str = DEFAULT
+    """What the text is read as (`grammarlab.runs.domains`)."""
 
     @property
     def hash(self) -> str:
@@ -189,7 +193,7 @@ class Store:
             if version == 0 and begin is not None:
                 self._connection.execute(f"PRAGMA application_id = {APPLICATION}")
                 values = {"title": begin.title, "grammar": begin.grammar, "hash": begin.hash}
-                values |= {"seed": str(begin.seed), "size": str(begin.size)}
+                values |= {"seed": str(begin.seed), "size": str(begin.size), "suffix": begin.suffix}
                 self._connection.executemany("INSERT INTO about VALUES (?, ?)", values.items())
             self._connection.execute(f"PRAGMA user_version = {len(STEPS)}")
 
@@ -207,7 +211,10 @@ class Store:
             raise AssetError(f"{self._path}: a session file with seed {seed} and {size} models; it is broken.")
         if not TITLE.fullmatch(found["title"]):
             raise AssetError(f"{self._path}: a session file with the title {shown(found['title'])}; it is broken.")
-        about = About(found["title"], found["grammar"], seed, size)
+        suffix = found.get("suffix", DEFAULT)  # earlier versions knew one only
+        if not KIND.fullmatch(suffix):
+            raise AssetError(f"{self._path}: a session file about {shown(suffix)} files; it is broken.")
+        about = About(found["title"], found["grammar"], seed, size, suffix)
         if about.hash != found["hash"]:
             raise AssetError(f"{self._path}: the grammar in it is not what it was; the file is broken.")
         return about

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.grammar_space import GrammarSpace
 from grammarlab.runs.asset_files import hash_assets
 from grammarlab.runs.learn.scenario import put_assets_beside
 from grammarlab.runs.request import SampleRequest
@@ -33,7 +34,7 @@ def test_a_rule_file_written_elsewhere_finds_the_same_assets(house, tmp_path, pl
     file = tmp_path / place
     file.parent.mkdir(exist_ok=True)
     file.write_text(RULES)
-    put_assets_beside(file, Grammar.parse(RULES), before.assets)
+    put_assets_beside(file, GrammarSpace(Grammar.parse(RULES)), before.assets)
     assert hash_assets(SampleRequest.of(file)) == hash_assets(before) == hash_assets(SampleRequest.of(house))
     assert not (tmp_path / "elsewhere" / "assets" / "unused.obj").exists()
 
@@ -44,7 +45,7 @@ def test_files_of_a_person_stay_and_nothing_from_outside_comes_along(house, tmp_
     mine.write_text("mine")
     secret.write_text("secret")
     (tmp_path / "city" / "assets" / "trees" / "elm.obj").symlink_to(secret)
-    put_assets_beside(mine.parent.parent / "a.cga", Grammar.parse(RULES), SampleRequest.of(house).assets)
+    put_assets_beside(mine.parent.parent / "a.cga", GrammarSpace(Grammar.parse(RULES)), SampleRequest.of(house).assets)
     assert mine.read_text() == "mine"
     assert (mine.parent / "trees" / "oak.obj").is_file()
     assert (mine.parent / "trees" / "elm.obj").is_symlink()

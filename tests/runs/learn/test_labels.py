@@ -3,15 +3,18 @@
 import numpy as np
 import pytest
 
+from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import AssetError, GrammarlabError, InexactError, LanguageError, UsageError
 from grammarlab.features.counting import count
 from grammarlab.features.pattern_text import parse
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.flattening import flattened, flattened_hash
+from grammarlab.learning.addresses import hashes_of
+from grammarlab.learning.flattening import flattened
 from grammarlab.learning.pool import Pool
 from grammarlab.learning.settings import FeatureOptions, Settings
+from grammarlab.learning.target import NUM_SAMPLES, Making
 from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import Label, Labels
 from grammarlab.runs.examples import find_rules
@@ -45,7 +48,9 @@ def scored(grammar, score, number=80, seed=7, factor="overall"):
 def learn(tmp_path, labels, **options):
     save_labels(labels, tmp_path / "labels.csv")
     options.setdefault("pool", Pool(0, 500))
-    return learn_from_labels(str(tmp_path / "house.cga"), tmp_path / "labels.csv", tmp_path / "new.cga", **options)
+    making = Making(options.pop("method", ""), options.pop("base", "grammar"), options.pop("num_samples", NUM_SAMPLES))
+    files = str(tmp_path / "house.cga"), tmp_path / "labels.csv", tmp_path / "new.cga"
+    return learn_from_labels(*files, making, **options)
 
 
 def written(result):
@@ -81,7 +86,7 @@ def test_labels_become_the_grammar_that_samples_in_proportion_to_them(grammar, t
     assert result.learned.method == "compile"
     assert result.density.measured.after.js < 1e-6
     assert result.density.measured.before.js > 0.1
-    assert result.density.target.bound == 60.0
+    assert result.density.preference.bound == 60.0
     assert sum(step.js for step in result.density.steps) < 1e-6
     text = (tmp_path / "new.cga").read_text()
     assert "Labels labels.csv: 80 scores" in text
@@ -98,12 +103,12 @@ def test_factors_multiply(grammar, tmp_path):
     result = learn(tmp_path, labels)
     is_learned(result, grammar, lambda forest: red_below(forest) * glassy(forest))
     assert [factor.name for factor in result.factors] == ["colour", "material"]
-    assert result.density.target.bound == pytest.approx(60.0)
+    assert result.density.preference.bound == pytest.approx(60.0)
 
 
 def test_models_of_the_flattened_grammar_may_be_labelled(grammar, tmp_path):
     forest = derive(flattened(grammar).program, 80, 5)
-    labels = label_models(flattened_hash(grammar), 5, range(80), red_below(forest).tolist())
+    labels = label_models(hashes_of(grammar.hash)[1], 5, range(80), red_below(forest).tolist())
     is_learned(learn(tmp_path, labels), grammar, red_below)
 
 
@@ -143,8 +148,10 @@ def test_models_all_liked_alike_leave_the_grammar_as_it_is(grammar, tmp_path):
 
 def test_an_even_base_makes_all_liked_trees_equally_likely(grammar, tmp_path):
     result = learn(tmp_path, scored(grammar, red_below), base="uniform")
+    assert isinstance(result.learned, LearnedGrammar)
     assert result.learned.base == "uniform"
     forest = derive(grammar, 1000, 99)
+    assert isinstance(result.learned, LearnedGrammar)
     density = np.exp(result.learned.log_density(forest))
     liked = red_below(forest) > 0
     # By hand: the bottom is red, its wall one of 3, the top 2 colours with 3 walls, and the height even over 6 m.
@@ -164,11 +171,14 @@ def test_an_even_base_works_for_a_shipped_grammar(tmp_path):
     scores = 80.0 * (count(forest, [parse("Wings:0")])[:, 0] > 0) + 10.0
     save_labels(label_models(shipped.hash, 7, range(40), scores.tolist(), "overall"), tmp_path / "labels.csv")
     options = {"settings": Settings(FeatureOptions(1, ("paths",))), "pool": Pool(0, 500)}
-    result = learn_from_labels("airplane", tmp_path / "labels.csv", tmp_path / "new.cga", base="uniform", **options)
+    result = learn_from_labels(
+        "airplane", tmp_path / "labels.csv", tmp_path / "new.cga", Making(base="uniform"), **options
+    )
     assert result.learned.method == "compile"
     assert result.density.measured.after.js < 0.02
     assert result.density.measured.before.js > 0.1
     assert "base uniform" in (tmp_path / "new.cga").read_text()
+    assert isinstance(result.learned, LearnedGrammar)
     some = result.learned.sample(20, 1)
     assert np.isfinite(result.learned.log_density(some)).all()
 

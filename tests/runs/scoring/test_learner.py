@@ -31,7 +31,7 @@ def pool() -> ModelPool:
 
 @pytest.fixture(scope="module")
 def handler() -> Handler:
-    return learner(TOWER, "tower", ".", SEED, SIZE, False)
+    return learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
 
 
 def update(handler: Handler, factors: dict[str, dict[str, float]], choice: Choice | None = None) -> Learned:
@@ -39,7 +39,7 @@ def update(handler: Handler, factors: dict[str, dict[str, float]], choice: Choic
 
 
 def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
-    handler = learner(TOWER, "tower", ".", SEED, SIZE, False)
+    handler = learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
     features: Features = handler(Prepare(), report)
     assert features.rows.shape == (SIZE, len(features.names))
     assert len(set(features.names)) == len(features.names)
@@ -128,7 +128,7 @@ def test_a_mistake_among_models_that_are_not_of_the_pool_is_shown_first(handler:
 def test_what_is_learned_depends_on_the_scores_alone(handler: Handler, pool: ModelPool):
     scores = {"overall": {model: float(index % 3) * 50 for index, model in enumerate(pool.names[:20])}}
     choice = Choice("default", "overall", 8, 7)
-    fresh = update(learner(TOWER, "tower", ".", SEED, SIZE, False), scores, choice)
+    fresh = update(learner(".cga", TOWER, "tower", ".", SEED, SIZE, False), scores, choice)
     update(handler, {"overall": dict.fromkeys(pool.names[40:60], 80.0)})
     again = update(handler, scores, choice)
     assert np.array_equal(fresh.factors["overall"].mean, again.factors["overall"].mean)
@@ -142,7 +142,7 @@ def test_the_density_does_not_move_without_new_scores(handler: Handler, pool: Mo
 
 
 def test_models_are_chosen_before_anything_is_learned(pool: ModelPool):
-    handler = learner(TOWER, "tower", ".", SEED, SIZE, False)
+    handler = learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
     for way in WAYS:
         chosen = handler(Choose({"overall": {pool.names[0]: 5.0}}, NUMBERS, Choice(way, "overall", 4, 2)), report)
         assert len(chosen) == (1 if way == "already ranked" else 4)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from grammarlab.derivation import compile_grammar, derive
-from grammarlab.derivation.vocabulary import number_grammar
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.addresses import Address
+from grammarlab.learning.grammar_space import GrammarSpace
 from grammarlab.runs.scoring.parts import PartFinder
-from grammarlab.scene import realize, triangles
+from grammarlab.scene import triangles
 
 TEXT = """\
 Lot --> [ extrude(4) color(1, 0, 0) Box ] color(0, 1, 0) split(x) { 5 : Plate | ~1 : [ t(0, 9, 0) Plate ] NIL } Empty
@@ -18,18 +18,25 @@ Empty --> NIL
 """
 
 
+ADDRESS = Address(False, 5, 3)
+
+
 def finder(text=TEXT):
-    grammar = Grammar.parse(text, "lot.cga")
-    forest = derive(compile_grammar(grammar), 1, 5, first_model=3)
-    return PartFinder.of("5:3", forest, number_grammar(grammar))
+    return PartFinder(str(ADDRESS), GrammarSpace(Grammar.parse(text, "lot.cga")).parts(ADDRESS))
+
+
+def all_parts(parts):
+    return [parts.find(number, False) for number in range(parts.find(0, False).count)]
 
 
 def test_every_triangle_belongs_to_one_part_and_parts_come_in_the_order_of_the_derivation():
     parts = finder()
-    found = [parts.find(number, False) for number in range(len(parts.parts))]
+    found = all_parts(parts)
     assert [part.number for part in found] == list(range(found[0].count))
     owners = np.concatenate([np.arange(*part.triangles) for part in found])
-    assert sorted(owners.tolist()) == list(range(len(triangles(realize(parts.forest)).triangles)))
+    assert sorted(owners.tolist()) == list(
+        range(len(triangles(GrammarSpace(Grammar.parse(TEXT)).realize([ADDRESS]).scene).triangles))
+    )
     for part in found:
         for triangle in range(*part.triangles):
             assert parts.find(triangle, True) == part
@@ -40,8 +47,8 @@ def test_every_triangle_belongs_to_one_part_and_parts_come_in_the_order_of_the_d
 def test_the_path_names_symbols_with_the_places_of_their_branches():
     lines = TEXT.splitlines()
     parts = finder()
-    for number in range(len(parts.parts)):
-        path = parts.find(number, False).path
+    for part in all_parts(parts):
+        path = part.path
         assert path[0] == ("Lot", "lot.cga:1:11")
         for symbol, place in path[1:]:
             file, line, column = place.split(":")

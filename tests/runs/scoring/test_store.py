@@ -183,6 +183,7 @@ def test_tables_must_be_those_of_a_session(tmp_path: Path, statement: str):
         ("UPDATE about SET value = '99999999999999999999' WHERE name = 'seed'", "seed 9999"),
         ("UPDATE about SET value = '²' WHERE name = 'size'", "-1 models"),
         ("UPDATE about SET value = '1000000' WHERE name = 'size'", "1000000 models"),
+        ("UPDATE about SET value = '../x' WHERE name = 'suffix'", "file about '../x' files"),
     ],
 )
 def test_broken_files_are_refused_in_words(tmp_path: Path, statement: str, expected: str):

@@ -1,0 +1,225 @@
+"""Boxes with three numbers, as a package that adds a kind of file to grammarlab: it knows nothing of grammars.
+
+A file holds, as JSON, the range of each number and a table of weights over cells of equal size. A box is drawn from a
+cell by weight, and evenly within it. Learning gives another table: of finer cells, weighted by what is liked.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from grammarlab.density.splitting import Base
+from grammarlab.density.thinning import Progress, silent
+from grammarlab.derivation.materials import CHANNELS, Materials
+from grammarlab.errors import Finding, LanguageError, Location, UsageError
+from grammarlab.features.pattern import Draw, Feature
+from grammarlab.features.table import FeatureTable
+from grammarlab.geometry.primitives import box
+from grammarlab.learning.addresses import Address, hashes_of
+from grammarlab.learning.design_space import AbstractDesignSpace, Realized
+from grammarlab.learning.round import State, Study
+from grammarlab.learning.settings import FeatureOptions
+from grammarlab.learning.simplification import simplify
+from grammarlab.learning.target import AbstractTargetWriter, LearnedDensity, Making, judged
+from grammarlab.runs.domains import AbstractDomain
+from grammarlab.runs.models import AbstractModels, RealizedModels
+from grammarlab.scene.instances import Scene
+
+Floats = NDArray[np.float64]
+NAMES = ("width", "height", "depth")
+FINE = 8
+"""Cells along each number that are learned."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The numbers themselves."""
+
+    low: Floats
+    high: Floats
+
+    def apply(self, designs: Sequence[Floats], /) -> FeatureTable:
+        rows = np.concatenate([np.zeros((0, 3)), *designs])
+        features = tuple(map(Draw, NAMES))
+        return FeatureTable(sparse.csr_array(rows), features, NAMES, np.arange(3), NAMES, self.high - self.low)
+
+
+@dataclass(frozen=True, eq=False)
+class BoxSpace(AbstractDesignSpace[Floats]):
+    """A design is its row of three numbers; the proposal draws them evenly."""
+
+    text: str
+    low: Floats
+    high: Floats
+    weights: Floats
+    """[n, n, n] of cells, adding up to 1."""
+
+    @classmethod
+    def parse(cls, text: str) -> BoxSpace:
+        values = json.loads(text)
+        low, high = np.array([values["ranges"][name] for name in NAMES], dtype=np.float64).T
+        weights = np.array(values.get("weights", [[[1.0]]]), dtype=np.float64)
+        if not (low > 0.0).all() or not (low < high).all() or not (weights >= 0.0).all() or weights.ndim != 3:
+            raise ValueError("expected ranges above 0 and weights of at least 0")
+        return cls(text, low, high, weights / weights.sum())
+
+    @property
+    def hashes(self) -> tuple[str, str]:
+        return hashes_of(sha256(self.text.encode()).hexdigest())
+
+    @property
+    def longest_path(self) -> int:
+        return 1
+
+    def make(self, addresses: Sequence[Address]) -> Floats:
+        for address in addresses:
+            if address[3:] != ("", "{}", ""):
+                raise UsageError("boxes have no start rule, attributes or footprint.")
+        return np.array([self._box(address) for address in addresses]).reshape(-1, 3)
+
+    def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[Floats]:
+        yield self.make([Address(flat, seed, first + number) for number in range(num)])
+
+    def log_ratio(self, designs: Floats) -> Floats:
+        with np.errstate(divide="ignore"):
+            return np.log(self.density(designs))
+
+    def take(self, designs: Floats, indices: NDArray[np.int64]) -> Floats:
+        return designs[indices]
+
+    def vocabulary(self, designs: Sequence[Floats], features: FeatureOptions) -> Columns:
+        return Columns(self.low, self.high)
+
+    def search(self, designs: Sequence[Floats], scores: Floats, features: FeatureOptions) -> tuple[Feature, ...]:
+        return ()
+
+    def values(self, designs: Sequence[Floats], features: Sequence[Feature]) -> Floats:
+        rows = np.concatenate([np.zeros((0, 3)), *designs])
+        return rows[:, [NAMES.index(str(feature)) for feature in features]]
+
+    def margins(self, designs: Sequence[Floats], feature: Feature) -> Floats | None:
+        return None
+
+    def realize(self, addresses: Sequence[Address]) -> Realized:
+        size = self.make(addresses)
+        num, one = len(size), np.zeros(len(size), np.int32)
+        position = size * [-0.5, 0.0, -0.5]
+        materials, frames, maps = (
+            Materials(np.array([[*CHANNELS.values()]]), ("",)),
+            np.eye(3)[None],
+            np.zeros((0, 2, 4)),
+        )
+        columns = np.arange(num, dtype=np.int32), one, one, position, size, one
+        return Realized(Scene(num, box(), materials, *columns, frames, one - 1, maps, np.zeros((num, 3))))
+
+    @cached_property
+    def even(self) -> Floats:
+        """The weights of the proposal."""
+        return np.full_like(self.weights, 1.0 / self.weights.size)
+
+    def density(self, designs: Floats) -> Floats:
+        """[n] density of boxes by the even one."""
+        shape = np.array(self.weights.shape)
+        cells = np.minimum(((designs - self.low) / (self.high - self.low) * shape).astype(np.int64), shape - 1)
+        return self.weights[tuple(cells.T)] * self.weights.size
+
+    def _box(self, address: Address) -> Floats:
+        random = np.random.default_rng([address.seed, address.model, address.flat])
+        weights = self.even if address.flat else self.weights
+        cell = np.unravel_index(random.choice(weights.size, p=weights.ravel()), weights.shape)
+        return self.low + (self.high - self.low) * (cell + random.random(3)) / weights.shape
+
+
+def by(one: Floats, other: Floats) -> Floats:
+    """The ratio of densities; 0 where the space has no boxes."""
+    return np.divide(one, other, out=np.zeros(len(one)), where=other > 0.0)
+
+
+@dataclass(frozen=True)
+class LearnedBoxes:
+    """A table that was learned."""
+
+    text: str
+    base: Base
+    before: BoxSpace
+    method: str = "cells"
+    findings: tuple[str, ...] = ()
+
+    @cached_property
+    def space(self) -> BoxSpace:
+        return BoxSpace.parse(self.text)
+
+    @property
+    def rules_before(self) -> int:
+        return self.before.weights.size
+
+    @property
+    def rules_after(self) -> int:
+        return self.space.weights.size
+
+    def ratio(self, designs: Floats, /) -> Floats:
+        return by(self.space.density(designs), self.before.density(designs))
+
+    def scene(self, num: int, seed: int, /) -> Scene:
+        return self.space.scene(num, seed)
+
+
+@dataclass(frozen=True)
+class BoxWriter(AbstractTargetWriter[Floats]):
+    """Makes tables."""
+
+    space: BoxSpace
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        return ("cells",)
+
+    def learn(
+        self,
+        study: Study[Floats],
+        state: State,
+        making: Making,
+        lines: Sequence[str] = (),
+        on_progress: Progress = silent,
+    ) -> LearnedDensity[Floats]:
+        self.method(making.method)
+        space, preference = self.space, simplify(study, state, lambda _feature: True, prunes=False)
+        cells = (np.indices((FINE, FINE, FINE)).reshape(3, -1).T + 0.5) / FINE
+        centres = space.low + (space.high - space.low) * cells
+        own = {"grammar": space.density(centres), "uniform": np.ones(len(centres))}[making.base]
+        weights = (own * preference(space.values([centres], preference.features))).reshape(FINE, FINE, FINE)
+        ranges = {name: [low, high] for name, low, high in zip(NAMES, space.low, space.high, strict=True)}
+        text = json.dumps({"about": list(lines), "ranges": ranges, "weights": weights.tolist()})
+        of_base = {"grammar": None, "uniform": lambda designs: by(np.ones(len(designs)), space.density(designs))}[
+            making.base
+        ]
+        return judged(study, state, LearnedBoxes(text, making.base, space), preference, of_base)
+
+
+class BoxDomain(AbstractDomain[BoxSpace, AbstractModels]):
+    """What such files mean."""
+
+    def read(self, path: Path) -> str:
+        return path.read_text()
+
+    def open(self, text: str, name: str, assets: Path) -> BoxSpace:
+        try:
+            return BoxSpace.parse(text)
+        except (ValueError, LookupError, TypeError) as error:
+            finding = Finding("error", "bad-boxes", f"these are no boxes: {error}", Location(file=f"{name}.boxes"))
+            raise LanguageError((finding,), text) from error
+
+    def models(self, space: BoxSpace) -> AbstractModels:
+        return RealizedModels(space)
+
+    def writer(self, space: BoxSpace) -> BoxWriter:
+        return BoxWriter(space)
