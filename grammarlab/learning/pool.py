@@ -57,10 +57,6 @@ class Pool:
         for flat, (num, seed) in enumerate(zip(self.sizes, self.seeds, strict=True)):
             yield from (Address(bool(flat), seed, model) for model in range(num))
 
-    def from_space(self) -> NDArray[np.bool_]:
-        """[m] whether a design is a sample of the space itself."""
-        return np.arange(len(self)) < self.sizes[0]
-
     def log_weights(self, log_ratios: NDArray[np.float64]) -> NDArray[np.float64]:
         """[m] log of the space's density by the density that the pool is drawn from, both parts together.
 

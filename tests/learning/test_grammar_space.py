@@ -55,13 +55,13 @@ def test_addresses_of_a_pool_name_its_designs():
     assert again.num_models == 100
     assert drawn == again.log_probability().tolist()
     assert list(pool) == sorted(pool)
-    assert pool.from_space().tolist() == [not address.flat for address in pool]
+    assert [address.flat for address in pool] == [False] * pool.sizes[0] + [True] * pool.sizes[1]
 
 
 def test_weighted_designs_of_both_parts_stand_for_the_grammar():
     made = MadePool.of(SPACE, Pool(0, 2000))
     liked = np.concatenate([round_blocks(forest) for forest in made.batches]) == 2
-    own = made.pool.from_space()
+    own = np.arange(len(made.pool)) < made.pool.sizes[0]
     assert liked[own].mean() == pytest.approx(0.01, abs=0.01)
     assert liked[~own].mean() == pytest.approx(0.25, abs=0.05)
     assert made.weights.mean() == pytest.approx(1.0, abs=0.05)
