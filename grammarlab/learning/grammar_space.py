@@ -137,10 +137,11 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     def derive(self, addresses: Sequence[Address]) -> Forest:
         """Models by ascending address, with their geometry."""
-        parts = [(self.program, [address for address in addresses if not address.flat])]
-        if len(parts[0][1]) < len(addresses):
-            parts.append((self.proposal.program, list(addresses[len(parts[0][1]) :])))
-        return join_forests([derive(program, self._lots(own), assets=self.folder) for program, own in parts])
+        own, flat = ([address for address in addresses if address.flat == kind] for kind in (False, True))
+        parts = [(self.program, own)]
+        if flat:
+            parts.append((self.proposal.program, flat))
+        return join_forests([derive(program, self._lots(part), assets=self.folder) for program, part in parts])
 
     def _lots(self, addresses: Sequence[Address]) -> Lots:
         """What to derive, in the order of the addresses."""

@@ -40,7 +40,7 @@ def ask(
     table, num_pool = tables.table(columns), len(tables.made.pool)
     rows = table.rows[:num_pool]
     if way == "already ranked":
-        outside = tuple(dict.fromkeys(address for address in known.designs if address not in tables.index))
+        outside = tuple(sorted({address for address in known.designs if address not in tables.index}))
         rows = np.concatenate([rows, tables.rows_of(columns, outside)]) if outside else rows
         columns = replace(columns, elsewhere=outside)
     place = places(tables, columns, known)

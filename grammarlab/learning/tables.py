@@ -98,7 +98,7 @@ class DesignTables(Generic[Designs]):
         return (*inside, *(self.space.take(designs, outside) for designs in made))
 
     def rows_of(self, columns: Columns, addresses: tuple[Address, ...]) -> Floats:
-        """[k, F] rows of any designs, in the columns of a table."""
+        """[k, F] rows of designs by ascending address, in the columns of a table."""
         vocabulary, _, _ = self._base(columns.path_length, columns.elsewhere)
         designs = self._elsewhere(addresses)
         return self._extended(vocabulary.apply(designs).rows(), designs, columns.extra)

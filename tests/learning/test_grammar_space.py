@@ -1,6 +1,7 @@
 """The models of a grammar as designs: addresses name them, and the proposal shows what is rare."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,14 @@ from grammarlab.errors import UsageError
 from grammarlab.features.pattern import HalfSpace, Threshold
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.addresses import Address
+from grammarlab.learning.answers import Answers
 from grammarlab.learning.flattening import flattened
 from grammarlab.learning.grammar_space import GrammarSpace
 from grammarlab.learning.made import MadePool
 from grammarlab.learning.pool import MOST_WIDER, WIDER, Pool
-from grammarlab.learning.settings import FeatureOptions
+from grammarlab.learning.questions import ask
+from grammarlab.learning.round import Study, init, step
+from grammarlab.learning.settings import FeatureOptions, Settings
 
 RULES = """
 attr h = rand(1, 9)
@@ -161,3 +165,18 @@ def test_designs_of_any_addresses_are_made_as_each_of_them_is_alone():
         for name in ("symbol", "rule", "child", "repeat", "parent"):
             np.testing.assert_array_equal(getattr(mine.nodes, name), getattr(alone.nodes, name))
     assert SPACE.make([]).num_models == 0
+
+
+def test_scored_designs_from_elsewhere_keep_their_rows_in_whatever_order_they_were_scored():
+    study = Study(SPACE, Pool(0, 60), Settings(FeatureOptions(1, ("paths",))))
+    elsewhere = [Address(model % 2 == 0, 9, model) for model in range(20)]
+    designs = (*study.pool, *elsewhere)
+    scores = dict(zip(sorted(designs), (50.0 * round_blocks(SPACE.make(sorted(designs)))).tolist(), strict=True))
+    exact = Answers("overall", designs, np.array([scores[design] for design in designs]))
+    state = step(study, init(study), [exact])
+    mistakes = [design for design in elsewhere if scores[design] != 50.0]
+    assert len(mistakes) > 5
+    for wrong in mistakes:
+        said = [100.0 - scores[design] if design == wrong else scores[design] for design in designs]
+        told = replace(state, answers={"overall": replace(exact, scores=np.array(said))})
+        assert ask(study, told, 1, 0, factor="overall", way="already ranked") == (wrong,)
