@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 def complete_scenario(incomplete: str) -> list[str]:
     """The shipped scenarios that begin so, for the shell."""
-    from grammarlab.runs.evaluate.find import shipped_scenarios
+    from grammarlab.runs.evaluate.find import named_scenarios
 
-    return [name for name in shipped_scenarios() if name.startswith(incomplete)]
+    return [name for name in named_scenarios() if name.startswith(incomplete)]
 
 
 def evaluate(

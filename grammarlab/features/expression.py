@@ -2,8 +2,8 @@
 
 ``{pattern}`` is how often a pattern occurs in the derivation tree, ``$name`` the mean of the draws of a random
 expression. Everything else is arithmetic, comparisons, and/or/not, a handful of functions, and names of definitions.
-Truth is 1 and 0; any number but 0 is true. Where no finite number is the result (a division by zero, the logarithm of
--1, an overflow), the result is 0.
+Truth is 1 and 0; any number but 0 is true. ``a % b`` is the remainder of a division, with the sign of b, as in
+Python. Where no finite number is the result (a division by zero, the logarithm of -1, an overflow), the result is 0.
 
 An expression is a list of steps over columns, each step an operation on earlier ones, so that nothing is evaluated
 twice and nothing recurses, however the text is nested.
@@ -149,6 +149,7 @@ _OPERATIONS: Mapping[str, Callable[[list[Floats]], NDArray[Any]]] = {
     "-": lambda x: x[0] - x[1],
     "*": lambda x: x[0] * x[1],
     "/": lambda x: x[0] / x[1],
+    "%": lambda x: x[0] % x[1],
     "<": lambda x: x[0] < x[1],
     "<=": lambda x: x[0] <= x[1],
     ">": lambda x: x[0] > x[1],
@@ -345,7 +346,6 @@ _MISTAKES = {
     "|": "write or",
     "!": "write not; for unequal, !=",
     "^": "there are no powers; write x * x, or exp(y * log(x))",
-    "%": "there are no percentages",
     "{": "a pattern ends with } and holds no other brace",
     "}": "a pattern begins with {",
     "$": "after $ comes the name of an attribute",

@@ -31,7 +31,7 @@ def tree():
     )
 
     def grow(inner):
-        binary = st.sampled_from(["+", "-", "*", "/", "<", "<=", "==", "!=", ">", ">=", "and", "or"])
+        binary = st.sampled_from(["+", "-", "*", "/", "%", "<", "<=", "==", "!=", ">", ">=", "and", "or"])
         return st.one_of(
             st.tuples(inner, binary, inner).map(lambda t: ("binary", *t)),
             st.tuples(st.sampled_from(["-", "+", "not "]), inner).map(lambda t: ("unary", *t)),
@@ -113,6 +113,10 @@ def test_an_expression_means_what_it_means_in_python(node, numbers):
         ("8 / 4 / 2", 1),
         ("8 - 4 - 2", 2),
         ("-2 * -3", 6),
+        ("7 % 3 * 2", 2),
+        ("1 + 7 % 3", 2),
+        ("-1 % 3", 2),
+        ("7.5 % -2", -0.5),
         ("1 < 2 < 3", 1),
         ("1 < 3 < 2", 0),
         ("3 > 2 > 1 > 0 != 5", 1),
@@ -136,8 +140,8 @@ def test_precedence_and_functions(text, expected):
 @pytest.mark.parametrize(
     "text",
     [
-        *("1 / 0", "0 / 0", "-1 / 0", "log(0)", "log(0 - 1)", "sqrt(-1)", "exp(1000)", "1e308 * 10"),
-        *("{A} / {B}", "log({B})"),
+        *("1 / 0", "0 / 0", "-1 / 0", "1 % 0", "0 % 0", "log(0)", "log(0 - 1)", "sqrt(-1)", "exp(1000)", "1e308 * 10"),
+        *("{A} / {B}", "{A} % {B}", "log({B})"),
     ],
 )
 def test_what_no_finite_number_expresses_is_zero(text):
@@ -220,7 +224,7 @@ def test_parts_that_are_used_many_times_are_evaluated_once():
         ("{A} || {B}", "write or"),
         ("!{A}", "write not"),
         ("{A}^2", "no powers"),
-        ("50%", "no percentages"),
+        ("50%", "expected a value: a number, a {pattern}, a $draw, a name or a parenthesis; found the end"),
         ("{A", "a pattern ends with }"),
         ("A} + 1", "a pattern begins with {"),
         ("$", "after $ comes the name of an attribute"),
@@ -259,7 +263,7 @@ def test_the_place_is_shown_in_a_long_line_too():
     assert str(caught.value).splitlines()[1].endswith("1 + +")
 
 
-@given(st.text(alphabet="{}()$+-*/<>=! \n.,:@[]|&abAB019é\x00\ud800ormindt", max_size=60))
+@given(st.text(alphabet="{}()$+-*/%<>=! \n.,:@[]|&abAB019é\x00\ud800ormindt", max_size=60))
 def test_any_text_is_an_expression_or_explained(text):
     try:
         found = Expression.parse(text)

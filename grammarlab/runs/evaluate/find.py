@@ -13,6 +13,10 @@ FIGURES = "figures"
 """The folder beside the scenarios that holds named experiments (`evaluate_figures`)."""
 
 
+TASTES = "tastes"
+"""The folder beside the scenarios whose folders hold further ones, of many kinds: to tune a learner and to test it."""
+
+
 def scenarios_folder() -> Path:
     """Where the shipped scenarios lie: inside an installed package, or beside it in a checkout."""
     package = Path(grammarlab.__file__).parent
@@ -21,8 +25,14 @@ def scenarios_folder() -> Path:
 
 
 def shipped_scenarios() -> dict[str, Path]:
-    """All shipped scenario files by name."""
+    """The shipped scenario files by name, without those of the tastes."""
     return {file.stem: file for file in sorted(scenarios_folder().glob(f"*{SUFFIX}"))}
+
+
+def named_scenarios() -> dict[str, Path]:
+    """All shipped scenario files that have a name of their own, those of the tastes included."""
+    tastes = sorted((scenarios_folder() / TASTES).glob(f"*/*{SUFFIX}"))
+    return shipped_scenarios() | {file.stem: file for file in tastes}
 
 
 def find_scenario(argument: str) -> Path:
@@ -54,7 +64,7 @@ def find_scenarios(argument: str) -> tuple[Path, ...]:
         if not found:
             raise UsageError(f"the folder {argument!r} holds no scenario: no file that ends in {SUFFIX}.")
         return found
-    shipped = shipped_scenarios()
+    shipped = named_scenarios()
     if argument in shipped:
         return (shipped[argument],)
     if "," in argument:

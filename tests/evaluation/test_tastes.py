@@ -1,0 +1,88 @@
+"""scenarios/tastes/: they fit their grammars, there is something to learn, and their page says what is so."""
+
+import tomllib
+from collections import Counter
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grammarlab.evaluation import preparation
+from grammarlab.evaluation.preparation import Source, labelled_set, prepare
+from grammarlab.evaluation.scenario import load
+from grammarlab.language.grammar import Grammar
+from grammarlab.learning.settings import Settings
+from grammarlab.runs.evaluate.find import named_scenarios, shipped_scenarios
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "scenarios" / "tastes"
+PATHS = sorted(FOLDER.glob("*/*.toml"))
+HALVES = ("tuning", "once")
+LEAST = 0.1
+"""Divergence in nats of the grammar as it is."""
+
+
+def rows(half: str) -> dict[str, tuple[str, ...]]:
+    """The table of a half in the page: kind, grammar, what is liked, original JS and share of models by name."""
+    _, text = (FOLDER / "README.md").read_text().split(f"\n## {half}\n")
+    cells = [line.strip("| ").split(" | ") for line in text.split("\n## ")[0].splitlines() if line.startswith("| `")]
+    return {name.strip("`"): tuple(rest) for name, *rest in cells}
+
+
+TABLES = {half: rows(half) for half in HALVES}
+
+
+@cache
+def grammar_of(name: str) -> Grammar:
+    return Grammar.parse((ROOT / "grammars" / f"{name}.cga").read_text())
+
+
+@cache
+def models(grammar: str, draws: str, num_models: int, seed: int):
+    """The labelled set that all tastes about a grammar share."""
+    path = next(p for p in PATHS if (s := load(p)).grammar == grammar and s.draws == draws)
+    source = Source(load(path), grammar_of(grammar), ROOT / "grammars" / "assets")
+    assert (source.scenario.num_models, source.scenario.seed) == (num_models, seed)
+    return labelled_set(source, source.space)
+
+
+@pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
+def test_a_taste_fits_its_grammar_and_has_something_to_learn(path, monkeypatch):
+    scenario = load(path)
+    assert (scenario.name, 10 < len(scenario.title) < 100) == (path.stem, True)
+    assert path.read_text().startswith("# ")
+    assert not {"features", "paper", "target", "methods"} & tomllib.loads(path.read_text()).keys()
+    monkeypatch.setattr(
+        preparation,
+        "labelled_set",
+        lambda _, __: models(scenario.grammar, scenario.draws, scenario.num_models, scenario.seed),
+    )
+    source = Source(scenario, grammar_of(scenario.grammar), ROOT / "grammars" / "assets")
+    material = prepare(source, Settings())
+    assert material.js_original >= LEAST
+    liked = np.average(material.target > 0, weights=material.weights)
+    _, grammar, title, js, share = TABLES[path.parent.name][path.stem]
+    assert (grammar, title) == (scenario.grammar, scenario.title)
+    assert js == f"{material.js_original:.3f}"
+    assert share == (f"{liked:.0%}" if liked > 0.001 else f"{liked:.0e}".replace("e-0", "e-"))
+
+
+def test_the_halves_hold_every_kind_once_each_on_another_grammar():
+    assert sorted(p.relative_to(FOLDER).parts for p in PATHS) == sorted(
+        (half, f"{name}.toml") for half in HALVES for name in TABLES[half]
+    )
+    tuning, once = ({row[0]: row[1] for row in TABLES[half].values()} for half in HALVES)
+    assert tuning.keys() == once.keys()
+    assert len(tuning) * 2 == len(PATHS) >= 24
+    assert all(once[kind] != grammar for kind, grammar in tuning.items())
+    for half in (tuning, once):
+        assert len(Counter(half.values())) >= 5
+
+
+def test_no_two_shipped_scenarios_have_one_name():
+    shipped = shipped_scenarios()
+    assert set(named_scenarios()) == set(shipped) | {path.stem for path in PATHS}
+    assert len(named_scenarios()) == len(shipped) + len(PATHS)
+    hashes = [load(path).hash for path in named_scenarios().values()]
+    assert len(set(hashes)) == len(hashes)
