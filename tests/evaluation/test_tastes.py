@@ -1,4 +1,4 @@
-"""scenarios/tastes/: they fit their grammars, there is something to learn, and their page says what is so."""
+"""scenarios/tastes/: they fit their grammars, leave something to learn, and mean what plain Python and the page say."""
 
 import tomllib
 from collections import Counter
@@ -8,12 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from grammarlab.derivation import Forest, derive
 from grammarlab.evaluation import preparation
 from grammarlab.evaluation.preparation import Source, labelled_set, prepare
 from grammarlab.evaluation.scenario import load
+from grammarlab.features.counting import count
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.flattening import flattened
 from grammarlab.learning.settings import Settings
 from grammarlab.runs.evaluate.find import named_scenarios, shipped_scenarios
+from tests.evaluation.taste_truth import TASTE_TRUTH
+from tests.evaluation.truth import Model
+from tests.evaluation.truth import models as plain
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "scenarios" / "tastes"
@@ -86,3 +92,21 @@ def test_no_two_shipped_scenarios_have_one_name():
     assert len(named_scenarios()) == len(shipped) + len(PATHS)
     hashes = [load(path).hash for path in named_scenarios().values()]
     assert len(set(hashes)) == len(hashes)
+
+
+@cache
+def few(grammar: str) -> tuple[tuple[Forest, ...], list[Model]]:
+    """200 models, half of them with equally likely alternatives so that rare ones are among them."""
+    assets = ROOT / "grammars" / "assets"
+    rules = grammar_of(grammar)
+    forests = derive(rules, 100, 7, assets=assets), derive(flattened(rules).program, 100, 8, assets=assets)
+    return forests, [model for forest in forests for model in plain(forest)]
+
+
+@pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
+def test_models_get_the_score_that_plain_python_gives_them(path):
+    scenario = load(path)
+    forests, trees = few(scenario.grammar)
+    scores = np.concatenate([scenario.score.evaluate(count(forest, scenario.score.features)) for forest in forests])
+    assert len(np.unique(scores)) > 1
+    assert np.allclose(scores, [TASTE_TRUTH[path.stem](tree) for tree in trees], rtol=0, atol=1e-9)

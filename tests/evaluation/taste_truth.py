@@ -1,0 +1,285 @@
+"""What the tastes like, told once more: plain Python that walks one derivation tree.
+
+Written from the grammars' comments, apart from the expressions in ``scenarios/tastes/``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable
+
+from tests.evaluation.truth import (
+    BLACK,
+    DARK,
+    FOUR,
+    LIGHT,
+    ONE,
+    PAINT,
+    RECTANGLE,
+    ROUND,
+    STEEL,
+    TWO,
+    Model,
+    blocks,
+    floors,
+    shape,
+    style,
+)
+
+OVAL, HEXAGON = 2, 3
+BRONZE = 3
+
+
+def near(*differences: float, width: float) -> float:
+    """100 at no difference, less by the square of the distance over the width."""
+    return 100 * math.exp(-(math.hypot(*differences) ** 2) / width)
+
+
+def branch(m: Model, symbol: str) -> int:
+    """What the only node with a symbol drew."""
+    found = m.root.choice(symbol)
+    assert found is not None, symbol
+    return found
+
+
+# Furniture -----------------------------------------------------------------------------------------------------------
+
+
+def multiplicative_furniture(m: Model) -> float:
+    finish = {STEEL: 1, DARK: 0.5, LIGHT: 0.25, PAINT: 0.1}[branch(m, "Finish")]
+    legs = {ONE: 1, TWO: 0.4, FOUR: 0.15}[branch(m, "LegCount")]
+    plan = {ROUND: 1, RECTANGLE: 0.3, OVAL: 0.6, HEXAGON: 0.6}[branch(m, "Plan")]
+    return 100 * finish * legs * plan
+
+
+def xor_furniture(m: Model) -> float:
+    return 100 if (branch(m, "Plan") == ROUND) ^ (branch(m, "Finish") == STEEL) else 0
+
+
+def partial_furniture(m: Model) -> float:
+    if branch(m, "Under") == 0:
+        return 8
+    return 100 if m.root.find("Slat") else 30
+
+
+def factors_furniture(m: Model) -> float:
+    return xor_furniture(m) * partial_furniture(m) * multiplicative_furniture(m) / 10_000
+
+
+def levels_furniture(m: Model) -> float:
+    grades = {
+        LIGHT: {ROUND: 80, OVAL: 25, HEXAGON: 25},
+        DARK: {ROUND: 5, RECTANGLE: 100, OVAL: 50},
+        STEEL: {ROUND: 35, HEXAGON: 90},
+        PAINT: {ROUND: 65, RECTANGLE: 15, OVAL: 65},
+    }
+    return grades[branch(m, "Finish")].get(branch(m, "Plan"), 0)
+
+
+def rare_furniture(m: Model) -> float:
+    marble, legs = branch(m, "TopFinish") == 4, branch(m, "LegFinish")
+    return 0 if not marble or legs == 0 else 100 if legs == 4 else 50
+
+
+def conjunction_furniture(m: Model) -> float:
+    return 100 if [branch(m, s) for s in ("Plan", "Finish", "LegCount")] == [ROUND, DARK, FOUR] else 0
+
+
+def majority_furniture(m: Model) -> float:
+    wanted = {"Plan": RECTANGLE, "Finish": STEEL, "LegCount": ONE}
+    return 100 if sum(branch(m, symbol) == liked for symbol, liked in wanted.items()) >= 2 else 0
+
+
+# Buildings -----------------------------------------------------------------------------------------------------------
+
+
+def count_building(m: Model) -> float:
+    kinds = ("Balcony", "Balconette", "LongBalcony")
+    return 100 if sum(len(m.root.find(symbol)) for symbol in kinds) >= 9 else 0
+
+
+def levels_building(m: Model) -> float:
+    grades = {
+        "rectangle": {2: 90, 3: 60, 4: 20, 5: 20},
+        "L": {2: 5, 3: 30, 4: 75, 5: 100, 6: 75},
+        "U": {2: 10, 3: 10, 4: 45},
+    }
+    return grades[shape(m)].get(floors(m), 0)
+
+
+def conjunction_building(m: Model) -> float:
+    return 100 if shape(m) == "L" and floors(m) >= 5 and m.root.find("WallColorPlain") else 0
+
+
+def multiplicative_building(m: Model) -> float:
+    roof = 1 if m.root.find("RoofOffice") else 0.6 if m.root.find("RoofParis") else 0.3
+    mass = {"L": 1, "U": 0.5, "rectangle": 0.2}[shape(m)]
+    return 100 * mass * {2: 0.1, 3: 0.3, 4: 0.5, 5: 0.8, 6: 1}[floors(m)] * roof
+
+
+def partial_building(m: Model) -> float:
+    dormers = [node.branch == 0 for node in m.root.find("Dormer")]
+    return 20 + 80 * sum(dormers) / len(dormers) if dormers else 8
+
+
+def equal_building(m: Model) -> float:
+    return 100 if style(m) else 0
+
+
+def band_building(m: Model) -> float:
+    height = m.draws["groundHeight"] + (floors(m) - 1) * m.draws["floorHeight"]
+    return 100 if 10.1 <= height < 13.3 else 0
+
+
+# Skyscrapers ---------------------------------------------------------------------------------------------------------
+
+
+def mast(m: Model) -> bool:
+    return bool(m.root.find("Mast"))
+
+
+def additive_skyscraper(m: Model) -> float:
+    podium, light = bool(m.root.find("Podium")), branch(m, "Cladding") == 0
+    bronze = any(glass == BRONZE for _, glass in blocks(m))
+    return 30 * podium + 25 * light + 20 * mast(m) + 15 * (len(blocks(m)) == 4) + 10 * bronze
+
+
+def ratio_skyscraper(m: Model) -> float:
+    return 100 * sum(glass == BLACK for _, glass in blocks(m)) / len(blocks(m))
+
+
+def equal_skyscraper(m: Model) -> float:
+    if len(blocks(m)) == 1:
+        return 20
+    return 100 if len({glass for _, glass in blocks(m)}) == 1 else 0
+
+
+def band_skyscraper(m: Model) -> float:
+    names = ["firstHeight", "secondHeight", "thirdHeight", "fourthHeight"][: len(blocks(m))]
+    height = sum(m.draws[name] for name in names) if len(names) > 1 else m.draws["soloHeight"]
+    return 100 if 140 <= height < 170 else 0
+
+
+def xor_skyscraper(m: Model) -> float:
+    return 100 if mast(m) ^ bool(m.root.find("Colonnade") or m.root.find("StonePlinth")) else 0
+
+
+# Airplanes -----------------------------------------------------------------------------------------------------------
+
+
+def part(m: Model, *endings: str) -> str:
+    """The style of the one part whose symbol ends so."""
+    styles = ("Biplane", "Fokker", "Airliner", "Transport", "Jet")
+    (found,) = [s for s in styles for ending in endings if m.root.find(s + ending)]
+    return found
+
+
+def parts(m: Model) -> list[str]:
+    """The styles of body, wings, tail, engines and gear."""
+    return [part(m, *endings) for endings in (("Body",), ("Wings",), ("Tail",), ("Engine", "Engines"), ("Gear",))]
+
+
+def majority_airplane(m: Model) -> float:
+    return 100 if sum(found in {"Biplane", "Fokker"} for found in parts(m)[:3]) >= 2 else 0
+
+
+def additive_airplane(m: Model) -> float:
+    return sum(points for points, found in zip((30, 25, 20, 15, 10), parts(m), strict=True) if found == "Jet")
+
+
+def parity_airplane(m: Model) -> float:
+    return 100 if parts(m).count("Jet") in {1, 3, 5} else 0
+
+
+def symmetric_airplane(m: Model) -> float:
+    return 100 if part(m, "Wings") == part(m, "Tail") else 0
+
+
+def factors_airplane(m: Model) -> float:
+    return additive_airplane(m) * parity_airplane(m) * symmetric_airplane(m) / 10_000
+
+
+# Toys, boxes and pavilions -------------------------------------------------------------------------------------------
+
+
+def symmetric_toy(m: Model) -> float:
+    shapes, colours = ([node.branch for node in m.root.find(symbol)] for symbol in ("MASS", "MESH2"))
+    return 100 if shapes[0] == shapes[1] else 40 if colours[0] == colours[1] else 0
+
+
+def sum_toy(m: Model) -> float:
+    height = m.draws["h1"] + m.draws["h2"]
+    return 100 if height < 4.5 else 40 if height < 5.5 else 0
+
+
+def sizes(m: Model) -> list[float]:
+    return [m.draws[name] for name in ("width", "depth", "height")]
+
+
+def ratio_limits(m: Model) -> float:
+    width, depth, height = sizes(m)
+    slenderness = min(height / width, height / depth)
+    return 100 if slenderness >= 2 else 50 if slenderness >= 1.4 else 0
+
+
+def smooth_three_limits(m: Model) -> float:
+    width, depth, height = sizes(m)
+    return near(width - 3, depth - 5, height - 8, width=10)
+
+
+def sum_limits(m: Model) -> float:
+    return 100 if sum(sizes(m)) >= 20 else 30 if sum(sizes(m)) >= 17 else 0
+
+
+def gilded(m: Model) -> Counter[str]:
+    return Counter(node.symbol for node in m.root.walk() if node.symbol.startswith("Gilded"))
+
+
+def rare_pavilion(m: Model) -> float:
+    found = set(gilded(m))
+    if len(found - {"GildedFinial"}) < 4:
+        return 0
+    return 40 if "GildedFinial" in found else 100
+
+
+TASTE_TRUTH: dict[str, Callable[[Model], float]] = {
+    "additive_airplane": additive_airplane,
+    "additive_skyscraper": additive_skyscraper,
+    "band_building": band_building,
+    "band_skyscraper": band_skyscraper,
+    "comparison_limits": lambda m: 100 if sizes(m) == sorted(sizes(m)) else 0,
+    "comparison_toy": lambda m: 100 if m.draws["h2"] > m.draws["h1"] else 0,
+    "conjunction_building": conjunction_building,
+    "conjunction_furniture": conjunction_furniture,
+    "count_building": count_building,
+    "count_skyscraper": lambda m: 100 if len(m.root.find("Fin")) >= 90 else 0,
+    "equal_building": equal_building,
+    "equal_skyscraper": equal_skyscraper,
+    "factors_airplane": factors_airplane,
+    "factors_furniture": factors_furniture,
+    "levels_building": levels_building,
+    "levels_furniture": levels_furniture,
+    "majority_airplane": majority_airplane,
+    "majority_furniture": majority_furniture,
+    "multiplicative_building": multiplicative_building,
+    "multiplicative_furniture": multiplicative_furniture,
+    "parity_airplane": parity_airplane,
+    "parity_pavilion": lambda m: 100 if gilded(m).total() in {1, 3, 5} else 0,
+    "partial_building": partial_building,
+    "partial_furniture": partial_furniture,
+    "rare_furniture": rare_furniture,
+    "rare_pavilion": rare_pavilion,
+    "ratio_limits": ratio_limits,
+    "ratio_skyscraper": ratio_skyscraper,
+    "smooth_limits": lambda m: near(m.draws["height"] - 6, width=2 * 1.2**2),
+    "smooth_skyscraper": lambda m: near(m.draws["width"] - 44, width=2 * 2.5**2),
+    "smooth_three_limits": smooth_three_limits,
+    "smooth_two_toy": lambda m: near(m.draws["h1"] - 2, m.draws["h2"] - 4, width=1.5),
+    "sum_limits": sum_limits,
+    "sum_toy": sum_toy,
+    "symmetric_airplane": symmetric_airplane,
+    "symmetric_toy": symmetric_toy,
+    "xor_furniture": xor_furniture,
+    "xor_skyscraper": xor_skyscraper,
+}
