@@ -34,7 +34,7 @@ def label(
     """Let a simulated person score models of a scenario, and save the labels."""
     with friendly_errors():
         from grammarlab.runs.evaluate.find import find_scenario
-        from grammarlab.runs.label import label_models_of
+        from grammarlab.runs.evaluate.label import label_models_of
 
         found = find_scenario(scenario)
         file = file or Path(f"{found.stem}_labels.csv")

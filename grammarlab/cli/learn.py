@@ -90,11 +90,15 @@ def learn(
             from grammarlab.learning.pool import Pool
             from grammarlab.learning.target import Making
             from grammarlab.runs.learn.labels import learn_from_labels
+            from grammarlab.runs.scoring.labels import read_labels_or_session
 
             making = Making(method, base, samples)
-            options: dict[str, Any] = {"scenario": known, "pool": None if seed is None else Pool(seed)}
+            table, pool = read_labels_or_session(labels)
+            options: dict[str, Any] = {"scenario": known, "pool": pool if seed is None else Pool(seed)}
             with progress() as on_progress:
-                found = learn_from_labels(grammar, labels, wanted, making, on_progress=on_progress, **options)
+                found = learn_from_labels(
+                    grammar, table, wanted, making, labels_from=labels.name, on_progress=on_progress, **options
+                )
             told = _Told(_labels_as_json(found), _labels_as_lines(found), pages.page_of_labels(found))
         elif examples is not None:
             from grammarlab.runs.learn.examples import learn_from_files

@@ -13,9 +13,9 @@ from PIL import Image
 from grammarlab.evaluation.preparation import Source
 from grammarlab.files import atomic_file
 from grammarlab.runs.evaluate.samples import BeforeAfter
-from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.executors import AbstractExecutor
 from grammarlab.runs.sheet_page import draw_page, lay_out
+from grammarlab.runs.sources import load_source
 from grammarlab.runs.tiles import Tiles, draw_tiles
 from grammarlab.scene import triangles
 

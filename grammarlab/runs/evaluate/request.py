@@ -10,7 +10,7 @@ from grammarlab.errors import UsageError
 from grammarlab.evaluation.methods import Method, methods_of
 from grammarlab.runs.evaluate.figures import PlannedFigure, load_figures
 from grammarlab.runs.evaluate.find import FIGURES
-from grammarlab.runs.evaluate.task import load_source
+from grammarlab.runs.sources import load_source
 
 ENOUGH_LABELS = 128
 """Scores after which most of what is asked of a learner has been seen."""

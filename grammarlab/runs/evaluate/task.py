@@ -11,14 +11,12 @@ from grammarlab.evaluation import protocol
 from grammarlab.evaluation.curves import Curve
 from grammarlab.evaluation.material import Material
 from grammarlab.evaluation.methods import Method
-from grammarlab.evaluation.preparation import Source, prepare
-from grammarlab.evaluation.scenario import load
+from grammarlab.evaluation.preparation import prepare
 from grammarlab.learning.round import State
 from grammarlab.learning.settings import Settings
-from grammarlab.runs.derive_batch import compiled
 from grammarlab.runs.evaluate.measurements import digest
 from grammarlab.runs.evaluate.store import CurveRecord
-from grammarlab.runs.examples import find_rules
+from grammarlab.runs.sources import load_source
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,18 +52,6 @@ class Task:
 
     def __str__(self) -> str:
         return f"the curve of {self.scenario.stem}, method {self.method.name}, seed {self.seed}"
-
-
-def load_source(scenario: Path) -> Source:
-    """A scenario file with its grammar.
-
-    Raises:
-        GrammarlabError: as the files give reason to.
-    """
-    found = load(scenario)
-    rules = find_rules(found.grammar)
-    grammar, _ = compiled(rules.text(), rules.name)
-    return Source(found, grammar, rules.assets)
 
 
 @lru_cache(maxsize=2)

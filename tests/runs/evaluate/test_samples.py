@@ -10,8 +10,9 @@ from grammarlab.evaluation.preparation import labelled_set
 from grammarlab.features.counting import count
 from grammarlab.runs.evaluate import samples
 from grammarlab.runs.evaluate.samples import NUM_MODELS, STORE, choose, draw_models
-from grammarlab.runs.evaluate.task import Task, load_source, make_curve
+from grammarlab.runs.evaluate.task import Task, make_curve
 from grammarlab.runs.executors import executor_of
+from grammarlab.runs.sources import load_source
 
 SCENARIO = """
 name = "boxes"

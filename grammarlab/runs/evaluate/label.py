@@ -11,7 +11,8 @@ from grammarlab.evaluation.curves import Curve
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import OVERALL, Labels
-from grammarlab.runs.evaluate.task import Task, load_source, run_protocol
+from grammarlab.runs.evaluate.task import Task, run_protocol
+from grammarlab.runs.sources import load_source
 from grammarlab.runs.workers import one_thread
 
 

@@ -13,14 +13,14 @@ import numpy as np
 from grammarlab import __version__
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.scenario import Scenario
+from grammarlab.runs.evaluate.label import label_models_of
 from grammarlab.runs.evaluate.measurements import digest, measurements_in
-from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.executors import SERIAL, AbstractExecutor
-from grammarlab.runs.label import label_models_of
 from grammarlab.runs.learn.labels import learn_from_labels
 from grammarlab.runs.learn.measure import LabelledSet
 from grammarlab.runs.markdown import table
 from grammarlab.runs.results import Progress, made
+from grammarlab.runs.sources import load_source
 
 STORE = "grammars"
 METHOD = "default"
@@ -99,7 +99,12 @@ def row_of(person: Person) -> dict[str, Any]:
         asked = label_models_of(person.path, labels, person.labels, seed=person.seed, method=METHOD, cache=person.cache)
         settings = METHODS[METHOD].settings(source.scenario.features)
         result = learn_from_labels(
-            source.scenario.grammar, labels, Path(scratch, "new.cga"), settings=settings, pool=source.pool
+            source.scenario.grammar,
+            asked.labels,
+            Path(scratch, "new.cga"),
+            labels_from=labels.name,
+            settings=settings,
+            pool=source.pool,
         )
     measured = LabelledSet.of(source).measure(result.learned)
     row = PersonRow(
