@@ -127,7 +127,7 @@ def test_a_target_may_count_from_the_first_liked_model(evaluate, folder, tmp_pat
     options = ("--batch", "8", "--max-labels", "0")
     assert "at most 0.7 after 8 to 8 labels from the first liked model on (2 of 2 seeds)" in evaluate(*options).stderr
     page = (tmp_path / "out" / "results.md").read_text(encoding="utf-8")
-    assert "| tiny | kde | **8** (8–8; 2/2) | **8** (8–8; 2/2) | 8 from the first liked model on |" in page
+    assert "| tiny | exact | kde | **8** (8–8; 2/2) | **8** (8–8; 2/2) | 8 from the first liked model on |" in page
     assert "Before that round, **0** (0–0; 2/2) labels had been given." in page
     assert "labels from the first liked model on" in (tmp_path / "out" / "plots" / "tiny.svg").read_text()
     curves = json.loads(evaluate(*options, "--json").stdout)["curves"]

@@ -64,7 +64,7 @@ def test_the_labelled_set_is_that_of_the_seed_with_its_true_scores():
 
 def test_the_pool_and_the_labelled_set_are_different_models():
     material = prepare(source(num_models=2000), PATHS)
-    pool = material.person(list(material.study.pool)[:1600])
+    pool = material.person(list(material.study.pool)[:1600], 0)
     assert not np.array_equal(material.scores[:1600], pool)
     assert (pool == 100).mean() == pytest.approx(0.01, abs=0.01)
 
@@ -73,7 +73,7 @@ def test_equal_rows_have_equal_scores_where_the_features_tell():
     material = prepare(source(), PATHS)
     table = material.study.table(init(material.study))
     together = np.concatenate([table.others, table.rows])
-    scores = np.concatenate([material.scores, material.person(list(material.study.pool))])
+    scores = np.concatenate([material.scores, material.person(list(material.study.pool), 0)])
     _, kind = np.unique(together, axis=0, return_inverse=True)
     for number in range(kind.max() + 1):
         assert np.ptp(scores[kind.ravel() == number]) == 0

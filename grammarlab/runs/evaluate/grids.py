@@ -41,7 +41,7 @@ def draw_grids(
     Returns:
         ``F1-before-4x4.jpg`` and ``F1-after-4x4.jpg``, and the same with 10x10: by size, and then by stage.
     """
-    source = load_source(scenario)
+    source = load_source(scenario).for_person(samples.seed)
     name = source.scenario.name
     folder.mkdir(parents=True, exist_ok=True)
     stages = {

@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import Any
 
 from grammarlab.density.thinning import Progress, silent
-from grammarlab.evaluation.methods import METHODS
+from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.learning.answers import answers_of
 from grammarlab.learning.design_space import AbstractDesignSpace
 from grammarlab.learning.pool import Pool
@@ -79,6 +79,7 @@ def learn_from_labels(
     settings: Settings | None = None,
     pool: Pool | None = None,
     scenario: Path | None = None,
+    respondent: Respondent = EXACT,
     on_progress: Progress = silent,
 ) -> LabelsResult:
     """Learns the file that samples in proportion to some scores.
@@ -89,9 +90,10 @@ def learn_from_labels(
         file: where to write the new file, of the same kind; assets that it names are put beside it.
         making: how to make it of what was learned.
         labels_from: name of the file that they were in, for the new file.
-        settings: how to learn; by default as the scenario says, or else as in a session.
+        settings: how to learn; by default as in a session.
         pool: the models that the preference is looked at on; by default those of seed 0.
         scenario: a scenario file to compare the result with; nothing is learned from it.
+        respondent: on whose scale the result is compared with the scenario; nothing is learned from it.
         on_progress: told about models to learn from, for the methods that need them.
 
     Raises:
@@ -104,8 +106,6 @@ def learn_from_labels(
     writer = domain_of(source.suffix).writer(space)
     writer.method(making.method)
     known = None if scenario is None else scenario_of(scenario, grammar, space.hashes[0])
-    if settings is None and known is not None:
-        settings = METHODS["default"].settings(known.scenario.features)
     answers = answers_of(labels, space.hashes)
     study = Study(space, pool or Pool(), settings)
     lines = [origin_line(source.file, space.hashes[0]), f"Labels {labels_from}: {len(labels)} scores"]
@@ -125,5 +125,5 @@ def learn_from_labels(
         len(labels),
         tuple(found.factor for found in answers if not found.is_liked),
         seconds,
-        None if known is None else Truth.of(known, learned),
+        None if known is None else Truth.of(known, learned, respondent),
     )

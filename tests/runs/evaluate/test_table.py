@@ -56,7 +56,7 @@ def test_persons_make_grammars_that_come_near(scenario, tmp_path):
     assert all(row.js < 0.05 for row in rows)
     assert person_rows(people, tmp_path / "out") == rows
     text = person_table(rows, [load_source(scenario).scenario])
-    assert "| old | 32 | " in text
+    assert "| old | exact | 32 | " in text
     assert text.rstrip().endswith("| 2/2 |")
 
 
