@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.distance import jensenshannon
@@ -160,3 +162,20 @@ def test_what_stars_mean_is_what_there_is_to_learn():
 def test_a_preference_that_stars_cannot_express_is_refused():
     with pytest.raises(UsageError, match="person stars: none of the 300 labelled models has a score above 0"):
         world(score=lambda rows: 12.0 * score_of(rows) / 100.0).answered_by(RESPONDENTS["stars"], 1)
+
+
+def test_nothing_but_scores_reaches_the_learner():
+    material = world()
+    state, curve = protocol.run(material, BATCH, 5, 64)
+
+    def liar(addresses, before):
+        return material.person(addresses, before) if before < 32 else 100.0 - material.person(addresses, before)
+
+    other = replace(material, scores=100.0 - material.scores)
+    same, measured = protocol.run(other, BATCH, 5, 64)
+    assert answers_of(same).designs == answers_of(state).designs
+    assert [point.js for point in measured.points] != [point.js for point in curve.points]
+    lied_to, _ = protocol.run(replace(other, person=liar), BATCH, 5, 64)
+    # What is asked in a round follows from the scores of the rounds before.
+    assert answers_of(lied_to).designs[:48] == answers_of(state).designs[:48]
+    assert answers_of(lied_to).designs[48:] != answers_of(state).designs[48:]

@@ -153,9 +153,9 @@ def _persons_table(results: Sequence[ScenarioResults]) -> str:
     head = ("person", "method", "scenario", "original", *(f"after {labels}" for labels in after), "worst seed")
     return (
         "## By person\n\n"
-        "Divergence in nats from what the person means after so many scores, worst cases first: medians over seeds, and "
-        "the worst seed at the end. *exact* says what the scenario likes; *stars* rounds to 0, 25, 50, 75 and 100, and "
-        "means that; *sd10* adds normal noise of 10 points; of the scores of *blunders5*, 5 % are random.\n\n"
+        "Divergence in nats from what the person means after so many scores, worst cases first: medians over seeds, "
+        "and the worst seed at the end. *exact* says what the scenario likes; *stars* rounds to 0, 25, 50, 75 and 100, "
+        "and means that; *sd10* adds normal noise of 10 points; of the scores of *blunders5*, 5 % are random.\n\n"
         + table(head, rows)
     )
 

@@ -89,16 +89,16 @@ class EvaluationRequest:
                 raise UsageError(f"{what} is a number from {least}, not {number}.")
         planned = load_figures(scenarios[0].parent / FIGURES, figures) if figures else ()
         request = cls(
-            scenarios,
-            methods,
-            batch,
-            seeds,
-            max_labels,
-            planned,
-            grids,
-            density,
-            chosen(persons, RESPONDENTS, "person"),
-            _label_numbers(grammar_labels),
+            scenarios=scenarios,
+            methods=methods,
+            batch=batch,
+            seeds=seeds,
+            max_labels=max_labels,
+            figures=planned,
+            grids=grids,
+            density=density,
+            persons=chosen(persons, RESPONDENTS, "person"),
+            grammar_labels=_label_numbers(grammar_labels),
         )
         _check_names(scenarios)
         for path in scenarios:

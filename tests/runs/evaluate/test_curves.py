@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from grammarlab.evaluation.methods import Method
+from grammarlab.evaluation.respondents import RESPONDENTS
 from grammarlab.runs.evaluate.curves import run_tasks
 from grammarlab.runs.evaluate.store import STORE, curves_in
 from grammarlab.runs.executors import SERIAL, Processes
@@ -49,6 +50,13 @@ def test_a_run_that_was_killed_goes_on_and_ends_as_if_nothing_had_happened(tmp_p
     assert again == whole
     assert done[0] == ("curves", len(kept), len(whole))
     assert done[-1] == ("curves", len(whole), len(whole))
+
+
+def test_each_person_has_a_curve_of_their_own():
+    (task, *_) = tasks(1)
+    persons = [replace(task, person=person) for person in RESPONDENTS.values()]
+    assert len({person.key for person in persons}) == len(RESPONDENTS)
+    assert persons[0].key == task.key
 
 
 def test_an_interrupted_run_keeps_what_is_finished(tmp_path):
