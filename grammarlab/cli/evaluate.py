@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from grammarlab.runs.evaluate.request import EvaluationRequest
 
 
+PERSONS_HELP = "How models are scored: exact, stars, sd5, sd10, sd20, blunders5, blunders10."
+
+
 def complete_scenario(incomplete: str) -> list[str]:
     """The shipped scenarios that begin so, for the shell."""
     from grammarlab.runs.evaluate.find import named_scenarios
@@ -34,6 +37,7 @@ def evaluate(
     methods: Annotated[
         str, typer.Option("--methods", help="default,paper,kde,sklearn; those that each scenario names if left out.")
     ] = "",
+    person: Annotated[str, typer.Option("--person", help=PERSONS_HELP + " Several with commas between.")] = "exact",
     seeds: Annotated[int, typer.Option("--seeds", help="Simulated persons for each method.", min=1, max=1000)] = 10,
     max_labels: Annotated[
         int, typer.Option("--max-labels", help="Scores each of them gives; 0 for each scenario's target.", min=0)
@@ -91,6 +95,7 @@ def evaluate(
         request = EvaluationRequest.of(
             find_scenarios(scenarios),
             methods=methods,
+            persons=person,
             batch=batch or None,
             seeds=seeds,
             max_labels=max_labels,
@@ -122,6 +127,8 @@ def _command(scenarios: str, request: EvaluationRequest) -> str:
     """The command that makes the same numbers again."""
     words = ["grammarlab evaluate", scenarios]
     words += [f"--methods {request.methods}"] if request.methods else []
+    names = ",".join(person.name for person in request.persons)
+    words += [f"--person {names}"] if names != "exact" else []
     words += [f"--seeds {request.seeds} --max-labels {request.max_labels}"]
     words += [f"--batch {request.batch}"] if request.batch else []
     words += [f"--figures {','.join(figure.name for figure in request.figures)}"] if request.figures else []
@@ -144,27 +151,31 @@ def _tell(result: EvaluationResult, as_json: bool) -> None:
             later = " from the first liked model on" * (results.scenario.target.since == "first liked")
             text = f"{found[0]} to {found[-1]} labels{later}" if found else "never"
             say(
-                f"{results.scenario.name} {method}: JS {results.js_original:.3f} at first; "
+                f"{results.name} {method}: JS {results.js_original:.3f} at first; "
                 f"at most {js:g} after {text} ({len(found)} of {len(reached)} seeds)"
             )
     for row in result.densities:
         say(f"{row.scenario} {row.method}: JS {row.js:.3g}, {row.rules_after} rules ({row.rules_before} before)")
     for grammar in result.grammars:
-        say(f"{grammar.scenario}, person {grammar.seed}, {grammar.labels} scores: JS of the grammar {grammar.js:.3g}")
+        whose = f"{grammar.scenario}, person {grammar.person} {grammar.seed}, {grammar.labels} scores"
+        say(f"{whose}: JS of the grammar {grammar.js:.3g}")
     say(f"tables and pictures: {result.page}")
 
 
 def _as_json(results: ScenarioResults, result: EvaluationResult) -> dict[str, Any]:
     name = results.scenario.name
+    grammars = [asdict(row) for row in result.grammars if (row.scenario, row.person) == (name, results.person)]
     return {
         "scenario": results.scenario.name,
         "grammar": results.scenario.grammar,
         "base": results.scenario.base,
+        "person": results.person,
         "js_original": results.js_original,
         "curves": [
             {
                 "method": record.method,
                 "seed": record.seed,
+                "js_original": record.js_original,
                 "curve": [[point.labels, point.js] for point in record.curve.points],
                 "correlations": [point.correlation for point in record.curve.points],
                 "labels_to_0.01": record.curve.labels_to(),
@@ -178,5 +189,5 @@ def _as_json(results: ScenarioResults, result: EvaluationResult) -> dict[str, An
         **(
             {"densities": [asdict(row) for row in result.densities if row.scenario == name]} if result.densities else {}
         ),
-        **({"grammars": [asdict(row) for row in result.grammars if row.scenario == name]} if result.grammars else {}),
+        **({"grammars": grammars} if grammars else {}),
     }

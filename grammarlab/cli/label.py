@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.evaluate import complete_scenario
+from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
 from grammarlab.cli.report import friendly_errors, print_json, say
 
 
@@ -25,7 +25,10 @@ def label(
             dir_okay=False,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Which person; others choose and score others.", min=0)] = 0,
+    seed: Annotated[
+        int, typer.Option("--seed", help="Which person; others choose and score others.", min=0, max=2**64 - 1)
+    ] = 0,
+    person: Annotated[str, typer.Option("--person", help=PERSONS_HELP)] = "exact",
     method: Annotated[str, typer.Option("--method", help="How models are chosen: default, paper, kde, sklearn.")] = (
         "default"
     ),
@@ -34,15 +37,15 @@ def label(
     """Let a simulated person score models of a scenario, and save the labels."""
     with friendly_errors():
         from grammarlab.runs.evaluate.find import find_scenario
-        from grammarlab.runs.label import label_models_of
+        from grammarlab.runs.evaluate.label import label_models_of
 
         found = find_scenario(scenario)
         file = file or Path(f"{found.stem}_labels.csv")
-        result = label_models_of(found, file, number, seed=seed, method=method)
+        result = label_models_of(found, file, number, seed=seed, method=method, person=person)
         liked = sum(label.score > 0 for label in result.labels)
         js = result.curve.points[-1].js
         if as_json:
-            values = {"file": str(file), "labels": len(result.labels), "liked": liked, "js": js}
+            values = {"file": str(file), "person": person, "labels": len(result.labels), "liked": liked, "js": js}
             print_json(values | {"factors": list(result.labels.factors)})
         else:
             say(f"{file}: {len(result.labels)} scores, {liked} above 0; what is learned from them is {js:.3g} nats off")

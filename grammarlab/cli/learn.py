@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from grammarlab.cli.evaluate import complete_scenario
+from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
 from grammarlab.cli.report import friendly_errors, print_json, say
 from grammarlab.cli.sample import complete_grammar
 
@@ -65,14 +65,20 @@ def learn(
         "grammar"
     ),
     seed: Annotated[
-        int | None, typer.Option("--seed", help="Of the models looked at; that of the session, or 0.", min=0)
+        int | None,
+        typer.Option("--seed", help="Of the models looked at; that of the session, or 0.", min=0, max=2**64 - 1),
     ] = None,
+    person: Annotated[
+        str, typer.Option("--person", help="With labels and a scenario, whose truth to compare with. " + PERSONS_HELP)
+    ] = "exact",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:
     """Make a grammar that samples models in proportion to how much they are liked."""
     with friendly_errors():
         from grammarlab.cli.progress import progress
         from grammarlab.errors import UsageError
+        from grammarlab.evaluation.names import chosen_one
+        from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
         from grammarlab.runs.domains import suffix_of
         from grammarlab.runs.evaluate.find import find_scenario
         from grammarlab.runs.learn import pages
@@ -81,6 +87,9 @@ def learn(
             raise UsageError(f"no base is called {base!r}; those there are: grammar, uniform")
         if labels is not None and examples is not None:
             raise UsageError("learn from labels or from examples? Give one of --labels and --examples.")
+        respondent = chosen_one(person, RESPONDENTS, "person")
+        if respondent != EXACT and (labels is None or not scenario):
+            raise UsageError("--person says what to compare with: give --labels FILE and --scenario FILE with it.")
         known = find_scenario(scenario) if scenario else None
         source = labels or examples or known
         if source is None:
@@ -90,11 +99,16 @@ def learn(
             from grammarlab.learning.pool import Pool
             from grammarlab.learning.target import Making
             from grammarlab.runs.learn.labels import learn_from_labels
+            from grammarlab.runs.scoring.labels import read_labels_or_session
 
             making = Making(method, base, samples)
-            options: dict[str, Any] = {"scenario": known, "pool": None if seed is None else Pool(seed)}
+            table, pool = read_labels_or_session(labels)
+            options: dict[str, Any] = {"scenario": known, "respondent": respondent}
+            options["pool"] = pool if seed is None else Pool(seed)
             with progress() as on_progress:
-                found = learn_from_labels(grammar, labels, wanted, making, on_progress=on_progress, **options)
+                found = learn_from_labels(
+                    grammar, table, wanted, making, labels_from=labels.name, on_progress=on_progress, **options
+                )
             told = _Told(_labels_as_json(found), _labels_as_lines(found), pages.page_of_labels(found))
         elif examples is not None:
             from grammarlab.runs.learn.examples import learn_from_files
@@ -169,11 +183,14 @@ def _as_lines(result: LearnResult) -> list[str]:
 def _labels_as_json(result: LabelsResult) -> dict[str, Any]:
     density = result.density
     measured = density.measured
+    # What somebody is said to like counts for more than what the labels taught.
+    best = measured if result.truth is None else result.truth.measured
     return {
         "labels": result.num_labels,
         "method": result.learned.method,
-        "js": measured.after.js,
-        "js_before": measured.before.js,
+        "js": best.after.js,
+        "js_before": best.before.js,
+        "taught": {"js": measured.after.js, "js_before": measured.before.js},
         "steps": [{"name": step.name, "js": step.js} for step in density.steps],
         "features": [str(feature) for feature in density.preference.features],
         "effective_models": measured.effective_models,

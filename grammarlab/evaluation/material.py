@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.errors import UsageError
+from grammarlab.evaluation.respondents import Respondent
 from grammarlab.learning.agreement import agreement
 from grammarlab.learning.interview import Person
 from grammarlab.learning.round import Study
@@ -28,7 +30,7 @@ class Material:
     study: Study[Any]
     """The pool, with tables whose `Table.others` are the labelled set."""
     person: Person
-    """Gives the true scores of any models."""
+    """Scores any models."""
 
     def as_one_factor(self) -> Material:
         """The same models for a person who scores the product of all factors."""
@@ -38,8 +40,30 @@ class Material:
             self,
             factors=(" x ".join(self.factors),),
             scores=_product(self.scores),
-            person=lambda addresses: _product(self.person(addresses)),
+            person=lambda addresses, before: _product(self.person(addresses, before)),
         )
+
+    def answered_by(self, respondent: Respondent, seed: int) -> Material:
+        """The same models for a person who has a way to answer; what they mean is what there is to learn.
+
+        Args:
+            respondent: the way to answer.
+            seed: of the person, 0 <= seed < 2**64.
+
+        Raises:
+            UsageError: when no model of the labelled set is liked on the person's scale.
+        """
+        answered = replace(
+            self,
+            scores=respondent.truth(self.scores),
+            person=lambda addresses, before: respondent.answers(self.person(addresses, before), seed, before),
+        )
+        if not (answered.weights * answered.target).any():
+            raise UsageError(
+                f"person {respondent.name}: none of the {len(self.scores):,} labelled models has a score above 0 on "
+                f"the scale of this person, so there is no density to learn. Raise num_models, or give higher scores."
+            )
+        return answered
 
     @property
     def target(self) -> Floats:

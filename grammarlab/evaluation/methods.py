@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from typing import Any, get_args
 
 from grammarlab.errors import UsageError
+from grammarlab.evaluation.names import chosen
 from grammarlab.learning.settings import FAMILIES, MAX_PATH_LENGTH, FeatureOptions, Settings
 from grammarlab.preference.fitting import Method as Fit
 from grammarlab.preference.queries import Way
@@ -14,8 +14,8 @@ from grammarlab.preference.queries import Way
 FITS: tuple[Fit, ...] = get_args(Fit)
 """What `grammarlab.preference.fit` offers."""
 QUERIES: tuple[Way, ...] = tuple(way for way in get_args(Way) if way != "already ranked")
-"""Ways to choose the models of a round (`grammarlab.preference.queries`); a simulated person makes no mistakes, so
-that nothing is asked twice."""
+"""Ways to choose the models of a round (`grammarlab.preference.queries`), but those for people who look at their
+own scores again."""
 OPTIONS = {"paper": ("noise", "penalty")}
 """Parameters of fits that may be set, by the name of the fit."""
 PAPER_FAMILIES = ("paths", "symbols", "draws")
@@ -100,18 +100,8 @@ def methods_of(names: str, batch: int | None = None) -> tuple[Method, ...]:
     Raises:
         UsageError: an unknown or repeated name, or none; a batch out of range.
     """
-    wanted = [name.strip() for name in names.split(",") if name.strip()]
-    if not wanted:
-        raise UsageError(f"which methods? Give names from: {', '.join(METHODS)}; several with commas between.")
-    for name in wanted:
-        if name not in METHODS:
-            near = get_close_matches(name, METHODS, n=1)
-            hint = f" Did you mean {near[0]!r}?" if near else ""
-            raise UsageError(f"no method is called {name!r}.{hint} There are: {', '.join(METHODS)}.")
-        if wanted.count(name) > 1:
-            raise UsageError(f"method {name!r} is given twice.")
     batches = {} if batch is None else {"batch": batch}
-    return tuple(checked(replace(METHODS[name], **batches)) for name in wanted)
+    return tuple(checked(replace(method, **batches)) for method in chosen(names, METHODS, "method"))
 
 
 def checked(method: Method, where: str = "") -> Method:

@@ -1,13 +1,15 @@
 """From a scenario and its grammar to the material of the protocol.
 
-The labelled set is derived at the scenario's own seed. The pool is derived at seeds that follow from it
-(`grammarlab.learning.pool`), so the two have no model in common.
+The labelled set is derived at the scenario's seed. The pool is derived at seeds that follow from it
+(`grammarlab.learning.pool`), so the two have no model in common. Each simulated person has models of their own
+(`Source.for_person`), so that nothing is fitted to one pool.
 """
 
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,8 +27,12 @@ from grammarlab.learning.grammar_space import GrammarSpace
 from grammarlab.learning.pool import Pool
 from grammarlab.learning.round import Study
 from grammarlab.learning.settings import Settings
+from grammarlab.randomness import derived_seed
 
 Floats = NDArray[np.float64]
+
+_PERSONS = 4
+"""Place below the seed of a scenario that persons have their models from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +59,11 @@ class Source:
         """Of the first model of the labelled set; the others follow under the same seed."""
         return Address(self.scenario.draws == "flattened", self.scenario.seed, 0)
 
+    def for_person(self, seed: int) -> Source:
+        """The scenario with a pool and a labelled set that follow from its seed and a person's, 0 <= seed < 2**64."""
+        own = derived_seed(self.scenario.seed, _PERSONS, seed)
+        return replace(self, scenario=replace(self.scenario, seed=own))
+
     @property
     def key(self) -> str:
         """SHA-256 of everything that decides the models, their scores and what is offered to learn from."""
@@ -78,13 +89,19 @@ def prepare(source: Source, settings: Settings) -> Material:
     program = space.program
     scenario.check(program.symbols, program.rule_names, program.sites)
     labelled = labelled_set(source, space)
+
+    def person(addresses: Sequence[Address], _before: int) -> Floats:
+        different = {address: place for place, address in enumerate(dict.fromkeys(addresses))}
+        scores = true_scores(scenario, space.make(tuple(different)))
+        return scores[[different[address] for address in addresses]]
+
     log_weights = np.concatenate([_log_weight(scenario, space, forest) for forest in labelled])
     material = Material(
         tuple(factor.name for factor in scenario.factors),
-        np.concatenate([_scores(scenario, forest) for forest in labelled]),
+        np.concatenate([true_scores(scenario, forest) for forest in labelled]),
         np.exp(log_weights - log_weights.max()),
         Study(space, source.pool, settings, labelled),
-        lambda addresses: _scores(scenario, space.make(addresses)),
+        person,
     )
     if not (material.weights * material.target).any():
         raise UsageError(
@@ -100,8 +117,8 @@ def labelled_set(source: Source, space: GrammarSpace) -> tuple[Forest, ...]:
     return tuple(space.sample(first.flat, source.scenario.num_models, first.seed))
 
 
-def _scores(scenario: Scenario, forest: Forest) -> Floats:
-    """[models, K] true scores."""
+def true_scores(scenario: Scenario, forest: Forest) -> Floats:
+    """[models, K] how much each factor of a scenario likes some models, 0 to 100."""
     return np.column_stack([factor.score.evaluate(count(forest, factor.score.features)) for factor in scenario.factors])
 
 

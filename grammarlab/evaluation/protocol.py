@@ -1,12 +1,13 @@
-"""The simulated person: scores model after model, while the learned density is compared with the true one.
+"""Simulated persons: they score model after model, while the learned density is compared with the true one.
 
 This is the protocol of section 4.7 of the paper, around an interview (`grammarlab.learning.interview`). Its quantities:
 
 - labelled set: n models (5,000 in the paper's protocol) drawn independently from the grammar with density p at a fixed
   seed, repeats kept, each with its true score u_i = product of the factors' scores / 100. Nobody is asked about them.
-- label: one true score (0-100) of one model of the pool for one factor. With several factors, a label for each counts;
-  a model is asked about at most once per factor.
-- round: ``batch`` models for one factor; rounds take the factors in turn. Scores are exact.
+- label: one score (0-100) of one model of the pool for one factor, as the person answers
+  (`grammarlab.evaluation.respondents`): the true score, or that with noise. With several factors, a label for each
+  counts.
+- round: ``batch`` models for one factor; rounds take the factors in turn.
 - learned preference û_i: the product over the liked factors of the predicted mean / 100, clipped to 0-1; 1 before
   anything is liked.
 - target weights p*_i = w_i u_i / sum_j w_j u_j and learned weights q_i = w_i û_i / sum_j w_j û_j, where w_i = 1 for

@@ -14,8 +14,9 @@ from grammarlab.learning.questions import ask
 from grammarlab.learning.round import State, Study, init, step
 from grammarlab.randomness import derived_seed
 
-Person = Callable[[Sequence[Address]], NDArray[np.float64]]
-"""Designs by ascending address give their scores [k, K], 0 to 100, for K factors."""
+Person = Callable[[Sequence[Address], int], NDArray[np.float64]]
+"""Designs by ascending address, which may repeat, and how many scores were given before give scores [k, K], 0 to 100,
+for K factors."""
 
 
 def interview(
@@ -40,9 +41,10 @@ def interview(
         active = rounds % len(factors)
         num, choice = min(batch, budget - state.num_answers), derived_seed(seed, rounds, active, 0)
         asked = ask(study, state, num, choice, factor=factors[active])
-        shown = sorted(asked)
-        scores = dict(zip(shown, person(shown)[:, active].tolist(), strict=True))
-        answers = Answers(factors[active], asked, np.array([scores[address] for address in asked]))
+        order = sorted(range(len(asked)), key=asked.__getitem__)
+        scores = np.empty(len(asked))
+        scores[order] = person([asked[place] for place in order], state.num_answers)[:, active]
+        answers = Answers(factors[active], asked, scores)
         state = step(study, state, (answers,))
         rounds += 1
         yield state

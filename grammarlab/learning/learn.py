@@ -102,7 +102,7 @@ def learn(
     space = GrammarSpace(grammar, assets)
     study = Study(space, pool or Pool(), settings)
 
-    def person(addresses: Sequence[Address]) -> Floats:
+    def person(addresses: Sequence[Address], _before: int) -> Floats:
         models = space.realize(addresses).scene if sees == "scene" else space.derive(addresses)
         return _checked(score(models), len(addresses))[:, None]
 

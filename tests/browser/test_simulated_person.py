@@ -10,8 +10,8 @@ import pytest
 
 from grammarlab.features.counting import count
 from grammarlab.learning.addresses import Address
-from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.scoring.session import Session
+from grammarlab.runs.sources import load_source
 from tests.browser.driver import Server
 from tests.runs.scoring.windows import Window, shown_models
 

@@ -68,7 +68,10 @@ def evaluate(run, folder, tmp_path):
 def test_json_is_one_object_about_the_scenario(evaluate):
     values = json.loads(evaluate("--json").stdout)
     assert values["scenario"] == "tiny"
+    assert values["person"] == "exact"
     assert 0.05 < values["js_original"] < 0.4
+    originals = [curve["js_original"] for curve in values["curves"]]
+    assert min(originals) < values["js_original"] < max(originals)
     assert [(curve["method"], curve["seed"]) for curve in values["curves"]] == [("kde", 0), ("kde", 1)]
     for curve in values["curves"]:
         assert [labels for labels, _ in curve["curve"]] == [32]
@@ -85,6 +88,46 @@ def test_the_same_command_says_the_same_with_any_number_of_workers(evaluate, tmp
     two = evaluate("--json", "--batch", "8", "-o", tmp_path / "two", "--workers", "2").stdout
     assert one == two
     assert [labels for labels, _ in json.loads(one)["curves"][0]["curve"]] == [8, 16, 24, 32]
+
+
+FEW = ("--max-labels", "16", "--batch", "8")
+
+
+def test_persons_who_err_have_curves_of_their_own(evaluate, tmp_path):
+    exact, noisy = (json.loads(evaluate(*FEW, "--json", "--person", name).stdout) for name in ("exact", "blunders10"))
+    assert (exact["person"], noisy["person"]) == ("exact", "blunders10")
+    assert exact.keys() == noisy.keys()
+    assert exact["js_original"] == noisy["js_original"]
+    both = evaluate(*FEW, "--json", "--person", "exact,blunders10").stdout
+    assert json.loads(both)["scenarios"] == [exact, noisy]
+    assert evaluate(*FEW, "--json", "--person", "exact,blunders10", "--workers", "2", "--fresh").stdout == both
+    sd20 = json.loads(evaluate(*FEW, "--json", "--person", "sd20").stdout)
+    assert [curve["curve"] for curve in sd20["curves"]] != [curve["curve"] for curve in exact["curves"]]
+    assert {path.name for path in (tmp_path / "out" / "plots").glob("*.png")} == {
+        *("tiny.png", "tiny.blunders10.png", "tiny.sd20.png")
+    }
+    page = (tmp_path / "out" / "results.md").read_text(encoding="utf-8")
+    assert "--person sd20 --seeds 2" in page
+    assert "| sd20 | kde | tiny |" in page
+
+
+def test_stars_are_measured_against_what_they_mean(evaluate):
+    exact, stars = (json.loads(evaluate(*FEW, "--json", "--person", name).stdout) for name in ("exact", "stars"))
+    # 100 and 40 become 100 and 50.
+    assert exact["js_original"] != stars["js_original"]
+
+
+def test_each_seed_has_models_of_its_own(evaluate):
+    curves = json.loads(evaluate(*FEW, "--json").stdout)["curves"]
+    assert curves[0]["js_original"] != curves[1]["js_original"]
+
+
+def test_grammars_are_made_of_the_scores_of_each_person(evaluate):
+    options = (*FEW, "--seeds", "1", "--grammar-labels", "16", "--person", "exact,stars", "--json")
+    for item in json.loads(evaluate(*options).stdout)["scenarios"]:
+        (grammar,) = item["grammars"]
+        assert (grammar["person"], grammar["labels"]) == (item["person"], 16)
+        assert grammar["js"] < item["js_original"]
 
 
 def test_a_run_leaves_tables_and_pictures_and_a_report_elsewhere(evaluate, tmp_path, monkeypatch):
@@ -127,7 +170,7 @@ def test_a_target_may_count_from_the_first_liked_model(evaluate, folder, tmp_pat
     options = ("--batch", "8", "--max-labels", "0")
     assert "at most 0.7 after 8 to 8 labels from the first liked model on (2 of 2 seeds)" in evaluate(*options).stderr
     page = (tmp_path / "out" / "results.md").read_text(encoding="utf-8")
-    assert "| tiny | kde | **8** (8–8; 2/2) | **8** (8–8; 2/2) | 8 from the first liked model on |" in page
+    assert "| tiny | exact | kde | **8** (8–8; 2/2) | **8** (8–8; 2/2) | 8 from the first liked model on |" in page
     assert "Before that round, **0** (0–0; 2/2) labels had been given." in page
     assert "labels from the first liked model on" in (tmp_path / "out" / "plots" / "tiny.svg").read_text()
     curves = json.loads(evaluate(*options, "--json").stdout)["curves"]
@@ -156,6 +199,9 @@ def test_a_second_run_goes_on_from_the_first_unless_it_is_to_begin_anew(evaluate
         (["--methods", "defualt"], 2, "Did you mean 'default'?"),
         (["--methods", "kde,kde"], 2, "given twice"),
         (["--methods", ","], 2, "which methods"),
+        (["--person", "sd7"], 2, "no person is called 'sd7'. Did you mean"),
+        (["--person", "sd5,sd5"], 2, "person 'sd5' is given twice"),
+        (["--person", ""], 2, "which persons"),
         (["--seeds", "0"], 2, "--seeds"),
         (["--seeds", "three"], 2, "--seeds"),
         (["--max-labels", "-1"], 2, "--max-labels"),

@@ -129,13 +129,85 @@ def test_labels_of_a_simulated_person_become_a_grammar(run, labelled, tmp_path):
     options = ("--labels", labels, "--scenario", scenario, "-o", out, "--report", folder, "--json")
     values = json.loads(run("learn", grammar, *options).stdout)
     assert values["labels"] == 32
-    assert values["scenario"]["js"] < 1e-6
+    assert values["js"] == values["scenario"]["js"] < 1e-6
+    assert values["js_before"] == values["scenario"]["js_before"]
     assert values["scenario"]["js_before"] > 0.1
     assert "Lot --> extrude(height) High" in out.read_text()
     assert {file.name for file in folder.iterdir()} == REPORT
     assert "| labels | 32 |" in (folder / "report.md").read_text()
     told = run("learn", grammar, "--labels", labels, "-o", out).stderr
     assert "looked at: High" in told
+
+
+def test_a_scenario_beside_labels_is_compared_with_and_changes_nothing(run, labelled, tmp_path):
+    grammar, scenario, labels = labelled
+    # What the scenario offers to learn from, its seed and its pool are others than those of a person.
+    scenario.write_text(
+        SCENARIO.replace("num_models = 200", "num_models = 150\nseed = 9")
+        + '[features]\npath_length = 1\nfamilies = ["symbols"]\n'
+    )
+    options = ("--labels", labels, "--json", "-o")
+    plain = json.loads(run("learn", grammar, *options, tmp_path / "plain.cga").stdout)
+    compared = json.loads(run("learn", grammar, *options, tmp_path / "new.cga", "--scenario", scenario).stdout)
+    assert (tmp_path / "new.cga").read_bytes() == (tmp_path / "plain.cga").read_bytes()
+    assert plain.keys() | {"scenario"} == compared.keys()
+    # Without a scenario the divergence is that from what the labels taught.
+    assert {name: plain[name] for name in ("js", "js_before")} == plain["taught"] == compared["taught"]
+    assert compared["js_before"] != compared["taught"]["js_before"]
+
+
+def test_labels_may_be_compared_with_what_a_person_means(run, labelled, tmp_path):
+    grammar, scenario, _ = labelled
+    scenario.write_text(SCENARIO + '[[preference]]\nscore = 40\nwhen = "{High}"\n')
+    labels = tmp_path / "stars.csv"
+    run("label", scenario, "-n", "32", "--person", "stars", "-o", labels)
+    options = ("--labels", labels, "--scenario", scenario, "--json", "-o")
+    exact = json.loads(run("learn", grammar, *options, tmp_path / "exact.cga").stdout)
+    stars = json.loads(run("learn", grammar, *options, tmp_path / "stars.cga", "--person", "stars").stdout)
+    assert (tmp_path / "exact.cga").read_bytes() == (tmp_path / "stars.cga").read_bytes()
+    assert stars["js"] < 1e-6 < exact["js"]
+    assert exact["taught"] == stars["taught"]
+
+
+@pytest.mark.parametrize("options", [("--labels", "labels.csv"), ("--scenario", "B1")])
+def test_a_person_without_labels_or_something_to_compare_with_is_refused(run, options):
+    assert "--labels FILE and --scenario FILE" in run("learn", "building", "--person", "stars", *options, code=2).stderr
+
+
+@pytest.mark.parametrize("name", ["sd10", "blunders10", "stars"])
+def test_what_a_person_said_is_in_the_file_and_is_said_again(run, files, tmp_path, name):
+    def said(*options):
+        file = tmp_path / "labels.jsonl"
+        values = json.loads(run("label", files[1], "-n", "16", "-o", file, "--json", *options).stdout)
+        scores = [json.loads(line)["score"] for line in file.read_text().splitlines()]
+        assert (values["person"], values["labels"]) == (options[1] if options else "exact", len(scores))
+        return scores
+
+    assert set(said()) == {0.0, 80.0}
+    scores = said("--person", name)
+    assert scores == said("--person", name)
+    assert (set(scores) == {0.0, 75.0}) == (name == "stars")
+    assert scores != said("--person", name, "--seed", "2")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--seed", f"{2**64}"), "--seed"),
+        (("--seed", "-1"), "--seed"),
+        (("--person", "sd"), "no person is called 'sd'"),
+        (("--person", "sd5,sd10"), "expected one person, found 2"),
+        (("--method", "magic"), "no method is called 'magic'"),
+        (("-o", "labels.txt"), "labels.txt"),
+    ],
+)
+def test_bad_options_of_label_end_in_one_message_before_the_work(run, files, options, message):
+    assert message in run("label", files[1], *options, code=2).stderr
+
+
+def test_the_last_seed_is_a_seed(run, files, tmp_path):
+    options = ("-n", "8", "--seed", f"{2**64 - 1}", "-o", tmp_path / "labels.csv")
+    assert "8 scores" in run("label", files[1], *options).stderr
 
 
 def test_labels_of_a_changed_rule_file_are_refused(run, labelled, rules):

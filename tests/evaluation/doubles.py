@@ -18,5 +18,5 @@ def world(num_factors=1, weights=None, score=score_of, **settings):
         score(labelled)[:, :num_factors],
         np.ones(LABELLED) if weights is None else weights,
         study,
-        lambda addresses: score(space.make(addresses))[:, :num_factors],
+        lambda addresses, _before: score(space.make(addresses))[:, :num_factors],
     )

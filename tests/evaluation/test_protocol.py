@@ -1,8 +1,13 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.distance import jensenshannon
 
+from grammarlab.errors import UsageError
 from grammarlab.evaluation import protocol
+from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
+from grammarlab.learning import interview as rounds_of
 from grammarlab.learning.interview import interview
 from grammarlab.learning.round import init
 from grammarlab.preference.queries import FEWEST
@@ -97,3 +102,80 @@ def test_a_wider_pool_is_offered_once_liked_models_are_rare():
         asked = next(iter(state.answers.values()))
         assert state.wide == (widens and curve.points[FEWEST // BATCH - 1].liked < FEWEST / 16)
         assert len(asked.designs) == FEWEST + BATCH
+
+
+def answers_of(state):
+    (answers,) = state.answers.values()
+    return answers
+
+
+def test_an_exact_person_changes_nothing():
+    state, curve = protocol.run(world(), BATCH, 5, 48)
+    exact, same = protocol.run(world().answered_by(EXACT, 5), BATCH, 5, 48)
+    assert same == curve
+    assert answers_of(exact).scores.tolist() == answers_of(state).scores.tolist()
+
+
+def test_a_person_with_noise_gives_the_same_scores_again_and_is_measured_against_the_truth():
+    noisy = world().answered_by(RESPONDENTS["sd10"], 5)
+    assert np.array_equal(noisy.scores, world().scores)
+    state, curve = protocol.run(noisy, BATCH, 5, 48)
+    again, same = protocol.run(world().answered_by(RESPONDENTS["sd10"], 5), BATCH, 5, 48)
+    assert same == curve
+    answers = answers_of(state)
+    assert answers_of(again).scores.tolist() == answers.scores.tolist()
+    # By hand: models are shown in the order of their addresses, and the n-th of all has the n-th noise.
+    for start in range(0, 48, BATCH):
+        part = sorted(zip(answers.designs[start : start + BATCH], answers.scores[start : start + BATCH], strict=True))
+        true = score_of(noisy.study.space.make([design for design, _ in part]))[:, :1]
+        expected = RESPONDENTS["sd10"].answers(true, 5, start)[:, 0]
+        assert [score for _, score in part] == expected.tolist()
+        assert (expected != true[:, 0]).any()
+
+
+def test_each_answer_has_noise_of_its_own_when_the_same_model_is_asked_about_again(monkeypatch):
+    material = world().answered_by(RESPONDENTS["sd10"], 5)
+    liked = next(one for one in material.study.pool if 20 < world().person([one], 0)[0, 0] < 80)
+    monkeypatch.setattr(rounds_of, "ask", lambda *_arguments, **_options: (liked,) * 8)
+    state, _ = protocol.run(material, 8, 5, 24)
+    answers = answers_of(state)
+    assert answers.designs == (liked,) * 24
+    true = world().person([liked] * 24, 0)
+    assert len(set(answers.scores.tolist())) == 24
+    assert answers.scores.tolist() == RESPONDENTS["sd10"].answers(true, 5, 0)[:, 0].tolist()
+
+
+def test_what_stars_mean_is_what_there_is_to_learn():
+    def graded(rows):
+        return np.column_stack([100.0 * rows.mean(axis=1), np.full(len(rows), 60.0)])
+
+    stars = RESPONDENTS["stars"]
+    material = world(2, score=graded)
+    answered = material.answered_by(stars, 1)
+    assert np.array_equal(answered.scores, stars.truth(material.scores))
+    assert np.array_equal(answered.target, stars.truth(material.scores).prod(axis=1) / 1e4)
+    assert answered.js_original != material.js_original
+    product = material.as_one_factor()
+    assert np.array_equal(product.answered_by(stars, 1).scores, stars.truth(product.scores))
+
+
+def test_a_preference_that_stars_cannot_express_is_refused():
+    with pytest.raises(UsageError, match="person stars: none of the 300 labelled models has a score above 0"):
+        world(score=lambda rows: 12.0 * score_of(rows) / 100.0).answered_by(RESPONDENTS["stars"], 1)
+
+
+def test_nothing_but_scores_reaches_the_learner():
+    material = world()
+    state, curve = protocol.run(material, BATCH, 5, 64)
+
+    def liar(addresses, before):
+        return material.person(addresses, before) if before < 32 else 100.0 - material.person(addresses, before)
+
+    other = replace(material, scores=100.0 - material.scores)
+    same, measured = protocol.run(other, BATCH, 5, 64)
+    assert answers_of(same).designs == answers_of(state).designs
+    assert [point.js for point in measured.points] != [point.js for point in curve.points]
+    lied_to, _ = protocol.run(replace(other, person=liar), BATCH, 5, 64)
+    # What is asked in a round follows from the scores of the rounds before.
+    assert answers_of(lied_to).designs[:48] == answers_of(state).designs[:48]
+    assert answers_of(lied_to).designs[48:] != answers_of(state).designs[48:]

@@ -124,15 +124,14 @@ def test_the_report_shows_boxes_before_and_after(boxes: Path, tmp_path: Path):
     space, pool = space_of(boxes), list(Pool(SEED, SIZE))[:40]
     scores = liked(space.make(pool)).tolist()
     rows = [address.label(OVERALL, score, space.hashes) for address, score in zip(pool, scores, strict=True)]
-    save_labels(Labels(tuple(rows)), tmp_path / "labels.csv")
-    files = str(boxes), tmp_path / "labels.csv", tmp_path / "new.boxes"
-    result = learn_from_labels(*files, Making(base="uniform"), pool=Pool(SEED, SIZE))
+    given = str(boxes), Labels(tuple(rows)), tmp_path / "new.boxes"
+    result = learn_from_labels(*given, Making(base="uniform"), labels_from="labels.csv", pool=Pool(SEED, SIZE))
     page = page_of_labels(result)
     assert "from my.boxes and labels.csv" in report_text(page)
     before, after = (liked(density.scene(200, 1).size).mean() for density in (page.before, page.after))
     assert after > 2.0 * before
     with pytest.raises(UsageError, match="no method is called 'compile'; those there are: cells"):
-        learn_from_labels(*files, Making("compile"))
+        learn_from_labels(*given, Making("compile"), labels_from="labels.csv")
 
 
 def test_what_is_learned_about_boxes_is_sampled_and_learned_from_again(

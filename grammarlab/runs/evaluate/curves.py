@@ -68,9 +68,9 @@ def _missing(tasks: Sequence[Task], store: Store) -> list[Task]:
     for task in sorted(tasks, key=lambda task: -task.max_labels):
         if _usable(task, planned) is None:
             missing.append(task)
-            placeholder = CurveRecord(task.key, "", "", task.seed, task.max_labels, 0.0, Curve(()))
+            placeholder = CurveRecord(task.key, "", "", task.seed, task.max_labels, 0.0, Curve(()), task.person.name)
             _add(planned, placeholder)
-    return sorted(missing, key=lambda task: (task.scenario, task.method.families))
+    return sorted(missing, key=lambda task: (task.scenario, task.seed, task.method.families))
 
 
 def _add(store: Store, record: CurveRecord) -> None:

@@ -13,19 +13,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grammarlab.evaluation.methods import Method
+from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.extras import require
 from grammarlab.runs.evaluate.curves import run_tasks
 from grammarlab.runs.evaluate.figures import PlannedFigure
+from grammarlab.runs.evaluate.persons import Person, PersonRow, person_rows, person_table
 from grammarlab.runs.evaluate.pictures import ABOUT_SAMPLES, draw_figure, draw_results, draw_samples, with_samples
 from grammarlab.runs.evaluate.report import PAGE, TABLE, ScenarioResults, write_page, write_table
 from grammarlab.runs.evaluate.request import EvaluationRequest
 from grammarlab.runs.evaluate.samples import draw_models
 from grammarlab.runs.evaluate.sections import copied_beside
-from grammarlab.runs.evaluate.task import Task, load_source, make_curve
+from grammarlab.runs.evaluate.table import DensityRow, density_rows, density_tables
+from grammarlab.runs.evaluate.task import Task, make_curve
 from grammarlab.runs.executors import SERIAL, AbstractExecutor
-from grammarlab.runs.learn.persons import Person, PersonRow, person_rows, person_table
-from grammarlab.runs.learn.table import DensityRow, density_rows, density_tables
 from grammarlab.runs.results import Progress
+from grammarlab.runs.sources import load_source
 
 PLOTS, GRIDS, CACHE = "plots", "grids", "cache"
 """Folders below the folder of results."""
@@ -36,7 +38,7 @@ class EvaluationResult:
     """What was measured."""
 
     scenarios: tuple[ScenarioResults, ...]
-    """In the order of the request."""
+    """In the order of the request, for each scenario all persons."""
     table: Path
     page: Path
     densities: tuple[DensityRow, ...] = ()
@@ -77,8 +79,9 @@ def evaluate_run(
     cache = cache or folder / CACHE
     executor = executor.with_environment(_compiler_cache(cache))
     plain = {
-        path: _tasks(path, request.methods_of(path), request.seeds, request.labels_of(path), cache)
+        (path, person): _tasks(path, request.methods_of(path), person, request.seeds, request.labels_of(path), cache)
         for path in request.scenarios
+        for person in request.persons
     }
     planned = {figure.name: _figure_tasks(figure, request.seeds, cache) for figure in request.figures}
     tasks = [task for part in plain.values() for task in part]
@@ -86,22 +89,23 @@ def evaluate_run(
     records = run_tasks(make_curve, tasks, folder, executor=executor, fresh=fresh, on_progress=on_progress)
     made = dict(zip(tasks, records, strict=True))
     results = tuple(
-        ScenarioResults(load_source(path).scenario, tuple(made[task] for task in part)) for path, part in plain.items()
+        ScenarioResults(load_source(path).scenario, tuple(made[task] for task in part))
+        for (path, _), part in plain.items()
     )
     write_table(folder / TABLE, list(made.values()))
     pictures = draw_results(results, folder / PLOTS)
     if request.grids:
-        firsts = [part[0] for part in plain.values()]
-        models = draw_models(firsts, folder, executor=executor, fresh=fresh, on_progress=on_progress)
-        drawn = draw_samples(dict(zip(plain, models, strict=True)), folder / GRIDS, executor, on_progress)
+        firsts = {path: plain[path, request.persons[0]][0] for path in request.scenarios}
+        models = draw_models(list(firsts.values()), folder, executor=executor, fresh=fresh, on_progress=on_progress)
+        drawn = draw_samples(dict(zip(firsts, models, strict=True)), folder / GRIDS, executor, on_progress)
         pictures = [
-            with_samples(section, made[task], drawn[task.scenario])
-            for section, task in zip(pictures, firsts, strict=True)
+            with_samples(section, made[firsts[path]], drawn[path]) if person == request.persons[0] else section
+            for section, (path, person) in zip(pictures, plain, strict=True)
         ]
     for figure in request.figures:
         lines = [tuple(made[task] for task in line) for line in planned[figure.name]]
         pictures.append(draw_figure(figure, lines, folder / PLOTS))
-    scenarios = [item.scenario for item in results]
+    scenarios = [load_source(path).scenario for path in request.scenarios]
     densities: tuple[DensityRow, ...] = ()
     if request.density:
         known = [path for path in request.scenarios if load_source(path).scenario.paper.original is not None]
@@ -131,17 +135,20 @@ def _compiler_cache(cache: Path) -> dict[str, str]:
 def _persons(request: EvaluationRequest, cache: Path) -> list[Person]:
     """The persons whose scores grammars are to be made of."""
     return [
-        Person(path, seed, labels, cache)
+        Person(path, seed, labels, cache, respondent)
         for path in request.scenarios
         if (labels := request.grammar_labels_of(load_source(path).scenario.name)) is not None
+        for respondent in request.persons
         for seed in range(request.seeds)
     ]
 
 
-def _tasks(path: Path, methods: Sequence[Method], seeds: int, max_labels: int, cache: Path) -> list[Task]:
+def _tasks(
+    path: Path, methods: Sequence[Method], person: Respondent, seeds: int, max_labels: int, cache: Path
+) -> list[Task]:
     key = load_source(path).key
-    return [Task(path, key, method, seed, max_labels, cache) for method in methods for seed in range(seeds)]
+    return [Task(path, key, method, seed, max_labels, cache, person) for method in methods for seed in range(seeds)]
 
 
 def _figure_tasks(figure: PlannedFigure, seeds: int, cache: Path) -> list[list[Task]]:
-    return [_tasks(curve.scenario, (curve.method,), seeds, figure.max_labels, cache) for curve in figure.curves]
+    return [_tasks(curve.scenario, (curve.method,), EXACT, seeds, figure.max_labels, cache) for curve in figure.curves]

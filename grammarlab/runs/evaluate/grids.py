@@ -13,9 +13,9 @@ from PIL import Image
 from grammarlab.evaluation.preparation import Source
 from grammarlab.files import atomic_file
 from grammarlab.runs.evaluate.samples import BeforeAfter
-from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.executors import AbstractExecutor
 from grammarlab.runs.sheet_page import draw_page, lay_out
+from grammarlab.runs.sources import load_source
 from grammarlab.runs.tiles import Tiles, draw_tiles
 from grammarlab.scene import triangles
 
@@ -41,7 +41,7 @@ def draw_grids(
     Returns:
         ``F1-before-4x4.jpg`` and ``F1-after-4x4.jpg``, and the same with 10x10: by size, and then by stage.
     """
-    source = load_source(scenario)
+    source = load_source(scenario).for_person(samples.seed)
     name = source.scenario.name
     folder.mkdir(parents=True, exist_ok=True)
     stages = {

@@ -9,9 +9,9 @@ import numpy as np
 from grammarlab.evaluation.pages import Group, example_models
 from grammarlab.evaluation.preparation import Source
 from grammarlab.runs.evaluate.grids import TILE_AREA, save_picture, tiles_of
-from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.executors import AbstractExecutor
 from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
+from grammarlab.runs.sources import load_source
 
 COLUMNS = 8
 """Models of one group."""

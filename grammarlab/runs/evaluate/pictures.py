@@ -32,13 +32,13 @@ def draw_results(results: Sequence[ScenarioResults], folder: Path) -> list[Secti
     """Draw the curves of each scenario, a line a method."""
     sections = []
     for item in results:
-        target, title = item.scenario.target, f"{item.scenario.name}: {item.scenario.title}"
+        target, title = item.scenario.target, f"{item.name}: {item.scenario.title}"
         series = [
             Series(method, tuple(replace(r, curve=c) for r, c in zip(records, item.counted(records), strict=True)))
             for method, records in item.by_method().items()
         ]
         labels = "labels from the first liked model on" if target.since == "first liked" else "labels"
-        png, *_ = draw_curves(folder / item.scenario.name, title, series, close=target.js, labels=labels)
+        png, *_ = draw_curves(folder / item.name, title, series, close=target.js, labels=labels)
         sections.append(Section(title, ((Picture(png, title),),)))
     return sections
 

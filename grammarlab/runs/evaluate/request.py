@@ -8,9 +8,11 @@ from pathlib import Path
 
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.methods import Method, methods_of
+from grammarlab.evaluation.names import chosen
+from grammarlab.evaluation.respondents import EXACT, RESPONDENTS, Respondent
 from grammarlab.runs.evaluate.figures import PlannedFigure, load_figures
 from grammarlab.runs.evaluate.find import FIGURES
-from grammarlab.runs.evaluate.task import load_source
+from grammarlab.runs.sources import load_source
 
 ENOUGH_LABELS = 128
 """Scores after which most of what is asked of a learner has been seen."""
@@ -41,6 +43,8 @@ class EvaluationRequest:
     density: bool = False
     """Whether to measure the ways to make a density of a known preference: for the scenarios that the paper measures
     it for, or for all where there is none of these."""
+    persons: tuple[Respondent, ...] = (EXACT,)
+    """How persons score models, at least one; each has all seeds."""
     grammar_labels: Mapping[str, int] = field(default_factory=dict)
     """By name of a scenario, after how many labels of each person to measure the grammar that comes out; under the
     empty name for all others. Where there is none, it is not measured."""
@@ -57,6 +61,7 @@ class EvaluationRequest:
         figures: str = "",
         grids: bool = False,
         density: bool = False,
+        persons: str = EXACT.name,
         grammar_labels: str = "",
     ) -> EvaluationRequest:
         """A request, checked.
@@ -71,19 +76,30 @@ class EvaluationRequest:
             figures: ``all``, or names with commas between, of the experiments beside the scenarios; empty for none.
             grids: whether to draw samples before and after.
             density: whether to measure the ways to make a density of a known preference.
+            persons: names of `RESPONDENTS` with commas between. Experiments are drawn for exact persons.
             grammar_labels: after how many labels to make a grammar too: ``128``, ``F1=288``, or several of these with
                 commas between.
 
         Raises:
-            UsageError: a number out of range, an unknown method or figure, a file that is no scenario, two scenarios of
-                one name.
+            UsageError: a number out of range, an unknown method, figure or person, a file that is no scenario, two
+                scenarios of one name.
         """
         for what, number, least in (("seeds", seeds, 1), ("max_labels", max_labels, 0)):
             if number < least:
                 raise UsageError(f"{what} is a number from {least}, not {number}.")
         planned = load_figures(scenarios[0].parent / FIGURES, figures) if figures else ()
-        numbers = _label_numbers(grammar_labels)
-        request = cls(scenarios, methods, batch, seeds, max_labels, planned, grids, density, numbers)
+        request = cls(
+            scenarios=scenarios,
+            methods=methods,
+            batch=batch,
+            seeds=seeds,
+            max_labels=max_labels,
+            figures=planned,
+            grids=grids,
+            density=density,
+            persons=chosen(persons, RESPONDENTS, "person"),
+            grammar_labels=_label_numbers(grammar_labels),
+        )
         _check_names(scenarios)
         for path in scenarios:
             request.methods_of(path)

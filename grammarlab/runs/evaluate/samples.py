@@ -41,6 +41,8 @@ class Sample:
 class BeforeAfter:
     """Samples of a person's densities."""
 
+    seed: int
+    """Of the person."""
     labels: int
     """That the person gave."""
     before: Sample
@@ -92,7 +94,7 @@ def _made(task: Task) -> dict[str, Any]:
     learned = material.weights * protocol.learned(material, state)
     before = _sample(material, material.weights, material.js_original, task.seed)
     after = _sample(material, learned if learned.any() else material.weights, curve.points[-1].js, task.seed)
-    return asdict(BeforeAfter(state.num_answers, before, after))
+    return asdict(BeforeAfter(task.seed, state.num_answers, before, after))
 
 
 def _sample(material: Material, weights: NDArray[np.float64], js: float, seed: int) -> Sample:
@@ -104,4 +106,4 @@ def _parsed(values: Mapping[str, Any]) -> BeforeAfter:
     before, after = (
         Sample(part["js"], tuple(part["models"]), tuple(part["scores"])) for part in (values["before"], values["after"])
     )
-    return BeforeAfter(values["labels"], before, after)
+    return BeforeAfter(values["seed"], values["labels"], before, after)

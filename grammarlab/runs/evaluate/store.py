@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab.evaluation.curves import Curve, Point
+from grammarlab.evaluation.respondents import EXACT
 from grammarlab.runs.results import Results, adopt_lines, json_kind
 
 STORE = "curves"
@@ -28,6 +29,8 @@ class CurveRecord:
     js_original: float
     """Divergence in nats before anything is learned."""
     curve: Curve
+    person: str = EXACT.name
+    """How the models were scored: a name of `RESPONDENTS`."""
 
     @property
     def place(self) -> str:
@@ -55,6 +58,7 @@ def _as_json(record: CurveRecord) -> dict[str, Any]:
         "key": record.key,
         "scenario": record.scenario,
         "method": record.method,
+        "person": record.person,
         "seed": record.seed,
         "max_labels": record.max_labels,
         "js_original": record.js_original,
@@ -74,6 +78,7 @@ def _parse(values: Any) -> CurveRecord:
         int(values["max_labels"]),
         _finite(values["js_original"]),
         Curve(points),
+        str(values.get("person", EXACT.name)),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -11,14 +11,13 @@ from grammarlab.evaluation import protocol
 from grammarlab.evaluation.curves import Curve
 from grammarlab.evaluation.material import Material
 from grammarlab.evaluation.methods import Method
-from grammarlab.evaluation.preparation import Source, prepare
-from grammarlab.evaluation.scenario import load
+from grammarlab.evaluation.preparation import prepare
+from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.learning.round import State
 from grammarlab.learning.settings import Settings
-from grammarlab.runs.derive_batch import compiled
 from grammarlab.runs.evaluate.measurements import digest
 from grammarlab.runs.evaluate.store import CurveRecord
-from grammarlab.runs.examples import find_rules
+from grammarlab.runs.sources import load_source
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +35,8 @@ class Task:
     """>= 1."""
     cache: Path
     """Folder for compiled code that other curves and other runs use again."""
+    person: Respondent = EXACT
+    """How the models are scored."""
 
     @property
     def settings(self) -> Settings:
@@ -45,7 +46,7 @@ class Task:
     @property
     def key(self) -> str:
         """Names the curve: SHA-256 of everything that decides it but `max_labels`."""
-        return digest([__version__, self.source_key, self.method.as_json(), self.seed])
+        return digest([__version__, self.source_key, self.method.as_json(), self.seed, asdict(self.person)])
 
     @property
     def place(self) -> str:
@@ -53,34 +54,25 @@ class Task:
         return f"{self.key}-{self.max_labels}"
 
     def __str__(self) -> str:
-        return f"the curve of {self.scenario.stem}, method {self.method.name}, seed {self.seed}"
-
-
-def load_source(scenario: Path) -> Source:
-    """A scenario file with its grammar.
-
-    Raises:
-        GrammarlabError: as the files give reason to.
-    """
-    found = load(scenario)
-    rules = find_rules(found.grammar)
-    grammar, _ = compiled(rules.text(), rules.name)
-    return Source(found, grammar, rules.assets)
+        return (
+            f"the curve of {self.scenario.stem}, method {self.method.name}, person {self.person.name}, seed {self.seed}"
+        )
 
 
 @lru_cache(maxsize=2)
-def load_material(scenario: Path, _source_key: str, settings: Settings) -> Material:
-    """What the curves of a scenario are made from; the tasks of one scenario stand together, so few are kept.
+def load_material(scenario: Path, _source_key: str, settings: Settings, seed: int) -> Material:
+    """What the curves of a scenario and a seed are made from; their tasks stand together, so few are kept.
 
     The key is there so that a file that has changed is read again.
     """
-    return prepare(load_source(scenario), settings)
+    return prepare(load_source(scenario).for_person(seed), settings)
 
 
 def run_protocol(task: Task) -> tuple[Material, State, Curve]:
     """The simulated person of a task, after all rounds."""
-    material = load_material(task.scenario, task.source_key, task.settings)
+    material = load_material(task.scenario, task.source_key, task.settings, task.seed)
     material = material if task.method.factored else material.as_one_factor()
+    material = material.answered_by(task.person, task.seed)
     state, curve = protocol.run(material, task.method.batch, task.seed, task.max_labels)
     return material, state, curve
 
@@ -89,4 +81,6 @@ def make_curve(task: Task) -> CurveRecord:
     """The curve of a task."""
     material, _, curve = run_protocol(task)
     name = load_source(task.scenario).scenario.name
-    return CurveRecord(task.key, name, task.method.name, task.seed, task.max_labels, material.js_original, curve)
+    return CurveRecord(
+        task.key, name, task.method.name, task.seed, task.max_labels, material.js_original, curve, task.person.name
+    )

@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import Any
 
 from grammarlab.density.thinning import Progress, silent
-from grammarlab.evaluation.methods import METHODS
+from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.learning.answers import answers_of
 from grammarlab.learning.design_space import AbstractDesignSpace
 from grammarlab.learning.pool import Pool
@@ -17,11 +17,11 @@ from grammarlab.learning.settings import Settings
 from grammarlab.learning.simplification import SimplifiedFactor
 from grammarlab.learning.target import Learned, LearnedDensity, Making
 from grammarlab.preference.base import Relevance
+from grammarlab.preference.labels import Labels
 from grammarlab.runs.domains import domain_of, opened
 from grammarlab.runs.examples import RuleSource, find_rules
 from grammarlab.runs.learn.measure import Truth
 from grammarlab.runs.learn.scenario import origin_line, scenario_of, write_learned
-from grammarlab.runs.scoring.labels import read_labels_or_session
 from grammarlab.runs.workers import one_thread
 
 
@@ -35,13 +35,14 @@ class LabelsResult:
     """What was made of the scores."""
     file: Path | None
     """The new file; None where the method makes none."""
-    labels: Path
+    labels_from: str
+    """Name of the file that the labels were in."""
     source: RuleSource
     num_labels: int
     left_out: tuple[str, ...]
     """Factors without a score above 0: nothing is known about what is liked of them."""
     seconds: float
-    """From the label file to the text of the grammar."""
+    """From the labels to the text of the grammar."""
     truth: Truth | None = None
     """How near it comes to what a simulated person really wanted, where that is known."""
 
@@ -70,44 +71,44 @@ class LabelsResult:
 
 def learn_from_labels(
     grammar: str,
-    labels: Path,
+    labels: Labels,
     file: Path,
     making: Making | None = None,
     *,
+    labels_from: str,
     settings: Settings | None = None,
     pool: Pool | None = None,
     scenario: Path | None = None,
+    respondent: Respondent = EXACT,
     on_progress: Progress = silent,
 ) -> LabelsResult:
-    """Learns the file that samples in proportion to the scores of a label file.
+    """Learns the file that samples in proportion to some scores.
 
     Args:
         grammar: a file that describes designs, or the name of a shipped grammar: that of the labels.
-        labels: a label file (`grammarlab.preference.label_files`), or a session file (.db).
+        labels: what was said about which designs.
         file: where to write the new file, of the same kind; assets that it names are put beside it.
         making: how to make it of what was learned.
-        settings: how to learn; by default as the scenario says, or else as in a session.
-        pool: the models that the preference is looked at on; by default those of the session, or of seed 0.
+        labels_from: name of the file that they were in, for the new file.
+        settings: how to learn; by default as in a session.
+        pool: the models that the preference is looked at on; by default those of seed 0.
         scenario: a scenario file to compare the result with; nothing is learned from it.
+        respondent: on whose scale the result is compared with the scenario; nothing is learned from it.
         on_progress: told about models to learn from, for the methods that need them.
 
     Raises:
         UsageError: for labels of another grammar, or labels that like nothing.
-        AssetError: for a label file that cannot be read.
         GrammarlabError: when the density cannot be made.
     """
     begun, making = perf_counter(), making or Making()
-    table, own_pool = read_labels_or_session(labels)
     source = find_rules(grammar)
     space = opened(source.suffix, source.text(), source.name, source.assets)
     writer = domain_of(source.suffix).writer(space)
     writer.method(making.method)
     known = None if scenario is None else scenario_of(scenario, grammar, space.hashes[0])
-    if settings is None and known is not None:
-        settings = METHODS["default"].settings(known.scenario.features)
-    answers = answers_of(table, space.hashes)
-    study = Study(space, pool or own_pool or Pool(), settings)
-    lines = [origin_line(source.file, space.hashes[0]), f"Labels {labels.name}: {len(table)} scores"]
+    answers = answers_of(labels, space.hashes)
+    study = Study(space, pool or Pool(), settings)
+    lines = [origin_line(source.file, space.hashes[0]), f"Labels {labels_from}: {len(labels)} scores"]
     with one_thread():
         state = step(study, init(study), answers)
         density = writer.learn(study, state, making, lines, on_progress)
@@ -119,10 +120,10 @@ def learn_from_labels(
         space,
         density,
         file if learned.text else None,
-        labels,
+        labels_from,
         source,
-        len(table),
+        len(labels),
         tuple(found.factor for found in answers if not found.is_liked),
         seconds,
-        None if known is None else Truth.of(known, learned),
+        None if known is None else Truth.of(known, learned, respondent),
     )

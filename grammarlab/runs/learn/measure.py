@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,10 +10,12 @@ from numpy.typing import NDArray
 from grammarlab.density.target import Target
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
-from grammarlab.evaluation.preparation import Source, labelled_set
+from grammarlab.evaluation.preparation import Source, labelled_set, true_scores
+from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.learning.agreement import Agreement
 from grammarlab.learning.measure import Measured, measured
 from grammarlab.learning.target import Learned
+from grammarlab.preference.base import MAX_SCORE
 
 Floats = NDArray[np.float64]
 
@@ -31,17 +32,23 @@ class LabelledSet:
     forests: tuple[Forest, ...]
 
     @classmethod
-    def of(cls, source: Source) -> LabelledSet:
+    def of(cls, source: Source, respondent: Respondent = EXACT) -> LabelledSet:
         """Derives the models and scores them.
+
+        Args:
+            source: the scenario and its grammar.
+            respondent: on whose scale; what such a person means is wanted.
 
         Raises:
             UsageError: when none is liked.
         """
         found = source.scenario
-        target = Target.of_score(source.grammar, found.score, found.base, source.assets)
-        space = source.space
+        even, space = Target.of_score(source.grammar, found.score, found.base, source.assets).even, source.space
         forests = labelled_set(source, space)
-        wanted = np.concatenate(list(_wanted(target, forests)))
+        scores = [respondent.truth(true_scores(found, forest)) for forest in forests]
+        wanted = np.prod(np.concatenate(scores) / MAX_SCORE, axis=1)
+        if even is not None:
+            wanted *= np.concatenate([even.ratio(forest) for forest in forests])
         flat = found.draws == "flattened"
         log_weights = [space.log_ratio(forest) if flat else np.zeros(forest.num_models) for forest in forests]
         if not wanted.any():
@@ -55,11 +62,6 @@ class LabelledSet:
     def measure(self, learned: Learned[Forest]) -> Measured:
         """How near a learned density comes to the wanted one."""
         return measured(self.wanted, np.concatenate([learned.ratio(forest) for forest in self.forests]), self.weights)
-
-
-def _wanted(target: Target, forests: Iterable[Forest]) -> Iterator[Floats]:
-    for forest in forests:
-        yield target.of_models(forest) * (1.0 if target.even is None else target.even.ratio(forest))
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +82,6 @@ class Truth:
         return self.measured.before
 
     @classmethod
-    def of(cls, source: Source, learned: Learned[Forest]) -> Truth:
+    def of(cls, source: Source, learned: Learned[Forest], respondent: Respondent = EXACT) -> Truth:
         """Derives the labelled set and compares."""
-        return cls(source.scenario.name, LabelledSet.of(source).measure(learned))
+        return cls(source.scenario.name, LabelledSet.of(source, respondent).measure(learned))

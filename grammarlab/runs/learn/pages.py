@@ -49,7 +49,7 @@ def page_of_labels(result: LabelsResult) -> Report:
     )
     return Report(
         _title(result.file, learned),
-        f"Learned by `grammarlab learn` from {result.source.file} and {result.labels.name}.",
+        f"Learned by `grammarlab learn` from {result.source.file} and {result.labels_from}.",
         compared,
         facts,
         _label_sections(result),

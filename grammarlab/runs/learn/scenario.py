@@ -25,9 +25,9 @@ from grammarlab.learning.grammar_target import METHODS, LearnedSampler, learn_ta
 from grammarlab.learning.measure import Measured
 from grammarlab.learning.target import check_method
 from grammarlab.runs.asset_files import named_files
-from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.examples import assets_folder, find_rules
 from grammarlab.runs.learn.measure import LabelledSet
+from grammarlab.runs.sources import load_source
 from grammarlab.runs.workers import one_thread
 
 

@@ -85,11 +85,16 @@ class _Maker:
             raise UsageError("nothing is liked yet, so there is nothing to sample: score at least one model above 0.")
         report("learning the grammar", 0, 1)
         # The rule file may have changed since the session began, so its own text is learned from.
-        rules, file = folder / f"{self.name}{self.suffix}", folder / "labels.parquet"
+        rules = folder / f"{self.name}{self.suffix}"
         write_text(rules, self.text)
         (folder / "assets").symlink_to(self.assets.resolve(), target_is_directory=True)
-        save_labels(labels_of(request.factors, self.hash), file)
-        result = learn_from_labels(str(rules), file, self.learned, pool=replace(self.pool, wide=request.wide))
+        result = learn_from_labels(
+            str(rules),
+            labels_of(request.factors, self.hash),
+            self.learned,
+            labels_from=self.session.name,
+            pool=replace(self.pool, wide=request.wide),
+        )
         learned = result.learned
         rules = learned.rules_before, learned.rules_after
         return LearnedFile(

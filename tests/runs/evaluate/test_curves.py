@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from grammarlab.evaluation.methods import Method
+from grammarlab.evaluation.respondents import RESPONDENTS
 from grammarlab.runs.evaluate.curves import run_tasks
 from grammarlab.runs.evaluate.store import STORE, curves_in
 from grammarlab.runs.executors import SERIAL, Processes
@@ -51,6 +52,13 @@ def test_a_run_that_was_killed_goes_on_and_ends_as_if_nothing_had_happened(tmp_p
     assert done[-1] == ("curves", len(whole), len(whole))
 
 
+def test_each_person_has_a_curve_of_their_own():
+    (task, *_) = tasks(1)
+    persons = [replace(task, person=person) for person in RESPONDENTS.values()]
+    assert len({person.key for person in persons}) == len(RESPONDENTS)
+    assert persons[0].key == task.key
+
+
 def test_an_interrupted_run_keeps_what_is_finished(tmp_path):
     def work(task):
         if task.seed == 2:
@@ -59,7 +67,8 @@ def test_an_interrupted_run_keeps_what_is_finished(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         run_tasks(work, tasks(), tmp_path)
-    assert len(read(tmp_path)) == 2
+    assert [record.seed for record in read(tmp_path).values()].count(2) == 0
+    assert len(read(tmp_path)) == 4
 
 
 def test_a_fresh_run_forgets_what_was_there(tmp_path):

@@ -30,6 +30,7 @@ def test_the_table_holds_every_round_of_every_curve(tmp_path):
     rows = pq.read_table(tmp_path / "results.parquet").to_pylist()
     assert len(rows) == 16
     expected = {"scenario": "B3", "method": "default", "seed": 0, "labels": 32, "js": 0.009, "correlation": 0.991}
+    expected |= {"person": "exact"}
     assert rows[1] == expected | {"liked": 1, "js_original": 0.1}
 
 
@@ -42,13 +43,36 @@ def test_the_page_has_medians_and_spreads_beside_targets_and_the_paper(tmp_path)
     text = (tmp_path / "docs" / "page.md").read_text(encoding="utf-8")
     assert "Written by `grammarlab evaluate x`" in text
     assert f"| B3 | {scenario.title} | 0.100 | 0.099 | +1 % |" in text
-    assert (
-        "| B3 | default | **32** (16–never; 2/3) | **64** (16–never; 2/3) | 32 | 16 |  | 0.0010 | 0.999 | 64 |" in text
-    )
-    assert "| B3 | paper | never (0/1) | never (0/1) | 32 | 16 |" in text
+    labels = "**32** (16–never; 2/3) | **64** (16–never; 2/3) | 32 | 16 |  | 0.0010 | 0.999 | 64 |"
+    assert f"| B3 | exact | default | {labels}" in text
+    assert "| B3 | exact | paper | never (0/1) | never (0/1) | 32 | 16 |" in text
     assert text.endswith("## Plot\n\n![A picture](../plots/a.png)\n\nPaper: something.\n")
     lengths = {line.count("|") for line in text.split("## Labels")[1].splitlines() if line.startswith("|")}
     assert len(lengths) == 1
+
+
+def test_persons_stand_one_below_the_other_each_with_the_worst_scenario_first(tmp_path):
+    scenario = load(shipped_scenarios()["B3"])
+    better, worse = (replace(scenario, name=name) for name in ("better", "worse"))
+    noisy = [
+        replace(found, person="sd10", js_original=0.2) for found in (record(0, *[0.1] * 20), record(1, *[0.2] * 20))
+    ]
+    results = [
+        ScenarioResults(better, (record(0, *[0.01] * 20), record(1, *[0.03] * 20))),
+        ScenarioResults(better, tuple(noisy[:1])),
+        ScenarioResults(worse, (record(0, 0.5, *[0.04] * 19),)),
+        ScenarioResults(worse, tuple(noisy)),
+    ]
+    write_page(tmp_path / "page.md", results, [], "x")
+    text = (tmp_path / "page.md").read_text(encoding="utf-8").split("## By person")[1].split("## ")[0]
+    assert [line for line in text.splitlines() if line.startswith("|")][::2] == [
+        "| person | method | scenario | original | after 64 | after 128 | after 256 | after 320 | worst seed |",
+        "| exact | default | all | 0.1000 | 0.0300 | 0.0300 | 0.0300 | 0.0300 | 0.0400 |",
+        "| exact | default | better | 0.1000 | 0.0200 | 0.0200 | 0.0200 | 0.0200 | 0.0300 |",
+        "| sd10 | default | worse | 0.2000 | 0.1500 | 0.1500 | 0.1500 | 0.1500 | 0.2000 |",
+    ]
+    assert "| exact | default | worse | 0.1000 | 0.0400 |" in text
+    assert [item.name for item in results] == ["better", "better.sd10", "worse", "worse.sd10"]
 
 
 def test_a_row_may_count_from_the_first_liked_model_and_says_so(tmp_path):

@@ -10,8 +10,9 @@ from grammarlab.evaluation.preparation import labelled_set
 from grammarlab.features.counting import count
 from grammarlab.runs.evaluate import samples
 from grammarlab.runs.evaluate.samples import NUM_MODELS, STORE, choose, draw_models
-from grammarlab.runs.evaluate.task import Task, load_source, make_curve
+from grammarlab.runs.evaluate.task import Task, make_curve
 from grammarlab.runs.executors import executor_of
+from grammarlab.runs.sources import load_source
 
 SCENARIO = """
 name = "boxes"
@@ -36,9 +37,9 @@ def tasks(tmp_path: Path) -> list[Task]:
 def test_samples_have_their_true_scores_and_the_divergences_of_the_curve(tasks, tmp_path):
     source = load_source(tasks[0].scenario)
     score = source.scenario.score
-    labelled = labelled_set(source, source.space)
-    truth = np.concatenate([score.evaluate(count(forest, score.features)) for forest in labelled])
     for task, found in zip(tasks, draw_models(tasks, tmp_path), strict=True):
+        labelled = labelled_set(source.for_person(task.seed), source.space)
+        truth = np.concatenate([score.evaluate(count(forest, score.features)) for forest in labelled])
         record = make_curve(task)
         assert found.labels == record.curve.points[-1].labels
         assert (found.before.js, found.after.js) == (record.js_original, record.curve.points[-1].js)

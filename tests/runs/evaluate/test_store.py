@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -15,7 +16,7 @@ def record(key="a", max_labels=32, js=0.1 + 0.2):
 
 def test_curves_are_read_back_to_the_last_bit_and_told_apart_by_what_they_were_made_for(tmp_path):
     curves = curves_in(tmp_path)
-    records = [record("a"), record("b", js=1 / 3), record("a", 64), record("a", 48)]
+    records = [record("a"), record("b", js=1 / 3), record("a", 64), replace(record("a", 48), person="sd10")]
     for each in records:
         curves.put(each.place, each)
     assert curves_in(tmp_path).all() == {each.place: each for each in records}
@@ -41,8 +42,8 @@ EARLIER = (
 def test_curves_of_an_earlier_version_are_taken_in_unless_they_are_to_be_forgotten(tmp_path):
     (tmp_path / "curves.jsonl").write_text(EARLIER + EARLIER.replace("32", "64") + EARLIER[:50])
     found = curves_in(tmp_path).all()
-    assert [(each.key, each.method, each.max_labels) for each in found.values()] == [
-        ("a", "paper", n) for n in (32, 64)
+    assert [(each.key, each.method, each.max_labels, each.person) for each in found.values()] == [
+        ("a", "paper", n, "exact") for n in (32, 64)
     ]
     assert curves_in(tmp_path, fresh=True).all() == {}
     assert curves_in(tmp_path).all() == {}

@@ -18,12 +18,12 @@ from grammarlab.evaluation.scenario import Scenario
 from grammarlab.features.stripping import without_geometry
 from grammarlab.learning.grammar_target import LearnedSampler
 from grammarlab.runs.evaluate.measurements import digest, measurements_in
-from grammarlab.runs.evaluate.task import load_source
 from grammarlab.runs.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.learn.measure import LabelledSet
 from grammarlab.runs.learn.scenario import learned_of
 from grammarlab.runs.markdown import table
 from grammarlab.runs.results import Progress, made
+from grammarlab.runs.sources import load_source
 
 NUM_SAMPLES = 5_000
 """Models that all but the exact method learn from, as in the paper."""

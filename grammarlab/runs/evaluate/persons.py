@@ -12,15 +12,17 @@ import numpy as np
 
 from grammarlab import __version__
 from grammarlab.evaluation.methods import METHODS
+from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.evaluation.scenario import Scenario
+from grammarlab.runs.evaluate.label import labels_of
 from grammarlab.runs.evaluate.measurements import digest, measurements_in
-from grammarlab.runs.evaluate.task import load_source
+from grammarlab.runs.evaluate.task import Task
 from grammarlab.runs.executors import SERIAL, AbstractExecutor
-from grammarlab.runs.label import label_models_of
 from grammarlab.runs.learn.labels import learn_from_labels
 from grammarlab.runs.learn.measure import LabelledSet
 from grammarlab.runs.markdown import table
 from grammarlab.runs.results import Progress, made
+from grammarlab.runs.sources import load_source
 
 STORE = "grammars"
 METHOD = "default"
@@ -37,15 +39,19 @@ class Person:
     labels: int
     cache: Path
     """Folder for features that other persons use again."""
+    respondent: Respondent = EXACT
+    """How the person scores."""
 
     @property
     def key(self) -> str:
         """Names the result: SHA-256 of everything that decides it."""
         values = [__version__, load_source(self.path).key, METHODS[METHOD].as_json(), self.seed, self.labels]
-        return digest(values)
+        return digest([*values, asdict(self.respondent)])
 
     def __str__(self) -> str:
-        return f"the grammar of person {self.seed} for {self.path.stem} after {self.labels} scores"
+        return (
+            f"the grammar of person {self.respondent.name} {self.seed} for {self.path.stem} after {self.labels} scores"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +70,8 @@ class PersonRow:
     rules_after: int
     method: str
     seconds: float
+    person: str = EXACT.name
+    """How the person scores: a name of `RESPONDENTS`."""
 
 
 def person_rows(
@@ -93,26 +101,33 @@ def person_rows(
 
 def row_of(person: Person) -> dict[str, Any]:
     """The row of a person."""
-    source = load_source(person.path)
+    scenario, method = load_source(person.path), METHODS[METHOD]
+    source = scenario.for_person(person.seed)
+    labels, curve = labels_of(
+        Task(person.path, scenario.key, method, person.seed, person.labels, person.cache, person.respondent)
+    )
     with tempfile.TemporaryDirectory() as scratch:
-        labels = Path(scratch, "labels.csv")
-        asked = label_models_of(person.path, labels, person.labels, seed=person.seed, method=METHOD, cache=person.cache)
-        settings = METHODS[METHOD].settings(source.scenario.features)
         result = learn_from_labels(
-            source.scenario.grammar, labels, Path(scratch, "new.cga"), settings=settings, pool=source.pool
+            source.scenario.grammar,
+            labels,
+            Path(scratch, "new.cga"),
+            labels_from=str(person),
+            settings=method.settings(source.scenario.features),
+            pool=source.pool,
         )
-    measured = LabelledSet.of(source).measure(result.learned)
+    measured = LabelledSet.of(source, person.respondent).measure(result.learned)
     row = PersonRow(
         source.scenario.name,
         person.seed,
         person.labels,
         measured.after.js,
-        asked.curve.points[-1].js,
+        curve.points[-1].js,
         measured.after.correlation,
         result.learned.rules_before,
         result.learned.rules_after,
         result.learned.method,
         result.seconds,
+        person.respondent.name,
     )
     return asdict(row)
 
@@ -126,12 +141,16 @@ def person_table(rows: Sequence[PersonRow], scenarios: Sequence[Scenario]) -> st
     """
     lines: list[tuple[str, ...]] = []
     for scenario in scenarios:
-        own = [row for row in rows if row.scenario == scenario.name]
-        if own:
+        by_person: dict[str, list[PersonRow]] = {}
+        for row in rows:
+            if row.scenario == scenario.name:
+                by_person.setdefault(row.person, []).append(row)
+        for person, own in by_person.items():
             js = sorted(row.js for row in own)
             lines.append(
                 (
                     scenario.name,
+                    person,
                     f"{own[0].labels}",
                     f"{np.median(js):.5f}",
                     f"{js[0]:.5f}–{js[-1]:.5f}",
@@ -142,7 +161,8 @@ def person_table(rows: Sequence[PersonRow], scenarios: Sequence[Scenario]) -> st
                     f"{sum(row.method == 'compile' for row in own)}/{len(own)}",
                 )
             )
-    head = ("scenario", "labels", "JS", "lowest–highest", "JS of scores", "correlation", "rules", "after", "exact")
+    head = ("scenario", "person", "labels", "JS", "lowest–highest", "JS of scores", "correlation")
+    head += ("rules", "after", "exact")
     return (
         "## From scores to a grammar\n\n"
         "A simulated person gives scores, a preference is learned from them, and a grammar is made of it. *JS* is the "

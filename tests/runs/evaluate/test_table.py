@@ -6,12 +6,12 @@ import pytest
 
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.scenario import PaperFigures
+from grammarlab.runs.evaluate import persons, table
 from grammarlab.runs.evaluate.evaluate import evaluate_run
+from grammarlab.runs.evaluate.persons import Person, person_rows, person_table
 from grammarlab.runs.evaluate.request import EvaluationRequest
-from grammarlab.runs.evaluate.task import load_source
-from grammarlab.runs.learn import persons, table
-from grammarlab.runs.learn.persons import Person, person_rows, person_table
-from grammarlab.runs.learn.table import density_rows, density_tables
+from grammarlab.runs.evaluate.table import density_rows, density_tables
+from grammarlab.runs.sources import load_source
 from tests.runs.learn.test_scenario import RULES, SCENARIO
 
 
@@ -56,7 +56,7 @@ def test_persons_make_grammars_that_come_near(scenario, tmp_path):
     assert all(row.js < 0.05 for row in rows)
     assert person_rows(people, tmp_path / "out") == rows
     text = person_table(rows, [load_source(scenario).scenario])
-    assert "| old | 32 | " in text
+    assert "| old | exact | 32 | " in text
     assert text.rstrip().endswith("| 2/2 |")
 
 
