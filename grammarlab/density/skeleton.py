@@ -15,10 +15,10 @@ import numpy as np
 
 from grammarlab.arrays import Ints
 from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.vocabulary import number_grammar
+from grammarlab.derivation.vocabulary import VOCABULARY
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.numbering import Branch, Successor, SymbolKey
+from grammarlab.language.numbering import Branch, Successor, SymbolKey, number_branches
 from grammarlab.language.percentages import probabilities
 from grammarlab.language.syntax import Case, Choice, Stochastic
 
@@ -91,7 +91,8 @@ class TreeGrammar:
         start = start_rule if start_rule is not None else next(iter(marked), "")
         if (start, 0) not in grammar.rules:
             raise UsageError(f"no rule without parameters is called {start or 'anything'}: the grammar cannot start")
-        successors = {(branch.key, branch.branch): branch.successors for branch in number_grammar(grammar).branches}
+        branches = number_branches(grammar, VOCABULARY)
+        successors = {(branch.key, branch.branch): branch.successors for branch in branches}
         return cls((start, 0), {key: _body(key, rule.body, (), successors) for key, rule in grammar.rules.items()})
 
     def body(self, key: SymbolKey) -> Body:

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
@@ -130,6 +129,8 @@ def _separating(columns: Floats, inside: NDArray[np.bool_]) -> Floats | None:
 
     Linear program in weights (positive and negative parts), bound and errors.
     """
+    from scipy.optimize import linprog  # noqa: PLC0415  # a third of the time that a small run takes to start
+
     if inside.all() or not inside.any():
         return None
     spread = columns.std(axis=0)

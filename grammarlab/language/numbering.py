@@ -141,12 +141,17 @@ class Numbering:
         ruled = [definition.name for definition in definitions if isinstance(definition, Rule)]
         invoked = [node.name for inside in nodes for node in inside if isinstance(node, Invoke)]
         symbols = dict.fromkeys([*ruled, *filter(vocabulary.is_symbol, invoked)])
-        branches: list[RuleBranch] = []
-        for key, rule in grammar.rules.items():
-            for path, leaf in _leaves(rule.body):
-                found = _Reader(leaf, vocabulary, grammar.rules)
-                branches.append(RuleBranch(key, path, leaf.location, tuple(found.successors), tuple(found.blocks)))
-        return cls(tuple(symbols), tuple(branches), places, nodes)
+        return cls(tuple(symbols), number_branches(grammar, vocabulary), places, nodes)
+
+
+def number_branches(grammar: Grammar, vocabulary: Vocabulary) -> tuple[RuleBranch, ...]:
+    """The branches of a grammar's rules as in its `Numbering`, without a look at the rest of its tree."""
+    branches: list[RuleBranch] = []
+    for key, rule in grammar.rules.items():
+        for path, leaf in _leaves(rule.body):
+            found = _Reader(leaf, vocabulary, grammar.rules)
+            branches.append(RuleBranch(key, path, leaf.location, tuple(found.successors), tuple(found.blocks)))
+    return tuple(branches)
 
 
 def function_name(node: Node) -> str:

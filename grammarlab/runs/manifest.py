@@ -7,6 +7,7 @@ import os
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -124,6 +125,7 @@ def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
         raise AssetError(f"{path}: the manifest is damaged ({error!r}).") from error
 
 
+@cache
 def current_versions() -> dict[str, str]:
     """The versions of everything that may change a bit of the output."""
     libraries = {name: version(name) for name in _LIBRARIES}

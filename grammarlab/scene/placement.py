@@ -199,7 +199,7 @@ def _normals(template: _Template, axes: Floats, size: Floats) -> NDArray[np.void
     if template.axis_aligned:
         return _interleaved(_sums(start, axes, template.directions), template.direction)
     normals = _sums(start, axes * cofactors(size)[:, None], template.directions)
-    return _interleaved(np.stack([_unit_or(vectors, axes[1]) for vectors in normals]), template.direction)
+    return _interleaved(_unit_or(normals, axes[1]), template.direction)
 
 
 def _columns(rows: Floats, chosen: Ints) -> Floats:
@@ -285,11 +285,10 @@ def cofactors(size: Floats) -> Floats:
 
 
 def _unit_or(vectors: Floats, otherwise: Floats) -> Floats:
-    """The vectors [3, N] at length one; those of `otherwise` [3, N] where there is no direction."""
-    x, y, z = vectors
-    length = np.sqrt(x * x + y * y + z * z)
-    lost = np.flatnonzero(length < SHORTEST)
-    length[lost] = 1.0
-    units = vectors / length
-    units[:, lost] = otherwise[:, lost]
-    return units
+    """The vectors [..., 3, N] at length one; those of `otherwise` [3, N] where there is no direction."""
+    x, y, z = np.moveaxis(vectors, -2, 0)
+    length = np.sqrt(x * x + y * y + z * z)[..., None, :]
+    lost = length < SHORTEST
+    if not lost.any():
+        return vectors / length
+    return np.where(lost, otherwise, vectors / np.where(lost, 1.0, length))
