@@ -29,7 +29,7 @@ class Method:
 
     name: str
     """What tables and pictures call it."""
-    fit: Fit = "grouped"
+    fit: Fit = "blended"
     """One of `FITS`."""
     query: Way = "default"
     """One of `QUERIES`."""
@@ -63,18 +63,19 @@ class Method:
         """How the method learns.
 
         Args:
-            offered: the features that a scenario offers.
+            offered: the features that a scenario offers to baselines; the default learns alike from everybody.
         """
-        families = offered.families if self.families == FAMILIES else self.families
+        own = Settings().features if self.fit == "blended" else offered
+        families = own.families if self.families == FAMILIES else self.families
         return Settings(
-            FeatureOptions(self.path_length or offered.path_length, families),
+            FeatureOptions(self.path_length or own.path_length, families),
             self.fit,
             self.options,
             self.query,
             self.grows,
             widens=self.query == "default",
             # The default is a function of the scores alone; the paper's process goes on from where it was.
-            warm=self.fit != "grouped",
+            warm=self.fit in ("paper", "kde", "sklearn"),
         )
 
 

@@ -28,6 +28,9 @@ def path_length(
 ) -> int:
     """The shortest paths that leave the fewest designs with equal rows and different scores (paper 4.5.1).
 
+    Only scores that were given more than once count: a person who errs contradicts themselves by scores that fit
+    nothing, and longer paths would explain these.
+
     Args:
         space: of the designs.
         designs: all that have a score, n together.
@@ -37,8 +40,11 @@ def path_length(
     """
     searched = space.values(designs, extra)
     fewest, best = -1, features.path_length
+    # Continuous columns tell all designs apart, and thereby explain nothing.
+    counted = replace(features, families=tuple(family for family in features.families if family != "draws"))
+    scores = [(indices[again], values[again]) for indices, values in scores for again in (_given_again(values),)]
     for length in range(features.path_length, max(features.path_length, space.longest_path) + 1):
-        vocabulary = space.vocabulary(designs, replace(features, path_length=length))
+        vocabulary = space.vocabulary(designs, replace(counted, path_length=length))
         rows = np.column_stack([vocabulary.apply(designs).rows(), searched])
         number = sum(num_conflicts(rows[indices], values) for indices, values in scores)
         if fewest < 0 or number < fewest:
@@ -46,6 +52,12 @@ def path_length(
         if not number:
             break
     return best
+
+
+def _given_again(scores: Floats) -> NDArray[np.bool_]:
+    """[n] which scores were given more than once."""
+    _, place, times = np.unique(scores, return_inverse=True, return_counts=True)
+    return times[place.reshape(-1)] > 1
 
 
 def num_conflicts(rows: Floats, scores: Floats) -> int:

@@ -205,4 +205,12 @@ def _fit(
 
         options: dict[str, Any] = dict(settings.options)
         return gaussian_process.fit(labelled, scores, groups=table.groups, warm=warm, **options)
-    return fit(labelled, scores, groups=table.groups, method=settings.fit, seed=settings.seed, warm=warm)
+    return fit(
+        labelled,
+        scores,
+        groups=table.groups,
+        continuous=table.continuous,
+        method=settings.fit,
+        seed=settings.seed,
+        warm=warm,
+    )

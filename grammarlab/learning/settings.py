@@ -31,8 +31,8 @@ class FeatureOptions:
 class Settings:
     """What a step of learning does with answers. The default is what a person gets."""
 
-    features: FeatureOptions = FeatureOptions(2, ("paths", "symbols", "thresholds"))
-    fit: Fit = "grouped"
+    features: FeatureOptions = FeatureOptions(2, ("paths", "symbols", "draws", "thresholds"))
+    fit: Fit = "blended"
     options: tuple[tuple[str, float], ...] = ()
     """Parameters of the fit by name; only the paper's baseline has any."""
     query: Way = "default"

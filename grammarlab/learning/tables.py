@@ -8,6 +8,7 @@ from functools import cached_property, lru_cache
 from typing import Generic
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grammarlab.features.pattern import Feature
 from grammarlab.features.table import FeatureTable
@@ -15,6 +16,9 @@ from grammarlab.learning.addresses import Address
 from grammarlab.learning.design_space import AbstractDesignSpace, Designs, Floats, Ints, Vocabulary
 from grammarlab.learning.made import MadePool
 from grammarlab.learning.settings import FeatureOptions
+
+_WHOLE = 1e-6
+"""How far a whole number may be from one, after being divided and multiplied by its scale."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +51,12 @@ class Table:
     group_names: tuple[str, ...]
     scales: Floats
     """[F] > 0."""
+
+    @cached_property
+    def continuous(self) -> NDArray[np.bool_]:
+        """[F] which columns hold no whole numbers."""
+        values = self.rows * self.scales
+        return (np.abs(values - np.round(values)) > _WHOLE).any(axis=0)
 
 
 class DesignTables(Generic[Designs]):

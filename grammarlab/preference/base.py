@@ -80,6 +80,10 @@ class AbstractPreference(ABC):
             UsageError: when there are fewer names than groups.
         """
 
+    def column_weights(self) -> Floats | None:
+        """[F] >= 0, how much each column matters to how alike two models are; None where there is no such measure."""
+        return None
+
 
 def dense_rows(rows: Rows, what: str = "rows") -> Floats:
     """Rows as a dense [n, F] table of finite float64 numbers.

@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from grammarlab.preference.base import Floats, Ints
 from grammarlab.preference.grouped import Explanation, GroupedPreference
+from grammarlab.preference.observations import Observations, observe
 from grammarlab.preference.posterior import Hyperparameters, condition, squared_distances
 
 CAUTION = 0.4
@@ -47,7 +48,8 @@ def joint(preference: GroupedPreference, rows: Floats, least: Floats) -> tuple[F
         for number in np.flatnonzero(shares):
             explanation = preference.explanations[number]
             means[number] = explanation.posterior.predict(rows).mean
-            covariance += shares[number] * _covariance(preference, explanation, least, rows)
+            cautious = _cautious(preference, explanation, least)
+            covariance += shares[number] * _covariance(cautious, preference.observations, rows)
     mean = shares @ means
     away = np.sqrt(shares)[:, None] * (means - mean)
     return mean, covariance + away.T @ away
@@ -134,12 +136,31 @@ def given(covariance: Floats, chosen: Ints, noise: float) -> Floats:
     return covariance - covariance[:, chosen] @ np.linalg.solve(inner, covariance[chosen])
 
 
-def _covariance(preference: GroupedPreference, explanation: Explanation, least: Floats, rows: Floats) -> Floats:
+def unexplained(known: Floats, rows: Floats, weights: Floats, amplitude: float, noise: float) -> Floats:
+    """[m, m] covariance of what may be found beside all that is known: a process that has seen nothing but 0.
+
+    Args:
+        known: [n, F] rows with scores.
+        rows: [m, F] others.
+        weights: [F] >= 0 of the columns.
+        amplitude: variance of what may be found.
+        noise: variance of a score.
+    """
+    hyperparameters = Hyperparameters(amplitude, weights, noise)
+    return _covariance(hyperparameters, observe(known, np.zeros(len(known))), rows)
+
+
+def _cautious(preference: GroupedPreference, explanation: Explanation, least: Floats) -> Hyperparameters:
+    """The kernel of an explanation, with least weights and a least noise."""
     found = explanation.posterior.hyperparameters
     noise = max(found.noise, _LEAST_NOISE * preference.highest**2)
-    cautious = Hyperparameters(found.amplitude, np.maximum(found.weights, least), noise)
-    posterior = condition(cautious, preference.observations)
+    return Hyperparameters(found.amplitude, np.maximum(found.weights, least), noise)
+
+
+def _covariance(hyperparameters: Hyperparameters, observations: Observations, rows: Floats) -> Floats:
+    """[m, m] of rows [m, F], given observations."""
+    posterior = condition(hyperparameters, observations)
     across = posterior.covariance_with_observed(rows)
     explained = solve_triangular(posterior.factor, across.T, lower=True, overwrite_b=True, check_finite=False)
-    scaled = rows * np.sqrt(cautious.weights)
-    return cautious.amplitude * np.exp(-0.5 * squared_distances(scaled, scaled)) - explained.T @ explained
+    scaled = rows * np.sqrt(hyperparameters.weights)
+    return hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, scaled)) - explained.T @ explained

@@ -11,9 +11,11 @@ from grammarlab.errors import UsageError
 from grammarlab.extras import named_extras
 from grammarlab.preference.base import AbstractPreference, Rows
 
-Method = Literal["grouped", "paper", "kde", "sklearn"]
+Method = Literal["blended", "partition", "grouped", "paper", "kde", "sklearn"]
 
 _MODULES: dict[Method, str] = {
+    "blended": "grammarlab.preference.blended",
+    "partition": "grammarlab.preference.partition",
     "grouped": "grammarlab.preference.grouped",
     "paper": "grammarlab.preference.gaussian_process",
     "kde": "grammarlab.preference.kde",
@@ -21,13 +23,17 @@ _MODULES: dict[Method, str] = {
 }
 """Where each method's own `fit` lives; JAX and scikit-learn are imported only by the methods that need them."""
 
+_TELLING_KINDS = ("blended", "partition", "grouped")
+"""Methods to which counts and continuous columns are not the same."""
+
 
 def fit(
     rows: Rows,
     scores: ArrayLike,
     *,
     groups: ArrayLike | None = None,
-    method: Method = "grouped",
+    continuous: ArrayLike | None = None,
+    method: Method = "blended",
     seed: int = 0,
     warm: AbstractPreference | None = None,
 ) -> AbstractPreference:
@@ -40,7 +46,9 @@ def fit(
         rows: [n, F] finite numbers that describe the labelled models.
         scores: [n] what the person said, 0 (not wanted) to 100.
         groups: [F] a number >= 0 for each column; columns of one group are about one thing.
-        method: ``grouped`` (a weight for each group, averaged by evidence), ``paper`` (a weight for each column,
+        continuous: [F] which columns are no counts; the baselines do not ask.
+        method: ``blended`` (the two that follow, as held-out scores tell), ``partition`` (cells that pool their
+            scores), ``grouped`` (a weight for each group, averaged by evidence), ``paper`` (a weight for each column,
             Equations 4.4-4.8), ``kde`` (score-weighted density, the paper's baseline) or ``sklearn``.
         seed: for what a method draws; the same seed gives the same preference.
         warm: the preference of the round before, found by the same method on the same columns.
@@ -52,4 +60,5 @@ def fit(
         raise UsageError(f"method: expected one of {', '.join(get_args(Method))}, found {method!r}.")
     with named_extras():
         module = import_module(_MODULES[method])
-    return module.fit(rows, scores, groups=groups, seed=seed, warm=warm)
+    kinds = {"continuous": continuous} if method in _TELLING_KINDS else {}
+    return module.fit(rows, scores, groups=groups, seed=seed, warm=warm, **kinds)

@@ -106,8 +106,10 @@ def fit(
     scores: ArrayLike,
     *,
     groups: ArrayLike | None = None,
+    continuous: ArrayLike | None = None,
     seed: int = 0,
     warm: AbstractPreference | None = None,
+    starts: int | None = None,
 ) -> GroupedPreference:
     """A preference that weighs groups of columns, averaged over the explanations that the labels leave open.
 
@@ -117,8 +119,10 @@ def fit(
         rows: [n, F] finite numbers.
         scores: [n] 0-100.
         groups: [F] group numbers; every column its own group when there are none.
+        continuous: [F] which columns are no counts; none of them when left out.
         seed: of the random starts, and of the choice of rows where there are more than `MAX_ROWS_TO_FIT`.
         warm: a preference found by this method on the same columns; its explanations are starts, too.
+        starts: how many starts are searched from at most, for a quick look.
 
     Raises:
         UsageError: when labels or groups are out of range, or `warm` does not fit.
@@ -129,9 +133,13 @@ def fit(
     scales = scales_of(observations.rows)
     highest = float(np.max(observations.means)) or MAX_SCORE
     problem = problem_of(thinned(observations, MAX_ROWS_TO_FIT, seed), numbers, scales, highest)
-    starts = _warm_starts(warm, num_columns, numbers) + starting_kernels(problem, seed, NUM_RANDOM_STARTS)
+    drawn = np.zeros(problem.num_groups)
+    drawn[numbers[np.zeros(num_columns, dtype=bool) if continuous is None else np.asarray(continuous, dtype=bool)]] = (
+        1.0
+    )
+    kernels = _warm_starts(warm, num_columns, numbers) + starting_kernels(problem, seed, NUM_RANDOM_STARTS, drawn)
     with jax.enable_x64(True), threadpool_limits(1, "blas"):
-        kernels = _best(problem, starts) if np.any(observations.means > 0.0) else [_indifferent(problem)]
+        kernels = _best(problem, kernels[:starts]) if np.any(observations.means > 0.0) else [_indifferent(problem)]
     shares = np.exp(kernels[0].energy - np.array([kernel.energy for kernel in kernels]))
     shares /= shares.sum()
     explanations = tuple(

@@ -12,6 +12,7 @@ Two thirds of the groups are usually irrelevant after a few iterations; they are
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import jax
@@ -20,7 +21,7 @@ import numpy as np
 
 from grammarlab.preference.base import Floats, Ints
 from grammarlab.preference.evidence import Data, loss, padded, padded_size
-from grammarlab.preference.minimise import minimise
+from grammarlab.preference.minimise import Minimum, minimise
 from grammarlab.preference.observations import Observations
 from grammarlab.preference.posterior import Hyperparameters
 
@@ -29,16 +30,19 @@ EPSILON = 1e-2
 
 AMPLITUDE = (0.2, 1.0)
 """Median of the amplitude's prior, as a share of the squared highest score, and standard deviation of its logarithm."""
-NOISE = (1e-4, 1.5)
-"""Likewise of the noise."""
+NOISE = (1e-4, 2.5)
+"""Likewise of the noise: somebody may be exact, or miss by a third of the scale."""
 
 _AMPLITUDE_BOUNDS = (1e-2, 10.0)
-_NOISE_BOUNDS = (1e-6, 5e-3)
+_NOISE_BOUNDS = (1e-6, 0.25)
 _WEIGHT_BOUNDS = (1e-5, 1e3)
 _LEAST_ROWS = 64
 _FEW_COLUMNS = 64
-_IRRELEVANT = 1e-3
-"""Weight below which a group is left out."""
+_IRRELEVANT = (1e-3, 1e-4, 1e-5)
+"""Weights below which groups are left out: the first of these that costs no more than `_FREE`. Many groups that each
+matter a little can be all there is to an additive taste."""
+_FREE = 0.05
+"""Nats."""
 _NO_WEIGHT = -40.0
 """Logarithm of a weight without effect."""
 _STAGES = (20, 80)
@@ -99,18 +103,22 @@ def problem_of(observations: Observations, groups: Ints, scales: Floats, highest
     return Problem(scaled, groups, num_groups, varying.astype(np.float64))
 
 
-def starting_kernels(problem: Problem, seed: int, num_random: int) -> list[Kernel]:
-    """Where searches begin: all groups a little relevant, all more so, and random halves of the groups.
+def starting_kernels(problem: Problem, seed: int, num_random: int, continuous: Floats) -> list[Kernel]:
+    """Where searches begin: all groups a little relevant, all more so, counts alone, and random halves of the groups.
 
     Args:
         problem: the labels.
         seed: of the halves.
         num_random: how many halves.
+        continuous: [G] 1 for groups that are no counts, which explain anything more easily than these; else 0.
     """
     randomness = np.random.default_rng(seed)
     middle = (AMPLITUDE[0], NOISE[0])
     chosen = [randomness.random(problem.num_groups) < 0.5 for _ in range(num_random)]
     weights = [0.05 * problem.varying, 0.5 * problem.varying, *(0.05 * problem.varying * half for half in chosen)]
+    counts = problem.varying * (1.0 - continuous)
+    if (counts < problem.varying).any() and counts.any():
+        weights.insert(1, 0.05 * counts)
     return [Kernel(weight, *middle) for weight in weights]
 
 
@@ -142,10 +150,22 @@ def _stage(problem: Problem, kernel: Kernel, iterations: int) -> Kernel:
     bounds = np.log(np.array([_AMPLITUDE_BOUNDS, _NOISE_BOUNDS] + [_WEIGHT_BOUNDS] * len(active)))
     start = np.log(np.concatenate(([kernel.amplitude, kernel.noise], kernel.weights[active])))
     minimum = minimise(evaluate, start, bounds[:, 0], bounds[:, 1], max_iterations=iterations)
-    found = np.exp(minimum.point)
+    point, energy = _without_irrelevant(minimum, lambda point: evaluate(point)[0])
+    found = np.exp(point)
     weights = np.zeros(problem.num_groups)
-    weights[active] = np.where(found[2:] < _IRRELEVANT, 0.0, found[2:])
-    return Kernel(weights, float(found[0]), float(found[1]), minimum.value)
+    weights[active] = np.where(point[2:] > _NO_WEIGHT, found[2:], 0.0)
+    return Kernel(weights, float(found[0]), float(found[1]), energy)
+
+
+def _without_irrelevant(minimum: Minimum, energy: Callable[[Floats], float]) -> tuple[Floats, float]:
+    """The point of a minimum with as many weights left out as cost nothing, and the energy there."""
+    for least in _IRRELEVANT:
+        point = minimum.point.copy()
+        point[2:][point[2:] < np.log(least)] = _NO_WEIGHT
+        value = energy(point)
+        if value <= minimum.value + _FREE:
+            return point, value
+    return minimum.point, minimum.value
 
 
 def _on_device(problem: Problem, columns: Ints, active: Ints) -> tuple[Data, jax.Array, int]:

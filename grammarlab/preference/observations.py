@@ -50,11 +50,7 @@ def observe(rows: Rows, scores: ArrayLike) -> Observations:
         UsageError: when the numbers of rows and scores differ, there are none, or a value is not finite or out of
             range; the message names its place.
     """
-    table, values = dense_rows(rows), _checked_scores(scores)
-    if len(table) != len(values):
-        raise UsageError(f"scores: expected one a row, found {len(values)} scores for {len(table)} rows.")
-    if not len(table):
-        raise UsageError("scores: expected at least one label; score a model first.")
+    table, values = checked_labels(rows, scores)
     _, first, group = np.unique(table, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
     rank = np.empty_like(order)
@@ -64,6 +60,21 @@ def observe(rows: Rows, scores: ArrayLike) -> Observations:
     means = np.bincount(label_row, weights=values) / counts
     spread = float(np.sum((values - means[label_row]) ** 2))
     return Observations(table[first[order]], means, counts, spread)
+
+
+def checked_labels(rows: Rows, scores: ArrayLike) -> tuple[Floats, Floats]:
+    """Rows [n, F] and scores [n] of labels, n >= 1.
+
+    Raises:
+        UsageError: when the numbers of rows and scores differ, there are none, or a value is not finite or out of
+            range; the message names its place.
+    """
+    table, values = dense_rows(rows), _checked_scores(scores)
+    if len(table) != len(values):
+        raise UsageError(f"scores: expected one a row, found {len(values)} scores for {len(table)} rows.")
+    if not len(table):
+        raise UsageError("scores: expected at least one label; score a model first.")
+    return table, values
 
 
 def _checked_scores(scores: ArrayLike) -> Floats:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Ints
+from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.disagreement import (
     cautious_weights,
     doubtful_weights,
@@ -22,6 +23,7 @@ from grammarlab.preference.disagreement import (
     joint,
     most_doubtful,
     most_telling,
+    unexplained,
 )
 from grammarlab.preference.grouped import GroupedPreference
 from grammarlab.preference.observations import observe
@@ -38,6 +40,18 @@ RARE = 1 / 16
 FEWEST = 64
 FEW_LIKED = 4
 """With fewer liked ones among rare ones, nothing is known but that others like them may be liked."""
+LEAST_OF_PROCESS = 0.25
+"""Part of a default batch that a process chooses in any case: what cells are sure of may be wrong."""
+LEAST_LIKED = 20.0
+"""Points; if nothing seems better, that is thought possible."""
+LIKED_PART = 0.25
+"""From this part of the highest value on a model seems liked, to cells."""
+SMALL_PART = 0.1
+"""Part of the highest value below which an expected one is too small to divide by."""
+LEAST_NOISE = 3.0
+"""Standard deviation in points that cells reckon with at least."""
+NOVELTY = 0.1
+"""Variance of what cells cannot know yet, as a share of the squared highest value."""
 _ALIKE_DISTANCE = 2.6
 """Weighted squared distance between two typical models where all columns matter alike."""
 _ALIKE_NOISE = 1e-3
@@ -123,12 +137,20 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     preference = situation.preference
     if preference is None:
         return _grammar(situation, num, randomness)
-    if not isinstance(preference, GroupedPreference):
+    if not isinstance(preference, BlendedPreference):
         return _mixed(preference, situation, num, randomness)
     rare = liked_are_rare(situation.scores)
     if rare and 0 < np.count_nonzero(situation.scores) < FEW_LIKED:
         return _resembling(situation, num, randomness)
     candidates = _candidates(situation, num, randomness)
+    by_process = min(max(round(preference.share * num), round(LEAST_OF_PROCESS * num)), len(candidates))
+    first = _of_process(preference.process, situation, candidates, by_process, rare)
+    second = _of_cells(preference, situation, candidates, first, min(num, len(candidates)) - len(first))
+    return candidates[np.concatenate((first, second))]
+
+
+def _of_process(preference: GroupedPreference, situation: Situation, candidates: Ints, num: int, rare: bool) -> Ints:
+    """Candidates that a process is in doubt about: a part that seems liked, and a part that tells most about all."""
     rows, typical = situation.pool[candidates], situation.stands_for(candidates)
     noise, open_ = NOISE * preference.highest**2, np.ones(len(candidates), dtype=bool)
     known = situation.pool[situation.asked]
@@ -137,11 +159,39 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     elsewhere = (~situation.from_grammar[candidates]).astype(np.float64)
     stakes = np.maximum(mean, 0.0) * typical if len(liked) else elsewhere
     share = 1.0 if rare and not len(liked) else LIKED_SHARE
-    first = most_doubtful(covariance, min(round(share * num), len(candidates)), noise, stakes, open_)
+    first = most_doubtful(covariance, round(share * num), noise, stakes, open_)
     open_[first] = False
     _, covariance = joint(preference, rows, cautious_weights(preference, rows))
     second = most_telling(given(covariance, first, noise), num - len(first), noise, typical, open_)
-    return candidates[np.concatenate((first, second))]
+    return np.concatenate((first, second))
+
+
+def _of_cells(preference: BlendedPreference, situation: Situation, candidates: Ints, chosen: Ints, num: int) -> Ints:
+    """Candidates that cells are in doubt about, or that have something new; each variance counts beside its mean.
+
+    A divergence between densities is, where it is small, a sum of squared errors beside what is expected.
+    """
+    if num <= 0:
+        return np.zeros(0, dtype=np.int64)
+    cells, process = preference.partition, preference.process
+    rows, known = situation.pool[candidates], situation.pool[situation.asked]
+    meant = cells.predict(known).mean
+    highest = max(float(meant.max(initial=0.0)), LEAST_LIKED)
+    liked = known[meant > LIKED_PART * highest]
+    noise = max(cells.noise, LEAST_NOISE) ** 2
+    mean, covariance = cells.joint(rows)
+    stakes = situation.stands_for(candidates) / (np.maximum(mean, 0.0) + SMALL_PART * highest)
+    open_ = np.ones(len(candidates), dtype=bool)
+    open_[chosen] = False
+    cautious = cautious_weights(process, rows)
+    doubtful = cautious + doubtful_weights(process, liked if len(liked) else known)
+    amplitude = NOVELTY * highest**2
+    unlike = [unexplained(known, rows, weights, amplitude, noise) for weights in (doubtful, cautious)]
+    first = most_doubtful(given(covariance + unlike[0], chosen, noise), num // 2, noise, stakes, open_)
+    open_[first] = False
+    before = np.concatenate((chosen, first))
+    second = most_telling(given(covariance + unlike[1], before, noise), num - len(first), noise, stakes, open_)
+    return np.concatenate((first, second))
 
 
 def _resembling(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
@@ -226,7 +276,7 @@ def _uniform(situation: Situation, num: int, randomness: np.random.Generator) ->
     preference, rows = situation.preference, situation.pool
     spread = np.ptp(rows, axis=0)
     weights = np.divide(1.0, spread**2, out=np.zeros(rows.shape[1]), where=spread > 0.0)
-    learned = preference.column_weights() if isinstance(preference, GroupedPreference) else None
+    learned = None if preference is None else preference.column_weights()
     weights = weights if learned is None or not learned.any() else learned
     scaled = rows[:, weights > 0.0] * np.sqrt(weights[weights > 0.0])
     chosen = np.empty(num, dtype=np.int64)

@@ -20,7 +20,6 @@ from grammarlab.learning.round import State, Study, answered, init, step
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.fitting import fit
-from grammarlab.preference.grouped import GroupedPreference
 from grammarlab.preference.queries import Way
 from grammarlab.runs.domains import opened
 from grammarlab.runs.scoring.crew import Handler, Report
@@ -179,4 +178,4 @@ def _column_weights(preference: AbstractPreference) -> Floats | None:
         parts = [_column_weights(factor) for factor in preference.factors.values()]
         known = [part for part in parts if part is not None]
         return np.sum(known, axis=0) if known else None
-    return preference.column_weights() if isinstance(preference, GroupedPreference) else None
+    return preference.column_weights()

@@ -1,0 +1,121 @@
+"""Trees of splits, grown at random in proportion to their posterior and then cut back.
+
+A node divides its labels with prior probability .9 / sqrt(1 + depth). Which split it tries is drawn by the evidence of
+the parts, each taken as one cell; from time to time a guide draws, who thinks that scores are noisy and therefore sees
+parts that differ in their mean only. What a first split gains only together with a second one is found in that way,
+since trees are cut back from below: a branch stays where it has more evidence than its labels as one cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.preference.base import Floats, Ints
+from grammarlab.preference.cells import Cells
+from grammarlab.preference.splits import Split
+
+MOST_DEPTH = 12
+GUIDED = 0.5
+"""How often a guide draws."""
+_NO_HOPE = 6.0
+"""Nats that no division can gain as a whole: less than a split costs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tree:
+    """Labels, divided or not."""
+
+    labels: Ints
+    """[c] indices, ascending."""
+    log_posterior: float
+    """Log of the evidence of all cells and of the prior of all splits."""
+    split: Split | None = None
+    """None for a cell."""
+    parts: tuple[tuple[int, Tree], ...] = ()
+    """The parts that hold labels, by number."""
+
+    def cells(self) -> Iterator[Ints]:
+        """The labels of each cell."""
+        if self.split is None:
+            yield self.labels
+        for _, part in self.parts:
+            yield from part.cells()
+
+    def nodes(self) -> Iterator[Tree]:
+        """This node and all below it."""
+        yield self
+        for _, part in self.parts:
+            yield from part.nodes()
+
+    def cell_of(self, rows: Floats) -> tuple[Ints, tuple[Ints, ...]]:
+        """Number [m] of the cell of each row [m, F], and the cells; what is new is told by a whole node."""
+        number, cells = np.zeros(len(rows), dtype=np.int64), list[Ints]()
+        self._place(rows, np.arange(len(rows)), number, cells)
+        return number, tuple(cells)
+
+    def _place(self, rows: Floats, some: Ints, number: Ints, cells: list[Ints]) -> None:
+        part_of = np.full(len(some), -1) if self.split is None else self.split.parts(rows[some])
+        left = np.ones(len(some), dtype=bool)
+        for part, tree in self.parts:
+            inside = part_of == part
+            left &= ~inside
+            if inside.any():
+                tree._place(rows, some[inside], number, cells)
+        if left.any():
+            number[some[left]] = len(cells)
+            cells.append(self.labels)
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """How trees are grown."""
+
+    temperature: float = 1.0
+    """Of the draws of splits: 1 for their posterior, near 0 for the best one."""
+    doubt: float = 0.0
+    """Nats: a branch stays, or not, by chance where it gains or loses about so much; 0 for what is better."""
+    guides: Sequence[Cells] = ()
+    """The same labels, with more noise."""
+
+
+def grow(cells: Cells, labels: Ints, growth: Growth, randomness: np.random.Generator, depth: int = 0) -> Tree:
+    """A tree of some labels.
+
+    Args:
+        cells: what is known about labels.
+        labels: [c] indices, ascending.
+        growth: how it is grown.
+        randomness: draws splits.
+        depth: of the node.
+    """
+    dividing = 0.9 / np.sqrt(1.0 + depth)
+    whole = cells.of_cell(labels)
+    leaf = Tree(labels, whole + float(np.log1p(-dividing)))
+    if len(labels) < 2 or depth >= MOST_DEPTH or whole > cells.best_possible(labels) - _NO_HOPE:
+        return leaf
+    guided = bool(growth.guides) and randomness.random() < GUIDED
+    guide = growth.guides[int(randomness.integers(len(growth.guides)))] if guided else cells
+    ranked = guide.ranked(labels)
+    if ranked is None:
+        return leaf
+    drawn = int(np.argmax(ranked.log_posterior / growth.temperature + randomness.gumbel(size=len(ranked.log_mass))))
+    alike = ranked.member[ranked.of == drawn]
+    mass = np.exp(cells.splits.log_prior[alike])
+    split = int(randomness.choice(alike, p=mass / mass.sum()))
+    part_of = cells.splits.parts[split, labels]
+    parts = tuple(
+        (part, grow(cells, labels[part_of == part], growth, randomness, depth + 1))
+        for part in np.unique(part_of).tolist()
+    )
+    prior = float(np.log(dividing) + ranked.log_mass[drawn])
+    tree = Tree(labels, prior + sum(part.log_posterior for _, part in parts), cells.splits.splits[split], parts)
+    return tree if _stays(tree.log_posterior - leaf.log_posterior, growth.doubt, randomness) else leaf
+
+
+def _stays(gain: float, doubt: float, randomness: np.random.Generator) -> bool:
+    if not doubt:
+        return gain > 0.0
+    return bool(randomness.random() < 1.0 / (1.0 + np.exp(np.clip(-gain / doubt, -50.0, 50.0))))

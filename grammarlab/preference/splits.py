@@ -1,0 +1,175 @@
+"""Ways to divide designs in two or more parts by what their rows say, and how plausible each is beforehand.
+
+Columns of one group are alternatives of one choice: a group may divide designs by all of its alternatives at once. A
+count divides them at a bound, at one number, into odd and even, or number by number; a continuous column at a bound. As
+some groups matter and most do not, each has the same share of the prior mass, a continuous one less: it could explain
+anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.preference.base import Floats, Ints
+
+Flags = NDArray[np.bool_]
+
+CONTINUOUS_SHARE = 0.15
+"""Prior mass of a continuous group, beside 1 of any other."""
+_MOST_BOUNDS = 24
+"""Bounds that are tried on a continuous column, evenly spaced by rank."""
+_MOST_NUMBERS = 10
+"""Counts of more different numbers are divided at bounds only."""
+_MOST_PARTS = 12
+_ALIKE = 1e-6
+
+
+class Above(NamedTuple):
+    """Whether a column is above a bound."""
+
+    column: int
+    bound: float
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """What is looked at."""
+        return (self.column,)
+
+    def parts(self, rows: Floats) -> Ints:
+        """[m] number of the part of each row."""
+        return (rows[:, self.column] > self.bound).astype(np.int64)
+
+
+class Equal(NamedTuple):
+    """Whether a column has a value."""
+
+    column: int
+    value: float
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """What is looked at."""
+        return (self.column,)
+
+    def parts(self, rows: Floats) -> Ints:
+        """[m] number of the part of each row."""
+        return (np.abs(rows[:, self.column] - self.value) < _ALIKE).astype(np.int64)
+
+
+class Odd(NamedTuple):
+    """Whether a column is an odd number of steps away from a value."""
+
+    column: int
+    first: float
+    step: float
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """What is looked at."""
+        return (self.column,)
+
+    def parts(self, rows: Floats) -> Ints:
+        """[m] number of the part of each row."""
+        return np.round((rows[:, self.column] - self.first) / self.step).astype(np.int64) % 2
+
+
+class Patterns(NamedTuple):
+    """Which of some known patterns columns have; -1 for none of them."""
+
+    columns: tuple[int, ...]
+    known: Floats
+    """[parts, columns]"""
+
+    def parts(self, rows: Floats) -> Ints:
+        """[m] number of the part of each row."""
+        distance = ((rows[:, None, list(self.columns)] - self.known) ** 2).sum(axis=2)
+        nearest = distance.argmin(axis=1)
+        return np.where(distance[np.arange(len(rows)), nearest] < _ALIKE, nearest, -1)
+
+
+Split = Above | Equal | Odd | Patterns
+
+
+@dataclass(frozen=True, eq=False)
+class Splits:
+    """All ways to divide n labelled rows."""
+
+    splits: tuple[Split, ...]
+    """[S]"""
+    parts: NDArray[np.int16]
+    """[S, n] number of the part of each row."""
+    log_prior: Floats
+    """[S] log of the prior mass, <= 1 together."""
+    many: Ints
+    """[M] those of more than two parts, one of each set that divides alike."""
+    members: NDArray[np.float32]
+    """[parts of all of these, n] 1 where a row is in a part."""
+    starts: Ints
+    """[M] the first of the parts of each."""
+
+    @classmethod
+    def of(cls, rows: Floats, groups: Ints, continuous: Flags) -> Splits:
+        """The ways that tell some rows apart.
+
+        Args:
+            rows: [n, F].
+            groups: [F] group numbers.
+            continuous: [F] which columns are no counts.
+        """
+        varying = np.flatnonzero(np.ptp(rows, axis=0) > 0.0) if len(rows) else np.zeros(0, dtype=np.int64)
+        shares = {
+            group: CONTINUOUS_SHARE if continuous[varying[groups[varying] == group]].all() else 1.0
+            for group in np.unique(groups[varying]).tolist()
+        }
+        total = sum(shares.values())
+        splits: list[Split] = []
+        log_prior: list[float] = []
+        for group, share in shares.items():
+            for mass, found in _of_group(rows, varying[groups[varying] == group], continuous):
+                splits += found
+                log_prior += [float(np.log(mass * share / total / len(found)))] * len(found)
+        parts = np.array([split.parts(rows) for split in splits], dtype=np.int16).reshape(len(splits), len(rows))
+        sizes = parts.max(axis=1, initial=0) + 1
+        many = np.flatnonzero(sizes > 2)
+        many = many[np.sort(np.unique(parts[many], axis=0, return_index=True)[1])] if len(many) else many
+        members = [parts[split] == np.arange(sizes[split])[:, None] for split in many]
+        return cls(
+            tuple(splits),
+            parts,
+            np.array(log_prior),
+            many,
+            np.concatenate([np.zeros((0, len(rows)), dtype=bool), *members]).astype(np.float32),
+            np.cumsum(np.append(0, sizes[many]))[:-1].astype(np.int64),
+        )
+
+
+def _of_group(rows: Floats, columns: Ints, continuous: Flags) -> Iterator[tuple[float, Sequence[Split]]]:
+    """Sets of splits of a group and the share of its prior mass that each set has."""
+    counts, left = columns[~continuous[columns]], 1.0
+    if len(counts) > 1:
+        known = np.unique(rows[:, counts], axis=0)
+        if 2 < len(known) <= _MOST_PARTS:
+            left = 0.5
+            yield 0.5, [Patterns(tuple(counts.tolist()), known)]
+    for column in columns.tolist():
+        share, values = left / len(columns), np.unique(rows[:, column])
+        bounds = _few((values[1:] + values[:-1]) / 2.0)
+        above = [Above(column, bound) for bound in bounds.tolist()]
+        if continuous[column] or not 2 < len(values) <= _MOST_NUMBERS:
+            yield share, above
+            continue
+        yield 0.6 * share, above
+        yield 0.2 * share, [Equal(column, value) for value in values[1:-1].tolist()]
+        yield 0.1 * share, [Patterns((column,), values[:, None])]
+        yield 0.1 * share, [Odd(column, float(values[0]), float(np.diff(values).min()))]
+
+
+def _few(bounds: Floats) -> Floats:
+    if len(bounds) <= _MOST_BOUNDS:
+        return bounds
+    return bounds[np.linspace(0, len(bounds) - 1, _MOST_BOUNDS).astype(np.int64)]
