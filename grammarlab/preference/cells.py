@@ -19,18 +19,18 @@ import numpy as np
 
 from grammarlab.preference.base import MAX_SCORE, Floats, Ints
 from grammarlab.preference.likelihood import Singles, log_likelihood
-from grammarlab.preference.splits import Flags, Splits
+from grammarlab.preference.splits import Flags, Splits, different
 
 ZERO = 0.25
 """Prior probability that a cell is worth nothing."""
 SHARED = 0.6
 """Prior probability that it is worth what others are, once there are `_ENOUGH` of them."""
 _ENOUGH = 6.0
-_STEP = 3.125
+_STEP = 4.0
 _ON_GRID = 0.8
 """Of the values that any cell may have, the part spread over the even grid; the rest over scores that were given."""
-_MOST_SCORES = 32
-_FEWER_SCORES = 24
+_MOST_SCORES = 24
+_FEWER_SCORES = 12
 _TINY = 1e-30
 
 
@@ -42,7 +42,7 @@ class Ranked(NamedTuple):
     log_mass: Floats
     """[K] log of the prior mass."""
     member: Ints
-    """[J] index into all splits."""
+    """[J] index into the ways to divide all labels: first `Splits.halves`, then `Splits.many`."""
     of: Ints
     """[J] which of the K each is."""
 
@@ -55,16 +55,6 @@ class Levels:
     """[n, G] share of a cell that a label is, times the posterior of the cell."""
     shares: Singles
     """[n] share of a cell that a label is."""
-
-    @cached_property
-    def all_values(self) -> Singles:
-        """[G] of all labels together."""
-        return self.values.sum(axis=0)
-
-    @cached_property
-    def all_shares(self) -> float:
-        """Likewise."""
-        return float(self.shares.sum())
 
 
 def grid_of(scores: Floats) -> Floats:
@@ -112,18 +102,17 @@ class Cells:
             members: [k, c] 1 where a label is in a part, else 0. An empty part has evidence 0.
             labels: [c] indices.
         """
-        prior, sums = self._prior_and_likelihood(members, labels)
-        highest = sums.max(axis=1, keepdims=True)
-        return np.log((prior * np.exp(sums - highest)).sum(axis=1) + _TINY) + highest[:, 0]
+        return self._evidence(members @ self._told[labels])
 
     def of_cell(self, cell: Ints) -> float:
         """The evidence of one cell."""
-        return float(self.log_evidence(np.ones((1, len(cell)), dtype=np.float32), cell)[0])
+        return float(self._evidence(self._told[cell].sum(axis=0, keepdims=True))[0])
 
     def posterior(self, cell: Ints) -> Floats:
         """[G] the probability of each value of a cell of some labels."""
-        prior, sums = self._prior_and_likelihood(np.ones((1, len(cell)), dtype=np.float32), cell)
-        odds = prior[0] * np.exp(sums[0] - sums[0].max())
+        sums = self._told[cell].sum(axis=0, keepdims=True)
+        log_likelihood = sums[0, : len(self.grid)]
+        odds = self._prior(sums)[0] * np.exp(log_likelihood - log_likelihood.max())
         return (odds / odds.sum()).astype(np.float64)
 
     def best_possible(self, cell: Ints) -> float:
@@ -138,40 +127,59 @@ class Cells:
         return self._known[key]
 
     def _rank(self, cell: Ints) -> Ranked | None:
-        parts = self.splits.parts[:, cell]
-        in_two = np.flatnonzero((parts != parts[:, :1]).any(axis=1) & self._are_halves)
+        halves = self.splits.halves[:, cell]
+        in_two = np.flatnonzero((halves != halves[:, :1]).any(axis=1))
         # The side that the first label is on does not matter.
-        halves = (parts[in_two] == 1) ^ (parts[in_two][:, :1] == 1)
-        first, of = _different(halves)
-        member, evidence, index = [in_two], [self._of_halves(halves[first], cell)], [of]
+        halves = halves[in_two] ^ halves[in_two][:, :1]
+        first, of = different(halves)
+        log_mass = [np.log(np.bincount(of, np.exp(self.splits.log_mass[in_two])))]
+        evidence, member, index = [self._of_halves(halves[first], cell)], [in_two], [of]
         if len(self.splits.many):
             members = self.splits.members[:, cell]
             occupied = np.add.reduceat(members.any(axis=1).astype(np.int64), self.splits.starts)
             several = np.flatnonzero(occupied > 1)
-            member.append(self.splits.many[several])
             evidence.append(np.add.reduceat(self.log_evidence(members, cell), self.splits.starts)[several])
+            log_mass.append(self.splits.log_prior[self.splits.many[several]])
+            member.append(len(self.splits.halves) + several)
             index.append(len(first) + np.arange(len(several)))
-        found, number = np.concatenate(member), np.concatenate(index)
-        if not len(found):
+        mass = np.concatenate(log_mass)
+        if not len(mass):
             return None
-        log_mass = np.log(np.bincount(number, np.exp(self.splits.log_prior[found])))
-        return Ranked(np.concatenate(evidence) + log_mass, log_mass, found, number)
+        return Ranked(np.concatenate(evidence) + mass, mass, np.concatenate(member), np.concatenate(index))
 
     def _of_halves(self, inside: Flags, cell: Ints) -> Floats:
         """[k] the evidence of both halves of a cell [k, c] together."""
-        found = self.log_evidence(np.concatenate([inside, ~inside]).astype(np.float32), cell)
-        return found[: len(inside)] + found[len(inside) :]
+        sums = inside.astype(np.float32) @ self._told[cell]
+        return self._evidence(sums) + self._evidence(self._told[cell].sum(axis=0) - sums)
 
-    def _prior_and_likelihood(self, members: Singles, labels: Ints) -> tuple[Singles, Singles]:
-        """[k or 1, G] prior of the values of parts, given what labels outside are worth, and [k, G] log-likelihood."""
-        sums = members @ self.log_likelihood[labels]
+    def _evidence(self, sums: Singles) -> Floats:
+        """[k] of parts of which `_told` sums up to [k, 2 G + 1]."""
+        log_likelihood = sums[:, : len(self.grid)]
+        highest = log_likelihood.max(axis=1, keepdims=True)
+        odds = self._prior(sums) * np.exp(log_likelihood - highest)
+        return np.log(odds.sum(axis=1) + _TINY) + highest[:, 0]
+
+    def _prior(self, sums: Singles) -> Singles:
+        """[k or 1, G] of the values of parts, given what labels outside are worth."""
         if self.levels is None:
-            return self._base, sums
-        outside = np.maximum(self.levels.all_values - members @ self.levels.values[labels], 0.0)
-        number = np.maximum(self.levels.all_shares - members @ self.levels.shares[labels], 0.0)
+            return self._base
+        outside = np.maximum(self._all[len(self.grid) : -1] - sums[:, len(self.grid) : -1], 0.0)
+        number = np.maximum(self._all[-1:] - sums[:, -1:], 0.0)
         total = outside.sum(axis=1, keepdims=True)
-        share = np.where(total[:, 0] > 0.0, SHARED * np.minimum(number / _ENOUGH, 1.0), 0.0).astype(np.float32)[:, None]
-        return self._base * (1.0 - share) + share * outside / np.maximum(total, _TINY), sums
+        share = np.where(total > 0.0, SHARED * np.minimum(number / _ENOUGH, 1.0), 0.0).astype(np.float32)
+        return self._base * (1.0 - share) + share / np.maximum(total, _TINY) * outside
+
+    @cached_property
+    def _told(self) -> Singles:
+        """[n, G] log-likelihood of each label; with levels [n, 2 G + 1]: what it seems worth, and its share of a cell."""
+        if self.levels is None:
+            return self.log_likelihood
+        return np.column_stack([self.log_likelihood, self.levels.values, self.levels.shares])
+
+    @cached_property
+    def _all(self) -> Singles:
+        """The sum of all labels."""
+        return self._told.sum(axis=0)
 
     @cached_property
     def _base(self) -> Singles:
@@ -180,11 +188,6 @@ class Cells:
         prior = (1.0 - ZERO) * (_ON_GRID * even / even.sum() + (1.0 - _ON_GRID) / len(self.grid))
         prior[0] += ZERO
         return prior[None].astype(np.float32)
-
-    @cached_property
-    def _are_halves(self) -> Flags:
-        """[S] which splits make two parts."""
-        return self.splits.parts.max(axis=1, initial=0) == 1
 
 
 def levels_of(cells: Cells, found: Sequence[tuple[float, Sequence[Ints]]]) -> Levels:
@@ -200,12 +203,3 @@ def levels_of(cells: Cells, found: Sequence[tuple[float, Sequence[Ints]]]) -> Le
             values[cell] += share * cells.posterior(cell) / len(cell)
             shares[cell] += share / len(cell)
     return Levels(values.astype(np.float32), shares.astype(np.float32))
-
-
-def _different(halves: Flags) -> tuple[Ints, Ints]:
-    """[K] the first of each set of equal rows [J, c], and [J] which of these each row equals."""
-    packed = np.ascontiguousarray(np.packbits(halves, axis=1))
-    if not packed.size:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    _, first, of = np.unique(packed.view(f"V{packed.shape[1]}")[:, 0], return_index=True, return_inverse=True)
-    return first, of.reshape(-1)

@@ -48,7 +48,7 @@ MAX_ROWS_TO_FIT = 512
 MAX_ROWS_TO_KEEP = 4096
 """Distinct rows that predictions rest on; chosen likewise."""
 
-NUM_RANDOM_STARTS = 3
+NUM_RANDOM_STARTS = 2
 NUM_WARM_STARTS = 4
 """The best explanations of the round before that are searched from again: new labels may favour another one."""
 _LEAST_SHARE = 1e-3

@@ -30,11 +30,11 @@ EPSILON = 1e-2
 
 AMPLITUDE = (0.2, 1.0)
 """Median of the amplitude's prior, as a share of the squared highest score, and standard deviation of its logarithm."""
-NOISE = (1e-4, 2.5)
-"""Likewise of the noise: somebody may be exact, or miss by a third of the scale."""
+NOISE = (1e-4, 2.0)
+"""Likewise of the noise: somebody may be exact, or miss by a fifth of the scale."""
 
 _AMPLITUDE_BOUNDS = (1e-2, 10.0)
-_NOISE_BOUNDS = (1e-6, 0.25)
+_NOISE_BOUNDS = (1e-6, 0.05)
 _WEIGHT_BOUNDS = (1e-5, 1e3)
 _LEAST_ROWS = 64
 _FEW_COLUMNS = 64

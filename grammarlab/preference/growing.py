@@ -102,9 +102,7 @@ def grow(cells: Cells, labels: Ints, growth: Growth, randomness: np.random.Gener
     if ranked is None:
         return leaf
     drawn = int(np.argmax(ranked.log_posterior / growth.temperature + randomness.gumbel(size=len(ranked.log_mass))))
-    alike = ranked.member[ranked.of == drawn]
-    mass = np.exp(cells.splits.log_prior[alike])
-    split = int(randomness.choice(alike, p=mass / mass.sum()))
+    split = cells.splits.drawn(ranked.member[ranked.of == drawn], randomness)
     part_of = cells.splits.parts[split, labels]
     parts = tuple(
         (part, grow(cells, labels[part_of == part], growth, randomness, depth + 1))

@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
 
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import AbstractPreference, Floats, Ints, Prediction, Relevance, Rows, rows_to_predict
@@ -40,8 +41,8 @@ NUM_DOUBTFUL = 10
 DOUBT = 4.0
 """Nats by which these may be worse, about."""
 _BEGINNINGS = (0.5, 5.0, 15.0)
-_ROUNDS = 4
-_NUM_SKETCHES = 5
+_ROUNDS = 3
+_NUM_SKETCHES = 4
 _GUIDE = (15.0, 0.05)
 """Noise and blunders of the guide."""
 _COOL, _WARM = 0.5, 1.0
@@ -202,11 +203,12 @@ def fit(
         table, values = table[some], values[some]
     shares_of = _sums(table, numbers, drawn)
     splits = splits_of(table, numbers, drawn, shares_of)
-    cells, guides = _erring(splits, values, randomness)
     every = np.arange(len(values))
-    growths = [Growth(1e-2)] + [Growth(_COOL if n % 2 else _WARM, 0.0, guides) for n in range(NUM_TREES - 1)]
-    trees = [grow(cells, every, growth, randomness) for growth in growths]
-    doubtful = [grow(cells, every, Growth(_WARM, DOUBT, guides), randomness) for _ in range(NUM_DOUBTFUL)]
+    with threadpool_limits(1, "blas"):
+        cells, guides = _erring(splits, values, randomness)
+        growths = [Growth(1e-2)] + [Growth(_COOL if n % 2 else _WARM, 0.0, guides) for n in range(NUM_TREES - 1)]
+        trees = [grow(cells, every, growth, randomness) for growth in growths]
+        doubtful = [grow(cells, every, Growth(_WARM, DOUBT, guides), randomness) for _ in range(NUM_DOUBTFUL)]
     trees.sort(key=lambda tree: -tree.log_posterior)
     return PartitionPreference(table.shape[1], numbers, shares_of, cells, tuple(trees), tuple(doubtful))
 

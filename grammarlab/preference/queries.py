@@ -40,8 +40,11 @@ RARE = 1 / 16
 FEWEST = 64
 FEW_LIKED = 4
 """With fewer liked ones among rare ones, nothing is known but that others like them may be liked."""
-LEAST_OF_PROCESS = 0.25
-"""Part of a default batch that a process chooses in any case: what cells are sure of may be wrong."""
+LEAST_OF_PROCESS = 0.25, 0.5
+"""Part of a default batch that a process chooses in any case, where a person errs and where they seem not to: what
+cells are sure of may be wrong."""
+EXACT = 1.5
+"""Noise in points up to which a person seems not to err."""
 LEAST_LIKED = 20.0
 """Points; if nothing seems better, that is thought possible."""
 LIKED_PART = 0.25
@@ -143,7 +146,8 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     if rare and 0 < np.count_nonzero(situation.scores) < FEW_LIKED:
         return _resembling(situation, num, randomness)
     candidates = _candidates(situation, num, randomness)
-    by_process = min(max(round(preference.share * num), round(LEAST_OF_PROCESS * num)), len(candidates))
+    least = LEAST_OF_PROCESS[preference.partition.noise <= EXACT]
+    by_process = min(round(max(preference.share, least) * num), len(candidates))
     first = _of_process(preference.process, situation, candidates, by_process, rare)
     second = _of_cells(preference, situation, candidates, first, min(num, len(candidates)) - len(first))
     return candidates[np.concatenate((first, second))]

@@ -105,12 +105,30 @@ class Splits:
     """[S, n] number of the part of each row."""
     log_prior: Floats
     """[S] log of the prior mass, <= 1 together."""
+    halves: Flags
+    """[H, n] the different ways to divide all labels in two; the first label is on the side of zeros."""
+    half_of: Ints
+    """[S] which of these each split is; -1 for those of more parts."""
+    log_mass: Floats
+    """[H] log of the prior mass of each."""
     many: Ints
     """[M] those of more than two parts, one of each set that divides alike."""
     members: NDArray[np.float32]
     """[parts of all of these, n] 1 where a row is in a part."""
     starts: Ints
     """[M] the first of the parts of each."""
+
+    def drawn(self, ways: Ints, randomness: np.random.Generator) -> int:
+        """One of the splits that divide labels in one of some ways, in proportion to their prior mass.
+
+        Args:
+            ways: indices into `halves`, then `many`.
+            randomness: draws it.
+        """
+        halves, many = ways[ways < len(self.halves)], ways[ways >= len(self.halves)] - len(self.halves)
+        alike = np.concatenate([np.flatnonzero(np.isin(self.half_of, halves)), self.many[many]])
+        mass = np.exp(self.log_prior[alike])
+        return int(randomness.choice(alike, p=mass / mass.sum()))
 
     @classmethod
     def of(cls, rows: Floats, groups: Ints, continuous: Flags) -> Splits:
@@ -135,17 +153,32 @@ class Splits:
                 log_prior += [float(np.log(mass * share / total / len(found)))] * len(found)
         parts = np.array([split.parts(rows) for split in splits], dtype=np.int16).reshape(len(splits), len(rows))
         sizes = parts.max(axis=1, initial=0) + 1
-        many = np.flatnonzero(sizes > 2)
+        two, many = np.flatnonzero(sizes == 2), np.flatnonzero(sizes > 2)
+        sides = (parts[two] == 1) ^ (parts[two][:, :1] == 1)
+        first, of = different(sides)
+        half_of = np.full(len(splits), -1)
+        half_of[two] = of
         many = many[np.sort(np.unique(parts[many], axis=0, return_index=True)[1])] if len(many) else many
         members = [parts[split] == np.arange(sizes[split])[:, None] for split in many]
         return cls(
             tuple(splits),
             parts,
             np.array(log_prior),
+            sides[first],
+            half_of,
+            np.log(np.bincount(of, np.exp(np.array(log_prior)[two]))),
             many,
             np.concatenate([np.zeros((0, len(rows)), dtype=bool), *members]).astype(np.float32),
             np.cumsum(np.append(0, sizes[many]))[:-1].astype(np.int64),
         )
+
+
+def different(sides: Flags) -> tuple[Ints, Ints]:
+    """[K] the first of each set of equal rows [J, c], and [J] which of these each row equals."""
+    # Rows are compared by random sums of their columns: different rows have equal sums as good as never.
+    factors = np.random.default_rng(0).integers(1, 2**62, sides.shape[1], dtype=np.int64)
+    _, first, of = np.unique(sides @ factors, return_index=True, return_inverse=True)
+    return first, of.reshape(-1)
 
 
 def _of_group(rows: Floats, columns: Ints, continuous: Flags) -> Iterator[tuple[float, Sequence[Split]]]:
