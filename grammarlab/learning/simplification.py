@@ -36,6 +36,8 @@ _SIZES = (1.0, 1.25, 1.6, 2.0, 3.0)
 """How many times as many leaves as the smallest tree that is near enough are tried as well."""
 _HARDLY = 1e-5
 """Nats that nobody notices: values that differ by nothing but rounding are the same."""
+_AS_NEAR = 1.05
+"""Times the least divergence: larger trees that are as near to other designs are nearer to those that they grew on."""
 _MOVED = 2e-4
 """Nats that rounder bounds may cost."""
 _PARTS = (0.02, 0.005, 0.001)
@@ -133,7 +135,7 @@ def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_le
     near = [path for path in paths if path.smallest]
     if not near:
         nearest = min(paths, key=lambda path: min(path.js))
-        size = int(np.argmin(nearest.js)) + 1
+        size = int(np.flatnonzero(np.array(nearest.js) <= _AS_NEAR * min(nearest.js))[-1]) + 1
         yield nearest.simplified(nearest.preference(size))
         return
     for path in near:
