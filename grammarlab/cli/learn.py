@@ -64,6 +64,12 @@ def learn(
     base: Annotated[str, typer.Option("--base", help="With labels: what scores multiply, grammar or uniform.")] = (
         "grammar"
     ),
+    max_rules: Annotated[
+        int | None,
+        typer.Option(
+            "--max-rules", help="With labels: rules of the new file; twice as many as before if left out.", min=1
+        ),
+    ] = None,
     seed: Annotated[
         int | None,
         typer.Option("--seed", help="Of the models looked at; that of the session, or 0.", min=0, max=2**64 - 1),
@@ -101,7 +107,7 @@ def learn(
             from grammarlab.runs.learn.labels import learn_from_labels
             from grammarlab.runs.scoring.labels import read_labels_or_session
 
-            making = Making(method, base, samples)
+            making = Making(method, base, samples, max_rules)
             table, pool = read_labels_or_session(labels)
             options: dict[str, Any] = {"scenario": known, "respondent": respondent}
             options["pool"] = pool if seed is None else Pool(seed)
@@ -192,15 +198,20 @@ def _labels_as_json(result: LabelsResult) -> dict[str, Any]:
         "js_before": best.before.js,
         "taught": {"js": measured.after.js, "js_before": measured.before.js},
         "steps": [{"name": step.name, "js": step.js} for step in density.steps],
-        "features": [str(feature) for feature in density.preference.features],
+        "features": [str(feature) for feature in density.features],
         "effective_models": measured.effective_models,
         "acceptance": measured.acceptance,
         "rules_before": result.learned.rules_before,
         "rules_after": result.learned.rules_after,
+        **_rate_as_json(result.learned),
         "seconds": result.seconds,
-        "findings": list(result.learned.findings),
+        "findings": [*result.density.predicted.findings, *result.learned.findings],
         **_truth_as_json(result.truth),
     }
+
+
+def _rate_as_json(learned: Learned[Any]) -> dict[str, float]:
+    return {} if learned.accept_rate is None else {"accept_rate": learned.accept_rate}
 
 
 def _labels_as_lines(result: LabelsResult) -> list[str]:
@@ -211,8 +222,9 @@ def _labels_as_lines(result: LabelsResult) -> list[str]:
         f"divergence from what {result.num_labels} labels taught: {after:.3g} nats, {before:.3g} before",
         *(f"  {step.js:.3g} {step.name}" for step in density.steps),
         *_truth_as_lines(result.truth),
-        f"looked at: {', '.join(density.preference.names) or 'nothing: all models are liked alike'}",
+        f"looked at: {', '.join(density.names) or 'nothing: all models are liked alike'}",
         *(f"note: factor {name} is left out: all its scores are 0" for name in result.left_out),
+        *(f"note: {finding}" for finding in density.predicted.findings),
         *_notes(result.learned),
     ]
 

@@ -191,12 +191,29 @@ def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = 
     else:
         count = len(result.models)
         say(f"{count} model{'s' * (count != 1)} of {result.request.name} in {result.folder}")
+        _tell_acceptance(result)
         if result.sheet is not None:
             say(f"picture: {result.sheet}")
     if different:
         say(f"not equal to the manifest: {', '.join(different)}. Compare the versions in both manifests.")
     elif different is not None:
         say("all files are equal to those of the manifest, bit for bit.")
+
+
+def _tell_acceptance(result: RunResult) -> None:
+    """How many candidates an acceptance rule kept."""
+    from grammarlab.features.accepting import MOST_TRIES
+
+    if result.accept_rate is not None:
+        say(
+            f"the acceptance rule kept {result.accept_rate:.3g} of the candidates, at most {MOST_TRIES:,} of each model"
+        )
+    if result.not_accepted:
+        shown = ", ".join(f"{model.index}" for model in result.not_accepted[:MOST_NAMES])
+        say(
+            f"warning: none of {MOST_TRIES:,} candidates was accepted for {len(result.not_accepted):,} models, such as "
+            f"{shown}: those that came nearest stand there. What is liked is too rare for this file: learn it again."
+        )
 
 
 def _tell_missing(result: RunResult) -> None:
@@ -227,7 +244,17 @@ def _as_json(result: RunResult) -> dict[str, Any]:
         "models": [{**asdict(model), "file": str(result.folder / model.file)} for model in result.models],
         "prints": list(result.prints),
         "warnings": [finding.as_dict() for finding in result.missing_asset_warnings()],
+        **_acceptance_as_json(result),
         "sheet": None if result.sheet is None else str(result.sheet),
         "derivations": str(result.derivations),
         "manifest": str(result.manifest),
     }
+
+
+def _acceptance_as_json(result: RunResult) -> dict[str, Any]:
+    from grammarlab.features.accepting import MOST_TRIES
+
+    if result.accept_rate is None:
+        return {}
+    not_accepted = [model.index for model in result.not_accepted]
+    return {"accept_rate": result.accept_rate, "most_tries": MOST_TRIES, "not_accepted": not_accepted}

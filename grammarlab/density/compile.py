@@ -19,8 +19,9 @@ from grammarlab.density.automaton import Automaton, count_automaton
 from grammarlab.density.components import NO_CAP, Components, Reading
 from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.reading import Read
+from grammarlab.density.rounding import EXACT
 from grammarlab.density.skeleton import TreeGrammar
-from grammarlab.density.splitting import Base, split
+from grammarlab.density.splitting import MOST_WAYS, Base, split
 from grammarlab.density.weights import Weights
 from grammarlab.density.writing import write
 from grammarlab.derivation.forest import Forest
@@ -46,6 +47,8 @@ def compile_density(
     base: Base = "grammar",
     forest: Forest | None = None,
     cap: int | None = None,
+    max_ways: int = MOST_WAYS,
+    step: float = EXACT,
     header: Sequence[str] = (),
     assets: Path | None = None,
 ) -> LearnedGrammar:
@@ -59,6 +62,8 @@ def compile_density(
         forest: derivations of the grammar that show how often successors inside blocks occur, where the text does not
             tell; without it, only parts of splits that do not repeat are taken to occur once.
         cap: counts from here on are taken to be one; by default only where the grammar is recursive.
+        max_ways: so many alternatives the split symbols may have.
+        step: what probabilities are rounded to multiples of: the density is then near the wanted one only.
         header: lines of a comment at the top of the new file.
         assets: folder of meshes and images, for sampling.
 
@@ -73,7 +78,7 @@ def compile_density(
     automaton, findings = _counting(tree, wanted, cap)
     if not len(automaton.states[tree.start]):
         raise GrammarlabError(f"no derivation of {tree.start[0]} ends: every way to rewrite it leads back to itself")
-    splitting = split(automaton, wanted.attributes, wanted.scores, base)
+    splitting = split(automaton, wanted.attributes, wanted.scores, base, max_ways)
     weights = Weights(splitting)
     total = sum(
         component.weight * weights.of(component.start) * _drawn_mean(wanted.attributes, component.attributes, base)
@@ -81,7 +86,7 @@ def compile_density(
     )
     if not total > 0.0:
         raise GrammarlabError(_nothing_liked(automaton, wanted.counted))
-    written = write(grammar, splitting, weights, header)
+    written = write(grammar, splitting, weights, header, step=step)
     return LearnedGrammar(
         written.text,
         grammar,

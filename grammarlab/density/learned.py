@@ -50,6 +50,11 @@ class LearnedGrammar(AbstractSampler):
     assets: Path | None = None
     """Folder of meshes and images."""
 
+    @property
+    def accept_rate(self) -> None:
+        """All its models are kept."""
+        return None
+
     @cached_property
     def grammar(self) -> Grammar:
         """What the text says."""
@@ -64,6 +69,11 @@ class LearnedGrammar(AbstractSampler):
     def rules_after(self) -> int:
         """Alternatives of the rules."""
         return num_alternatives(self.grammar)
+
+    @property
+    def rules_changed(self) -> int:
+        """Those of the rules that are new or changed: known before the text is read."""
+        return sum(len(origin.branches) for origin in self.origins.values())
 
     def sample(self, num_models: int, seed: int) -> Forest:
         return self.as_original(derive(self.grammar, num_models, seed, assets=self.assets))

@@ -83,6 +83,11 @@ class RejectionSampler(AbstractSampler):
         return "rejection"
 
     @property
+    def accept_rate(self) -> float:
+        """Share of proposed models that are kept, in the pilot run."""
+        return self.pilot.rate
+
+    @property
     def base(self) -> Base:
         """What the preference multiplies."""
         return self.target.base

@@ -8,8 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.derive import derive
+from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.lots import Lots
+from grammarlab.features.acceptance import Acceptance
+from grammarlab.features.accepting import derive_accepted
+from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene.instances import Scene, realize
 
@@ -38,7 +42,7 @@ class AbstractSampler(ABC):
 
 
 class GrammarSampler(AbstractSampler):
-    """A grammar's own density.
+    """A grammar's own density, with that of its acceptance rule if it has one: then up to a factor.
 
     Args:
         grammar: the grammar.
@@ -50,7 +54,13 @@ class GrammarSampler(AbstractSampler):
         self._assets = assets
 
     def sample(self, num_models: int, seed: int) -> Forest:
-        return derive(self._grammar, num_models, seed, assets=self._assets)
+        acceptance = Acceptance.of(self._grammar.tree)
+        assets = None if self._assets is None else AssetFolder(self._assets)
+        return derive_accepted(compile_grammar(self._grammar), acceptance, Lots.of(num_models, seed), assets).forest
 
     def log_density(self, forest: Forest) -> Floats:
-        return forest.log_probability()
+        acceptance = Acceptance.of(self._grammar.tree)
+        if acceptance is None:
+            return forest.log_probability()
+        with np.errstate(divide="ignore"):
+            return forest.log_probability() + np.log(acceptance.probabilities(forest))

@@ -29,6 +29,8 @@ Base: TypeAlias = Literal["grammar", "uniform"]
 
 _MOST_COMPONENTS = 200
 """So many branches the start rule may have that go with values of attributes."""
+MOST_WAYS = 20_000
+"""Alternatives of all variants together."""
 PLAIN = -1
 """In place of a variant: the symbol as the original grammar has it."""
 
@@ -80,7 +82,7 @@ def split(
     attributes: Sequence[AttributeParts],
     preference: Callable[[NDArray[np.int64], NDArray[np.int64]], Floats],
     base: Base = "grammar",
-    max_ways: int = 20_000,
+    max_ways: int = MOST_WAYS,
 ) -> Splitting:
     """Splits the symbols of a grammar by a preference.
 

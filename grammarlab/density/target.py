@@ -16,8 +16,9 @@ from grammarlab.density.components import Reading
 from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.ranges import with_ranges
 from grammarlab.density.reading import Read, read
+from grammarlab.density.rounding import EXACT
 from grammarlab.density.skeleton import ENOUGH_MODELS
-from grammarlab.density.splitting import Base
+from grammarlab.density.splitting import MOST_WAYS, Base
 from grammarlab.derivation.derive import NODES_PER_CHUNK, derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.counting import count
@@ -103,19 +104,27 @@ class Target:
         reads, _ = with_ranges(self.grammar, self.reads, _ones, 1)
         return replace(self, reads=reads, preference=_ones).compiled(self.first_look)
 
-    def compiled(self, forest: Forest | None = None, header: Sequence[str] = ()) -> LearnedGrammar:
+    def compiled(
+        self,
+        forest: Forest | None = None,
+        header: Sequence[str] = (),
+        max_ways: int = MOST_WAYS,
+        step: float = EXACT,
+    ) -> LearnedGrammar:
         """The exact grammar of the density.
 
         Args:
             forest: derivations of the grammar that show how often successors inside blocks occur.
             header: lines of a comment at the top of the new file.
+            max_ways: so many alternatives the split symbols may have.
+            step: what probabilities are rounded to multiples of.
 
         Raises:
             InexactError: when there is none, or it would be too large; says why.
             GrammarlabError: when the preference is 0 for every model, or no derivation ends.
         """
-        options: dict[str, Any] = {"forest": forest, "header": header, "assets": self.assets}
-        return compile_density(self.grammar, self.reads, self.preference, base=self.base, **options)
+        options: dict[str, Any] = {"forest": forest, "header": header, "max_ways": max_ways, "step": step}
+        return compile_density(self.grammar, self.reads, self.preference, base=self.base, assets=self.assets, **options)
 
 
 def pattern_of(feature: Feature) -> Iterator[Pattern]:

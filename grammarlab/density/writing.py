@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.density.attribute_text import attribute_text, mixture_text
+from grammarlab.density.attributes import AttributeParts
 from grammarlab.density.naming import AbstractNames, Names
+from grammarlab.density.rounding import EXACT, rounded, rounded_parts
 from grammarlab.density.skeleton import Alternative, Cases, Chance, leaves
 from grammarlab.density.skeleton import Body as Original
 from grammarlab.density.splitting import PLAIN, Splitting, Variant, Way
@@ -78,6 +80,7 @@ def write(
     weights: Weights,
     header: Sequence[str],
     names: Callable[[Splitting, Collection[str]], AbstractNames] = Names,
+    step: float = EXACT,
 ) -> Written:
     """The grammar that a splitting stands for.
 
@@ -87,17 +90,21 @@ def write(
         weights: their inside weights; that of the whole is above 0.
         header: lines of a comment at the top of the file.
         names: finds names for variants, given those that are taken.
+        step: what probabilities are multiples of (`grammarlab.density.rounding`).
     """
-    return _Writer(grammar, splitting, weights, names(splitting, _identifiers(grammar))).run(header)
+    return _Writer(grammar, splitting, weights, names(splitting, _identifiers(grammar)), step).run(header)
 
 
 class _Writer:
-    def __init__(self, grammar: Grammar, splitting: Splitting, weights: Weights, words: AbstractNames) -> None:
+    def __init__(
+        self, grammar: Grammar, splitting: Splitting, weights: Weights, words: AbstractNames, step: float
+    ) -> None:
         self.grammar = grammar
+        self.step = step
         self.splitting = splitting
         self.weights = weights
         self.tree = splitting.automaton.components.tree
-        self.components = tuple(_components(splitting, weights))
+        self.components = tuple(_components(splitting, weights, step))
         self.mixed = len(self.components) > 1
         self.branching = len({component.start for component in self.components}) > 1
         """Whether the start rule has a branch for each component; else they differ in attributes only."""
@@ -269,11 +276,11 @@ class _Writer:
             return _plain_body(body)
         if isinstance(body, Alternative):
             ways = [(self.weights.way(way), way) for way in self._ways(variant, body)]
-            return _choice([(weight, self._text(body, way)) for weight, way in ways])
+            return _choice([(weight, self._text(body, way)) for weight, way in ways], self.step)
         if isinstance(body, Chance) and body.probabilities is not None:
             weights = self._branch_weights(variant, body).tolist()
             return _choice(
-                [(w, self._body(variant, b)) for w, b in zip(weights, body.branches, strict=True) if w > 0.0]
+                [(w, self._body(variant, b)) for w, b in zip(weights, body.branches, strict=True) if w > 0.0], self.step
             )
         return _kept(body, [self._body(variant, branch) for branch in _written(body)])
 
@@ -286,7 +293,7 @@ class _Writer:
         return Text(alternative.branch or (), names)
 
 
-def _components(splitting: Splitting, weights: Weights) -> Iterator[Mixed]:
+def _components(splitting: Splitting, weights: Weights, step: float) -> Iterator[Mixed]:
     """The components with a weight above 0, their probabilities summing to 1."""
     own = [a.probabilities if splitting.base == "grammar" else a.shares for a in splitting.attributes]
     found: list[tuple[float, tuple[Floats, ...], int]] = []
@@ -296,18 +303,27 @@ def _components(splitting: Splitting, weights: Weights) -> Iterator[Mixed]:
         if weight > 0.0:
             found.append((weight, tuple(d / d.sum() for d in drawn), component.start))
     total = sum(weight for weight, _, _ in found)
-    for weight, drawn, start in found:
-        yield Mixed(weight / total, drawn, start)
+    shares = rounded([weight / total for weight, _, _ in found], step)
+    for share, (_, drawn, start) in zip(shares, found, strict=True):
+        parts = zip(splitting.attributes, drawn, strict=True)
+        yield Mixed(share, tuple(_round_parts(own, probabilities, step) for own, probabilities in parts), start)
 
 
-def _choice(branches: Sequence[tuple[float, Body]]) -> Body:
+def _round_parts(parts: AttributeParts, probabilities: Floats, step: float) -> Floats:
+    return rounded_parts(probabilities, parts.probabilities, [part.branch for part in parts.parts], step)
+
+
+def _choice(branches: Sequence[tuple[float, Body]], step: float = EXACT) -> Body:
     """A choice of branches with these weights; choices directly inside it become part of it."""
     total = sum(weight for weight, _ in branches)
     flat: list[tuple[float, Body]] = []
     for weight, body in branches:
         inner = body.branches if isinstance(body, Chances) else ((1.0, body),)
         flat += [(weight / total * probability, branch) for probability, branch in inner]
-    return flat[0][1] if len(flat) == 1 else Chances(likely_last(flat))
+    if len(flat) == 1:
+        return flat[0][1]
+    shares = rounded([share for share, _ in flat], step)
+    return Chances(likely_last([(share, body) for share, (_, body) in zip(shares, flat, strict=True)]))
 
 
 def _kept(body: Chance | Cases, branches: Sequence[Body]) -> Same:

@@ -37,6 +37,7 @@ _HANDLE = frozenset(
 )
 _ANYWHERE = _Form(of_attributes=False)
 _ANNOTATIONS = {
+    "Acceptance": _Form(1, _MANY, of_attributes=False),
     "Angle": _Form(),
     "Color": _Form(),
     "Description": _Form(1, 1, of_attributes=False),

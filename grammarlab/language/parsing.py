@@ -49,6 +49,9 @@ def parse(text: str, file: str = "<text>") -> Parsed:
         finding = Finding("error", "file-too-large", message, Location(file=file))
         return Parsed(RuleFile("", ()), (finding,), (), frozenset())
     words = tokenize(text, file)
+    if any(finding.code == "file-too-large" for finding in words.findings) and len(words.findings) < MAX_FINDINGS:
+        # What was not read to its end has mistakes that are none.
+        return Parsed(RuleFile("", ()), words.findings, words.comments, frozenset())
     plan = outline(words)
     findings = [*words.findings, *plan.findings]
     version = ""

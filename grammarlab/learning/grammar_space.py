@@ -19,6 +19,8 @@ from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.derivation.vocabulary import number_grammar
 from grammarlab.errors import UsageError
+from grammarlab.features.acceptance import Acceptance
+from grammarlab.features.accepting import Accepted, derive_accepted
 from grammarlab.features.counting import count
 from grammarlab.features.pattern import Feature, HalfSpace, Threshold
 from grammarlab.features.pattern_search import search_patterns
@@ -44,6 +46,11 @@ Ints = NDArray[np.int64]
 FEWEST_LIKED = 3
 """Models with a score above 0 that a search for subtrees begins with."""
 
+_ACCEPTED_AT_ONCE = 1_000
+"""Models that are kept, at once."""
+_RATE_MODELS = 2_000
+"""Of the grammar and of its proposal, to tell how many are kept."""
+
 
 @dataclass(frozen=True)
 class GrammarSpace(AbstractDesignSpace[Forest]):
@@ -67,6 +74,15 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return compile_grammar(self.grammar)
 
     @cached_property
+    def acceptance(self) -> Acceptance | None:
+        """Which models the file keeps; None where it keeps all.
+
+        Raises:
+            UsageError: for an annotation that is no such rule.
+        """
+        return Acceptance.of(self.grammar.tree)
+
+    @cached_property
     def proposal(self) -> Flattened:
         """The grammar with equal percentages."""
         return flattened(self.grammar)
@@ -76,11 +92,36 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[Forest]:
         program = self.proposal.program if flat else self.program
-        for forest in derive_chunks(program, num, seed, first_model=first, assets=self.folder):
-            yield without_geometry(forest)
+        if self.acceptance is None:
+            for forest in derive_chunks(program, num, seed, first_model=first, assets=self.folder):
+                yield without_geometry(forest)
+            return
+        for start in range(first, first + num, _ACCEPTED_AT_ONCE):
+            lots = Lots.of(min(_ACCEPTED_AT_ONCE, first + num - start), seed, first_model=start)
+            yield without_geometry(self.accepted(program, lots).forest)
+
+    def accepted(self, program: Program, lots: Lots) -> Accepted:
+        """The models of some lots that the file keeps.
+
+        Args:
+            program: of the grammar, or of its proposal.
+            lots: what to derive.
+        """
+        return derive_accepted(program, self.acceptance, lots, self.folder)
 
     def log_ratio(self, designs: Forest) -> Floats:
-        return self.proposal.log_ratio(designs)
+        return self.proposal.log_ratio(designs) + self._log_ratio_of_rates
+
+    @cached_property
+    def _log_ratio_of_rates(self) -> float:
+        """Log of how much more often models of the proposal are kept than those of the grammar."""
+        if self.acceptance is None:
+            return 0.0
+        flat, own = (
+            np.mean(self.acceptance.probabilities(derive(program, _RATE_MODELS, 0, assets=self.folder)))
+            for program in (self.proposal.program, self.program)
+        )
+        return float(np.log(flat) - np.log(own)) if min(flat, own) > 0.0 else 0.0
 
     def take(self, designs: Forest, indices: Ints) -> Forest:
         return select_models(designs, indices)
@@ -141,7 +182,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         parts = [(self.program, own)]
         if flat:
             parts.append((self.proposal.program, flat))
-        return join_forests([derive(program, self._lots(part), assets=self.folder) for program, part in parts])
+        return join_forests([self.accepted(program, self._lots(part)).forest for program, part in parts])
 
     def _lots(self, addresses: Sequence[Address]) -> Lots:
         """What to derive, in the order of the addresses."""

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
 from grammarlab.density import sampled
 from grammarlab.density.exactness import Exactness
 from grammarlab.density.learned import LearnedGrammar
@@ -16,11 +19,16 @@ from grammarlab.density.target import Target
 from grammarlab.density.thinning import Progress, silent
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
+from grammarlab.errors import UsageError
+from grammarlab.learning.grammar_columns import GrammarColumns
 from grammarlab.learning.grammar_space import GrammarSpace
+from grammarlab.learning.readable import Found, smallest
 from grammarlab.learning.round import State, Study
-from grammarlab.learning.simplification import simplify
+from grammarlab.learning.simplification import predict
 from grammarlab.learning.target import AbstractTargetWriter, LearnedDensity, Making, judged
+from grammarlab.learning.wanted import Wanted
 
+Floats = NDArray[np.float64]
 LearnedSampler = LearnedGrammar | RejectionSampler
 
 METHODS = ("compile", *sampled.METHODS, "rejection")
@@ -47,11 +55,22 @@ class GrammarWriter(AbstractTargetWriter[Forest]):
     ) -> LearnedDensity[Forest]:
         space, seed, method = self.space, study.pool.seed, self.method(making.method)
         forest = derive(space.program, ENOUGH_MODELS, seed, assets=space.folder)
-        exactness = Exactness(space.grammar, forest)
-        preference = simplify(study, state, lambda feature: not exactness.reason_against(feature))
-        target = Target(space.grammar, preference.features, preference, making.base, preference.bound, space.assets)
-        learned = learn_target(target, method, forest, lines, seed, making.num_samples, on_progress)
-        return judged(study, state, learned, preference, None if target.even is None else target.even.ratio)
+        predicted = predict(study, state)
+        target = Target(space.grammar, (), _alike, making.base, assets=space.assets)
+        columns = GrammarColumns.of(space, study, state, predicted, Exactness(space.grammar, forest))
+        wanted = Wanted.of(target, columns, study.tables(state.wide).made, predicted.scores)
+        if method != "compile" and space.acceptance is not None:
+            raise UsageError(f"method {method!r} would lose the acceptance rule of this file: use compile.")
+        if method == "compile":
+            found = smallest(wanted, forest, making, lines)
+        else:
+            simple = wanted.simplest(exact_only=method != "rejection")
+            made = learn_target(simple.target, method, forest, lines, seed, making.num_samples, on_progress)
+            found = Found(made, simple.preference, simple.target.even)
+        looked_at = {columns.features[c]: columns.names[c] for c in found.preference.columns.tolist()}
+        base_ratio = None if found.even is None else found.even.ratio
+        scores = found.preference(columns.rows)
+        return judged(study, state, found.learned, predicted, scores, looked_at, base_ratio)
 
 
 def learn_target(
@@ -88,3 +107,7 @@ def learn_target(
         return reject(target, num_pilot=num_samples, **options)
     chosen = cast(sampled.Method, method)
     return sampled.learn(target, chosen, num_samples=num_samples, header=header(method), **options)
+
+
+def _alike(values: Floats) -> Floats:
+    return np.ones(len(values))

@@ -40,6 +40,7 @@ def learn(
     pool: Pool | None = ...,
     settings: Settings | None = ...,
     base: Base = ...,
+    max_rules: int | None = ...,
     seed: int = ...,
 ) -> LearnedDensity[Forest]: ...
 @overload
@@ -53,6 +54,7 @@ def learn(
     pool: Pool | None = ...,
     settings: Settings | None = ...,
     base: Base = ...,
+    max_rules: int | None = ...,
     seed: int = ...,
 ) -> LearnedDensity[Forest]: ...
 def learn(
@@ -65,6 +67,7 @@ def learn(
     pool: Pool | None = None,
     settings: Settings | None = None,
     base: Base = "grammar",
+    max_rules: int | None = None,
     seed: int = 0,
 ) -> LearnedDensity[Forest]:
     """The grammar that samples models in proportion to what a function says of them.
@@ -80,6 +83,7 @@ def learn(
         pool: the models that there are to ask about.
         settings: how to learn; what a person gets when left out.
         base: what the scores multiply: the grammar's own density, or the same for every tree.
+        max_rules: how many rules the grammar may have; twice as many as before when left out.
         seed: of the choice of models, 0 <= seed < 2**64.
 
     Returns:
@@ -116,7 +120,7 @@ def learn(
                 f"none of the {state.num_answers} models that the function was asked about has a score above 0, so "
                 "nothing is liked. Raise the budget, or give low scores to what comes near."
             )
-        return GrammarWriter(space).learn(study, state, Making(base=base))
+        return GrammarWriter(space).learn(study, state, Making(base=base, max_rules=max_rules))
 
 
 def _checked(scores: ArrayLike, num: int) -> Floats:

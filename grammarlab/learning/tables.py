@@ -56,7 +56,7 @@ class Table:
     def continuous(self) -> NDArray[np.bool_]:
         """[F] which columns hold no whole numbers."""
         values = self.rows * self.scales
-        return (np.abs(values - np.round(values)) > _WHOLE).any(axis=0)
+        return np.any(np.abs(values - np.round(values)) > _WHOLE, axis=0)
 
 
 class DesignTables(Generic[Designs]):

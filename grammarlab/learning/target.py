@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol
 
@@ -13,11 +13,12 @@ from grammarlab.density.sampled import NUM_SAMPLES
 from grammarlab.density.splitting import Base
 from grammarlab.density.thinning import Progress, silent
 from grammarlab.errors import UsageError
+from grammarlab.features.pattern import Feature
 from grammarlab.learning.agreement import agreement
 from grammarlab.learning.design_space import Designs, Designs_contra, Floats
 from grammarlab.learning.measure import Measured, measured
 from grammarlab.learning.round import State, Study
-from grammarlab.learning.simplification import SimplifiedProduct, product
+from grammarlab.learning.simplification import Predicted
 from grammarlab.scene.instances import Scene
 
 
@@ -31,6 +32,8 @@ class Making:
     """What the preference multiplies: the density of the space, or the same for every design."""
     num_samples: int = NUM_SAMPLES
     """Designs to learn from, for the methods that need them."""
+    max_rules: int | None = None
+    """The description may be no larger (`Learned.rules_after`); None for twice the size that it had."""
 
 
 class Learned(Protocol[Designs_contra]):
@@ -62,6 +65,11 @@ class Learned(Protocol[Designs_contra]):
         ...
 
     @property
+    def accept_rate(self) -> float | None:
+        """Share of candidates that its acceptance rule keeps; None where it has none."""
+        ...
+
+    @property
     def findings(self) -> tuple[str, ...]:
         """What a person should know about how it was made."""
         ...
@@ -89,8 +97,12 @@ class LearnedDensity(Generic[Designs]):
     """A density that was learned, made into what samples it."""
 
     learned: Learned[Designs]
-    preference: SimplifiedProduct
-    """What was learned, as a function of few features."""
+    predicted: Predicted
+    """What was learned."""
+    features: tuple[Feature, ...]
+    """[K] what the file looks at."""
+    names: tuple[str, ...]
+    """[K] the same in words."""
     steps: tuple[Step, ...]
     measured: Measured
     """Beside the predicted density, on the pool."""
@@ -151,7 +163,9 @@ def judged(
     study: Study[Designs],
     state: State,
     learned: Learned[Designs],
-    preference: SimplifiedProduct,
+    predicted: Predicted,
+    simple: Floats,
+    looked_at: Mapping[Feature, str],
     base_ratio: Callable[[Designs], Floats] | None = None,
 ) -> LearnedDensity[Designs]:
     """What each step did to the density, and how near the result comes to the predicted one, on the pool.
@@ -160,20 +174,19 @@ def judged(
         study: the pool.
         state: what was learned.
         learned: the result.
-        preference: what it was made of.
+        predicted: what it was made of.
+        simple: [m] the scores of the pool, as the function that it was made into.
+        looked_at: the features of this function, in words.
         base_ratio: [n] density that the preference multiplies by that of the space; None where it is that of the space.
     """
-    made, rows = study.tables(state.wide).made, study.table(state).rows
-    predicted = product([factor.predicted for factor in preference.factors])
-    drawn = product([factor.drawn for factor in preference.factors])
-    few = preference.of_rows(rows[: len(made.pool), preference.columns])
+    made = study.tables(state.wide).made
     ratio = np.concatenate([learned.ratio(designs) for designs in made.batches])
     of_base = np.ones(len(ratio)) if base_ratio is None else np.concatenate([base_ratio(d) for d in made.batches])
     weights = made.weights * of_base
     relative = np.divide(ratio, of_base, out=np.zeros(len(ratio)), where=of_base > 0.0)
     steps = (
-        Step("scores drawn to the levels that were given", agreement(predicted, drawn, weights).js),
-        Step("features left out", agreement(drawn, few, weights).js),
-        Step("made into a sampler", agreement(few, relative, weights).js),
+        Step("predictions made simple", agreement(predicted.scores, simple, weights).js),
+        Step("made into a sampler", agreement(simple, relative, weights).js),
     )
-    return LearnedDensity(learned, preference, steps, measured(predicted * of_base, ratio, made.weights))
+    against = measured(predicted.scores * of_base, ratio, made.weights)
+    return LearnedDensity(learned, predicted, tuple(looked_at), tuple(looked_at.values()), steps, against)

@@ -21,6 +21,7 @@ from grammarlab.preference.grouped import GroupedPreference
 from grammarlab.preference.likelihood import expected_score, value_of
 from grammarlab.preference.observations import checked_groups, checked_labels
 from grammarlab.preference.partition import NOISES, PartitionPreference
+from grammarlab.preference.splits import Flags
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Shares of the process that are tried."""
@@ -114,7 +115,7 @@ def fit(
 
 
 def _share(
-    rows: Floats, scores: Floats, groups: Ints, continuous: Floats, seed: int, cells: PartitionPreference
+    rows: Floats, scores: Floats, groups: Ints, continuous: Flags, seed: int, cells: PartitionPreference
 ) -> float:
     """The share of the process that predicts held-out scores best."""
     randomness = np.random.default_rng(seed)

@@ -171,7 +171,7 @@ class Cells:
 
     @cached_property
     def _told(self) -> Singles:
-        """[n, G] log-likelihood of each label; with levels [n, 2 G + 1]: what it seems worth, and its share of a cell."""
+        """[n, G] log-likelihood of labels; with levels [n, 2 G + 1]: what each seems worth, and its share of a cell."""
         if self.levels is None:
             return self.log_likelihood
         return np.column_stack([self.log_likelihood, self.levels.values, self.levels.shares])

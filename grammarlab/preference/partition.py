@@ -110,11 +110,11 @@ class PartitionPreference(AbstractPreference):
         splits = splits_of(rows, self.groups, continuous, self.shares_of)
         cells = Cells(splits, scores, self.cells.grid, self.noise, self.blunders)
         guides = (Cells(splits, scores, self.cells.grid, *_GUIDE),)
-        for _ in range(2):
-            growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
-            trees = tuple(grow(cells, every, growth, randomness) for growth in growths)
-            found = zip(_shares(trees).tolist(), (tuple(tree.cells()) for tree in trees), strict=True)
-            cells = replace(cells, levels=levels_of(cells, tuple(found)))
+        growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
+        sketches = [grow(cells, every, growth, randomness) for growth in growths]
+        found = [(share, tuple(tree.cells())) for share, tree in zip(_shares(sketches).tolist(), sketches, strict=True)]
+        cells = replace(cells, levels=levels_of(cells, found))
+        trees = tuple(grow(cells, every, growth, randomness) for growth in growths)
         return replace(self, cells=cells, trees=trees, doubtful=())
 
     def joint(self, rows: Floats) -> tuple[Floats, Floats]:

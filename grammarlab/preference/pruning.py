@@ -15,7 +15,7 @@ import numpy as np
 
 from grammarlab.preference.base import Floats, Ints
 
-MOST_COLUMNS = 60
+MOST_COLUMNS = 20
 """Taken in one by one."""
 LEAST_GAIN = 2e-4
 """A column that explains less is not taken in."""

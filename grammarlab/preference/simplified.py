@@ -2,66 +2,87 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
-from grammarlab.preference.base import AbstractPreference, Floats, Ints
-from grammarlab.preference.levels import snapped
+from grammarlab.preference.base import Floats, Ints
+from grammarlab.preference.regression_tree import Split, leaves_of
 
-_AT_ONCE = 2048
-"""Rows that are compared with all known ones at once."""
+
+class _Fork(NamedTuple):
+    """A question: a column, a bound, and what stands below and above it."""
+
+    column: int
+    bound: float
+    below: float | _Fork
+    above: float | _Fork
 
 
 @dataclass(frozen=True)
 class SimplifiedPreference:
-    """A preference that looks at some columns of a row only.
+    """A regression tree: a score for each leaf."""
 
-    Values of these columns that some known model has give what was predicted for that model. For all others, the
-    remaining columns are taken from the known model that is most alike, and the preference is asked.
-    """
+    tree: tuple[Split, ...]
+    scores: Floats
+    """[L] of the leaves, >= 0."""
 
-    preference: AbstractPreference
-    columns: Ints
-    """[K] which columns are looked at."""
-    levels: Floats
-    """[L] what predictions are drawn to; see `grammarlab.preference.levels`."""
-    rows: Floats
-    """[m, F] known models, as the preference sees them."""
-    values: Floats
-    """[m] their predictions, drawn to the levels."""
-    weights: Floats
-    """[m] >= 0, how much each known model stands for."""
+    def __call__(self, rows: Floats) -> Floats:
+        """The score [n] of rows [n, F]."""
+        return self.scores[leaves_of(self.tree, rows)]
 
-    def __call__(self, read: Floats) -> Floats:
-        """The score [n] of values [n, K] of the columns, on the scale of the rows."""
-        known, first, scores = self._table
-        result = np.zeros(len(read))
-        if not len(self.columns):
-            return np.full(len(read), scores[0])
-        for start in range(0, len(read), _AT_ONCE):
-            part = read[start : start + _AT_ONCE]
-            distance = cdist(part, known, "sqeuclidean")
-            nearest = distance.argmin(axis=1)
-            found = scores[nearest]
-            new = distance[np.arange(len(part)), nearest] > 1e-18
-            if new.any():
-                rows = self.rows[first[nearest[new]]]
-                rows[:, self.columns] = part[new]
-                found[new] = snapped(self.preference.predict(rows).mean, self.levels)
-            result[start : start + _AT_ONCE] = found
-        return result
+    @property
+    def columns(self) -> Ints:
+        """[K] the columns that are looked at, ascending."""
+        return np.unique(np.array([split.column for split in self.tree], dtype=np.int64))
 
-    @cached_property
-    def _table(self) -> tuple[Floats, Ints, Floats]:
-        """The different values [T, K] of the columns, a row that has them [T], and the score most of those have [T]."""
-        known, group = np.unique(self.rows[:, self.columns], axis=0, return_inverse=True)
-        group = group.reshape(-1)
-        levels, level = np.unique(self.values, return_inverse=True)
-        pair, first, number = np.unique(group * len(levels) + level, return_index=True, return_inverse=True)
-        mass = np.bincount(number.reshape(-1), self.weights)
-        order = np.lexsort((mass, pair // len(levels)))
-        best = order[np.searchsorted(pair[order] // len(levels), np.arange(len(known)), side="right") - 1]
-        return known, first[best], levels[pair[best] % len(levels)]
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """The different scores, ascending."""
+        return tuple(np.unique(self.scores).tolist())
+
+    def scaled(self, factor: float) -> SimplifiedPreference:
+        """The function times a factor."""
+        return replace(self, scores=self.scores * factor)
+
+    def pruned(self) -> SimplifiedPreference:
+        """The same function without splits that tell nothing."""
+        splits: list[Split] = []
+        scores: list[float] = [0.0]
+
+        def lay(node: float | _Fork, leaf: int) -> None:
+            if not isinstance(node, _Fork):
+                scores[leaf] = node
+                return
+            scores.append(0.0)
+            splits.append(Split(leaf, node.column, node.bound))
+            new = len(splits)
+            lay(node.below, leaf)
+            lay(node.above, new)
+
+        lay(self._nodes(), 0)
+        return SimplifiedPreference(tuple(splits), np.array(scores))
+
+    def text(self, condition: Callable[[int, float], str]) -> str:
+        """The function as an expression (`grammarlab.features.expression`).
+
+        Args:
+            condition: of a column and a bound, the text for values of the bound or more.
+        """
+
+        def lay(node: float | _Fork) -> str:
+            if not isinstance(node, _Fork):
+                return f"{node:.5g}"
+            return f"choose({condition(node.column, node.bound)}, {lay(node.above)}, {lay(node.below)})"
+
+        return lay(self._nodes())
+
+    def _nodes(self) -> float | _Fork:
+        """The tree as nested nodes; those whose two sides are the same are one."""
+        nodes: list[float | _Fork] = self.scores.tolist()
+        for number, split in reversed(list(enumerate(self.tree, 1))):
+            below, above = nodes[split.leaf], nodes[number]
+            nodes[split.leaf] = below if below == above else _Fork(split.column, split.bound, below, above)
+        return nodes[0]

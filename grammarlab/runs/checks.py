@@ -7,11 +7,13 @@ from pathlib import Path
 
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.derivation.operations import BLOCKS, CHANGE_LOOKS, LEFT_OUT, OPERATIONS
-from grammarlab.errors import Finding, LanguageError
+from grammarlab.errors import Finding, LanguageError, UsageError
+from grammarlab.features.acceptance import Acceptance, annotations_of
 from grammarlab.language.builtins import attributes
 from grammarlab.language.checking import SupportedFeatures, check
 from grammarlab.language.checking_files import CheckedFile, check_files
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.syntax import RuleFile
 from grammarlab.runs.examples import RuleSource
 from grammarlab.runs.missing_assets import missing_in, warnings_of
 
@@ -47,7 +49,16 @@ def check_source(source: RuleSource) -> tuple[CheckedFile, ...]:
 
 def _with_assets(one: CheckedFile, assets: Path) -> tuple[Finding, ...]:
     lacking = warnings_of(missing_in(one.tree, assets), assets)
-    return tuple(sorted((*one.findings, *lacking), key=lambda finding: finding.location))
+    return tuple(sorted((*one.findings, *lacking, *_acceptance(one.tree)), key=lambda finding: finding.location))
+
+
+def _acceptance(tree: RuleFile) -> tuple[Finding, ...]:
+    """What is wrong with an acceptance rule."""
+    try:
+        Acceptance.of(tree)
+    except UsageError as error:
+        return (Finding("error", "bad-acceptance", str(error), annotations_of(tree)[0].location),)
+    return ()
 
 
 def grammar_to_run(text: str, file: str) -> Grammar:
@@ -60,7 +71,8 @@ def grammar_to_run(text: str, file: str) -> Grammar:
         LanguageError: with all errors.
     """
     grammar = Grammar.parse(text, file)
-    errors = tuple(finding for finding in check(grammar, SUPPORTED) if finding.severity == "error")
+    found = (*check(grammar, SUPPORTED), *_acceptance(grammar.tree))
+    errors = tuple(finding for finding in found if finding.severity == "error")
     if errors:
         raise LanguageError(errors, text)
     return grammar

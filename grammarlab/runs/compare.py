@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.recovery import recovered
+from grammarlab.density.sampler import GrammarSampler
 from grammarlab.density.skeleton import TreeGrammar
-from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.features.acceptance import Acceptance
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.divergence import jensen_shannon
 from grammarlab.runs.derive_batch import compiled
@@ -122,7 +123,7 @@ def compare_grammars(first: str, second: str, *, num_models: int = NUM_MODELS, s
     common = _common(sources, (one, other))
     if common is None:
         forests = tuple(
-            derive(grammar, num_models, seed, assets=source.assets)
+            GrammarSampler(grammar, source.assets).sample(num_models, seed)
             for grammar, source in zip((one, other), sources, strict=True)
         )
     else:
@@ -156,6 +157,8 @@ class _Common:
 
 def _common(sources: Sequence[RuleSource], grammars: Sequence[Grammar]) -> _Common | None:
     """The grammar whose trees both grammars make: one of the two, or the one that a learned file says it came from."""
+    if any(Acceptance.of(grammar.tree) for grammar in grammars):
+        return None  # its trees are not those of rules alone
     pairs = zip(sources, grammars, strict=True)
     known = [(source.name, grammar) for source, grammar in pairs]
     for source, grammar in zip(sources, grammars, strict=True):

@@ -62,6 +62,8 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
         made.log_probability,
         made.reports,
         map(tuple, scene.origins.tolist()),
+        made.tries or [1] * batch.num_models,
+        made.kept or [True] * batch.num_models,
         strict=True,
     )
     models = tuple(

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grammarlab.derivation.derive import derive
-from grammarlab.derivation.forest import Forest
 from grammarlab.errors import Finding
 from grammarlab.language.attribute_values import AttributeValue, read_attributes
 from grammarlab.learning.grammar_space import GrammarSpace
@@ -37,7 +36,8 @@ class GrammarModels(AbstractModels):
         derive(self.space.program, 0, request.seed, **options)
 
     def make(self, request: SampleRequest, batch: Batch) -> MadeModels:
-        forest = self.derive(request, batch)
+        found = self.space.accepted(self.space.program, lots_of(request, batch, self.space.grammar))
+        forest = found.forest
 
         def save(folder: Path) -> Iterable[str]:
             save_forest(forest, folder)
@@ -50,13 +50,10 @@ class GrammarModels(AbstractModels):
             reports=summarize_reports(forest),
             prints=forest.prints,
             missing_assets=forest.missing_assets,
+            tries=found.tries.tolist(),
+            kept=found.kept.tolist(),
             save=save,
         )
 
     def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Scene:
         return realize(load_forest(folder))
-
-    def derive(self, request: SampleRequest, batch: Batch) -> Forest:
-        """The forest of a batch."""
-        lots = lots_of(request, batch, self.space.grammar)
-        return derive(self.space.program, lots, assets=self.space.folder)

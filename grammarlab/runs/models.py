@@ -37,6 +37,10 @@ class MadeModels:
     reports: Sequence[Report]
     prints: tuple[str, ...] = ()
     """What the rules printed."""
+    tries: Sequence[int] = ()
+    """[n] candidates that each took (`grammarlab.features.accepting`); none where every first one is taken."""
+    kept: Sequence[bool] = ()
+    """[n] whether one of them was accepted."""
     missing_assets: tuple[MissingAsset, ...] = ()
     """Meshes that the asset folder lacks."""
     save: Callable[[Path], Iterable[str]] = _nothing

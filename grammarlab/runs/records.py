@@ -36,6 +36,10 @@ class ModelRecord:
     """What ``report`` collected, by key: see `grammarlab.runs.reports`."""
     origin: tuple[float, ...] = (0.0, 0.0, 0.0)
     """Where in the world the model's own coordinates begin, in metres; a GLB moves them there by a node."""
+    tries: int = 1
+    """Candidates that it took until one was accepted (`grammarlab.features.accepting`)."""
+    accepted: bool = True
+    """False where none was: the one that came nearest stands there."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,6 +44,17 @@ class RunResult:
     missing_assets: tuple[MissingAsset, ...] = ()
     """Meshes that it lacks, by path."""
 
+    @property
+    def accept_rate(self) -> float | None:
+        """Share of candidates that an acceptance rule kept; None where every first one stands there."""
+        tries = sum(model.tries for model in self.models)
+        return None if tries == len(self.models) else sum(model.accepted for model in self.models) / tries
+
+    @property
+    def not_accepted(self) -> tuple[ModelRecord, ...]:
+        """Models of which no candidate was accepted: the one that came nearest stands there."""
+        return tuple(model for model in self.models if not model.accepted)
+
     def missing_asset_warnings(self) -> tuple[Finding, ...]:
         """A finding for each missing mesh, as `grammarlab check` has them."""
         return warnings_of(self.missing_assets, self.request.assets)

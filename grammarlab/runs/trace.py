@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest, Site
 from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
 from grammarlab.derivation.tracing import origin_of
 from grammarlab.derivation.vocabulary import number_grammar
 from grammarlab.errors import Location, UsageError
+from grammarlab.features.acceptance import Acceptance
+from grammarlab.features.accepting import derive_accepted
+from grammarlab.geometry.assets import AssetFolder
 from grammarlab.geometry.footprints import read_footprints
 from grammarlab.language.attribute_values import fit_properties, read_attributes
 from grammarlab.language.grammar import read_text
@@ -77,7 +79,9 @@ def trace_model(
         if others:
             raise UsageError(f"footprint: expected one polygon to show a model on, found {len(others) + 1}.")
         polygon, values = found.polygon, fit_properties(found.properties, rules) | values
-    forest = derive(program, Lots.at(seed, model, polygon, values, start_rule or None), assets=source.assets)
+    acceptance, folder = Acceptance.of(rules.tree), AssetFolder(source.assets)
+    lots = Lots.at(seed, model, polygon, values, start_rule or None)
+    forest = derive_accepted(program, acceptance, lots, folder).forest
     nodes = forest.nodes
     order = np.lexsort((nodes.repeat, nodes.child, nodes.parent))
     children = _by_node(nodes.parent[order], order)

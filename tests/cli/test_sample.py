@@ -29,7 +29,19 @@ def test_json_is_one_object_about_the_run(run, rules, tmp_path):
     assert (values["grammar"], values["seed"], values["sheet"]) == ("house", 8, None)
     assert [m["index"] for m in values["models"]] == [0, 1, 2]
     for model in values["models"]:
-        assert set(model) == {"index", "file", "seed", "shapes", "triangles", "log_probability", "reports", "origin"}
+        assert set(model) == {
+            "index",
+            "file",
+            "seed",
+            "shapes",
+            "triangles",
+            "log_probability",
+            "reports",
+            "origin",
+        } | {
+            "tries",
+            "accepted",
+        }
         mesh = trimesh.load(model["file"], force="mesh")
         assert isinstance(mesh, trimesh.Trimesh)
         assert len(mesh.faces) == model["triangles"]

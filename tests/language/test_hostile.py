@@ -159,3 +159,9 @@ def test_long_flat_files_are_no_problem():
     )
     assert parse(text).findings == ()
     assert Grammar.parse(format_grammar(Grammar.parse(text))).tree == Grammar.parse(text).tree
+
+
+def test_a_file_of_too_many_words_is_told_to_be_too_large_and_nothing_else(monkeypatch):
+    monkeypatch.setattr("grammarlab.language.tokens.MAX_WORDS", 40)
+    findings = parse("Lot --> split(x) { ~1 : A }\n" * 20).findings
+    assert [finding.code for finding in findings] == ["file-too-large"]

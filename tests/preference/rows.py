@@ -38,3 +38,8 @@ def toy_towers(num_matching: int, num_others: int, seed: int = 6):
     same = color[:, 0] == color[:, 1]
     by_color = np.where(same, np.where(color[:, 0] == 0, 100.0, 50.0), 0.0)
     return np.concatenate((*one_hot, heights), axis=1), by_color, np.array([100.0, 50.0, 0.0])[shape[:, 0]]
+
+
+def bits(num_rows: int, num_columns: int, seed: int = 0):
+    """Rows of zeros and ones."""
+    return np.random.default_rng(seed).integers(0, 2, (num_rows, num_columns)).astype(float)

@@ -14,7 +14,7 @@ from grammarlab.learning.design_space import AbstractDesignSpace
 from grammarlab.learning.pool import Pool
 from grammarlab.learning.round import Study, init, step
 from grammarlab.learning.settings import Settings
-from grammarlab.learning.simplification import SimplifiedFactor
+from grammarlab.learning.simplification import Factor
 from grammarlab.learning.target import Learned, LearnedDensity, Making
 from grammarlab.preference.base import Relevance
 from grammarlab.preference.labels import Labels
@@ -52,9 +52,9 @@ class LabelsResult:
         return self.density.learned
 
     @property
-    def factors(self) -> tuple[SimplifiedFactor, ...]:
+    def factors(self) -> tuple[Factor, ...]:
         """The liked factors."""
-        return self.density.preference.factors
+        return self.density.predicted.factors
 
     @property
     def relevances(self) -> tuple[Relevance, ...]:

@@ -53,7 +53,7 @@ def page_of_labels(result: LabelsResult) -> Report:
         compared,
         facts,
         _label_sections(result),
-        learned.findings,
+        (*density.predicted.findings, *learned.findings),
         result.space,
         learned,
     )
@@ -62,19 +62,10 @@ def page_of_labels(result: LabelsResult) -> Report:
 def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
     steps = table(("step", "moves the density by"), [(step.name, nats(step.js)) for step in result.density.steps])
     factors = table(
-        ("factor", "labels", "score levels", "relevant features"),
-        [
-            (
-                factor.name,
-                f"{factor.num_labels}",
-                ", ".join(f"{level:g}" for level in factor.simplified.levels) or "continuous",
-                f"{len(factor.simplified.columns)}",
-            )
-            for factor in result.factors
-        ],
+        ("factor", "labels"),
+        [(factor.name, f"{factor.num_labels}") for factor in result.factors],
     )
-    preference = result.density.preference
-    features = zip(preference.names, preference.features, strict=True)
+    features = zip(result.density.names, result.density.features, strict=True)
     looked_at = "\n".join(f"- {name} (`{feature}`)" for name, feature in features)
     depend = "\n".join(f"- {entry}" for entry in result.relevances)
     return (

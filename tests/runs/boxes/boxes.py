@@ -28,7 +28,7 @@ from grammarlab.learning.addresses import Address, hashes_of
 from grammarlab.learning.design_space import AbstractDesignSpace, Realized
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.settings import FeatureOptions
-from grammarlab.learning.simplification import simplify
+from grammarlab.learning.simplification import predict
 from grammarlab.learning.target import AbstractTargetWriter, LearnedDensity, Making, judged
 from grammarlab.runs.domains import AbstractDomain
 from grammarlab.runs.models import AbstractModels, RealizedModels
@@ -152,6 +152,7 @@ class LearnedBoxes:
     base: Base
     before: BoxSpace
     method: str = "cells"
+    accept_rate: float | None = None
     findings: tuple[str, ...] = ()
 
     @cached_property
@@ -192,17 +193,21 @@ class BoxWriter(AbstractTargetWriter[Floats]):
         on_progress: Progress = silent,
     ) -> LearnedDensity[Floats]:
         self.method(making.method)
-        space, preference = self.space, simplify(study, state, lambda _feature: True, prunes=False)
+        space, predicted, scales = self.space, predict(study, state), study.table(state).scales
         cells = (np.indices((FINE, FINE, FINE)).reshape(3, -1).T + 0.5) / FINE
         centres = space.low + (space.high - space.low) * cells
         own = {"grammar": space.density(centres), "uniform": np.ones(len(centres))}[making.base]
-        weights = (own * preference(space.values([centres], preference.features))).reshape(FINE, FINE, FINE)
+        assert state.product is not None
+        liked = np.clip(state.product.predict(centres / scales).mean, 0.0, None)
+        weights = (own * liked).reshape(FINE, FINE, FINE)
         ranges = {name: [low, high] for name, low, high in zip(NAMES, space.low, space.high, strict=True)}
         text = json.dumps({"about": list(lines), "ranges": ranges, "weights": weights.tolist()})
         of_base = {"grammar": None, "uniform": lambda designs: by(np.ones(len(designs)), space.density(designs))}[
             making.base
         ]
-        return judged(study, state, LearnedBoxes(text, making.base, space), preference, of_base)
+        learned = LearnedBoxes(text, making.base, space)
+        looked_at: dict[Feature, str] = {Draw(name): name for name in NAMES}
+        return judged(study, state, learned, predicted, predicted.scores, looked_at, of_base)
 
 
 class BoxDomain(AbstractDomain[BoxSpace, AbstractModels]):

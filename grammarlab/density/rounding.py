@@ -1,0 +1,62 @@
+"""Round percentages: as few digits as a step has, and still 100 altogether."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+EXACT = 0.0
+"""The step that leaves probabilities as they are."""
+_DIGITS = 12
+"""Decimals of a probability beyond which there are rounding errors alone."""
+
+
+def rounded(probabilities: Sequence[float], step: float) -> list[float]:
+    """Probabilities as multiples of a step; the largest takes what is left of 1.
+
+    Those that would become 0 keep one digit.
+
+    Args:
+        probabilities: above 0, summing to 1.
+        step: >= 0; 0.01 for whole percents.
+
+    >>> rounded([0.1527, 0.2473, 0.6], 0.01), rounded([0.0004, 0.9996], 0.01)
+    ([0.15, 0.25, 0.6], [0.0004, 0.9996])
+    """
+    if step == EXACT:
+        return list(probabilities)
+    own = np.array(probabilities)
+    found = np.rint(own / step) * step
+    found = np.where(found > 0.0, found, [float(f"{p:.0e}") for p in own])
+    largest = int(own.argmax())
+    found[largest] = 1.0 - np.delete(found, largest).sum()
+    found = np.round(found, _DIGITS)
+    return found.tolist() if (found > 0.0).all() else list(probabilities)
+
+
+def rounded_parts(probabilities: Floats, original: Floats, branches: Sequence[object], step: float) -> Floats:
+    """Probabilities [parts] of an attribute such that those of its ranges are round.
+
+    Args:
+        probabilities: [parts] summing to 1.
+        original: [parts] what they were; neighbours of one branch that keep their proportion are one range.
+        branches: [parts] where each comes from.
+        step: as in `rounded`.
+    """
+    ratio = probabilities / original
+    if step == EXACT or np.allclose(ratio, 1.0, rtol=1e-12):
+        return probabilities
+    new = [True, *(a != b for a, b in pairwise(branches))]
+    new = np.array(new) | (np.abs(np.diff(ratio, prepend=np.inf)) > 1e-12 * ratio)
+    run = np.cumsum(new) - 1
+    mass = np.bincount(run, probabilities)
+    liked = mass > 0.0
+    round_mass = np.zeros(len(mass))
+    round_mass[liked] = rounded(mass[liked].tolist(), step)
+    factor = np.divide(round_mass, mass, out=np.zeros(len(mass)), where=liked)
+    return probabilities * factor[run]

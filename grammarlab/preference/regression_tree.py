@@ -1,0 +1,168 @@
+"""Regression trees: a preference as questions about few columns, in the order of how much each tells.
+
+Trees grow best first, so that the first k splits of a tree are the tree of k + 1 leaves: a path of ever finer
+functions. Values are compared by their square roots: the squared distance of square roots is, up to a factor, the
+Hellinger distance of the densities, which goes with their Jensen-Shannon divergence. So a little where nothing should
+be counts, as it does there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from heapq import heappop, heappush
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.preference.base import Floats, Ints
+
+_MOST_CODES = 128
+"""A column with more different values is looked at in as many ranges, each with as many rows."""
+_LEAST_GAIN = 1e-9
+"""Of the mean value: a split that explains less is not made."""
+_TIE = 1e-9
+"""Gains that differ by less, relatively, are the same: then the first column counts."""
+_AT_ONCE = 1 << 22
+"""Codes that are summed up at once."""
+
+
+class Split(NamedTuple):
+    """The rows of a leaf whose value is at least a bound move on to a new leaf, numbered in the order of the splits."""
+
+    leaf: int
+    column: int
+    bound: float
+
+
+Tree = Sequence[Split]
+
+
+def leaves_of(tree: Tree, rows: Floats) -> Ints:
+    """[n] the leaf, from 0, that each row [n, F] comes to."""
+    leaf = np.zeros(len(rows), dtype=np.int64)
+    for number, split in enumerate(tree, 1):
+        leaf[(leaf == split.leaf) & (rows[:, split.column] >= split.bound)] = number
+    return leaf
+
+
+def means_of(leaf: Ints, num_leaves: int, values: Floats, weights: Floats) -> Floats:
+    """[num_leaves] the weighted mean of values [n] in each leaf, 0 in those without weight."""
+    mass = np.bincount(leaf, weights, num_leaves)
+    return np.bincount(leaf, weights * values, num_leaves) / np.where(mass > 0.0, mass, 1.0)
+
+
+def grow(
+    rows: Floats, values: Floats, weights: Floats, columns: Ints, max_leaves: int, least_rows: int = 1
+) -> tuple[Split, ...]:
+    """The splits that explain most of some values, best first.
+
+    Args:
+        rows: [n, F] what describes models.
+        values: [n] >= 0.
+        weights: [n] >= 0, how much each counts; 0 for models that do not.
+        columns: [C] the columns to ask about; of those that tell the same the first one is taken.
+        max_leaves: when to stop, >= 1.
+        least_rows: about how many rows with a weight each leaf has at least.
+    """
+    counted = np.flatnonzero(weights > 0.0)
+    return _Growth(rows[counted], np.sqrt(values[counted]), weights[counted], columns, least_rows).run(max_leaves)
+
+
+class _Growth:
+    def __init__(self, rows: Floats, roots: Floats, weights: Floats, columns: Ints, least_rows: int) -> None:
+        self.least_rows = least_rows
+        self.rows, self.roots, self.weights, self.columns = rows, roots, weights, columns
+        self.codes, self.edges = _coded(rows, columns)
+        self.width = max([1, *(len(edges) + 1 for edges in self.edges)])
+        self.least = _LEAST_GAIN * float(weights @ roots**2)
+
+    def run(self, max_leaves: int) -> tuple[Split, ...]:
+        leaf_rows = [np.arange(len(self.roots))]
+        waiting: list[tuple[float, int, int, int]] = []
+        self._offer(waiting, 0, leaf_rows[0])
+        splits: list[Split] = []
+        while waiting and len(leaf_rows) < max_leaves:
+            _, leaf, column, code = heappop(waiting)
+            own = leaf_rows[leaf]
+            bound = self._bound(own, column, code)
+            above = self.rows[own, self.columns[column]] >= bound
+            splits.append(Split(leaf, int(self.columns[column]), bound))
+            leaf_rows[leaf] = own[~above]
+            leaf_rows.append(own[above])
+            for number in (leaf, len(leaf_rows) - 1):
+                self._offer(waiting, number, leaf_rows[number])
+        return tuple(splits)
+
+    def _offer(self, waiting: list[tuple[float, int, int, int]], leaf: int, own: Ints) -> None:
+        """Puts the best split of a leaf among those that wait, where there is one."""
+        if len(own) < 2 or not len(self.columns) or np.ptp(self.roots[own]) == 0.0:
+            return
+        gains = np.concatenate([self._gains(own, first, last) for first, last in pairwise(self._parts(len(own)))])
+        best = int(np.argmax(gains.max(axis=1) >= gains.max() * (1.0 - _TIE)))
+        code = int(gains[best].argmax())
+        if gains[best, code] > self.least:
+            heappush(waiting, (-float(gains[best, code]), leaf, best, code))
+
+    def _parts(self, num_rows: int) -> list[int]:
+        step = max(1, _AT_ONCE // num_rows)
+        return [*range(0, len(self.columns), step), len(self.columns)]
+
+    def _gains(self, own: Ints, first: int, last: int) -> Floats:
+        """[last - first, width] squared error that each split of some columns takes away."""
+        place = (self.codes[own, first:last] + np.arange(last - first) * self.width).ravel()
+        weights = self.weights[own]
+        sums = [
+            np.bincount(place, np.repeat(values, last - first), (last - first) * self.width)
+            .reshape(-1, self.width)
+            .cumsum(axis=1)
+            for values in (weights, weights * self.roots[own], np.ones(len(own)))
+        ]
+        mass, total, number = sums
+        left, right = mass, mass[:, -1:] - mass
+        with np.errstate(divide="ignore", invalid="ignore"):
+            gains = total**2 / left + (total[:, -1:] - total) ** 2 / right - total[:, -1:] ** 2 / mass[:, -1:]
+        # What is left of a sum of floats where nothing is left.
+        possible = (left > 0.0) & (right > 1e-12 * mass[:, -1:])
+        possible &= np.minimum(number, number[:, -1:] - number) >= self.least_rows
+        return np.where(possible, gains, 0.0)
+
+    def _bound(self, own: Ints, column: int, code: int) -> float:
+        """A round number between the values on either side of a split, where in its ranges it tells most."""
+        values = self.rows[own, self.columns[column]]
+        order = np.argsort(values, kind="stable")
+        values, weights, roots = values[order], self.weights[own][order], self.roots[own][order]
+        cuts = np.flatnonzero(np.diff(values) > 0.0)
+        codes = self.codes[own, column][order]
+        cuts = cuts[(codes[cuts] <= code + 1) & (codes[cuts + 1] >= code)]
+        mass, total = np.cumsum(weights), np.cumsum(weights * roots)
+        left, right = mass[cuts], np.maximum(mass[-1] - mass[cuts], 1e-300)
+        best = int(cuts[np.argmax(total[cuts] ** 2 / left + (total[-1] - total[cuts]) ** 2 / right)])
+        return round_between(float(values[best]), float(values[best + 1]))
+
+
+def round_between(low: float, high: float) -> float:
+    """The number with the fewest digits that is above ``low`` and at most ``high``; of several the largest.
+
+    >>> round_between(2.9471, 3.1234), round_between(0.0, 1.0), round_between(4.0, 4.5)
+    (3.0, 1.0, 4.5)
+    """
+    for digits in range(-6, 17):
+        found = float(f"{np.floor(high * 10.0**digits) / 10.0**digits:.{max(digits, 0)}f}")
+        if low < found <= high:
+            return found
+    return high
+
+
+def _coded(rows: Floats, columns: Ints) -> tuple[NDArray[np.int64], list[Floats]]:
+    """[n, C] the range that each value lies in, and where the ranges after the first begin."""
+    codes = np.zeros((len(rows), len(columns)), dtype=np.int64)
+    edges: list[Floats] = []
+    for place, column in enumerate(columns.tolist()):
+        values = np.unique(rows[:, column])
+        if len(values) > _MOST_CODES:
+            values = np.unique(np.quantile(rows[:, column], np.arange(_MOST_CODES) / _MOST_CODES, method="lower"))
+        edges.append(values[1:])
+        codes[:, place] = np.searchsorted(values[1:], rows[:, column], side="right")
+    return codes, edges
