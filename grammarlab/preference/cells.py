@@ -31,6 +31,8 @@ _ON_GRID = 0.8
 """Of the values that any cell may have, the part spread over the even grid; the rest over scores that were given."""
 _MOST_SCORES = 24
 _FEWER_SCORES = 12
+_PAIRED = 120
+"""Ways to divide a cell of which pairs are tried."""
 _TINY = 1e-30
 
 
@@ -119,14 +121,19 @@ class Cells:
         """No division of a cell has more evidence."""
         return float(self.log_likelihood[cell].max(axis=1).sum())
 
-    def ranked(self, cell: Ints) -> Ranked | None:
-        """The ways to divide a cell; None where there are none."""
-        key = cell.tobytes()
+    def ranked(self, cell: Ints, ahead: bool = False) -> Ranked | None:
+        """The ways to divide a cell; None where there are none.
+
+        Args:
+            cell: labels.
+            ahead: whether to look one step ahead where no way gains anything alone, as with "either but not both".
+        """
+        key = bytes([ahead]) + cell.tobytes()
         if key not in self._known:
-            self._known[key] = self._rank(cell)
+            self._known[key] = self._rank(cell, ahead)
         return self._known[key]
 
-    def _rank(self, cell: Ints) -> Ranked | None:
+    def _rank(self, cell: Ints, ahead: bool) -> Ranked | None:
         halves = self.splits.halves[:, cell]
         in_two = np.flatnonzero((halves != halves[:, :1]).any(axis=1))
         # The side that the first label is on does not matter.
@@ -145,7 +152,29 @@ class Cells:
         mass = np.concatenate(log_mass)
         if not len(mass):
             return None
-        return Ranked(np.concatenate(evidence) + mass, mass, np.concatenate(member), np.concatenate(index))
+        posterior = np.concatenate(evidence) + mass
+        if ahead and posterior.max() < self.of_cell(cell):
+            posterior[: len(first)] = np.maximum(
+                posterior[: len(first)], mass[: len(first)] + self._ahead(halves[first], cell, log_mass[0])
+            )
+        return Ranked(posterior, mass, np.concatenate(member), np.concatenate(index))
+
+    def _ahead(self, halves: Flags, cell: Ints, log_mass: Floats) -> Floats:
+        """[k] the evidence of both halves of a cell [k, c], each divided once more by the best of the other ways.
+
+        Minus infinity for those of little prior mass, which are not tried.
+        """
+        tried = np.argsort(-log_mass, kind="stable")[:_PAIRED]
+        inside, told = halves[tried].astype(np.float32), self._told[cell]
+        sums, total = inside @ told, told.sum(axis=0)
+        best = np.full(len(halves), -np.inf)
+        for place, (way, half) in enumerate(zip(tried.tolist(), inside, strict=True)):
+            both = inside @ (told * half[:, None])
+            quarters = (both, sums - both, sums[place] - both, total - sums - sums[place] + both)
+            # The second way divides both halves, and is paid for twice.
+            evidence = sum((self._evidence(quarter) for quarter in quarters), 2.0 * log_mass[tried])
+            best[way] = evidence.max()
+        return best
 
     def _of_halves(self, inside: Flags, cell: Ints) -> Floats:
         """[k] the evidence of both halves of a cell [k, c] together."""

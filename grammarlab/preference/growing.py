@@ -20,6 +20,8 @@ from grammarlab.preference.splits import Split
 MOST_DEPTH = 12
 GUIDED = 0.5
 """How often a guide draws."""
+_PAIRED_DEPTH = 2
+"""Nodes above this depth look one step ahead where no split gains anything alone."""
 _NO_HOPE = 6.0
 """Nats that no division can gain as a whole: less than a split costs."""
 
@@ -98,7 +100,7 @@ def grow(cells: Cells, labels: Ints, growth: Growth, randomness: np.random.Gener
         return leaf
     guided = bool(growth.guides) and randomness.random() < GUIDED
     guide = growth.guides[int(randomness.integers(len(growth.guides)))] if guided else cells
-    ranked = guide.ranked(labels)
+    ranked = guide.ranked(labels, depth < _PAIRED_DEPTH)
     if ranked is None:
         return leaf
     drawn = int(np.argmax(ranked.log_posterior / growth.temperature + randomness.gumbel(size=len(ranked.log_mass))))

@@ -166,7 +166,7 @@ class PartitionPreference(AbstractPreference):
 
     def _values(self, cells: Sequence[Ints]) -> tuple[Floats, Floats]:
         """[k] means and variances of the values of cells."""
-        posterior = np.array([self.cells.posterior(cell) for cell in cells])
+        posterior = np.array([self.cells.posterior(cell) for cell in cells]).reshape(-1, len(self.cells.grid))
         means = posterior @ self.cells.grid
         return means, np.maximum(posterior @ self.cells.grid**2 - means**2, 0.0)
 

@@ -147,6 +147,8 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
         return _resembling(situation, num, randomness)
     candidates = _candidates(situation, num, randomness)
     least = LEAST_OF_PROCESS[preference.partition.noise <= EXACT]
+    if rare or not situation.scores.any():
+        least = 1.0
     by_process = min(round(max(preference.share, least) * num), len(candidates))
     first = _of_process(preference.process, situation, candidates, by_process, rare)
     second = _of_cells(preference, situation, candidates, first, min(num, len(candidates)) - len(first))

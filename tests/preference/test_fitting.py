@@ -12,7 +12,9 @@ from grammarlab.errors import UsageError
 from grammarlab.preference import fit
 from tests.preference.rows import counted_rows
 
-METHODS = ["grouped", "paper", "kde", "sklearn"]
+METHODS = ["blended", "grouped", "paper", "kde", "sklearn"]
+LEARN_NOISE = ("blended", "grouped")
+"""Methods to which few labels that contradict each other say less than their mean."""
 
 
 @pytest.fixture(params=METHODS)
@@ -68,7 +70,7 @@ def test_scores_of_zero_only_predict_zero_and_stay_unsure_elsewhere(method):
 def test_contradicting_scores_meet_in_the_middle(method):
     preference = fit([[0.0], [0.0], [0.0], [4.0]], [30.0, 60.0, 30.0, 0.0], method=method)
     is_sound(preference.predict([[0.0]]), 1)
-    assert preference.predict([[0.0]]).mean[0] == pytest.approx(40.0, abs=0.5)
+    assert preference.predict([[0.0]]).mean[0] == pytest.approx(40.0, abs=6.0 if method in LEARN_NOISE else 0.5)
 
 
 def test_repeating_all_labels_changes_little(method):
@@ -82,7 +84,7 @@ def test_no_columns(method):
     preference = fit(np.zeros((3, 0)), [10.0, 20.0, 30.0], method=method)
     predicted = preference.predict(np.zeros((2, 0)))
     is_sound(predicted, 2)
-    np.testing.assert_allclose(predicted.mean, 20.0, atol=0.5)
+    np.testing.assert_allclose(predicted.mean, 20.0, atol=1.0 if method in LEARN_NOISE else 0.5)
     assert preference.explain([]) == []
 
 
@@ -136,7 +138,9 @@ def test_rows_of_other_columns_are_refused(method):
 
 
 def test_an_unknown_method_is_answered_with_the_known_ones():
-    with pytest.raises(UsageError, match="expected one of grouped, paper, kde, sklearn, found 'magic'"):
+    with pytest.raises(
+        UsageError, match="expected one of blended, partition, grouped, paper, kde, sklearn, found 'magic'"
+    ):
         fit([[1.0]], [1.0], method="magic")  # pyright: ignore[reportArgumentType]
 
 

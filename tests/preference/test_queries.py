@@ -4,24 +4,29 @@ import numpy as np
 import pytest
 
 from grammarlab.errors import UsageError
-from grammarlab.preference import gaussian_process, grouped, queries
+from grammarlab.preference import blended, gaussian_process, queries
 from grammarlab.preference.queries import FEW_LIKED, FEWEST, RARE, WAYS, Situation, liked_are_rare, propose
 from tests.preference.test_grouped import GROUPS, styled_rows
 
 NEW_WAYS = [way for way in WAYS if way != "already ranked"]
 
 
-def situation(num_pool=80, num_asked=20, method="grouped", scores=None):
+def by_process(rows, scores, groups=None):
+    """What the default learns where a process explains it best."""
+    return replace(blended.fit(rows, scores, groups=groups), share=1.0)
+
+
+def situation(num_pool=80, num_asked=20, method="blended", scores=None):
     """A pool whose last fifth comes from a flattened grammar, and some of the rest scored."""
     rows, truth = styled_rows(num_pool, seed=1)
     asked = np.random.default_rng(0).choice(int(0.8 * num_pool), num_asked, replace=False)
     known = truth[asked] if scores is None else np.full(num_asked, scores)
-    fit = {"grouped": grouped.fit, "paper": gaussian_process.fit}.get(method)
+    fit = {"blended": by_process, "paper": gaussian_process.fit}.get(method)
     preference = fit(rows[asked], known, groups=GROUPS) if fit and num_asked else None
     return Situation(rows, np.arange(num_pool) < 0.8 * num_pool, asked, known, preference)
 
 
-@pytest.fixture(scope="module", params=["none", "paper", "grouped"])
+@pytest.fixture(scope="module", params=["none", "paper", "blended"])
 def known(request):
     return situation(method=request.param)
 
@@ -64,7 +69,7 @@ def test_grammar_draws_alike_from_all_samples():
 
 def test_uniform_takes_the_farthest_model_each_time():
     known = situation()
-    assert isinstance(known.preference, grouped.GroupedPreference)
+    assert isinstance(known.preference, blended.BlendedPreference)
     weights = known.preference.column_weights()
     near = list(known.asked)
     for index in propose("uniform", known, 8, seed=0):
@@ -95,7 +100,7 @@ def test_already_ranked_begins_with_the_score_that_looks_like_a_mistake():
     scores = known.scores.copy()
     wrong = int(np.flatnonzero(scores == 80.0)[0])
     scores[wrong] = 0.0
-    preference = grouped.fit(known.pool[known.asked], scores, groups=GROUPS)
+    preference = by_process(known.pool[known.asked], scores, groups=GROUPS)
     # Rows repeat in this pool, so that the others of this kind speak against it.
     found = propose("already ranked", replace(known, scores=scores, preference=preference), 3, seed=0)
     kind = known.pool[:, :6]
@@ -115,7 +120,7 @@ def test_the_default_goes_on_with_rare_models_where_they_hold_all_that_is_liked(
     scores = 100.0 * (pool.sum(axis=1) == 5)
     rare = np.arange(len(pool)) >= 40
     asked = np.array([0, 1, 2, 3, len(pool) - 1, len(pool) - 2])
-    preference = grouped.fit(pool[asked], scores[asked], groups=np.arange(5))
+    preference = by_process(pool[asked], scores[asked], groups=np.arange(5))
     weights = 0.9 ** (5 - pool.sum(axis=1)) * 0.1 ** pool.sum(axis=1)
     known = Situation(pool, ~rare, asked, scores[asked], preference, weights)
     chosen = propose("default", known, 8, seed=0)
@@ -128,10 +133,10 @@ def test_the_default_asks_about_what_lowers_the_error_more_than_chance():
         rows, truth = styled_rows(300, seed=20 + seed)
         asked = np.arange(12)
         for number in range(2):
-            preference = grouped.fit(rows[asked], truth[asked], groups=GROUPS)
+            preference = by_process(rows[asked], truth[asked], groups=GROUPS)
             known = Situation(rows, np.ones(300, dtype=bool), asked, truth[asked], preference)
             asked = np.concatenate((asked, propose(way, known, 6, seed=number)))
-        found = grouped.fit(rows[asked], truth[asked], groups=GROUPS)
+        found = by_process(rows[asked], truth[asked], groups=GROUPS)
         return np.abs(found.predict(rows).mean - truth).mean()
 
     chance, chosen = (np.mean([error(way, seed) for seed in range(6)]) for way in ("grammar", "default"))
@@ -157,7 +162,7 @@ def rare_situation(num_liked, num_asked=FEWEST):
     rows = np.random.default_rng(3).integers(0, 2, (1600, 12)).astype(float)
     truth = 100.0 * (rows[:, :3].sum(axis=1) == 3) * (rows[:, 3:6].sum(axis=1) == 0)
     asked = np.concatenate([np.flatnonzero(truth == 0)[: num_asked - num_liked], np.flatnonzero(truth)[:num_liked]])
-    preference = grouped.fit(rows[asked], truth[asked])
+    preference = by_process(rows[asked], truth[asked])
     return Situation(rows, np.arange(1600) < 1200, asked, truth[asked], preference), truth
 
 

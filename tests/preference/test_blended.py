@@ -1,0 +1,52 @@
+"""Blends: whichever part predicts held-out scores, and what noise does to means."""
+
+import numpy as np
+import pytest
+
+from grammarlab.preference import blended
+
+
+def coins(number, width, seed):
+    return np.random.default_rng(seed).integers(0, 2, (number, width)).astype(float)
+
+
+def wanted(name, rows):
+    if name == "sum":
+        return rows[:, :5] @ np.array([30.0, 25.0, 20.0, 15.0, 10.0])
+    return 80.0 * rows[:, 0] * rows[:, 1] * rows[:, 2]
+
+
+@pytest.mark.parametrize(("name", "noise"), [("sum", 0.0), ("all three", 0.0), ("all three", 10.0)])
+def test_a_blend_is_about_as_good_as_the_better_part(name, noise):
+    rows, fresh = coins(140, 14, 0), coins(300, 14, 1)
+    given = np.clip(wanted(name, rows) + noise * np.random.default_rng(2).normal(size=140), 0.0, 100.0)
+    found = blended.fit(rows, given)
+    missed = [
+        np.abs(np.clip(part.predict(fresh).mean, 0.0, 100.0) - wanted(name, fresh)).mean()
+        for part in (found, found.process, found.partition)
+    ]
+    assert missed[0] <= 1.5 * min(missed[1:]) + 1.0
+
+
+def test_what_adds_up_is_left_to_the_process():
+    rows = coins(140, 14, 3)
+    assert blended.fit(rows, wanted("sum", rows)).share >= 0.75
+
+
+def test_predictions_are_scores():
+    rows = coins(60, 10, 4)
+    told = blended.fit(rows, 100.0 * rows[:, 0]).predict(coins(500, 10, 5))
+    assert told.mean.min() >= 0.0
+    assert told.mean.max() <= 100.0
+
+
+def test_few_labels_are_believed_to_the_process():
+    rows = coins(10, 4, 6)
+    assert blended.fit(rows, 50.0 * rows[:, 0]).share == 1.0
+
+
+def test_parts_are_explained_by_name():
+    rows = coins(120, 6, 7)
+    found = blended.fit(rows, 90.0 * rows[:, 4]).explain([f"part {n}" for n in range(6)])
+    assert found[0].name == "part 4"
+    assert len(found) == 6
