@@ -30,7 +30,7 @@ FEWEST = 16
 """With fewer labels there is nothing to hold out, and the process is believed."""
 MOST = 160
 """Labels that are held out in turn; of more, a part with the same distribution of scores."""
-_AS_GOOD = 1.05
+_AS_GOOD = 1.02
 """Losses that differ by less tell nothing."""
 _UNDERSTATED = 2.0
 """A process explains some noise by its function, and sees little of it where scores end at 0: at most so many times."""

@@ -21,7 +21,7 @@ def drawn_to_levels(values: Floats, masses: Floats, num_levels: int) -> Floats:
         masses: [n] >= 0, how much each counts.
         num_levels: >= 1.
 
-    >>> drawn_to_levels(np.array([60.0, 20.0, 22.0, 0.0]), np.ones(4), 3).tolist()
+    >>> drawn_to_levels(np.array([60.0, 20.0, 22.0, 0.0]), np.ones(4), 3).round(6).tolist()
     [60.0, 21.0, 21.0, 0.0]
     """
     different, place = np.unique(values, return_inverse=True)

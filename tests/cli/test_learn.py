@@ -165,7 +165,8 @@ def test_labels_may_be_compared_with_what_a_person_means(run, labelled, tmp_path
     exact = json.loads(run("learn", grammar, *options, tmp_path / "exact.cga").stdout)
     stars = json.loads(run("learn", grammar, *options, tmp_path / "stars.cga", "--person", "stars").stdout)
     assert (tmp_path / "exact.cga").read_bytes() == (tmp_path / "stars.cga").read_bytes()
-    assert stars["js"] < 1e-6 < exact["js"]
+    # Round percentages cost a little.
+    assert stars["js"] < 1e-4 < exact["js"]
     assert exact["taught"] == stars["taught"]
 
 

@@ -7,7 +7,7 @@ import pytest
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.evaluation import protocol, scenario
-from grammarlab.evaluation.methods import METHODS, PAPER_FAMILIES, methods_of
+from grammarlab.evaluation.methods import METHODS, PAPER_FAMILIES, Method, methods_of
 from grammarlab.evaluation.preparation import Source, prepare
 from grammarlab.features.pattern import HalfSpace, Threshold
 from grammarlab.language.grammar import Grammar
@@ -96,9 +96,10 @@ def test_equal_rows_have_equal_scores_where_the_features_tell():
         assert np.ptp(scores[kind.ravel() == number]) == 0
 
 
-def test_a_method_with_kinds_of_features_of_its_own_looks_at_those():
+def test_the_default_learns_alike_from_everybody_and_baselines_as_they_are_told():
     offered = FeatureOptions(2, ("paths", "siblings"))
-    assert METHODS["default"].settings(offered).features == offered
+    assert METHODS["default"].settings(offered) == Settings()
+    assert Method("other", fit="paper").settings(offered).features == offered
     paper = METHODS["paper"].settings(offered)
     assert (paper.features.path_length, paper.features.families) == (2, PAPER_FAMILIES)
     assert (METHODS["default"].settings(offered).warm, paper.warm) == (False, True)

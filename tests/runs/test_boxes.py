@@ -139,7 +139,7 @@ def test_what_is_learned_about_boxes_is_sampled_and_learned_from_again(
 ):
     def taught(file: Path) -> Path:
         """Learns from scores of the models of a file."""
-        space, pool = space_of(file), list(Pool(SEED))[:80]
+        space, pool = space_of(file), list(Pool(SEED))[:160]
         scores = liked(space.make(pool)).tolist()
         rows = [address.label(OVERALL, score, space.hashes) for address, score in zip(pool, scores, strict=True)]
         labels, learned = tmp_path / f"{file.stem}.csv", tmp_path / f"{file.stem}-liked.boxes"
@@ -155,7 +155,7 @@ def test_what_is_learned_about_boxes_is_sampled_and_learned_from_again(
     twice = taught(once)
     assert "my.boxes" in json.loads(once.read_text())["about"][0]
     for file, seed in ((boxes, 1), (once, 2), (twice, 3)):
-        run("sample", file, "-n", 64, "--seed", seed, "-o", tmp_path / f"out-{file.stem}", "--no-image", "--jobs", 1)
+        run("sample", file, "-n", 256, "--seed", seed, "-o", tmp_path / f"out-{file.stem}", "--no-image", "--jobs", 1)
     means = [liked(extents(tmp_path / f"out-{file.stem}")).mean() for file in (boxes, once, twice)]
     assert means[0] < 25.0
     assert 55.0 < means[1] < means[2]
