@@ -36,7 +36,7 @@ def test_a_run_that_was_killed_goes_on_and_ends_as_if_nothing_had_happened(tmp_p
     code = "import sys; from tests.runs.evaluate.doubles import run_two; run_two(sys.argv[1])"
     with subprocess.Popen([sys.executable, "-c", code, tmp_path / "killed"], cwd=ROOT) as process:
         store = tmp_path / "killed" / STORE
-        wait_until(lambda: len(list(store.glob("*.json"))) == 2 or process.poll() is not None)
+        wait_until(lambda: len(list(store.glob("[!.]*.json"))) == 2 or process.poll() is not None)
         process.send_signal(signal.SIGKILL)
     kept = {record.key for record in read(tmp_path / "killed").values()}
     assert len(kept) == 2
