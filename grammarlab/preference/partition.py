@@ -33,7 +33,7 @@ BLUNDERS = (0.002, 0.03, 0.06, 0.1, 0.15, 0.25)
 """Parts of scores that are any."""
 PRICE_OF_BLUNDERS = 40.0
 """Log-prior of a part pi of blunders: minus this times pi."""
-MAX_ROWS_TO_FIT = 1024
+MAX_ROWS_TO_FIT = 512
 """Labels that trees are grown from; of more, every so-many-th by score is taken."""
 NUM_TREES = 12
 NUM_DOUBTFUL = 10
