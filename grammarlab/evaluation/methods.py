@@ -42,7 +42,8 @@ class Method:
     factored: bool = True
     """Whether each factor of a scenario has labels of its own; otherwise the person scores the product."""
     families: tuple[str, ...] = FAMILIES
-    """Kinds of features that the method looks at; where it is all there are, those that the scenario offers."""
+    """Kinds of features that the method looks at; where it is all there are, the default's own, and for baselines those
+    that the scenario offers."""
     options: tuple[tuple[str, float], ...] = ()
     """Parameters of the fit by name: those of `OPTIONS`."""
 

@@ -30,8 +30,6 @@ LONGEST = MAX_CHARACTERS // 2
 """Characters of the text of a function: that of a quotient of two can be read as well."""
 _WAYS = 4
 """Times as many alternatives as rules are allowed are made before symbols are joined."""
-
-
 _MANY_WAYS = 2_000
 """So many are made at least."""
 _STEPS = (0.05, 0.01, 0.001, 0.0001)

@@ -19,7 +19,7 @@ from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, In
 from grammarlab.preference.explain import level_of
 from grammarlab.preference.grouped import GroupedPreference
 from grammarlab.preference.likelihood import expected_score, value_of
-from grammarlab.preference.observations import checked_groups, checked_labels
+from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 from grammarlab.preference.partition import NOISES, PartitionPreference
 from grammarlab.preference.splits import Flags
 
@@ -69,11 +69,14 @@ class BlendedPreference(AbstractPreference):
         return max(told, NOISES[0]), self.partition.blunders if told > NOISES[0] else 0.0
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
-        total = dict.fromkeys(group_names, 0.0)
+        total = np.zeros(len(group_names))
+        # By number: two groups may have one name.
+        numbers = [str(number) for number in range(len(group_names))]
         for share, preference in self._counting():
-            for found in preference.explain(group_names):
-                total[found.name] += share * found.share
-        entries = [Relevance(name, share, level_of(share)) for name, share in total.items()]
+            for found in preference.explain(numbers):
+                total[int(found.name)] += share * found.share
+        shares = zip(group_names, total.tolist(), strict=True)
+        entries = [Relevance(name, share, level_of(share)) for name, share in shares]
         return sorted(entries, key=lambda relevance: -relevance.share)
 
     def _counting(self) -> Iterator[tuple[float, AbstractPreference]]:
@@ -107,7 +110,7 @@ def fit(
     """
     table, values = checked_labels(rows, scores)
     numbers = checked_groups(groups, table.shape[1])
-    drawn = np.zeros(len(numbers), dtype=bool) if continuous is None else np.asarray(continuous, dtype=bool)
+    drawn = checked_kinds(continuous, len(numbers))
     cells = partition.fit(table, values, groups=numbers, continuous=drawn, seed=seed)
     process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed)
     share = 1.0 if len(values) < FEWEST else _share(table, values, numbers, drawn, seed, cells)

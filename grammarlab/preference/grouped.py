@@ -40,7 +40,7 @@ from grammarlab.preference.grouped_search import (
     search,
     starting_kernels,
 )
-from grammarlab.preference.observations import Observations, checked_groups, observe, thinned
+from grammarlab.preference.observations import Observations, checked_groups, checked_kinds, observe, thinned
 from grammarlab.preference.posterior import Posterior, condition
 
 MAX_ROWS_TO_FIT = 512
@@ -134,9 +134,7 @@ def fit(
     highest = float(np.max(observations.means)) or MAX_SCORE
     problem = problem_of(thinned(observations, MAX_ROWS_TO_FIT, seed), numbers, scales, highest)
     drawn = np.zeros(problem.num_groups)
-    drawn[numbers[np.zeros(num_columns, dtype=bool) if continuous is None else np.asarray(continuous, dtype=bool)]] = (
-        1.0
-    )
+    drawn[numbers[checked_kinds(continuous, num_columns)]] = 1.0
     kernels = _warm_starts(warm, num_columns, numbers) + starting_kernels(problem, seed, NUM_RANDOM_STARTS, drawn)
     with jax.enable_x64(True), threadpool_limits(1, "blas"):
         kernels = _best(problem, kernels[:starts]) if np.any(observations.means > 0.0) else [_indifferent(problem)]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, Floats, Ints, Rows, dense_rows
@@ -105,6 +105,18 @@ def checked_groups(groups: Any, num_columns: int) -> Ints:
     if numbers.shape != (num_columns,) or (num_columns and (numbers.dtype.kind not in "iu" or numbers.min() < 0)):
         raise UsageError(f"groups: expected one integer >= 0 for each of the {num_columns} columns.")
     return numbers.astype(np.int64)
+
+
+def checked_kinds(continuous: Any, num_columns: int) -> NDArray[np.bool_]:
+    """[F] which columns are no counts; none of them where it is not said.
+
+    Raises:
+        UsageError: when there is not one flag a column.
+    """
+    flags = np.zeros(num_columns, dtype=bool) if continuous is None else np.asarray(continuous, dtype=bool)
+    if flags.shape != (num_columns,):
+        raise UsageError(f"continuous: expected one flag for each of the {num_columns} columns.")
+    return flags
 
 
 def thinned(observations: Observations, most: int, seed: int) -> Observations:

@@ -24,7 +24,7 @@ from grammarlab.preference.base import AbstractPreference, Floats, Ints, Predict
 from grammarlab.preference.cells import Cells, grid_of, levels_of
 from grammarlab.preference.explain import level_of
 from grammarlab.preference.growing import Growth, Tree, grow
-from grammarlab.preference.observations import checked_groups, checked_labels
+from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 from grammarlab.preference.splits import Flags, Splits
 
 NOISES = (0.5, 1.5, 3.0, 5.0, 7.5, 10.0, 13.0, 17.0, 22.0, 28.0)
@@ -97,16 +97,15 @@ class PartitionPreference(AbstractPreference):
         variance = (1.0 - chance) * variance + chance * (100.0**2 / 12.0 + (1.0 - chance) * (mean - 50.0) ** 2)
         return Prediction(mean, np.sqrt(variance))
 
-    def without(self, rows: Floats, scores: Floats, continuous: Flags, seed: int = 0) -> PartitionPreference:
+    def without(self, rows: Floats, scores: Floats, continuous: Flags) -> PartitionPreference:
         """What some of the labels alone say, when the person errs as is known: a quick look.
 
         Args:
             rows: [n, F] of these labels.
             scores: [n]
             continuous: [F] which columns are no counts.
-            seed: of the draws of splits.
         """
-        randomness, every = np.random.default_rng(seed), np.arange(len(scores))
+        randomness, every = np.random.default_rng(0), np.arange(len(scores))
         splits = splits_of(rows, self.groups, continuous, self.shares_of)
         cells = Cells(splits, scores, self.cells.grid, self.noise, self.blunders)
         guides = (Cells(splits, scores, self.cells.grid, *_GUIDE),)
@@ -195,7 +194,7 @@ def fit(
     """
     table, values = checked_labels(rows, scores)
     numbers = checked_groups(groups, table.shape[1])
-    drawn = np.zeros(len(numbers), dtype=bool) if continuous is None else np.asarray(continuous, dtype=bool)
+    drawn = checked_kinds(continuous, len(numbers))
     randomness = np.random.default_rng(seed)
     if len(values) > MAX_ROWS_TO_FIT:
         by_score = np.argsort(values + 1e-6 * randomness.random(len(values)), kind="stable")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from grammarlab.errors import UsageError
 from grammarlab.preference import blended
 
 
@@ -50,3 +51,15 @@ def test_parts_are_explained_by_name():
     found = blended.fit(rows, 90.0 * rows[:, 4]).explain([f"part {n}" for n in range(6)])
     assert found[0].name == "part 4"
     assert len(found) == 6
+
+
+def test_groups_of_one_name_are_told_apart():
+    rows = coins(60, 3, 8)
+    found = blended.fit(rows, 90.0 * rows[:, 2]).explain(["part", "part", "part"])
+    assert len(found) == 3
+    assert found[0].share > 0.1 > found[1].share
+
+
+def test_a_flag_for_each_column_is_asked_for():
+    with pytest.raises(UsageError, match="one flag for each of the 3 columns"):
+        blended.fit(coins(5, 3, 9), [1.0] * 5, continuous=[True])
