@@ -8,6 +8,7 @@ GrammarlabError
 ├── AssetError             a mesh, image or footprint that is missing, broken or out of bounds
 │   └── MissingAssetError  a file that its folder lacks
 ├── WorkerError            a task whose processes have died again and again
+├── FacadeError            a facade that is none, or wishes for it that contradict each other
 └── InexactError           a density that no grammar gives exactly: says why
 
 A finding is one remark of the checker about a place in a rule file. Locations count lines and
@@ -135,6 +136,10 @@ class BudgetError(DerivationError):
 
 class WorkerError(GrammarlabError):
     """A task that cannot be done because the processes that work on it die."""
+
+
+class FacadeError(GrammarlabError):
+    """A facade, or a file of one, that cannot be used: says what and where."""
 
 
 class InexactError(GrammarlabError):

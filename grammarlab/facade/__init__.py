@@ -1,0 +1,1 @@
+"""Facades: rectangles within rectangles that are read, edited and turned into grammars."""

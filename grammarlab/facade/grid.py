@@ -1,0 +1,44 @@
+"""A grid of a facade: nodes in rows and columns, some places empty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """E nodes of a facade that do not overlap, each at a row and a column (paper 000, section 3).
+
+    A place that no node has is a phantom: it keeps its row and column apart, but has no geometry. A node that spans
+    several rows, as a door does, has one of them; the other places are phantoms.
+    """
+
+    name: str
+    """What a person calls it; no two grids of a facade have one name."""
+    node: Ints
+    """[E] node of the facade, ascending."""
+    row: Ints
+    """[E] from 0 at the top."""
+    column: Ints
+    """[E] from 0 at the left."""
+
+    @property
+    def num_rows(self) -> int:
+        """R: rows, with and without phantoms."""
+        return int(self.row.max(initial=-1)) + 1
+
+    @property
+    def num_columns(self) -> int:
+        """C: columns, with and without phantoms."""
+        return int(self.column.max(initial=-1)) + 1
+
+    def places(self) -> Ints:
+        """[R, C] the node at each place, -1 for phantoms."""
+        places = np.full((self.num_rows, self.num_columns), -1, dtype=np.int64)
+        places[self.row, self.column] = self.node
+        return places

@@ -1,0 +1,248 @@
+"""A facade: a wall that is divided into rectangles, and these again, down to windows, doors and pieces of wall.
+
+The total decomposition property holds of every facade: children that are laid along x fill the width of their parent
+and have its height; along y the other way round (paper 000, section 3). `check` proves it, and whatever makes a facade
+calls it or keeps the property by construction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import offsets_from_counts
+from grammarlab.errors import FacadeError
+from grammarlab.facade.grid import Grid
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+LEAF = -1
+X, Y = 0, 1
+TOLERANCE = 1e-9
+"""Part of the facade's width or height by which children may miss their parent."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture that leaves show parts of."""
+
+    name: str
+    """File name without folder, such as `front.png`."""
+    content: bytes
+    """A PNG or JPEG file."""
+
+
+@dataclass(frozen=True, eq=False)
+class Facade:
+    """N nodes of a decomposition tree, parents before their children, each subtree in one piece (preorder).
+
+    Children stand in the order of their positions: from the left to the right, or from the bottom to the top. A node
+    is never divided along the axis that its parent is divided along, and never into one part.
+    """
+
+    parent: Ints
+    """[N] node that it is a part of; -1 for the first."""
+    axis: NDArray[np.int8]
+    """[N] along which its children follow each other: 0 for x, 1 for y; -1 for leaves."""
+    position: Floats
+    """[N, 2] metres, of the lower left corner, from that of the facade; x to the right, y up."""
+    size: Floats
+    """[N, 2] metres, > 0: width and height."""
+    label: Ints
+    """[N] index into `labels`; -1 for what has none, as inner nodes mostly do."""
+    labels: tuple[str, ...]
+    """What things are called: `window`, `wall`, ..."""
+    outline_offsets: Ints
+    """[N + 1] of the points of each node's outline; no points for rectangles."""
+    outline_points: Floats
+    """[P, 2] corners, anticlockwise, as parts of the node's width and height: 0 to 1."""
+    pictures: tuple[Picture, ...] = ()
+    picture: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """[N] index into `pictures`, -1 for nodes without one."""
+    window: Floats = field(default_factory=lambda: np.zeros((0, 4)))
+    """[N, 4] what part of the picture a leaf shows: left, bottom, right, top as parts of its width and height, v up."""
+    grids: tuple[Grid, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.parent)
+
+    @property
+    def width(self) -> float:
+        """Metres."""
+        return float(self.size[0, X])
+
+    @property
+    def height(self) -> float:
+        """Metres."""
+        return float(self.size[0, Y])
+
+    @cached_property
+    def leaves(self) -> Ints:
+        """[L] nodes without children, ascending."""
+        return np.flatnonzero(self.axis == LEAF)
+
+    @cached_property
+    def end(self) -> Ints:
+        """[N] the node after the subtree of each: the subtree of i is i, ..., end[i] - 1."""
+        end = np.arange(1, len(self) + 1)
+        for node in range(len(self) - 1, 0, -1):
+            end[self.parent[node]] = max(end[self.parent[node]], end[node])
+        return end
+
+    @cached_property
+    def children(self) -> tuple[Ints, ...]:
+        """[N] of each node its children, in their order."""
+        order = 1 + np.argsort(self.parent[1:], kind="stable")
+        counts = np.bincount(self.parent[1:], minlength=len(self)) if len(self) > 1 else np.zeros(len(self), np.int64)
+        return tuple(np.split(order, offsets_from_counts(counts)[1:-1]))
+
+    def outline(self, node: int) -> Floats:
+        """[P, 2] corners of a node's outline as parts of its box; empty for a rectangle."""
+        return self.outline_points[self.outline_offsets[node] : self.outline_offsets[node + 1]]
+
+    def name_of(self, node: int) -> str:
+        """What a node is called, empty for nothing."""
+        return self.labels[self.label[node]] if self.label[node] >= 0 else ""
+
+
+def plain(parent: Ints, axis: NDArray[np.int8], position: Floats, size: Floats, names: Sequence[str]) -> Facade:
+    """A facade of rectangles, without pictures and grids.
+
+    Args:
+        parent: [N] as in `Facade`, and so are the other columns.
+        axis: [N]
+        position: [N, 2]
+        size: [N, 2]
+        names: [N] what each node is called, empty for nothing.
+    """
+    labels = tuple(sorted(set(names) - {""}))
+    number = {name: place for place, name in enumerate(labels)} | {"": -1}
+    return Facade(
+        np.asarray(parent, dtype=np.int64),
+        np.asarray(axis, dtype=np.int8),
+        np.asarray(position, dtype=np.float64).reshape(-1, 2),
+        np.asarray(size, dtype=np.float64).reshape(-1, 2),
+        np.array([number[name] for name in names], dtype=np.int64),
+        labels,
+        np.zeros(len(parent) + 1, dtype=np.int64),
+        np.zeros((0, 2)),
+        picture=np.full(len(parent), -1, dtype=np.int64),
+        window=np.tile([0.0, 0.0, 1.0, 1.0], (len(parent), 1)),
+    )
+
+
+def laid_out(parent: Ints, axis: NDArray[np.int8], wanted: Floats) -> tuple[Floats, Floats]:
+    """Positions and sizes [N, 2] of a tree whose leaves would like to be so large.
+
+    What follows each other adds up, what stands across is stretched to the largest; a start that keeps the total
+    decomposition property, before sizes are solved for.
+
+    Args:
+        parent: [N] as in `Facade`.
+        axis: [N]
+        wanted: [N, 2] metres, > 0; those of inner nodes do not count.
+    """
+    size, num_nodes = np.array(wanted, dtype=np.float64), len(parent)
+    size[axis != LEAF] = 0.0
+    for node in range(num_nodes - 1, 0, -1):
+        above, along = parent[node], axis[parent[node]]
+        size[above, along] += size[node, along]
+        size[above, 1 - along] = max(size[above, 1 - along], size[node, 1 - along])
+    position, given, start = np.zeros_like(size), size.copy(), np.zeros(num_nodes)
+    for node in range(1, num_nodes):
+        above, along = parent[node], axis[parent[node]]
+        given[node] = given[above]
+        given[node, along] = size[node, along] * given[above, along] / size[above, along]
+        position[node] = position[above]
+        position[node, along] += start[above]
+        start[above] += given[node, along]
+    return position, given
+
+
+def check(facade: Facade) -> Facade:
+    """The facade itself, if it is one.
+
+    Raises:
+        FacadeError: when columns disagree, numbers are not finite, sizes are not positive or the total decomposition
+            property does not hold: which node, and by how much.
+    """
+    _check_columns(facade)
+    _check_tree(facade)
+    misses, nodes = decomposition_misses(facade)
+    worst = np.unravel_index(int(misses.argmax()), misses.shape) if misses.size else None
+    if worst is not None and misses[worst] > TOLERANCE:
+        raise FacadeError(
+            f"The parts of node {nodes[worst[0]]} miss its {'width' if worst[1] == X else 'height'} by "
+            f"{misses[worst]:.3g} of that of the facade; parts fill their node to {TOLERANCE:g}."
+        )
+    return facade
+
+
+def decomposition_misses(facade: Facade) -> tuple[Floats, Ints]:
+    """[K, 2] by how much the children of each inner node [K] miss it in x and y, as parts of the facade's size."""
+    inner = np.flatnonzero(facade.axis != LEAF)
+    misses = np.zeros((len(inner), 2))
+    for place, node in enumerate(inner.tolist()):
+        parts, along = facade.children[node], int(facade.axis[node])
+        low, size = facade.position[parts], facade.size[parts]
+        ends = np.append(low[:, along], facade.position[node, along] + facade.size[node, along])
+        starts = np.concatenate([facade.position[node, along : along + 1], low[:, along] + size[:, along]])
+        misses[place, along] = np.abs(ends - starts).max()
+        across = 1 - along
+        off = np.abs(low[:, across] - facade.position[node, across])
+        misses[place, across] = np.maximum(off, np.abs(size[:, across] - facade.size[node, across])).max()
+    return misses / facade.size[0], inner
+
+
+def _check_columns(facade: Facade) -> None:
+    num_nodes = len(facade)
+    shapes = {
+        "axis": (num_nodes,),
+        "position": (num_nodes, 2),
+        "size": (num_nodes, 2),
+        "label": (num_nodes,),
+        "outline_offsets": (num_nodes + 1,),
+        "picture": (num_nodes,),
+        "window": (num_nodes, 4),
+    }
+    for name, shape in shapes.items():
+        if getattr(facade, name).shape != shape:
+            raise FacadeError(f"Column {name}: expected shape {shape}, found {getattr(facade, name).shape}.")
+    if not num_nodes:
+        raise FacadeError("A facade has at least one node, found none.")
+    for name in ("position", "size", "outline_points", "window"):
+        if not np.isfinite(getattr(facade, name)).all():
+            raise FacadeError(f"Column {name}: expected finite numbers.")
+    if (facade.size <= 0.0).any():
+        node = int(np.flatnonzero((facade.size <= 0.0).any(axis=1))[0])
+        raise FacadeError(f"Node {node}: expected a width and height above 0, found {facade.size[node].tolist()}.")
+    for name, limit in (("label", len(facade.labels)), ("picture", len(facade.pictures))):
+        column = getattr(facade, name)
+        if ((column < -1) | (column >= limit)).any():
+            raise FacadeError(f"Column {name}: expected indices below {limit}, or -1, found {column.max()}.")
+
+
+def _check_tree(facade: Facade) -> None:
+    parent, axis = facade.parent, facade.axis
+    if parent[0] != -1 or (parent[1:] < 0).any() or (parent[1:] >= np.arange(1, len(facade))).any():
+        raise FacadeError("Column parent: expected -1 for the first node and earlier nodes for all others.")
+    # In preorder the parent of a node is the node before it or an ancestor of that.
+    ancestors: list[int] = []
+    for node, above in enumerate(parent.tolist()):
+        while ancestors and ancestors[-1] != above:
+            ancestors.pop()
+        if node and not ancestors:
+            raise FacadeError(f"Node {node}: the subtree of node {above} is not in one piece.")
+        ancestors.append(node)
+    counts = np.bincount(parent[1:], minlength=len(facade))
+    wrong = np.flatnonzero(np.where(axis == LEAF, counts != 0, counts < 2) | ~np.isin(axis, (LEAF, X, Y)))
+    if wrong.size:
+        raise FacadeError(f"Node {wrong[0]}: axis {axis[wrong[0]]} with {counts[wrong[0]]} parts.")
+    same = 1 + np.flatnonzero((axis[1:] != LEAF) & (axis[1:] == axis[parent[1:]]))
+    if same.size:
+        raise FacadeError(f"Node {same[0]} is divided along the axis that node {parent[same[0]]} is divided along.")
