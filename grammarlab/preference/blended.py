@@ -30,8 +30,8 @@ FEWEST = 16
 """With fewer labels there is nothing to hold out, and the process is believed."""
 MOST = 160
 """Labels that are held out in turn; of more, a part with the same distribution of scores."""
-_AS_GOOD = 1.02
-"""Losses that differ by less tell nothing."""
+_SMALL_PART = 0.05
+"""Part of the highest prediction below which one is too small to divide by."""
 _UNDERSTATED = 2.0
 """A process explains some noise by its function, and sees little of it where scores end at 0: at most so many times."""
 
@@ -136,7 +136,23 @@ def _share(
             with threadpool_limits(1, "blas"):
                 predicted[1, held] = cells.without(rows[known], scores[known], continuous).predict(rows[held]).mean
     predicted[1] = expected_score(predicted[1], cells.noise, cells.blunders)
-    missed = np.clip(predicted, 0.0, MAX_SCORE) - scores
-    losses = [float(np.sum((share * missed[0] + (1.0 - share) * missed[1]) ** 2)) for share in SHARES]
-    # Of shares that do about as well, the smallest: what cells say is simpler.
-    return next(share for share, loss in zip(SHARES, losses, strict=True) if loss <= _AS_GOOD * min(losses))
+    return _best_share(np.clip(predicted, 0.0, MAX_SCORE), scores)
+
+
+def _best_share(predicted: Floats, scores: Floats) -> float:
+    """The smallest share of the process that predicts scores about as well as the best one.
+
+    A divergence between densities is, where it is small, a sum of squared errors beside what is expected. About as well
+    means within a standard error of the difference: what cells say is simpler, and they know what is worth nothing.
+
+    Args:
+        predicted: [2, n] by the process and by the cells, 0-100.
+        scores: [n] 0-100.
+    """
+    expected = predicted.mean(axis=0)
+    weights = 1.0 / (expected + _SMALL_PART * max(float(expected.max()), 1.0))
+    shares = np.array(SHARES)[:, None]
+    losses = weights * (shares * predicted[0] + (1.0 - shares) * predicted[1] - scores) ** 2
+    worse = losses - losses[losses.sum(axis=1).argmin()]
+    error = np.sqrt(len(scores)) * worse.std(axis=1)
+    return SHARES[int(np.argmax(worse.sum(axis=1) <= error))]

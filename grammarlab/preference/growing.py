@@ -9,7 +9,7 @@ since trees are cut back from below: a branch stays where it has more evidence t
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -113,6 +113,31 @@ def grow(cells: Cells, labels: Ints, growth: Growth, randomness: np.random.Gener
     prior = float(np.log(dividing) + ranked.log_mass[drawn])
     tree = Tree(labels, prior + sum(part.log_posterior for _, part in parts), cells.splits.splits[split], parts)
     return tree if _stays(tree.log_posterior - leaf.log_posterior, growth.doubt, randomness) else leaf
+
+
+def regrown(
+    cells: Cells, tree: Tree, growth: Growth, randomness: np.random.Generator, temperature: float = 0.0, depth: int = 0
+) -> Tree:
+    """A tree of which each node in turn, from the top, has been grown again and replaced where that is more likely.
+
+    Args:
+        cells: what is known about labels.
+        tree: to begin with.
+        growth: how branches are grown.
+        randomness: draws them.
+        temperature: nats that a branch may lose, about; 0 for none.
+        depth: of the first node.
+    """
+    if len(tree.labels) < 2:
+        return tree
+    other = grow(cells, tree.labels, growth, randomness, depth)
+    if other.log_posterior - tree.log_posterior > -temperature * randomness.exponential():
+        tree = other
+    parts = tuple(
+        (part, regrown(cells, branch, growth, randomness, temperature, depth + 1)) for part, branch in tree.parts
+    )
+    gained = sum(new.log_posterior - old.log_posterior for (_, new), (_, old) in zip(parts, tree.parts, strict=True))
+    return replace(tree, log_posterior=tree.log_posterior + gained, parts=parts)
 
 
 def _stays(gain: float, doubt: float, randomness: np.random.Generator) -> bool:

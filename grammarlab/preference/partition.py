@@ -23,7 +23,7 @@ from grammarlab.errors import UsageError
 from grammarlab.preference.base import AbstractPreference, Floats, Ints, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells import Cells, grid_of, levels_of
 from grammarlab.preference.explain import level_of
-from grammarlab.preference.growing import Growth, Tree, grow
+from grammarlab.preference.growing import Growth, Tree, grow, regrown
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 from grammarlab.preference.splits import Flags, Splits
 
@@ -36,6 +36,8 @@ PRICE_OF_BLUNDERS = 40.0
 MAX_ROWS_TO_FIT = 512
 """Labels that trees are grown from; of more, every so-many-th by score is taken."""
 NUM_TREES = 12
+NUM_AROUND = 6
+"""More trees, found by changing the most likely one."""
 NUM_DOUBTFUL = 10
 """Trees that show what else could be: only for choosing questions."""
 DOUBT = 4.0
@@ -113,8 +115,10 @@ class PartitionPreference(AbstractPreference):
         sketches = [grow(cells, every, growth, randomness) for growth in growths]
         found = [(share, tuple(tree.cells())) for share, tree in zip(_shares(sketches).tolist(), sketches, strict=True)]
         cells = replace(cells, levels=levels_of(cells, found))
-        trees = tuple(grow(cells, every, growth, randomness) for growth in growths)
-        return replace(self, cells=cells, trees=trees, doubtful=())
+        trees = [grow(cells, every, growth, randomness) for growth in growths]
+        best = max(trees, key=lambda tree: tree.log_posterior)
+        trees += [regrown(cells, best, growth, randomness) for growth in growths[1:]]
+        return replace(self, cells=cells, trees=tuple(trees), doubtful=())
 
     def joint(self, rows: Floats) -> tuple[Floats, Floats]:
         """Mean [m] and covariance [m, m] of the values of rows [m, F], doubtful trees counting as much as others."""
@@ -204,9 +208,10 @@ def fit(
     splits = splits_of(table, numbers, drawn, shares_of)
     every = np.arange(len(values))
     with threadpool_limits(1, "blas"):
-        cells, guides = _erring(splits, values, randomness)
+        cells, guides, found = _erring(splits, values, randomness)
         growths = [Growth(1e-2)] + [Growth(_COOL if n % 2 else _WARM, 0.0, guides) for n in range(NUM_TREES - 1)]
-        trees = [grow(cells, every, growth, randomness) for growth in growths]
+        trees = [found] + [grow(cells, every, growth, randomness) for growth in growths]
+        trees += _around(cells, max(trees, key=lambda tree: tree.log_posterior), Growth(_WARM, 0.0, guides), randomness)
         doubtful = [grow(cells, every, Growth(_WARM, DOUBT, guides), randomness) for _ in range(NUM_DOUBTFUL)]
     trees.sort(key=lambda tree: -tree.log_posterior)
     return PartitionPreference(table.shape[1], numbers, shares_of, cells, tuple(trees), tuple(doubtful))
@@ -241,26 +246,34 @@ def _sums(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:
     return tuple(found)
 
 
-def _erring(splits: Splits, scores: Floats, randomness: np.random.Generator) -> tuple[Cells, tuple[Cells, ...]]:
-    """How the person errs, and a guide: the best of what several beginnings lead to."""
+def _around(cells: Cells, tree: Tree, growth: Growth, randomness: np.random.Generator) -> Iterator[Tree]:
+    """Trees drawn one from the other, beginning with the most likely one: what else explains labels about as well."""
+    for _ in range(NUM_AROUND):
+        tree = regrown(cells, tree, growth, randomness, temperature=1.0)
+        yield tree
+
+
+def _erring(splits: Splits, scores: Floats, randomness: np.random.Generator) -> tuple[Cells, tuple[Cells, ...], Tree]:
+    """How the person errs, a guide, and a tree: the best of what several beginnings lead to."""
     grid, every = grid_of(scores), np.arange(len(scores))
     guides = (Cells(splits, scores, grid, *_GUIDE),)
-    best, highest = guides[0], -np.inf
+    best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
     for noise in _BEGINNINGS:
         cells, seen = Cells(splits, scores, grid, noise, BLUNDERS[1]), set[tuple[float, float]]()
         for _ in range(_ROUNDS):
             growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
             trees = [grow(cells, every, growth, randomness) for growth in growths]
-            posterior = max(tree.log_posterior for tree in trees) - PRICE_OF_BLUNDERS * cells.blunders
+            tree = max(trees, key=lambda tree: tree.log_posterior)
+            posterior = tree.log_posterior - PRICE_OF_BLUNDERS * cells.blunders
             if posterior > highest:
-                best, highest = cells, posterior
+                best, highest, most_likely = cells, posterior, tree
             found = [(float(share), tuple(tree.cells())) for share, tree in zip(_shares(trees), trees, strict=True)]
             erring = _most_likely(cells, found)
             if erring in seen:
                 break
             seen.add(erring)
             cells = replace(cells, noise=erring[0], blunders=erring[1], levels=levels_of(cells, found))
-    return best, guides
+    return best, guides, most_likely
 
 
 def _most_likely(cells: Cells, found: Sequence[tuple[float, Sequence[Ints]]]) -> tuple[float, float]:
