@@ -62,6 +62,16 @@ class BlendedPreference(AbstractPreference):
         return self.process.column_weights()
 
     @property
+    def noise(self) -> float:
+        """Standard deviation of a score around what was meant, in points."""
+        return self._erring[0]
+
+    @property
+    def blunders(self) -> float:
+        """How often a score was any score at all."""
+        return self._erring[1]
+
+    @property
     def _erring(self) -> tuple[float, float]:
         """Noise and blunders that the process has taken for means: each part knows too much where it does not fit."""
         noise = float(np.sqrt(self.process.explanations[0].posterior.hyperparameters.noise))

@@ -97,6 +97,15 @@ class PartitionPreference(AbstractPreference):
         variance = (1.0 - chance) * variance + chance * (100.0**2 / 12.0 + (1.0 - chance) * (mean - 50.0) ** 2)
         return Prediction(mean, np.sqrt(variance))
 
+    def values(self, rows: Rows) -> Floats:
+        """[m, G] how likely each value of the grid of the cells is to be meant."""
+        table = widened(rows_to_predict(rows, self.num_columns), self.shares_of)
+        found = np.zeros((len(table), len(self.cells.grid)))
+        for share, tree in self._counting():
+            number, cells = tree.cell_of(table)
+            found += share * np.array([self.cells.posterior(cell) for cell in cells])[number]
+        return found
+
     def without(self, rows: Floats, scores: Floats, continuous: Flags) -> PartitionPreference:
         """What some of the labels alone say, when the person errs as is known: a quick look.
 

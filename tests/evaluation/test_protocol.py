@@ -10,7 +10,7 @@ from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
 from grammarlab.learning import interview as rounds_of
 from grammarlab.learning.interview import interview
 from grammarlab.learning.round import init
-from grammarlab.preference.queries import FEWEST
+from grammarlab.preference.liked import FEWEST
 from tests.evaluation.doubles import LABELLED, POOL, world
 from tests.learning.bits import score_of
 

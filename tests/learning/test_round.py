@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.questions import ask
 from grammarlab.learning.round import answered, init, step
-from grammarlab.preference.queries import FEWEST, WAYS
+from grammarlab.preference.liked import FEWEST
+from grammarlab.preference.queries import WAYS
 from tests.learning.bits import BITS, SIZE, BitsSpace, answers_about, score_of, study_of
 
 STUDY = study_of()
