@@ -66,8 +66,7 @@ def fresh_scores(preference: AbstractPreference, rows: Rows) -> FreshScores:
     if isinstance(preference, PartitionPreference):
         return FreshScores(_of_cells(preference, rows))
     if isinstance(preference, BlendedPreference):
-        cells = _of_cells(preference.partition, rows) if preference.share < 1.0 else 0.0
-        process = _of_process(preference, rows) if preference.share > 0.0 else 0.0
+        cells, process = _of_cells(preference.partition, rows), _of_process(preference, rows)
         return FreshScores(preference.share * process + (1.0 - preference.share) * cells)
     told = preference.predict(rows)
     return FreshScores(_normal(told.mean, told.std))

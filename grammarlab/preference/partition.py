@@ -106,6 +106,15 @@ class PartitionPreference(AbstractPreference):
             found += share * np.array([self.cells.posterior(cell) for cell in cells])[number]
         return found
 
+    def divisions(self, rows: Floats, num: int, randomness: np.random.Generator) -> Iterator[tuple[Ints, Floats]]:
+        """Trees drawn by their shares: numbers [m] of the cells of rows, and [k, G] how likely values are there."""
+        table, counting = widened(rows, self.shares_of), list(self._counting())
+        times = randomness.multinomial(num, np.array([share for share, _ in counting]))
+        for (_, tree), number in zip(counting, times.tolist(), strict=True):
+            cell, cells = tree.cell_of(table)
+            posteriors = np.array([self.cells.posterior(some) for some in cells])
+            yield from [(cell, posteriors)] * number
+
     def without(self, rows: Floats, scores: Floats, continuous: Flags) -> PartitionPreference:
         """What some of the labels alone say, when the person errs as is known: a quick look.
 
