@@ -11,8 +11,8 @@ from grammarlab.preference.partition import PartitionPreference
 
 EXACT = 1.5
 """Noise in points up to which a person seems not to err."""
-FAR = 2.0
-"""Standard deviations of the noise that what is not liked hardly exceeds: one such score in 44 does."""
+FAR = 2.5
+"""Standard deviations of the noise that what is not liked hardly exceeds: one such score in 160 does."""
 RARE = 1 / 16
 """Liked models are rare where a smaller part of the scored ones, `FEWEST` or more, was liked."""
 FEWEST = 64

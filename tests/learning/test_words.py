@@ -77,7 +77,9 @@ def test_what_is_liked_together_is_told_together():
 
 def test_counts_and_draws_are_told_with_their_ranges():
     randomness = np.random.default_rng(1)
-    rows = np.column_stack([randomness.integers(0, 9, 600), randomness.random(600) * 10.0, coins(600, 1)])
+    rows = np.column_stack([randomness.integers(0, 9, 600), randomness.random(600) * 10.0, coins(600, 1)]).astype(
+        np.float64
+    )
     table = table_of(rows, ["number of Window", "height", "number of Door"])
     counted = words_of(table, 100.0 * ((rows[:, 0] >= 3) & (rows[:, 0] < 7)), np.ones(600))
     assert counted.likes == ("number of Window: 3 to 6 (100)",)

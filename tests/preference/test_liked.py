@@ -17,7 +17,7 @@ def test_models_that_a_person_likes_rarely_are_rare_whatever_the_noise(noise):
         values = np.where(np.arange(200) % 50 == 49, 90.0, 0.0)
         scores = said(values, noise, seed)
         assert liked_are_rare(scores, noise)
-        assert liked(scores, noise)[values > 0.0].all()
+        assert liked(scores, noise)[values > 0.0].mean() > 0.7
         often = np.where(np.arange(200) % 4 == 3, 90.0, 0.0)
         assert not liked_are_rare(said(often, noise, seed), noise)
 
@@ -29,6 +29,6 @@ def test_without_noise_whatever_is_above_nothing_is_liked():
 
 def test_noise_alone_is_liked_no_oftener_than_rare_models():
     scores = said(np.zeros(20_000), 15.0, 0)
-    assert liked(scores, 15.0).mean() < 1 / 40
+    assert liked(scores, 15.0).mean() < 1 / 100
     assert liked(scores, 0.0).mean() > 0.45
     assert not liked_are_rare(scores[: FEWEST - 1], 15.0)
