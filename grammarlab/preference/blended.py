@@ -53,10 +53,15 @@ class BlendedPreference(AbstractPreference):
     def predict(self, rows: Rows) -> Prediction:
         mean, square = np.zeros(1), np.zeros(1)
         for share, preference in self._counting():
-            part = preference.predict(rows)
-            within = part.mean if preference is self.partition else value_of(part.mean, *self._erring)
-            mean, square = mean + share * within, square + share * (part.std**2 + within**2)
+            part = preference.predict(rows) if preference is self.partition else self.meant(rows)
+            mean, square = mean + share * part.mean, square + share * (part.std**2 + part.mean**2)
         return Prediction(mean, np.sqrt(np.maximum(square - mean**2, 0.0)))
+
+    def meant(self, rows: Rows) -> Prediction:
+        """What the process expects to be meant, and how scores vary around it: it has learned means of scores."""
+        told, own = self.process.predict(rows), self.process.explanations[0].posterior.hyperparameters.noise
+        deviation = np.sqrt(np.maximum(told.std**2 - own, 0.0) + self.noise**2)
+        return Prediction(value_of(told.mean, *self._erring), deviation)
 
     def column_weights(self) -> Floats:
         return self.process.column_weights()

@@ -15,8 +15,8 @@ from scipy.special import ndtr
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Rows
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.factors import ProductPreference
-from grammarlab.preference.likelihood import HALF_STEP, log_likelihood, value_of
-from grammarlab.preference.partition import PartitionPreference
+from grammarlab.preference.likelihood import HALF_STEP, log_likelihood
+from grammarlab.preference.partition import NOISES, PartitionPreference
 
 SCORES = np.arange(0.0, MAX_SCORE + HALF_STEP, 2.0 * HALF_STEP)
 """[S] what is told apart: each score stands for what rounds to it."""
@@ -73,17 +73,17 @@ def fresh_scores(preference: AbstractPreference, rows: Rows) -> FreshScores:
 
 
 def _of_cells(preference: PartitionPreference, rows: Rows) -> Floats:
-    likelihood = np.exp(log_likelihood(SCORES, preference.cells.grid, preference.noise, preference.blunders).T)
+    likelihood = sum(
+        share * np.exp(log_likelihood(SCORES, preference.cells.grid, noise, preference.blunders).T)
+        for share, noise in zip(preference.noises.tolist(), NOISES, strict=True)
+    )
     given = preference.values(rows) @ likelihood
     return given / given.sum(axis=1, keepdims=True)
 
 
 def _of_process(preference: BlendedPreference, rows: Rows) -> Floats:
-    """The process in a blend has learned means of scores; what was meant by them errs as the person does."""
-    told, noise = preference.process.predict(rows), preference.noise
-    own = preference.process.explanations[0].posterior.hyperparameters.noise
-    deviation = np.sqrt(np.maximum(told.std**2 - own, 0.0) + noise**2)
-    meant = _normal(value_of(told.mean, noise, preference.blunders), deviation)
+    told = preference.meant(rows)
+    meant = _normal(told.mean, told.std)
     length = np.where((SCORES == 0.0) | (SCORES == MAX_SCORE), HALF_STEP, 2.0 * HALF_STEP)
     return (1.0 - preference.blunders) * meant + preference.blunders * length / MAX_SCORE
 

@@ -106,6 +106,15 @@ class PartitionPreference(AbstractPreference):
             found += share * np.array([self.cells.posterior(cell) for cell in cells])[number]
         return found
 
+    @cached_property
+    def noises(self) -> Floats:
+        """[N] how likely each of `NOISES` is, by the evidence of the cells of the most likely tree."""
+        parts, every = list(self.trees[0].cells()), np.arange(len(self.cells.scores))
+        inside = np.array([np.isin(every, part) for part in parts], dtype=np.float32)
+        found = np.array([replace(self.cells, noise=n).log_evidence(inside, every).sum() for n in NOISES])
+        odds = np.exp(found - found.max())
+        return odds / odds.sum()
+
     def divisions(self, rows: Floats, num: int, randomness: np.random.Generator) -> Iterator[tuple[Ints, Floats]]:
         """Trees drawn by their shares: numbers [m] of the cells of rows, and [k, G] how likely values are there."""
         table, counting = widened(rows, self.shares_of), list(self._counting())

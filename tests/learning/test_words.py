@@ -81,10 +81,10 @@ def test_counts_and_draws_are_told_with_their_ranges():
         np.float64
     )
     table = table_of(rows, ["number of Window", "height", "number of Door"])
-    counted = words_of(table, 100.0 * ((rows[:, 0] >= 3) & (rows[:, 0] < 7)), np.ones(600))
+    counted = words_of(table, np.where((rows[:, 0] >= 3) & (rows[:, 0] < 7), 100.0, 0.0), np.ones(600))
     assert counted.likes == ("number of Window: 3 to 6 (100)",)
     assert set(counted.dislikes) == {"number of Window: at most 2 (0)", "number of Window: 7 or more (0)"}
-    drawn = words_of(table, 70.0 * (rows[:, 1] < 4.0), np.ones(600))
+    drawn = words_of(table, np.where(rows[:, 1] < 4.0, 70.0, 0.0), np.ones(600))
     assert re.fullmatch(r"height below (4|4\.0\d?|3\.9\d?) \(70\)", drawn.likes[0])
     assert drawn.lines[1].startswith("Does not like: height from ")
     assert words_of(table, 60.0 * rows[:, 2], np.ones(600)).lines == (
