@@ -32,6 +32,8 @@ MOST = 160
 """Labels that are held out in turn; of more, a part with the same distribution of scores."""
 _AS_GOOD = 1.02
 """Losses that differ by less tell nothing."""
+_OF_MEDIAN = 1.4826
+"""Standard deviation of normal errors by the median of their sizes."""
 _UNDERSTATED = 2.0
 """A process explains some noise by its function, and sees little of it where scores end at 0: at most so many times."""
 
@@ -44,6 +46,8 @@ class BlendedPreference(AbstractPreference):
     partition: PartitionPreference
     share: float
     """Of the process in predictions, 0 to 1; the rest is the partition's."""
+    missed: float = 0.0
+    """By how much held-out scores were missed, as the standard deviation that has such a median; 0 where none were."""
 
     @property
     def num_columns(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride] - told by both parts
@@ -60,7 +64,9 @@ class BlendedPreference(AbstractPreference):
     def meant(self, rows: Rows) -> Prediction:
         """What the process expects to be meant, and how scores vary around it: it has learned means of scores."""
         told, own = self.process.predict(rows), self.process.explanations[0].posterior.hyperparameters.noise
-        deviation = np.sqrt(np.maximum(told.std**2 - own, 0.0) + self.noise**2)
+        # A process that has explained noise by its function shows it where scores are held out.
+        noise = max(self.noise, min(self.partition.noise, self.missed))
+        deviation = np.sqrt(np.maximum(told.std**2 - own, 0.0) + noise**2)
         return Prediction(value_of(told.mean, *self._erring), deviation)
 
     def column_weights(self) -> Floats:
@@ -128,14 +134,15 @@ def fit(
     drawn = checked_kinds(continuous, len(numbers))
     cells = partition.fit(table, values, groups=numbers, continuous=drawn, seed=seed)
     process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed)
-    share = 1.0 if len(values) < FEWEST else _share(table, values, numbers, drawn, seed, cells)
-    return BlendedPreference(process, cells, share)
+    if len(values) < FEWEST:
+        return BlendedPreference(process, cells, 1.0)
+    return BlendedPreference(process, cells, *_share(table, values, numbers, drawn, seed, cells))
 
 
 def _share(
     rows: Floats, scores: Floats, groups: Ints, continuous: Flags, seed: int, cells: PartitionPreference
-) -> float:
-    """The share of the process that predicts held-out scores best."""
+) -> tuple[float, float]:
+    """The share of the process that predicts held-out scores best, and by how much it misses them."""
     randomness = np.random.default_rng(seed)
     some = np.sort(randomness.permutation(len(scores))[:MOST])
     rows, scores = rows[some], scores[some]
@@ -154,4 +161,5 @@ def _share(
     missed = np.clip(predicted, 0.0, MAX_SCORE) - scores
     losses = [float(np.sum((share * missed[0] + (1.0 - share) * missed[1]) ** 2)) for share in SHARES]
     # Of shares that do about as well, the smallest: what cells say is simpler.
-    return next(share for share, loss in zip(SHARES, losses, strict=True) if loss <= _AS_GOOD * min(losses))
+    share = next(share for share, loss in zip(SHARES, losses, strict=True) if loss <= _AS_GOOD * min(losses))
+    return share, float(np.median(np.abs(share * missed[0] + (1.0 - share) * missed[1]))) * _OF_MEDIAN
