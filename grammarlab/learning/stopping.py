@@ -3,7 +3,7 @@
 The divergence that is left is estimated by functions drawn from the posterior: each could be what the person likes, and
 the mean of their divergences from the predicted density is the expected one. It is taken to fall with the number of
 scores to the power of -`FALL`, which is what simulated persons were measured to do. A learner that is sure of something
-wrong does not know it, so single estimates are right within a factor of two about three times in four only.
+wrong does not know it, so single estimates are right within a factor of two about twice in three only.
 """
 
 from __future__ import annotations
