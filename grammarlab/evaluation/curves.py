@@ -22,7 +22,7 @@ class Point(NamedTuple):
     correlation: float
     """Pearson correlation of the weights, -1 to 1 (appendix B of the paper)."""
     liked: int
-    """How many of the scores so far are above 0."""
+    """How many of the scores so far are of models that the person likes: truly above 0, whatever was said."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class Curve:
         return stays
 
     def labels_before_first_liked(self) -> int | None:
-        """The labels before the round that showed the first model with a score above 0; None where none did."""
+        """The labels before the round that showed the first model that is liked; None where none did."""
         before = 0
         for point in self.points:
             if point.liked:
@@ -54,7 +54,7 @@ class Curve:
         return None
 
     def since_first_liked(self) -> Curve:
-        """The rounds from the one on that showed the first model with a score above 0, as if they were the first ones.
+        """The rounds from the one on that showed the first model that is liked, as if they were the first ones.
 
         All labels of that round count, also those that were given before the liked model came. Without rounds where no
         model is liked.

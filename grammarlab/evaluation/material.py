@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.respondents import Respondent
+from grammarlab.learning.addresses import Address
 from grammarlab.learning.agreement import agreement
 from grammarlab.learning.interview import Person
 from grammarlab.learning.round import Study
@@ -31,6 +33,8 @@ class Material:
     """The pool, with tables whose `Table.others` are the labelled set."""
     person: Person
     """Scores any models."""
+    meant: Callable[[Sequence[Address]], Floats]
+    """What the person means by scores of models by ascending address: [k, K] true scores, 0 to 100."""
 
     def as_one_factor(self) -> Material:
         """The same models for a person who scores the product of all factors."""
@@ -41,6 +45,7 @@ class Material:
             factors=(" x ".join(self.factors),),
             scores=_product(self.scores),
             person=lambda addresses, before: _product(self.person(addresses, before)),
+            meant=lambda addresses: _product(self.meant(addresses)),
         )
 
     def answered_by(self, respondent: Respondent, seed: int) -> Material:
@@ -57,6 +62,7 @@ class Material:
             self,
             scores=respondent.truth(self.scores),
             person=lambda addresses, before: respondent.answers(self.person(addresses, before), seed, before),
+            meant=lambda addresses: respondent.truth(self.meant(addresses)),
         )
         if not (answered.weights * answered.target).any():
             raise UsageError(

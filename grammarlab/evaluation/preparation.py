@@ -90,7 +90,7 @@ def prepare(source: Source, settings: Settings) -> Material:
     scenario.check(program.symbols, program.rule_names, program.sites)
     labelled = labelled_set(source, space)
 
-    def person(addresses: Sequence[Address], _before: int) -> Floats:
+    def meant(addresses: Sequence[Address]) -> Floats:
         different = {address: place for place, address in enumerate(dict.fromkeys(addresses))}
         scores = true_scores(scenario, space.make(tuple(different)))
         return scores[[different[address] for address in addresses]]
@@ -101,7 +101,8 @@ def prepare(source: Source, settings: Settings) -> Material:
         np.concatenate([true_scores(scenario, forest) for forest in labelled]),
         np.exp(log_weights - log_weights.max()),
         Study(space, source.pool, settings, labelled),
-        person,
+        lambda addresses, _before: meant(addresses),
+        meant,
     )
     if not (material.weights * material.target).any():
         raise UsageError(

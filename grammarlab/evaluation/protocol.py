@@ -40,13 +40,25 @@ def run(material: Material, batch: int, seed: int, max_labels: int) -> tuple[Sta
         seed: 0 <= seed < 2**64.
         max_labels: >= 1; the last round is cut to it.
     """
-    state, points = init(material.study), list[Point]()
+    state, points, liked = init(material.study), list[Point](), 0
     rounds = interview(material.study, material.factors, material.person, budget=max_labels, batch=batch, seed=seed)
-    for state in rounds:
+    for after in rounds:
+        liked += _newly_liked(material, state, after)
+        state = after
         js, correlation = agreement(material.target, learned(material, state), material.weights)
-        liked = sum(int((answers.scores > 0.0).sum()) for answers in state.answers.values())
         points.append(Point(state.num_answers, js, correlation, liked))
     return state, Curve(tuple(points))
+
+
+def _newly_liked(material: Material, before: State, after: State) -> int:
+    """How many of the answers of a round are about designs that the person likes, whatever they said."""
+    found = 0
+    for place, factor in enumerate(material.factors):
+        known = len(before.answers[factor].designs) if factor in before.answers else 0
+        designs = after.answers[factor].designs[known:] if factor in after.answers else ()
+        if designs:
+            found += int((material.meant(sorted(designs))[:, place] > 0.0).sum())
+    return found
 
 
 def learned(material: Material, state: State) -> Floats:

@@ -74,8 +74,8 @@ class Target:
     aim: int | None = None
     """Scores until there that would be better still."""
     since: Since = "start"
-    """From where these scores count: from the first one, or from the round that shows the first model with a score
-    above 0 (`Curve.since_first_liked`)."""
+    """From where these scores count: from the first one, or from the round that shows the first model that is liked
+    (`Curve.since_first_liked`)."""
     ask: int | None = None
     """Scores to ask for, all counted, so that the target can be reached; None for as many as it says."""
 

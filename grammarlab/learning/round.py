@@ -30,7 +30,7 @@ from grammarlab.learning.tables import Columns, DesignTables, Table
 from grammarlab.preference.base import AbstractPreference
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.fitting import fit
-from grammarlab.preference.queries import liked_are_rare
+from grammarlab.preference.liked import liked_are_rare, noise_of
 
 Report = Callable[[str, int, int], None]
 """Told what is being done, and how many parts of it are done, of how many."""
@@ -138,9 +138,36 @@ def step(
         The same state whether answers come at once or in many steps, as long as liked designs are not rare.
     """
     told = answered(state, answers)
-    given = [found for found in told.answers.values() if len(found.designs)]
-    rare = widens and study.settings.widens and any(liked_are_rare(found.scores) for found in given)
-    tables = study.tables(told.wide or rare, report)
+    widens = widens and study.settings.widens
+    # Scores that are rare without any noise are rare with it, and need not be looked at twice.
+    wide = told.wide or (widens and any(liked_are_rare(found.scores) for found in _given(told)))
+    learned = _learned(study, state, replace(told, wide=wide), report)
+    if not learned.wide and widens and _are_rare(learned):
+        learned = _learned(study, state, replace(told, wide=True), report)
+    return learned
+
+
+def _given(state: State) -> list[Answers]:
+    """The answers of factors that have any."""
+    return [found for found in state.answers.values() if len(found.designs)]
+
+
+def _are_rare(state: State) -> bool:
+    """Whether liked designs are rare, for what the persons seem to err."""
+    return any(liked_are_rare(found.scores, noise_of(state.preferences[found.factor])) for found in _given(state))
+
+
+def _learned(study: Study[Designs], state: State, told: State, report: Report) -> State:
+    """Learns on one pool.
+
+    Args:
+        study: the pool and the settings.
+        state: after the round before.
+        told: with all answers.
+        report: told about what takes long.
+    """
+    given = _given(told)
+    tables = study.tables(told.wide, report)
     total = len(given) + 2
     report("looking at scored models", 0, total)
     columns = _columns(tables, given, study.settings)

@@ -17,6 +17,7 @@ from grammarlab.learning.agreement import agreement
 from grammarlab.learning.design_space import Designs
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.tables import Table
+from grammarlab.learning.words import Words, words_of
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Relevance
 from grammarlab.preference.levels import drawn_to_levels
 from grammarlab.preference.pruning import needed_columns
@@ -73,6 +74,8 @@ class Predicted:
     """[m] all factors together, 0 to 100, one at least above 0."""
     shares: Floats
     """[F] how much the preference looks at each column of the table."""
+    words: Words
+    """What they say."""
     findings: tuple[str, ...] = ()
     """What a person should know about them."""
 
@@ -102,13 +105,14 @@ def predict(study: Study[Designs], state: State) -> Predicted:
     shares = np.max([[entry.share for entry in factor.relevances] for factor in factors], axis=0)[table.groups]
     scores = product([factor.predicted for factor in factors])
     if scores[possible].any():
-        return Predicted(factors, scores, shares)
+        return Predicted(factors, scores, shares, words_of(table, scores, made.weights))
     ranks = np.prod([_above_the_lowest(state.preferences[name], pool) for name in state.liked], axis=0)
     finding = (
         "none of the models looked at is predicted to be liked, so the order of the predictions counts alone: score "
         "more models like those that you like"
     )
-    return Predicted(factors, ranks if ranks[possible].any() else np.ones(len(pool)), shares, (finding,))
+    scores = ranks if ranks[possible].any() else np.ones(len(pool))
+    return Predicted(factors, scores, shares, Words((), ()), (finding,))
 
 
 def product(scores: Sequence[Floats]) -> Floats:

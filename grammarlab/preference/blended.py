@@ -32,6 +32,8 @@ MOST = 160
 """Labels that are held out in turn; of more, a part with the same distribution of scores."""
 _SMALL_PART = 0.05
 """Part of the highest prediction below which one is too small to divide by."""
+_OF_MEDIAN = 1.4826
+"""Standard deviation of normal errors by the median of their sizes."""
 _UNDERSTATED = 2.0
 """A process explains some noise by its function, and sees little of it where scores end at 0: at most so many times."""
 
@@ -44,6 +46,8 @@ class BlendedPreference(AbstractPreference):
     partition: PartitionPreference
     share: float
     """Of the process in predictions, 0 to 1; the rest is the partition's."""
+    missed: float = 0.0
+    """By how much held-out scores were missed, as the standard deviation that has such a median; 0 where none were."""
 
     @property
     def num_columns(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride] - told by both parts
@@ -53,13 +57,30 @@ class BlendedPreference(AbstractPreference):
     def predict(self, rows: Rows) -> Prediction:
         mean, square = np.zeros(1), np.zeros(1)
         for share, preference in self._counting():
-            part = preference.predict(rows)
-            within = part.mean if preference is self.partition else value_of(part.mean, *self._erring)
-            mean, square = mean + share * within, square + share * (part.std**2 + within**2)
+            part = preference.predict(rows) if preference is self.partition else self.meant(rows)
+            mean, square = mean + share * part.mean, square + share * (part.std**2 + part.mean**2)
         return Prediction(mean, np.sqrt(np.maximum(square - mean**2, 0.0)))
+
+    def meant(self, rows: Rows) -> Prediction:
+        """What the process expects to be meant, and how scores vary around it: it has learned means of scores."""
+        told, own = self.process.predict(rows), self.process.explanations[0].posterior.hyperparameters.noise
+        # A process that has explained noise by its function shows it where scores are held out.
+        noise = max(self.noise, min(self.partition.noise, self.missed))
+        deviation = np.sqrt(np.maximum(told.std**2 - own, 0.0) + noise**2)
+        return Prediction(value_of(told.mean, *self._erring), deviation)
 
     def column_weights(self) -> Floats:
         return self.process.column_weights()
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of a score around what was meant, in points."""
+        return self._erring[0]
+
+    @property
+    def blunders(self) -> float:
+        """How often a score was any score at all."""
+        return self._erring[1]
 
     @property
     def _erring(self) -> tuple[float, float]:
@@ -113,14 +134,15 @@ def fit(
     drawn = checked_kinds(continuous, len(numbers))
     cells = partition.fit(table, values, groups=numbers, continuous=drawn, seed=seed)
     process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed)
-    share = 1.0 if len(values) < FEWEST else _share(table, values, numbers, drawn, seed, cells)
-    return BlendedPreference(process, cells, share)
+    if len(values) < FEWEST:
+        return BlendedPreference(process, cells, 1.0)
+    return BlendedPreference(process, cells, *_share(table, values, numbers, drawn, seed, cells))
 
 
 def _share(
     rows: Floats, scores: Floats, groups: Ints, continuous: Flags, seed: int, cells: PartitionPreference
-) -> float:
-    """The share of the process that predicts held-out scores best."""
+) -> tuple[float, float]:
+    """The share of the process that predicts held-out scores best, and by how much it misses them."""
     randomness = np.random.default_rng(seed)
     some = np.sort(randomness.permutation(len(scores))[:MOST])
     rows, scores = rows[some], scores[some]
@@ -136,7 +158,10 @@ def _share(
             with threadpool_limits(1, "blas"):
                 predicted[1, held] = cells.without(rows[known], scores[known], continuous).predict(rows[held]).mean
     predicted[1] = expected_score(predicted[1], cells.noise, cells.blunders)
-    return _best_share(np.clip(predicted, 0.0, MAX_SCORE), scores)
+    predicted = np.clip(predicted, 0.0, MAX_SCORE)
+    share = _best_share(predicted, scores)
+    missed = share * predicted[0] + (1.0 - share) * predicted[1] - scores
+    return share, float(np.median(np.abs(missed))) * _OF_MEDIAN
 
 
 def _best_share(predicted: Floats, scores: Floats) -> float:

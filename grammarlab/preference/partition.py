@@ -99,6 +99,33 @@ class PartitionPreference(AbstractPreference):
         variance = (1.0 - chance) * variance + chance * (100.0**2 / 12.0 + (1.0 - chance) * (mean - 50.0) ** 2)
         return Prediction(mean, np.sqrt(variance))
 
+    def values(self, rows: Rows) -> Floats:
+        """[m, G] how likely each value of the grid of the cells is to be meant."""
+        table = widened(rows_to_predict(rows, self.num_columns), self.shares_of)
+        found = np.zeros((len(table), len(self.cells.grid)))
+        for share, tree in self._counting():
+            number, cells = tree.cell_of(table)
+            found += share * np.array([self.cells.posterior(cell) for cell in cells])[number]
+        return found
+
+    @cached_property
+    def noises(self) -> Floats:
+        """[N] how likely each of `NOISES` is, by the evidence of the cells of the most likely tree."""
+        parts, every = list(self.trees[0].cells()), np.arange(len(self.cells.scores))
+        inside = np.array([np.isin(every, part) for part in parts], dtype=np.float32)
+        found = np.array([replace(self.cells, noise=n).log_evidence(inside, every).sum() for n in NOISES])
+        odds = np.exp(found - found.max())
+        return odds / odds.sum()
+
+    def divisions(self, rows: Floats, num: int, randomness: np.random.Generator) -> Iterator[tuple[Ints, Floats]]:
+        """Trees drawn by their shares: numbers [m] of the cells of rows, and [k, G] how likely values are there."""
+        table, counting = widened(rows, self.shares_of), list(self._counting())
+        times = randomness.multinomial(num, np.array([share for share, _ in counting]))
+        for (_, tree), number in zip(counting, times.tolist(), strict=True):
+            cell, cells = tree.cell_of(table)
+            posteriors = np.array([self.cells.posterior(some) for some in cells])
+            yield from [(cell, posteriors)] * number
+
     def without(self, rows: Floats, scores: Floats, continuous: Flags) -> PartitionPreference:
         """What some of the labels alone say, when the person errs as is known: a quick look.
 

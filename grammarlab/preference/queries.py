@@ -26,6 +26,7 @@ from grammarlab.preference.disagreement import (
     unexplained,
 )
 from grammarlab.preference.grouped import GroupedPreference
+from grammarlab.preference.liked import EXACT, liked, liked_are_rare, noise_of
 from grammarlab.preference.observations import observe
 from grammarlab.preference.posterior import Hyperparameters, condition, squared_distances
 
@@ -35,16 +36,11 @@ LIKED_SHARE = 0.5
 """Part of a default batch that settles which of the models that seem liked are not."""
 NOISE = 1e-2
 """Variance of a score around the function that `default` reckons with, as a share of the squared highest score."""
-RARE = 1 / 16
-"""Liked models are rare where a smaller part of the scored ones, `FEWEST` or more, was liked."""
-FEWEST = 64
 FEW_LIKED = 4
 """With fewer liked ones among rare ones, nothing is known but that others like them may be liked."""
 LEAST_OF_PROCESS = 0.25, 0.5
 """Part of a default batch that a process chooses in any case, where a person errs and where they seem not to: what
 cells are sure of may be wrong."""
-EXACT = 1.5
-"""Noise in points up to which a person seems not to err."""
 LEAST_LIKED = 20.0
 """Points; if nothing seems better, that is thought possible."""
 LIKED_PART = 0.25
@@ -84,6 +80,11 @@ class Situation:
     """[m] >= 0, the grammar's density by that of the whole pool, for each model; None to count on samples of the
     grammar alone."""
 
+    @property
+    def liked(self) -> NDArray[np.bool_]:
+        """[n] which of the scored models seem liked."""
+        return liked(self.scores, noise_of(self.preference))
+
     def stands_for(self, models: Ints) -> Floats:
         """How much some models of the pool count: samples of the grammar alike, all others for what those do not show.
 
@@ -92,19 +93,6 @@ class Situation:
         share = float(self.from_grammar.mean())
         weights = np.zeros(len(self.pool)) if self.weights is None else self.weights
         return np.where(self.from_grammar, 1.0, weights * np.maximum(1.0 - share * weights, 0.0))[models]
-
-
-def liked_are_rare(scores: Floats) -> bool:
-    """Whether models that are liked have been so rare at any time that proposals should be picked among many more.
-
-    Args:
-        scores: [n] in the order in which they were given.
-
-    >>> liked_are_rare(np.zeros(63)), liked_are_rare(np.zeros(64)), liked_are_rare(np.repeat([0.0, 50.0], [60, 4]))
-    (False, True, False)
-    """
-    number = np.arange(1, len(scores) + 1)
-    return bool(np.any((np.cumsum(scores > 0.0) < RARE * number)[FEWEST - 1 :]))
 
 
 def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
@@ -142,12 +130,12 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
         return _grammar(situation, num, randomness)
     if not isinstance(preference, BlendedPreference):
         return _mixed(preference, situation, num, randomness)
-    rare = liked_are_rare(situation.scores)
-    if rare and 0 < np.count_nonzero(situation.scores) < FEW_LIKED:
+    rare = liked_are_rare(situation.scores, preference.noise)
+    if rare and 0 < np.count_nonzero(situation.liked) < FEW_LIKED:
         return _resembling(situation, num, randomness)
     candidates = _candidates(situation, num, randomness)
     least = LEAST_OF_PROCESS[preference.partition.noise <= EXACT]
-    if rare or not situation.scores.any():
+    if rare or not situation.liked.any():
         least = 1.0
     by_process = min(round(max(preference.share, least) * num), len(candidates))
     first = _of_process(preference.process, situation, candidates, by_process, rare)
@@ -160,11 +148,11 @@ def _of_process(preference: GroupedPreference, situation: Situation, candidates:
     rows, typical = situation.pool[candidates], situation.stands_for(candidates)
     noise, open_ = NOISE * preference.highest**2, np.ones(len(candidates), dtype=bool)
     known = situation.pool[situation.asked]
-    liked = known[situation.scores > 0.0]
-    mean, covariance = joint(preference, rows, doubtful_weights(preference, liked if len(liked) else known))
+    good = known[situation.liked]
+    mean, covariance = joint(preference, rows, doubtful_weights(preference, good if len(good) else known))
     elsewhere = (~situation.from_grammar[candidates]).astype(np.float64)
-    stakes = np.maximum(mean, 0.0) * typical if len(liked) else elsewhere
-    share = 1.0 if rare and not len(liked) else LIKED_SHARE
+    stakes = np.maximum(mean, 0.0) * typical if len(good) else elsewhere
+    share = 1.0 if rare and not len(good) else LIKED_SHARE
     first = most_doubtful(covariance, round(share * num), noise, stakes, open_)
     open_[first] = False
     _, covariance = joint(preference, rows, cautious_weights(preference, rows))
@@ -183,14 +171,14 @@ def _of_cells(preference: BlendedPreference, situation: Situation, candidates: I
     rows, known = situation.pool[candidates], situation.pool[situation.asked]
     meant = cells.predict(known).mean
     highest = max(float(meant.max(initial=0.0)), LEAST_LIKED)
-    liked = known[meant > LIKED_PART * highest]
+    good = known[meant > LIKED_PART * highest]
     noise = max(cells.noise, LEAST_NOISE) ** 2
     mean, covariance = cells.joint(rows)
     stakes = situation.stands_for(candidates) / (np.maximum(mean, 0.0) + SMALL_PART * highest)
     open_ = np.ones(len(candidates), dtype=bool)
     open_[chosen] = False
     cautious = cautious_weights(process, rows)
-    doubtful = cautious + doubtful_weights(process, liked if len(liked) else known)
+    doubtful = cautious + doubtful_weights(process, good if len(good) else known)
     amplitude = NOVELTY * highest**2
     unlike = [unexplained(known, rows, weights, amplitude, noise) for weights in (doubtful, cautious)]
     first = most_doubtful(given(covariance + unlike[0], chosen, noise), num // 2, noise, stakes, open_)
@@ -222,7 +210,8 @@ def _candidates(situation: Situation, num: int, randomness: np.random.Generator)
         randomness.permutation(np.flatnonzero(open_ & kind))
         for kind in (situation.from_grammar, ~situation.from_grammar)
     ]
-    if situation.preference is not None and liked_are_rare(situation.scores) and np.any(situation.scores > 0.0):
+    rare = liked_are_rare(situation.scores, noise_of(situation.preference))
+    if situation.preference is not None and rare and situation.liked.any():
         liking = situation.preference.predict(situation.pool[pools[1]]).mean
         pools[1] = pools[1][np.argsort(-liking, kind="stable")]
     chosen = [pool[:most] for pool, most in zip(pools, _CANDIDATES, strict=True)]

@@ -19,4 +19,5 @@ def world(num_factors=1, weights=None, score=score_of, **settings):
         np.ones(LABELLED) if weights is None else weights,
         study,
         lambda addresses, _before: score(space.make(addresses))[:, :num_factors],
+        lambda addresses: score(space.make(addresses))[:, :num_factors],
     )

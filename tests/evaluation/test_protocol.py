@@ -10,7 +10,7 @@ from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
 from grammarlab.learning import interview as rounds_of
 from grammarlab.learning.interview import interview
 from grammarlab.learning.round import init
-from grammarlab.preference.queries import FEWEST
+from grammarlab.preference.liked import FEWEST
 from tests.evaluation.doubles import LABELLED, POOL, world
 from tests.learning.bits import score_of
 
@@ -179,3 +179,13 @@ def test_nothing_but_scores_reaches_the_learner():
     # What is asked in a round follows from the scores of the rounds before.
     assert answers_of(lied_to).designs[:48] == answers_of(state).designs[:48]
     assert answers_of(lied_to).designs[48:] != answers_of(state).designs[48:]
+
+
+def test_models_count_as_liked_whatever_a_person_who_errs_says():
+    for respondent in (RESPONDENTS["sd20"], RESPONDENTS["blunders10"]):
+        material = world().answered_by(respondent, 3)
+        state, curve = protocol.run(material, BATCH, 0, 4 * BATCH)
+        asked = answers_of(state)
+        truth = score_of(material.study.space.make(asked.designs))[:, 0]
+        assert curve.points[-1].liked == (truth > 0.0).sum()
+        assert (truth > 0.0).sum() != (asked.scores > 0.0).sum()

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.questions import ask
 from grammarlab.learning.round import answered, init, step
-from grammarlab.preference.queries import FEWEST, WAYS
+from grammarlab.preference.liked import FEWEST
+from grammarlab.preference.queries import WAYS
 from tests.learning.bits import BITS, SIZE, BitsSpace, answers_about, score_of, study_of
 
 STUDY = study_of()
@@ -101,6 +102,15 @@ def test_the_pool_is_widened_once_liked_designs_are_rare(widens):
     chosen = ask(study, state, 16, 0, factor="factor 0")
     assert any(address not in POOL for address in chosen) == widens
     assert step(study, few, [Answers("factor 0", POOL[-2:], np.zeros(2))], widens=False).wide is False
+
+
+def test_noise_does_not_hide_that_liked_designs_are_rare():
+    study, num = study_of(), FEWEST + 16
+    scores = np.clip(10.0 * np.random.default_rng(0).normal(size=num), 0.0, 100.0)
+    assert (scores > 0.0).mean() > 0.4
+    assert step(study, init(study), [Answers("factor 0", POOL[:num], scores)]).wide
+    liked = np.clip(scores + 80.0 * (np.arange(num) % 3 == 0), 0.0, 100.0)
+    assert not step(study, init(study), [Answers("factor 0", POOL[:num], liked)]).wide
 
 
 def test_a_wider_pool_begins_with_the_pool():

@@ -5,7 +5,8 @@ import pytest
 
 from grammarlab.errors import UsageError
 from grammarlab.preference import blended, gaussian_process, queries
-from grammarlab.preference.queries import FEW_LIKED, FEWEST, RARE, WAYS, Situation, liked_are_rare, propose
+from grammarlab.preference.liked import FEWEST, RARE, liked_are_rare
+from grammarlab.preference.queries import FEW_LIKED, WAYS, Situation, propose
 from tests.preference.test_grouped import GROUPS, styled_rows
 
 NEW_WAYS = [way for way in WAYS if way != "already ranked"]

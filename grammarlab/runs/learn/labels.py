@@ -15,6 +15,7 @@ from grammarlab.learning.pool import Pool
 from grammarlab.learning.round import Study, init, step
 from grammarlab.learning.settings import Settings
 from grammarlab.learning.simplification import Factor
+from grammarlab.learning.stopping import expected_gain
 from grammarlab.learning.target import Learned, LearnedDensity, Making
 from grammarlab.preference.base import Relevance
 from grammarlab.preference.labels import Labels
@@ -43,6 +44,8 @@ class LabelsResult:
     """Factors without a score above 0: nothing is known about what is liked of them."""
     seconds: float
     """From the labels to the text of the grammar."""
+    gain: float | None = None
+    """Nats by which 16 more scores are expected to bring the density nearer; None where the method cannot tell."""
     truth: Truth | None = None
     """How near it comes to what a simulated person really wanted, where that is known."""
 
@@ -112,6 +115,7 @@ def learn_from_labels(
     with one_thread():
         state = step(study, init(study), answers)
         density = writer.learn(study, state, making, lines, on_progress)
+        gain = expected_gain(study, state)
     seconds = perf_counter() - begun
     learned = density.learned
     if learned.text:
@@ -125,5 +129,6 @@ def learn_from_labels(
         len(labels),
         tuple(found.factor for found in answers if not found.is_liked),
         seconds,
+        gain,
         None if known is None else Truth.of(known, learned, respondent),
     )

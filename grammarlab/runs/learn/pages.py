@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab.density.sampler import GrammarSampler
+from grammarlab.learning.stopping import MORE
 from grammarlab.learning.target import Learned
 from grammarlab.runs.learn.examples import ExamplesResult
 from grammarlab.runs.learn.labels import LabelsResult
@@ -43,6 +44,7 @@ def page_of_labels(result: LabelsResult) -> Report:
     compared = (*compared_rows("what was learned", density.measured), *_truth(result.truth), _rules(learned))
     facts = (
         ("labels", f"{result.num_labels}"),
+        *(() if result.gain is None else ((f"expected gain of {MORE} more", f"{nats(result.gain)} nats"),)),
         *cost_facts(learned, density.measured),
         ("method", f"{learned.method}, base {learned.base}"),
         ("seconds", f"{result.seconds:.1f}"),
@@ -68,7 +70,9 @@ def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
     features = zip(result.density.names, result.density.features, strict=True)
     looked_at = "\n".join(f"- {name} (`{feature}`)" for name, feature in features)
     depend = "\n".join(f"- {entry}" for entry in result.relevances)
+    words = "\n".join(f"- {line}" for line in result.density.predicted.words.lines)
     return (
+        *((("In words", words),) if words else ()),
         ("Steps", steps),
         ("Factors", factors),
         ("What the grammar looks at", looked_at or "Nothing: all models are liked alike."),

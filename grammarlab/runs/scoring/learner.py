@@ -17,6 +17,8 @@ from grammarlab.learning.divergence import jensen_shannon
 from grammarlab.learning.pool import Pool
 from grammarlab.learning.questions import ask
 from grammarlab.learning.round import State, Study, answered, init, step
+from grammarlab.learning.stopping import expected_gain
+from grammarlab.learning.words import words_of
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.fitting import fit
@@ -95,7 +97,17 @@ class _Learner:
         chosen = None if request.choice is None else self._choose(request, request.choice)
         elsewhere = tuple(map(str, state.columns.elsewhere))
         moved, left_out = self._moved(liked), _left_out(request.factors, state)
-        return Learned(self._features(request.known), state.wide, elsewhere, found, liked, left_out, moved, chosen)
+        words, gain = self._words(liked), expected_gain(self._study, state)
+        features = self._features(request.known)
+        return Learned(features, state.wide, elsewhere, found, liked, left_out, moved, chosen, words, gain)
+
+    def _words(self, product: Predicted | None) -> tuple[str, ...]:
+        """What is liked and what is not."""
+        if product is None:
+            return ()
+        weights = self._study.tables(self._state.wide).made.weights
+        scores = np.clip(product.mean[: len(weights)], 0.0, MAX_SCORE).astype(np.float64)
+        return words_of(self._study.table(self._state), scores, weights).lines
 
     def _learned(self, state: State, numbers: Mapping[str, int]) -> None:
         self._version += (state.wide, state.columns) != (self._state.wide, self._state.columns)

@@ -37,6 +37,8 @@ def state_of(rounds: Rounds) -> Message:
         "can_redo": bool(record.undone),
         "chart": [{"labels": labels, "js": js} for labels, js in record.chart],
         "relevance": _relevance(predicted),
+        "words": [] if knowledge.learned is None else list(knowledge.learned.words),
+        "gain": None if knowledge.learned is None else knowledge.learned.gain,
         "updating": None if rounds.updating is None else rounds.updating.as_json(),
         "fresh": knowledge.judgements == record.judgements,
         "ways": [{"name": name, "says": says} for name, says in WAYS.items()],

@@ -163,6 +163,10 @@ class Learned:
     """How far the density moved since the update before, or since the grammar itself, in nats."""
     chosen: tuple[str, ...] | None
     """Addresses of the models to show."""
+    words: tuple[str, ...] = ()
+    """What is liked and what is not, a sentence each."""
+    gain: float | None = None
+    """Nats by which 16 more scores are expected to bring the density nearer; None where that cannot be told."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from grammarlab.evaluation import protocol, scenario
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.preparation import Source, prepare
 from grammarlab.language.grammar import Grammar
-from grammarlab.preference.queries import FEWEST
+from grammarlab.preference.liked import FEWEST
 from grammarlab.randomness import derived_seed
 from grammarlab.runs.scoring.crew import Handler
 from grammarlab.runs.scoring.knowledge import ModelPool

@@ -150,6 +150,8 @@ def test_rounds_of_scoring_move_the_density_less_and_less(session: Session, tmp_
     assert state["chart"][0]["js"] <= math.log(2)
     assert 1 <= len(state["relevance"]) <= 8
     assert state["relevance"][0]["level"] in ("strong", "medium")
+    assert state["words"][0].startswith("Likes: ")
+    assert 0.0 <= state["gain"] < 0.7
     for model, known in state["models"].items():
         expected = 100 if kind_of(model) in liked else 0
         assert abs(known["mean"] - expected) < 15

@@ -31,7 +31,8 @@ export function makeLearning(page) {
   const hint = element("p", { class: "gl-hint" });
   const chart = element("figure", { class: "gl-chart" });
   const relevance = element("ul", { class: "gl-relevance" });
-  const why = element("div", {}, element("h3", {}, "What the score depends on"), relevance);
+  const words = element("div", { class: "gl-words" });
+  const why = element("div", {}, element("h3", {}, "What the score depends on"), words, relevance);
   const section = element("section", { class: "gl-card", "aria-label": "Learning" }, start, busy, hint, chart, why);
   let drawn = "";
 
@@ -42,6 +43,7 @@ export function makeLearning(page) {
     start.classList.toggle("gl-calm", state.fresh);
     hint.textContent = hintOf(state);
     why.hidden = state.relevance.length === 0;
+    words.replaceChildren(...state.words.map((line) => element("p", {}, line)));
     relevance.replaceChildren(...state.relevance.map(relevanceLine));
     const points = JSON.stringify(state.chart);
     if (points !== drawn) chart.replaceChildren(...drawChart(state.chart));
@@ -62,12 +64,14 @@ export function makeLearning(page) {
 }
 
 /** @param {State} state */
-function hintOf({ scored, fresh, chart }) {
+function hintOf({ scored, fresh, chart, gain }) {
   if (scored === 0) return "Score some models, then update: the density follows what you like.";
   if (!fresh) return `${scored} scores; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
   const settled = last.length === 2 && last.every(({ js }) => js < SETTLED);
-  return settled ? `${scored} scores; the density has settled.` : `${scored} scores; the predictions know them all.`;
+  const more = gain === null ? "" : ` 16 more may gain about ${gain.toPrecision(1)} nats.`;
+  const known = settled ? "the density has settled." : "the predictions know them all.";
+  return `${scored} scores; ${known}${more}`;
 }
 
 /** @param {import("./types.js").Relevance} relevance */

@@ -42,6 +42,8 @@
  * @property {boolean} can_redo
  * @property {Movement[]} chart
  * @property {Relevance[]} relevance
+ * @property {string[]} words What is liked and what is not, a sentence each.
+ * @property {number | null} gain Nats that 16 more scores are expected to gain.
  * @property {Progress | null} updating
  * @property {boolean} fresh whether the predictions know all scores
  * @property {Way[]} ways
