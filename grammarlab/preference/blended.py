@@ -30,7 +30,7 @@ FEWEST = 16
 """With fewer labels there is nothing to hold out, and the process is believed."""
 MOST = 160
 """Labels that are held out in turn; of more, a part with the same distribution of scores."""
-AS_GOOD = 1.02
+_AS_GOOD = 1.02
 """Losses that differ by less tell nothing."""
 _UNDERSTATED = 2.0
 """A process explains some noise by its function, and sees little of it where scores end at 0: at most so many times."""
@@ -139,4 +139,4 @@ def _share(
     missed = np.clip(predicted, 0.0, MAX_SCORE) - scores
     losses = [float(np.sum((share * missed[0] + (1.0 - share) * missed[1]) ** 2)) for share in SHARES]
     # Of shares that do about as well, the smallest: what cells say is simpler.
-    return next(share for share, loss in zip(SHARES, losses, strict=True) if loss <= AS_GOOD * min(losses))
+    return next(share for share, loss in zip(SHARES, losses, strict=True) if loss <= _AS_GOOD * min(losses))

@@ -139,16 +139,21 @@ class Understood:
 
     observations: Observations
     """For processes: scores, and sites in the place of everything else."""
+    seen: Observations
+    """For a search for kernels: scores, and what was seen, as far as it is known, in the place of everything else. A
+    site tells nothing of what its kernel knew before, so that another kernel need not know it."""
     of: Ints
     """[n, 2] indices of the rows that each observation is about."""
+    bounds: Intervals
+    """[p + k] what each label says of a value or of a difference."""
     rows: Floats
     """[c, F] for cells: each row of a label; comparisons have two."""
     scores: Floats
     """[c] about what the value of each is."""
     said: Intervals
     """[c] what each label says of one value; of comparisons, given what all other labels say of the other value."""
-    row: Ints
-    """[c] index of each among the different rows."""
+    label: Ints
+    """[c] index of the label that each is of."""
 
 
 def understood(judgements: Judgements, hyperparameters: Hyperparameters, middle: float) -> Understood:
@@ -161,7 +166,14 @@ def understood(judgements: Judgements, hyperparameters: Hyperparameters, middle:
     # Of the rows, given all sites.
     inner = np.linalg.solve(mixing @ spread + np.diag(sites.variances), spread.T)
     mean, covariance = mean + inner.T @ (sites.means - mixing @ mean), covariance - spread @ inner
-    return Understood(*_observations(judgements, sites), *_for_cells(judgements, said, sites, mean, covariance))
+    observations, of = _observations(judgements, sites.means, sites.variances)
+    others, left = sites.without()
+    looks = said.deviation(noise) ** 2
+    # What was seen is the value and the noise of the looks at it, between the bounds.
+    _, means, variances = matched(said, others, left + looks, 0.0, 0.0)
+    seen, _ = _observations(judgements, means, np.maximum(variances, looks))
+    bounds = intervals_of(judgements.scores[judgements.plain]) + said
+    return Understood(observations, seen, of, bounds, *_for_cells(judgements, said, sites, mean, covariance))
 
 
 def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float:
@@ -195,20 +207,20 @@ def _beforehand(judgements: Judgements, hyperparameters: Hyperparameters) -> tup
     return across @ posterior.solution, covariance - explained.T @ explained
 
 
-def _observations(judgements: Judgements, sites: Sites) -> tuple[Observations, Ints]:
-    """Scores, and sites in the place of all else; and [n, 2] the rows that each is of."""
+def _observations(judgements: Judgements, means: Floats, variances: Floats) -> tuple[Observations, Ints]:
+    """Scores, and in the place of all else normal observations [k]; and [n, 2] the rows that each is of."""
     rows, scored, rest = judgements.rows, judgements.scored(), judgements.rest
     # As `observe` has them: in the order in which they first appear.
     plain = judgements.first[judgements.plain]
     place = plain[np.sort(np.unique(plain, return_index=True)[1])]
-    means, counts, spread = (
+    scores, counts, spread = (
         (np.zeros(0), np.zeros(0), 0.0) if scored is None else (scored.means, scored.counts, scored.spread)
     )
     first, second = judgements.first[rest], judgements.second[rest]
     of = np.column_stack([np.append(place, first), np.append(place, np.where(second < 0, first, second))])
     nothing = np.zeros(len(place))
-    beside = Beside(rows[of[:, 1]], np.append(nothing, second >= 0), np.append(nothing, sites.variances))
-    counts, means = np.append(counts, np.ones(len(first))), np.append(means, sites.means)
+    beside = Beside(rows[of[:, 1]], np.append(nothing, second >= 0), np.append(nothing, variances))
+    counts, means = np.append(counts, np.ones(len(first))), np.append(scores, means)
     return Observations(rows[of[:, 0]], means, counts, spread, beside), of
 
 
@@ -227,7 +239,8 @@ def _for_cells(
     known = np.concatenate([judgements.scores[plain], judgements.scores[rest[alone]]])
     scores = np.concatenate([known, np.clip(mean[a], 0.0, MAX_SCORE), np.clip(mean[b], 0.0, MAX_SCORE)])
     all_said = intervals_of(judgements.scores[plain]) + said.take(alone) + to_first + to_second
-    return judgements.rows[place], scores, all_said, place
+    label = np.concatenate([np.arange(judgements.num_scores), rest[alone], rest[pairs], rest[pairs]])
+    return judgements.rows[place], scores, all_said, label
 
 
 def _without(

@@ -7,6 +7,7 @@ with these, and so in turns. Cells are told the intervals that values lie in. Sc
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,21 +15,25 @@ from threadpoolctl import threadpool_limits
 
 from grammarlab.preference import grouped, partition
 from grammarlab.preference.base import MAX_SCORE, Floats, Ints, Rows
-from grammarlab.preference.blended import AS_GOOD, FEWEST, FOLDS, MOST, SHARES, BlendedPreference
+from grammarlab.preference.blended import FEWEST, FOLDS, MOST, SHARES, BlendedPreference
 from grammarlab.preference.grouped import GroupedPreference
 from grammarlab.preference.grouped_search import AMPLITUDE
-from grammarlab.preference.kinds import Judgements, Understood, judgements_of, middle_of, understood
+from grammarlab.preference.kinds import BLUNDERS, Judgements, Understood, judgements_of, middle_of, understood
 from grammarlab.preference.labels import Kind
-from grammarlab.preference.likelihood import Intervals, expected_score
-from grammarlab.preference.observations import checked_groups, checked_kinds
+from grammarlab.preference.likelihood import Intervals, matched
+from grammarlab.preference.observations import Observations, checked_groups, checked_kinds
 from grammarlab.preference.partition import PartitionPreference
-from grammarlab.preference.posterior import Hyperparameters
+from grammarlab.preference.posterior import Hyperparameters, condition
 from grammarlab.preference.splits import Flags
 
 NOISE = 5.0
 """Standard deviation in points that is assumed as long as no kernel has been found."""
-UNSURE = 10.0
-"""Standard deviation in points from which on a bound tells little."""
+STARTS = (1, None)
+"""Starts of each search for a kernel; None for all."""
+LEAST_NOISE = 3.0
+"""Points that predictions of held-out labels may miss by, at least."""
+AS_GOOD = 2.0
+"""Nats; shares that differ by less tell nothing, and the smallest is taken: what cells say is simpler."""
 
 
 def fit(
@@ -74,43 +79,57 @@ def _in_turns(
     varies = np.ptp(judgements.rows, axis=0) > 0.0
     kernel = Hyperparameters(AMPLITUDE[0] * MAX_SCORE**2, varies / max(float(spread), 1.0), NOISE**2)
     told = understood(judgements, kernel, MAX_SCORE / 2.0)
-    looked = grouped.fit_observed(told.observations, groups=groups, continuous=continuous, seed=seed, starts=1)
-    kernel = looked.explanations[0].posterior.hyperparameters
-    told = understood(judgements, kernel, middle_of(judgements, kernel))
-    return told, grouped.fit_observed(told.observations, groups=groups, continuous=continuous, seed=seed)
+    for starts in STARTS:
+        process = grouped.fit_observed(told.seen, groups=groups, continuous=continuous, seed=seed, starts=starts)
+        kernel = process.explanations[0].posterior.hyperparameters
+        told = understood(judgements, kernel, middle_of(judgements, kernel))
+    return told, _given(process, told.observations)
+
+
+def _given(process: GroupedPreference, observations: Observations) -> GroupedPreference:
+    """The kernels of a process, given other observations."""
+    explanations = tuple(
+        replace(explanation, posterior=condition(explanation.posterior.hyperparameters, observations))
+        for explanation in process.explanations
+    )
+    return replace(process, observations=observations, explanations=explanations)
 
 
 def _share(
     judgements: Judgements, told: Understood, groups: Ints, continuous: Flags, seed: int, cells: PartitionPreference
 ) -> float:
-    """The share of the process that predicts held-out labels best."""
+    """The share of the process under which held-out labels are likeliest."""
     randomness = np.random.default_rng(seed)
+    num_rows, num_labels = len(judgements.rows), len(judgements.scores)
     # Labels of equal rows are held out together: otherwise one would tell the other.
-    num_rows = len(judgements.rows)
     fold_of = randomness.permutation(FOLDS * (1 + num_rows // FOLDS))[:num_rows] % FOLDS
-    some = np.zeros(len(told.scores), dtype=bool)
-    some[randomness.permutation(len(some))[:MOST]] = True
-    fold, observations = fold_of[told.row], told.observations
-    predicted, looked_at = np.zeros((2, len(some))), np.zeros(len(some), dtype=bool)
+    first, compared = judgements.first, judgements.second >= 0
+    second = np.where(compared, judgements.second, first)
+    some = np.zeros(num_labels, dtype=bool)
+    some[randomness.permutation(num_labels)[:MOST]] = True
+    evidence = np.zeros(len(SHARES))
     for number in range(FOLDS):
-        held, known = (fold == number) & some, fold != number
-        apart = np.flatnonzero((fold_of[told.of] != number).all(axis=1))
-        if held.any() and known.any() and len(apart):
-            part = observations.take(apart)
+        out = (fold_of[first] == number) | (fold_of[second] == number)
+        known, apart = ~out[told.label], np.flatnonzero((fold_of[told.of] != number).all(axis=1))
+        held = np.flatnonzero(out & some)
+        if len(held) and known.any() and len(apart):
+            part = told.seen.take(apart)
             process = grouped.fit_observed(part, groups=groups, continuous=continuous, seed=seed, starts=1)
-            predicted[0, held] = process.predict(told.rows[held]).mean
+            process = _given(process, told.observations.take(apart))
             with threadpool_limits(1, "blas"):
                 sketch = cells.without(told.rows[known], told.scores[known], continuous, told.said.take(known))
-                predicted[1, held] = sketch.predict(told.rows[held]).mean
-            looked_at |= held
-    plain = np.arange(len(some)) < judgements.num_scores
-    predicted[1, plain] = expected_score(predicted[1, plain], cells.noise, cells.blunders)
-    predicted, said = np.clip(predicted[:, looked_at], 0.0, MAX_SCORE), told.said.take(looked_at)
-    losses = [_missed(share * predicted[0] + (1.0 - share) * predicted[1], said) for share in SHARES]
-    return next(share for share, loss in zip(SHARES, losses, strict=True) if loss <= AS_GOOD * min(losses))
+            parts = [
+                np.clip(preference.predict(judgements.rows).mean, 0.0, MAX_SCORE) for preference in (process, sketch)
+            ]
+            for place, share in enumerate(SHARES):
+                values = share * parts[0] + (1.0 - share) * parts[1]
+                differences = values[first[held]] - compared[held] * values[second[held]]
+                evidence[place] += _log_likelihood(told.bounds.take(held), differences, cells)
+    return next(share for share, found in zip(SHARES, evidence, strict=True) if found >= evidence.max() - AS_GOOD)
 
 
-def _missed(values: Floats, said: Intervals) -> float:
-    """Squared points by which values miss the intervals that they should lie in; a bound that is unsure counts less."""
-    missed = values - np.clip(values, said.low, said.high)
-    return float(np.sum(missed**2 / (1.0 + said.variance / UNSURE**2)))
+def _log_likelihood(said: Intervals, values: Floats, cells: PartitionPreference) -> float:
+    """Of what was said of values [n], by somebody who errs as cells have it."""
+    noise, blunders = max(cells.noise, LEAST_NOISE), max(cells.blunders, BLUNDERS)
+    evidence, _, _ = matched(said, values, np.full(len(values), 1e-9), noise, blunders)
+    return float(evidence.sum())

@@ -44,6 +44,12 @@ class Sites(NamedTuple):
         """[k] of the normal observations."""
         return self.shifts / self.precisions
 
+    def without(self) -> tuple[Floats, Floats]:
+        """Mean [k] and variance [k] of each value, given all that was said of others."""
+        own = np.maximum(np.diagonal(self.covariance), 1e-9)
+        left = np.maximum(1.0 / own - self.precisions, _LEAST_PRECISION)
+        return (self.mean / own - self.shifts) / left, 1.0 / left
+
 
 def propagate(mean: Floats, covariance: Floats, said: Intervals, noise: float, blunders: float) -> Sites:
     """Sites for what was said of values.
@@ -55,28 +61,30 @@ def propagate(mean: Floats, covariance: Floats, said: Intervals, noise: float, b
         noise: standard deviation of a look at a value, > 0.
         blunders: how often anything at all is said.
     """
-    precisions, shifts = np.full(len(said), _LEAST_PRECISION), np.zeros(len(said))
+    sites = _sites(mean, covariance, np.full(len(said), _LEAST_PRECISION), np.zeros(len(said)))
     for _ in range(MOST_SWEEPS):
-        known, spread = _given(mean, covariance, precisions, shifts)
-        own = np.maximum(np.diagonal(spread), 1e-9)
-        # Each value as all other sites have it.
-        left = np.maximum(1.0 / own - precisions, _LEAST_PRECISION)
-        others = (known / own - shifts) / left
-        _, means, variances = matched(said, others, 1.0 / left, noise, blunders)
-        new = np.maximum(1.0 / variances - left, _LEAST_PRECISION)
-        precisions = precisions + _STEP * (new - precisions)
-        shifts = shifts + _STEP * ((means * (left + new) - others * left) - shifts)
-        if np.all(np.abs(means - known) <= _NEAR * np.sqrt(own)):
+        others, left = sites.without()
+        _, means, variances = matched(said, others, left, noise, blunders)
+        new = np.maximum(1.0 / variances - 1.0 / left, _LEAST_PRECISION)
+        shifts = means * (1.0 / left + new) - others / left
+        rested = np.all(np.abs(means - sites.mean) <= _NEAR * np.sqrt(left))
+        sites = _sites(
+            mean,
+            covariance,
+            sites.precisions + _STEP * (new - sites.precisions),
+            sites.shifts + _STEP * (shifts - sites.shifts),
+        )
+        if rested:
             break
-    return Sites(precisions, shifts, *_given(mean, covariance, precisions, shifts))
+    return sites
 
 
-def _given(mean: Floats, covariance: Floats, precisions: Floats, shifts: Floats) -> tuple[Floats, Floats]:
-    """Mean and covariance of the values, given the sites."""
+def _sites(mean: Floats, covariance: Floats, precisions: Floats, shifts: Floats) -> Sites:
+    """Sites, with mean and covariance of the values given them."""
     roots = np.sqrt(precisions)
     inner = roots[:, None] * covariance * roots
     inner.flat[:: len(mean) + 1] += 1.0
     factor = cholesky(inner, lower=True, overwrite_a=True, check_finite=False)
     explained = solve_triangular(factor, roots[:, None] * covariance, lower=True, check_finite=False)
     spread = covariance - explained.T @ explained
-    return mean + spread @ (shifts - precisions * mean), spread
+    return Sites(precisions, shifts, mean + spread @ (shifts - precisions * mean), spread)
