@@ -73,5 +73,5 @@ def fit(
         raise UsageError(f"kinds: the method {method!r} learns from scores alone; use 'blended' with comparisons.")
     with named_extras():
         module = import_module(_MODULES[method])
-    kinds = {"continuous": continuous} if method in _TELLING_KINDS else {}
-    return module.fit(rows, scores, groups=groups, seed=seed, warm=warm, **kinds)
+    telling = {"continuous": continuous} if method in _TELLING_KINDS else {}
+    return module.fit(rows, scores, groups=groups, seed=seed, warm=warm, **telling)

@@ -219,7 +219,7 @@ def _observations(judgements: Judgements, means: Floats, variances: Floats) -> t
     first, second = judgements.first[rest], judgements.second[rest]
     of = np.column_stack([np.append(place, first), np.append(place, np.where(second < 0, first, second))])
     nothing = np.zeros(len(place))
-    beside = Beside(rows[of[:, 1]], np.append(nothing, second >= 0), np.append(nothing, variances))
+    beside = Beside(rows[of[:, 1]], np.append(nothing, (second >= 0).astype(np.float64)), np.append(nothing, variances))
     counts, means = np.append(counts, np.ones(len(first))), np.append(scores, means)
     return Observations(rows[of[:, 0]], means, counts, spread, beside), of
 

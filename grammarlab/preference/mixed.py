@@ -28,8 +28,6 @@ from grammarlab.preference.splits import Flags
 
 NOISE = 5.0
 """Standard deviation in points that is assumed as long as no kernel has been found."""
-STARTS = (1, None)
-"""Starts of each search for a kernel; None for all."""
 LEAST_NOISE = 3.0
 """Points that predictions of held-out labels may miss by, at least."""
 AS_GOOD = 2.0
@@ -79,11 +77,17 @@ def _in_turns(
     varies = np.ptp(judgements.rows, axis=0) > 0.0
     kernel = Hyperparameters(AMPLITUDE[0] * MAX_SCORE**2, varies / max(float(spread), 1.0), NOISE**2)
     told = understood(judgements, kernel, MAX_SCORE / 2.0)
-    for starts in STARTS:
-        process = grouped.fit_observed(told.seen, groups=groups, continuous=continuous, seed=seed, starts=starts)
-        kernel = process.explanations[0].posterior.hyperparameters
-        told = understood(judgements, kernel, middle_of(judgements, kernel))
+    process = grouped.fit_observed(told.seen, groups=groups, continuous=continuous, seed=seed, starts=1)
+    told = _under(judgements, process)
+    process = grouped.fit_observed(told.seen, groups=groups, continuous=continuous, seed=seed)
+    told = _under(judgements, process)
     return told, _given(process, told.observations)
+
+
+def _under(judgements: Judgements, process: GroupedPreference) -> Understood:
+    """What labels say under the best kernel of a process."""
+    kernel = process.explanations[0].posterior.hyperparameters
+    return understood(judgements, kernel, middle_of(judgements, kernel))
 
 
 def _given(process: GroupedPreference, observations: Observations) -> GroupedPreference:

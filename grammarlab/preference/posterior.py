@@ -70,7 +70,7 @@ class Posterior:
         """[m, n] kernel between rows [m, F] and what was observed, without noise."""
         scaled = (rows[:, self.columns] - self.center) * np.sqrt(self.hyperparameters.weights[self.columns])
         across = self.hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, self.scaled))
-        if self.subtracted is None:
+        if self.subtracted is None or self.compared is None:
             return across
         subtracted = self.hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, self.subtracted))
         return across - self.compared * subtracted

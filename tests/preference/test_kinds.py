@@ -169,11 +169,11 @@ def compared(number, width, seed):
 
 def test_comparisons_and_few_scores_teach_as_scores_do():
     rows, scores, kinds, others = compared(100, 6, 0)
-    known, fresh = coins(8, 6, 5), coins(200, 6, 6)
+    known, fresh = coins(4, 6, 5), coins(200, 6, 6)
     found = fit(
         np.concatenate([known, rows]),
         np.concatenate([liked(known), scores]),
-        kinds=["score"] * 8 + kinds,
+        kinds=["score"] * 4 + kinds,
         others=np.concatenate([known, others]),
     )
     few = blended.fit(known, liked(known))
