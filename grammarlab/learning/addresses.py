@@ -7,7 +7,7 @@ from hashlib import sha256
 from typing import NamedTuple
 
 from grammarlab.errors import UsageError
-from grammarlab.preference.labels import Label
+from grammarlab.preference.labels import Label, Place
 
 _TEXT = re.compile(r"([gf])(0|[1-9][0-9]{0,19})-(0|[1-9][0-9]{0,18})")
 
@@ -53,9 +53,18 @@ class Address(NamedTuple):
             label: one score.
             hashes: of the space and of its proposal; the label names one of them.
         """
-        return cls(
-            label.grammar == hashes[1], label.seed, label.model, label.start_rule, label.attributes, label.footprint
-        )
+        return cls._at(label.address, hashes)
+
+    @classmethod
+    def of_other(cls, label: Label, hashes: tuple[str, str]) -> Address | None:
+        """The design that a comparison is with; None for labels of other kinds."""
+        place = label.other_address
+        return None if place is None else cls._at(place, hashes)
+
+    @classmethod
+    def _at(cls, place: Place, hashes: tuple[str, str]) -> Address:
+        grammar, start_rule, attributes, footprint, seed, model = place
+        return cls(grammar == hashes[1], seed, model, start_rule, attributes, footprint)
 
     def label(self, factor: str, score: float, hashes: tuple[str, str]) -> Label:
         """A score of the design, as label files hold it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
 from grammarlab.learning.addresses import Address
-from grammarlab.preference.labels import Labels
+from grammarlab.preference.labels import COMPARISONS, Kind, Labels
 
 MAX_DESIGNS = 20_000
 """Different designs that labels may be about."""
@@ -17,21 +18,49 @@ MAX_DESIGNS = 20_000
 
 @dataclass(frozen=True)
 class Answers:
-    """Scores of designs for one factor, in the order in which they were given."""
+    """What was said of designs for one factor, in the order in which it was said."""
 
     factor: str
     designs: tuple[Address, ...]
     """[n] they may repeat."""
     scores: NDArray[np.float64]
     """[n] 0 to 100."""
+    kinds: tuple[Kind, ...] = ()
+    """[n] how each was said; none where all are scores of 0 to 100."""
+    others: tuple[Address | None, ...] = ()
+    """[n] the designs that comparisons are with; none where there are no kinds."""
 
     @property
     def is_liked(self) -> bool:
-        """Whether anything has a score above 0."""
-        return bool(np.any(self.scores > 0.0))
+        """Whether anything has a score above 0 or is preferred to something."""
+        return any(score > 0.0 and kind != "tie" for _, score, kind, _ in self._rows())
+
+    @property
+    def scored(self) -> Answers:
+        """Those that are about one design each."""
+        if not self.kinds:
+            return self
+        some = np.array([kind not in COMPARISONS for kind in self.kinds], dtype=bool)
+        designs = tuple(design for design, own in zip(self.designs, some.tolist(), strict=True) if own)
+        return Answers(self.factor, designs, self.scores[some])
+
+    @property
+    def mentioned(self) -> tuple[Address, ...]:
+        """All designs that something was said of."""
+        return self.designs + tuple(other for other in self.others if other is not None)
 
     def __add__(self, other: Answers) -> Answers:
-        return replace(self, designs=self.designs + other.designs, scores=np.append(self.scores, other.scores))
+        both = replace(self, designs=self.designs + other.designs, scores=np.append(self.scores, other.scores))
+        if not self.kinds and not other.kinds:
+            return both
+        rows = (*self._rows(), *other._rows())
+        return replace(both, kinds=tuple(row[2] for row in rows), others=tuple(row[3] for row in rows))
+
+    def _rows(self) -> Iterator[tuple[Address, float, Kind, Address | None]]:
+        num = len(self.designs)
+        kinds: tuple[Kind, ...] = self.kinds or ("score",) * num
+        others: tuple[Address | None, ...] = self.others or (None,) * num
+        return zip(self.designs, self.scores.tolist(), kinds, others, strict=True)
 
 
 def answers_of(labels: Labels, hashes: tuple[str, str]) -> tuple[Answers, ...]:
@@ -47,7 +76,8 @@ def answers_of(labels: Labels, hashes: tuple[str, str]) -> tuple[Answers, ...]:
     """
     if not len(labels):
         raise UsageError("there are no labels: score some models first, such as with grammarlab label.")
-    foreign = [label.grammar for label in labels if label.grammar not in hashes]
+    places = [place for label in labels for place in (label.address, label.other_address) if place is not None]
+    foreign = [place[0] for place in places if place[0] not in hashes]
     if foreign:
         raise UsageError(
             f"{len(foreign):,} of {len(labels):,} labels are about another grammar: expected {hashes[0][:16]}…, found "
@@ -55,7 +85,7 @@ def answers_of(labels: Labels, hashes: tuple[str, str]) -> tuple[Answers, ...]:
             "from the rule file that was scored (the beginning of its SHA-256 tells it), or score models of this one "
             "anew."
         )
-    total = len({label.address for label in labels})
+    total = len(set(places))
     if total > MAX_DESIGNS:
         raise UsageError(f"the labels are about {total:,} models; {MAX_DESIGNS:,} can be learned from. Split the file.")
     if not labels.scores.any():
@@ -67,4 +97,8 @@ def answers_of(labels: Labels, hashes: tuple[str, str]) -> tuple[Answers, ...]:
 
 
 def _of_factor(factor: str, labels: Labels, hashes: tuple[str, str]) -> Answers:
-    return Answers(factor, tuple(Address.of(label, hashes) for label in labels), labels.scores)
+    answers = Answers(factor, tuple(Address.of(label, hashes) for label in labels), labels.scores)
+    if all(label.kind == "score" for label in labels):
+        return answers
+    others = tuple(Address.of_other(label, hashes) for label in labels)
+    return replace(answers, kinds=tuple(label.kind for label in labels), others=others)

@@ -35,7 +35,7 @@ def ask(
     way = way or study.settings.query
     tables = study.tables(state.wide)
     known = state.answers.get(factor) if factor else _product(state)
-    known = known or Answers(factor, (), np.zeros(0))
+    known = (known or Answers(factor, (), np.zeros(0))).scored
     columns = state.columns
     table, num_pool = tables.table(columns), len(tables.made.pool)
     rows = table.rows[:num_pool]
@@ -73,7 +73,7 @@ def _narrowing(tables: DesignTables[Designs], state: State, asked: Ints, chosen:
 
 def _product(state: State) -> Answers:
     """The designs that have an answer for all liked factors, and the product of these."""
-    liked = [state.answers[name] for name in state.liked if name in state.answers]
+    liked = [state.answers[name].scored for name in state.liked if name in state.answers]
     scores = [dict(zip(found.designs, found.scores.tolist(), strict=True)) for found in liked]
     shared = [design for design in (scores[0] if scores else {}) if all(design in given for given in scores)]
     values = np.array([[given[design] for design in shared] for given in scores]).reshape(len(scores), len(shared))

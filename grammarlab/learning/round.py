@@ -20,6 +20,7 @@ from typing import Any, Generic
 import numpy as np
 
 from grammarlab.features.pattern import Feature
+from grammarlab.learning.addresses import Address
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.design_space import AbstractDesignSpace, Designs, Floats, Ints
 from grammarlab.learning.growth import path_length
@@ -140,7 +141,7 @@ def step(
     told = answered(state, answers)
     widens = widens and study.settings.widens
     # Scores that are rare without any noise are rare with it, and need not be looked at twice.
-    wide = told.wide or (widens and any(liked_are_rare(found.scores) for found in _given(told)))
+    wide = told.wide or (widens and any(liked_are_rare(found.scored.scores) for found in _given(told)))
     learned = _learned(study, state, replace(told, wide=wide), report)
     if not learned.wide and widens and _are_rare(learned):
         learned = _learned(study, state, replace(told, wide=True), report)
@@ -154,7 +155,9 @@ def _given(state: State) -> list[Answers]:
 
 def _are_rare(state: State) -> bool:
     """Whether liked designs are rare, for what the persons seem to err."""
-    return any(liked_are_rare(found.scores, noise_of(state.preferences[found.factor])) for found in _given(state))
+    return any(
+        liked_are_rare(found.scored.scores, noise_of(state.preferences[found.factor])) for found in _given(state)
+    )
 
 
 def _learned(study: Study[Designs], state: State, told: State, report: Report) -> State:
@@ -179,8 +182,9 @@ def _learned(study: Study[Designs], state: State, told: State, report: Report) -
         report(f"learning {found.factor}", 2 + number, total)
         before = known.get(found.factor)
         if before is None or state.answers[found.factor] is not found:
-            rows = places(tables, columns, found)
-            before = _fit(table, rows, found.scores, study.settings, before if study.settings.warm else None)
+            others = places(tables, columns, replace(found, designs=_compared(found)))
+            warm = before if study.settings.warm else None
+            before = _fit(table, places(tables, columns, found), found, others, study.settings, warm)
         preferences[found.factor] = before
     liked = tuple(found.factor for found in given if found.is_liked)
     return State(told.answers, preferences, columns, liked, tables.made.pool.wide)
@@ -195,10 +199,11 @@ def places(tables: DesignTables[Designs], columns: Columns, answers: Answers) ->
 
 def _columns(tables: DesignTables[Designs], answers: Sequence[Answers], settings: Settings) -> Columns:
     """The columns that answers ask for."""
-    different = {address for found in answers for address in found.designs}
+    different = {address for found in answers for address in found.mentioned}
     elsewhere = tuple(sorted(address for address in different if address not in tables.index))
     columns = Columns(settings.features.path_length, elsewhere=elsewhere)
-    scored = [_per_design(places(tables, columns, found), found.scores) for found in answers]
+    about_one = [found.scored for found in answers]
+    scored = [_per_design(places(tables, columns, found), found.scores) for found in about_one if found.designs]
     every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(rows for rows, _ in scored)]))
     designs = tables.designs(every, elsewhere)
     extra: dict[Feature, None] = {}
@@ -220,12 +225,19 @@ def _per_design(rows: Ints, scores: Floats) -> tuple[Ints, Floats]:
     return different, np.bincount(place, scores) / np.maximum(np.bincount(place), 1)
 
 
+def _compared(answers: Answers) -> tuple[Address, ...]:
+    """[n] the designs that comparisons are with; of other answers the designs that they are about."""
+    others = answers.others or (None,) * len(answers.designs)
+    return tuple(own if other is None else other for own, other in zip(answers.designs, others, strict=True))
+
+
 def _fit(
-    table: Table, rows: Ints, scores: Floats, settings: Settings, warm: AbstractPreference | None
+    table: Table, rows: Ints, answers: Answers, others: Ints, settings: Settings, warm: AbstractPreference | None
 ) -> AbstractPreference:
+    kinds = answers.kinds or ("score",) * len(rows)
     # In one order, whatever the order in which they were given: sums of floats depend on it.
-    order = np.lexsort((scores, rows))
-    labelled, scores = table.rows[rows[order]], scores[order]
+    order = np.lexsort((np.array(kinds), others, answers.scores, rows))
+    labelled, scores = table.rows[rows[order]], answers.scores[order]
     if settings.options:
         # Only this baseline has parameters, and only experiments change them.
         from grammarlab.preference import gaussian_process  # noqa: PLC0415 - loads JAX
@@ -240,4 +252,6 @@ def _fit(
         method=settings.fit,
         seed=settings.seed,
         warm=warm,
+        kinds=[kinds[index] for index in order.tolist()] if answers.kinds else (),
+        others=table.rows[others[order]] if answers.kinds else None,
     )

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.preference.base import MAX_SCORE, Floats, Ints
-from grammarlab.preference.likelihood import Singles, log_likelihood
+from grammarlab.preference.likelihood import Intervals, Singles, log_likelihood
 from grammarlab.preference.splits import Flags, Splits, different
 
 ZERO = 0.25
@@ -86,11 +86,14 @@ class Cells:
     """How often any score at all is given."""
     levels: Levels | None = None
     """What earlier cells were worth; None as long as there are none."""
+    said: Intervals | None = None
+    """[n] what the labels say; None where that is the scores."""
 
     @cached_property
     def log_likelihood(self) -> Singles:
         """[n, G] of each label for each value."""
-        return log_likelihood(self.scores, self.grid, self.noise, self.blunders)
+        said = self.scores if self.said is None else self.said
+        return log_likelihood(said, self.grid, self.noise, self.blunders)
 
     @cached_property
     def _known(self) -> dict[bytes, Ranked | None]:

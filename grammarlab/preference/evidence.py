@@ -37,6 +37,12 @@ class Data(NamedTuple):
     """[n] labels of each row; 0 marks padding."""
     spread: jax.Array | float
     """As in `Observations`."""
+    others: jax.Array | Floats | None = None
+    """[n, F] as in `Beside`, moved as the rows are; None where all observations are scores of one row."""
+    compared: jax.Array | Floats | None = None
+    """[n] likewise."""
+    variances: jax.Array | Floats | None = None
+    """[n] likewise."""
 
 
 def padded_size(size: int, steps: int) -> int:
@@ -61,11 +67,22 @@ def padded(observations: Observations, num_columns_padded: int, num_rows_padded:
     """
     num_rows, num_columns = observations.rows.shape
     n = num_rows_padded or padded_size(num_rows, 2)
-    rows = np.zeros((n, num_columns_padded))
-    rows[:num_rows, :num_columns] = observations.rows - observations.rows.mean(axis=0)
-    means, counts = np.zeros(n), np.zeros(n)
-    means[:num_rows], counts[:num_rows] = observations.means, observations.counts
-    return Data(rows, means, counts, observations.spread)
+    center = observations.rows.mean(axis=0)
+
+    def filled(rows: Floats) -> Floats:
+        table = np.zeros((n, num_columns_padded))
+        table[:num_rows, :num_columns] = rows - center
+        return table
+
+    def column(values: Floats) -> Floats:
+        return np.concatenate([values, np.zeros(n - num_rows)])
+
+    beside = observations.beside
+    data = Data(filled(observations.rows), column(observations.means), column(observations.counts), observations.spread)
+    if beside is None:
+        return data
+    others, compared, variances = filled(beside.others), column(beside.compared), column(beside.variances)
+    return data._replace(others=others, compared=compared, variances=variances)
 
 
 def covariance(left: jax.Array, right: jax.Array, amplitude: jax.Array, weights: jax.Array) -> jax.Array:
@@ -113,12 +130,19 @@ def _loss_and_gradient(
     """The loss and its derivatives by amplitude, weights [F] and noise."""
     X, u, m = jnp.asarray(data.rows), jnp.asarray(data.means), jnp.asarray(data.counts)
     real = m > 0
-    K = jnp.where(real[:, None] & real, covariance(X, X, amplitude, weights), 0.0)
     share = jnp.where(real, 1.0 / jnp.maximum(m, 1.0), 0.0)
-    # A padded row is independent, of variance 1 and with score 0: it adds nothing to determinant or residual.
-    diagonal = jnp.where(real, amplitude + noise * share, 1.0)
-    here = jnp.arange(len(u))
-    C = K.at[here, here].set(diagonal)
+    here, n, differences = jnp.arange(len(u)), len(u), data.others is not None
+    if data.others is None or data.compared is None or data.variances is None:
+        K = jnp.where(real[:, None] & real, covariance(X, X, amplitude, weights), 0.0)
+        # A padded row is independent, of variance 1 and with score 0: it adds nothing to determinant or residual.
+        C = K.at[here, here].set(jnp.where(real, amplitude + noise * share, 1.0))
+    else:
+        own = jnp.asarray(data.variances)
+        X, share = jnp.concatenate([X, data.others]), jnp.where(own > 0.0, 0.0, share)
+        sign = jnp.concatenate([jnp.where(real, 1.0, 0.0), -jnp.asarray(data.compared)])
+        K = sign[:, None] * sign * covariance(X, X, amplitude, weights)
+        C = K[:n, :n] + K[:n, n:] + K[n:, :n] + K[n:, n:]
+        C = C.at[here, here].add(jnp.where(real, noise * share + own, 1.0))
     inverse, log_determinant = _inverse_and_log_determinant(C)
     a = inverse @ u
     extra = jnp.sum(jnp.where(real, m - 1.0, 0.0))
@@ -131,7 +155,7 @@ def _loss_and_gradient(
         + data.spread / noise
     )
     by_covariance = 0.5 * (inverse - a[:, None] * a)
-    S = by_covariance * K
+    S = (jnp.tile(by_covariance, (2, 2)) if differences else by_covariance) * K
     by_weights = jnp.sum(X * (S @ X), axis=0) - jnp.sum(S, axis=1) @ (X * X)
     by_noise = jnp.sum(jnp.diagonal(by_covariance) * share) + 0.5 * (extra / noise - data.spread / noise**2)
     return value, (jnp.sum(S) / amplitude, by_weights, by_noise)

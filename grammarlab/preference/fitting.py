@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib import import_module
 from typing import Literal, get_args
 
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike
 from grammarlab.errors import UsageError
 from grammarlab.extras import named_extras
 from grammarlab.preference.base import AbstractPreference, Rows
+from grammarlab.preference.labels import COMPARISONS, Kind
 
 Method = Literal["blended", "partition", "grouped", "paper", "kde", "sklearn"]
 
@@ -36,6 +38,8 @@ def fit(
     method: Method = "blended",
     seed: int = 0,
     warm: AbstractPreference | None = None,
+    kinds: Sequence[Kind] = (),
+    others: Rows | None = None,
 ) -> AbstractPreference:
     """A preference function that explains the scores of some models and predicts those of all others.
 
@@ -52,13 +56,22 @@ def fit(
             Equations 4.4-4.8), ``kde`` (score-weighted density, the paper's baseline) or ``sklearn``.
         seed: for what a method draws; the same seed gives the same preference.
         warm: the preference of the round before, found by the same method on the same columns.
+        kinds: [n] how each label was said; none where all are scores.
+        others: [n, F] of the models that comparisons are with, for which there is the method ``blended`` alone.
 
     Raises:
         UsageError: when an argument does not fit or a library is missing; the message says where and what to do.
     """
     if method not in _MODULES:
         raise UsageError(f"method: expected one of {', '.join(get_args(Method))}, found {method!r}.")
+    if set(kinds) - {"score"} and method == "blended":
+        with named_extras():
+            mixed = import_module("grammarlab.preference.mixed")
+        beside = rows if others is None else others
+        return mixed.fit(rows, scores, kinds=kinds, others=beside, groups=groups, continuous=continuous, seed=seed)
+    if set(kinds) & set(COMPARISONS):
+        raise UsageError(f"kinds: the method {method!r} learns from scores alone; use 'blended' with comparisons.")
     with named_extras():
         module = import_module(_MODULES[method])
-    kinds = {"continuous": continuous} if method in _TELLING_KINDS else {}
-    return module.fit(rows, scores, groups=groups, seed=seed, warm=warm, **kinds)
+    telling = {"continuous": continuous} if method in _TELLING_KINDS else {}
+    return module.fit(rows, scores, groups=groups, seed=seed, warm=warm, **telling)

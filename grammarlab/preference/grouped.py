@@ -93,7 +93,7 @@ class GroupedPreference(AbstractPreference):
         return Prediction(mean, np.sqrt(variance))
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
-        return relevances(self.observations.rows, self.column_weights(), self.groups, group_names)
+        return relevances(self.observations.looked_at, self.column_weights(), self.groups, group_names)
 
     def column_weights(self) -> Floats:
         """[F] the weight of each column, averaged over the explanations."""
@@ -127,17 +127,34 @@ def fit(
     Raises:
         UsageError: when labels or groups are out of range, or `warm` does not fit.
     """
-    observations = thinned(observe(rows, scores), MAX_ROWS_TO_KEEP, seed)
+    return fit_observed(
+        observe(rows, scores), groups=groups, continuous=continuous, seed=seed, warm=warm, starts=starts
+    )
+
+
+def fit_observed(
+    labels: Observations,
+    *,
+    groups: ArrayLike | None = None,
+    continuous: ArrayLike | None = None,
+    seed: int = 0,
+    warm: AbstractPreference | None = None,
+    starts: int | None = None,
+) -> GroupedPreference:
+    """`fit`, of labels as observations, among which there may be differences of two rows."""
+    observations = thinned(labels, MAX_ROWS_TO_KEEP, seed)
     num_columns = observations.rows.shape[1]
     numbers = checked_groups(groups, num_columns)
-    scales = scales_of(observations.rows)
-    highest = float(np.max(observations.means)) or MAX_SCORE
+    scales = scales_of(observations.looked_at)
+    beside = observations.beside
+    plain = observations.means if beside is None else observations.means[beside.variances == 0.0]
+    highest = float(np.max(plain, initial=0.0)) or MAX_SCORE
     problem = problem_of(thinned(observations, MAX_ROWS_TO_FIT, seed), numbers, scales, highest)
     drawn = np.zeros(problem.num_groups)
     drawn[numbers[checked_kinds(continuous, num_columns)]] = 1.0
     kernels = _warm_starts(warm, num_columns, numbers) + starting_kernels(problem, seed, NUM_RANDOM_STARTS, drawn)
     with jax.enable_x64(True), threadpool_limits(1, "blas"):
-        kernels = _best(problem, kernels[:starts]) if np.any(observations.means > 0.0) else [_indifferent(problem)]
+        kernels = _best(problem, kernels[:starts]) if np.any(observations.means != 0.0) else [_indifferent(problem)]
     shares = np.exp(kernels[0].energy - np.array([kernel.energy for kernel in kernels]))
     shares /= shares.sum()
     explanations = tuple(
@@ -175,6 +192,6 @@ def _alike(first: Kernel, second: Kernel) -> bool:
 
 def _indifferent(problem: Problem) -> Kernel:
     """All groups that vary matter alike, so that two typical models are nearly unlike."""
-    rows = problem.observations.rows
+    rows = problem.observations.looked_at
     spread = 2.0 * float(np.sum(np.var(rows, axis=0)))
     return Kernel(problem.varying / max(spread, 1.0), AMPLITUDE[0], NOISE[0], 0.0)

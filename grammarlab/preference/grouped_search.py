@@ -91,14 +91,9 @@ def problem_of(observations: Observations, groups: Ints, scales: Floats, highest
         scales: [F] > 0, what columns are divided by.
         highest: what scores are divided by, > 0.
     """
-    scaled = replace(
-        observations,
-        rows=observations.rows / scales,
-        means=observations.means / highest,
-        spread=observations.spread / highest**2,
-    )
+    scaled = observations.scaled(scales, highest)
     num_groups = int(groups.max(initial=-1)) + 1
-    varies = np.ptp(observations.rows, axis=0) > 0.0
+    varies = np.ptp(observations.looked_at, axis=0) > 0.0
     varying = np.bincount(groups[varies], minlength=num_groups) > 0
     return Problem(scaled, groups, num_groups, varying.astype(np.float64))
 
@@ -173,7 +168,7 @@ def _on_device(problem: Problem, columns: Ints, active: Ints) -> tuple[Data, jax
     full = padded_size(len(problem.groups), 4)
     size = _FEW_COLUMNS if len(columns) <= _FEW_COLUMNS < full else full
     num_rows = max(_LEAST_ROWS, padded_size(len(problem.observations.means), 1))
-    part = replace(problem.observations, rows=problem.observations.rows[:, columns])
+    part = problem.observations.of_columns(columns)
     # Padded columns hold zeros, so that it does not matter which group they count to.
     groups = np.zeros(size, dtype=np.int64)
     groups[: len(columns)] = np.searchsorted(active, problem.groups[columns])

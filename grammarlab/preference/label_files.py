@@ -1,6 +1,7 @@
 """Label files: CSV, JSON lines or Parquet, one row a label, one column a field of `Label`.
 
-The columns start_rule, attributes and footprint may be left out, and columns of other names are not looked at.
+The columns start_rule, attributes, footprint, kind and other may be left out, and columns of other names are not looked
+at. A comparison (kind ``rather`` or ``tie``) needs no score: its cell may be empty.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import pyarrow.parquet as pq
 
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import write_bytes
-from grammarlab.preference.labels import Label, Labels
+from grammarlab.preference.labels import COMPARISONS, SCORES, Label, Labels
 
 MAX_FILE_BYTES = 64 << 20
 MAX_UNPACKED_BYTES = 512 << 20
@@ -89,9 +90,18 @@ def _labels(rows: _Rows) -> Iterator[Label]:
         if missing:
             raise _RowError(f"{place}: expected {', '.join(_REQUIRED)}; missing {', '.join(missing)}.")
         try:
-            yield Label(**{name: cells[name] for name in _COLUMNS if name in cells})
+            yield Label(**_completed({name: cells[name] for name in _COLUMNS if name in cells}))
         except UsageError as error:
             raise _RowError(f"{place}: {error}") from error
+
+
+def _completed(cells: dict[str, Any]) -> dict[str, Any]:
+    """Cells of a row, with what an empty kind and the empty score of a comparison mean."""
+    told = {name: cells[name] for name in cells if name not in ("kind", "other") or cells[name] not in ("", None)}
+    kind = told.get("kind")
+    if kind in COMPARISONS and told["score"] in ("", None):
+        told["score"] = SCORES[str(kind)][0]
+    return told
 
 
 def _read_csv(data: bytes) -> _Rows:

@@ -1,19 +1,30 @@
-"""What a score says about the value that somebody had in mind.
+"""What was said tells about the value that somebody had in mind.
 
 A score y stands for the interval [y - h, y + h] of its scale, open at 0 and 100: who would give less than nothing says
 0. The person misses the value v by normal noise of standard deviation sigma, and now and then, with probability pi,
 gives any score at all:
 
     p(y | v) = (1 - pi) [Phi((y + h - v) / sigma) - Phi((y - h - v) / sigma)] + pi (length of the interval) / 100
+
+Stars are scores of a larger h, and thumbs say on which side of the person's middle the value lies. A comparison is such
+an interval of the difference of two values, each of which is missed by noise of its own:
+
+    p(a rather than b | v_a, v_b) = (1 - pi) Phi((v_a - v_b) / (sqrt(2) sigma)) + pi / 2
+
+Whoever may say that two are alike does so where the difference seems smaller than a few points (Rao and Kupper 1967),
+and any of three answers at random. Where v_b is known to be normal around m_b with variance s^2, what is said of v_a is
+the same with m_b in the place of v_b and 2 sigma^2 + s^2 in that of 2 sigma^2.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from grammarlab.preference.base import MAX_SCORE, Floats
+from grammarlab.preference.base import MAX_SCORE, Floats, Ints
 
 HALF_STEP = 0.5
 """h, in points."""
@@ -23,11 +34,54 @@ _LEAST = 1e-12
 Singles = NDArray[np.float32]
 
 
-def log_likelihood(scores: Floats, values: Floats, noise: float, blunders: float) -> Singles:
-    """[n, G] log p(y | v) of scores [n] for values [G], both 0 to 100.
+@dataclass(frozen=True, slots=True)
+class Intervals:
+    """What was said, each that a value missed by noise lies between two bounds."""
+
+    low: Floats
+    """[n] points; minus infinity where the interval is open."""
+    high: Floats
+    """[n] points."""
+    length: Floats
+    """[n] how often it is said by chance, in percent."""
+    looks: Floats
+    """[n] how many values were missed by noise: 1, or 2 in comparisons."""
+    variance: Floats
+    """[n] >= 0, of the bounds, in squared points; 0 where they are known."""
+
+    def __len__(self) -> int:
+        return len(self.low)
+
+    def __add__(self, other: Intervals) -> Intervals:
+        both = zip(self._columns(), other._columns(), strict=True)
+        return Intervals(*(np.concatenate(pair) for pair in both))
+
+    def take(self, some: Ints | NDArray[np.bool_]) -> Intervals:
+        """Some of them."""
+        return Intervals(*(column[some] for column in self._columns()))
+
+    def deviation(self, noise: float) -> Floats:
+        """[n] standard deviation of what was seen around the value."""
+        return np.sqrt(self.looks * (noise * noise) + self.variance)
+
+    def _columns(self) -> tuple[Floats, ...]:
+        return self.low, self.high, self.length, self.looks, self.variance
+
+
+def intervals_of(scores: Floats, half_step: float = HALF_STEP) -> Intervals:
+    """Scores [n] of 0 to 100 on a scale whose steps are so wide, in points."""
+    at_bottom, at_top = scores <= half_step / 2.0, scores >= MAX_SCORE - half_step / 2.0
+    low = np.where(at_bottom, -np.inf, scores - half_step)
+    high = np.where(at_top, np.inf, scores + half_step)
+    length = np.where(at_bottom | at_top, half_step, 2.0 * half_step)
+    return Intervals(low, high, length, np.ones(len(scores)), np.zeros(len(scores)))
+
+
+def log_likelihood(scores: Floats | Intervals, values: Floats, noise: float, blunders: float) -> Singles:
+    """[n, G] log p(y | v) of what was said [n] for values [G], 0 to 100.
 
     Args:
-        scores: what was said.
+        scores: what was said: scores of 0 to 100, or anything.
         values: what may have been meant.
         noise: sigma > 0, in points.
         blunders: pi, 0 to 1.
@@ -35,12 +89,33 @@ def log_likelihood(scores: Floats, values: Floats, noise: float, blunders: float
     >>> np.exp(log_likelihood(np.array([0.0, 50.0]), np.array([0.0, 50.0]), 0.1, 0.0)).round(3).tolist()
     [[1.0, 0.0], [0.0, 1.0]]
     """
-    at_bottom, at_top = scores <= HALF_STEP / 2.0, scores >= MAX_SCORE - HALF_STEP / 2.0
-    low = np.where(at_bottom, -np.inf, scores - HALF_STEP)[:, None]
-    high = np.where(at_top, np.inf, scores + HALF_STEP)[:, None]
-    meant = ndtr((high - values) / noise) - ndtr((low - values) / noise)
-    length = np.where(at_bottom | at_top, HALF_STEP, 2.0 * HALF_STEP)[:, None]
+    said = scores if isinstance(scores, Intervals) else intervals_of(scores)
+    low, high, length = said.low[:, None], said.high[:, None], said.length[:, None]
+    deviation = said.deviation(noise)[:, None]
+    meant = ndtr((high - values) / deviation) - ndtr((low - values) / deviation)
     return np.log((1.0 - blunders) * meant + blunders * length / MAX_SCORE + _LEAST).astype(np.float32)
+
+
+def matched(
+    said: Intervals, means: Floats, variances: Floats, noise: float, blunders: float
+) -> tuple[Floats, Floats, Floats]:
+    """Log-evidence [n], mean [n] and variance [n] of values that were normal before something was said of each.
+
+    Args:
+        said: [n].
+        means: [n] of the values.
+        variances: [n] > 0.
+        noise: sigma >= 0, in points.
+        blunders: pi, 0 to 1.
+    """
+    deviation = np.sqrt(variances + said.deviation(noise) ** 2)
+    low, high = (said.low - means) / deviation, (said.high - means) / deviation
+    evidence = (1.0 - blunders) * (ndtr(high) - ndtr(low)) + blunders * said.length / MAX_SCORE + _LEAST
+    # First and second derivative of the evidence by the mean, divided by it.
+    slope = (1.0 - blunders) * (_density(low) - _density(high)) / deviation / evidence
+    curvature = (1.0 - blunders) * (_moment(low) - _moment(high)) / deviation**2 / evidence
+    variance = variances + variances**2 * (curvature - slope**2)
+    return np.log(evidence), means + variances * slope, np.maximum(variance, 1e-6 * variances)
 
 
 def expected_score(values: Floats, noise: float, blunders: float) -> Floats:
@@ -64,3 +139,9 @@ def value_of(scores: Floats, noise: float, blunders: float) -> Floats:
 
 def _density(deviations: Floats) -> Floats:
     return np.exp(-0.5 * deviations**2) / np.sqrt(2.0 * np.pi)
+
+
+def _moment(deviations: Floats) -> Floats:
+    """The normal density at x, times x: 0 at infinity."""
+    finite = np.clip(deviations, -40.0, 40.0)
+    return finite * _density(finite)

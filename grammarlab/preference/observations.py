@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,30 +13,71 @@ from grammarlab.preference.base import MAX_SCORE, Floats, Ints, Rows, dense_rows
 
 
 @dataclass(frozen=True, slots=True)
+class Beside:
+    """Which observations are differences of two rows, and how certain they are."""
+
+    others: Floats
+    """[n, F] the rows that are subtracted; anything where none is."""
+    compared: Floats
+    """[n] 1 where a row is subtracted, else 0."""
+    variances: Floats
+    """[n] of each observation around what it is of; 0 for mean scores, which have the noise of their labels."""
+
+    def take(self, chosen: Ints) -> Beside:
+        """Of some of the observations."""
+        return Beside(self.others[chosen], self.compared[chosen], self.variances[chosen])
+
+
+@dataclass(frozen=True, slots=True)
 class Observations:
-    """Distinct rows, each with what all its labels say together.
+    """Distinct rows, and what is known of each, or of differences between them.
 
     Scores of one row that differ are not an error: a person may change their mind, and rows may be too coarse to tell
     two models apart. They count as so many noisy looks at one value. With Gaussian noise of one variance the mean and
     the number of looks hold everything that the labels say about the function, so that taking equal rows together
     changes no prediction.
+
+    Beside mean scores there may be observations of another kind: of a row or of a difference of two, each with a
+    variance of its own (`grammarlab.preference.propagation`).
     """
 
     rows: Floats
-    """[n, F] all different."""
+    """[n, F] all different where there are only scores."""
     means: Floats
     """[n] mean score of each row's labels, 0-100."""
     counts: Floats
     """[n] how many labels each row has, >= 1."""
     spread: float
     """Sum over all labels of the squared distance to their row's mean: 0 where no labels contradict each other."""
+    beside: Beside | None = None
+    """What else is known of the observations; None where all of them are scores."""
 
     def take(self, chosen: Ints) -> Observations:
         """Some of the rows; the spread is taken in proportion to the labels beyond one a row."""
         extra = float(np.sum(self.counts - 1.0))
         kept = float(np.sum(self.counts[chosen] - 1.0))
         spread = self.spread * kept / extra if extra else 0.0
-        return Observations(self.rows[chosen], self.means[chosen], self.counts[chosen], spread)
+        beside = None if self.beside is None else self.beside.take(chosen)
+        return Observations(self.rows[chosen], self.means[chosen], self.counts[chosen], spread, beside)
+
+    @property
+    def looked_at(self) -> Floats:
+        """[N, F] the rows, and all that are subtracted from some."""
+        if self.beside is None:
+            return self.rows
+        return np.concatenate([self.rows, self.beside.others[self.beside.compared > 0.0]])
+
+    def scaled(self, scales: Floats, highest: float) -> Observations:
+        """The same with rows divided by the scale of each column [F], and scores by the highest one."""
+        beside = self.beside
+        if beside is not None:
+            beside = Beside(beside.others / scales, beside.compared, beside.variances / highest**2)
+        return Observations(self.rows / scales, self.means / highest, self.counts, self.spread / highest**2, beside)
+
+    def of_columns(self, columns: Ints) -> Observations:
+        """The same with some columns alone."""
+        beside = self.beside and replace(self.beside, others=self.beside.others[:, columns])
+        return replace(self, rows=self.rows[:, columns], beside=beside)
 
 
 def observe(rows: Rows, scores: ArrayLike) -> Observations:

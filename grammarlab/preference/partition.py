@@ -24,6 +24,7 @@ from grammarlab.preference.base import AbstractPreference, Floats, Ints, Predict
 from grammarlab.preference.cells import Cells, grid_of, levels_of
 from grammarlab.preference.explain import level_of
 from grammarlab.preference.growing import Growth, Tree, grow, regrown
+from grammarlab.preference.likelihood import Intervals
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 from grammarlab.preference.splits import Flags, Splits
 
@@ -126,18 +127,21 @@ class PartitionPreference(AbstractPreference):
             posteriors = np.array([self.cells.posterior(some) for some in cells])
             yield from [(cell, posteriors)] * number
 
-    def without(self, rows: Floats, scores: Floats, continuous: Flags) -> PartitionPreference:
+    def without(
+        self, rows: Floats, scores: Floats, continuous: Flags, said: Intervals | None = None
+    ) -> PartitionPreference:
         """What some of the labels alone say, when the person errs as is known: a quick look.
 
         Args:
             rows: [n, F] of these labels.
             scores: [n]
             continuous: [F] which columns are no counts.
+            said: [n] what these labels say, where that is not the scores.
         """
         randomness, every = np.random.default_rng(0), np.arange(len(scores))
         splits = splits_of(rows, self.groups, continuous, self.shares_of)
-        cells = Cells(splits, scores, self.cells.grid, self.noise, self.blunders)
-        guides = (Cells(splits, scores, self.cells.grid, *_GUIDE),)
+        cells = Cells(splits, scores, self.cells.grid, self.noise, self.blunders, said=said)
+        guides = (Cells(splits, scores, self.cells.grid, *_GUIDE, said=said),)
         growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
         sketches = [grow(cells, every, growth, randomness) for growth in growths]
         found = [(share, tuple(tree.cells())) for share, tree in zip(_shares(sketches).tolist(), sketches, strict=True)]
@@ -209,6 +213,7 @@ def fit(
     continuous: ArrayLike | None = None,
     seed: int = 0,
     warm: AbstractPreference | None = None,
+    said: Intervals | None = None,
 ) -> PartitionPreference:
     """A preference that divides designs in cells.
 
@@ -219,6 +224,7 @@ def fit(
         continuous: [F] which columns are no counts; none of them when left out.
         seed: of the draws of splits, and of the choice of labels where there are more than `MAX_ROWS_TO_FIT`.
         warm: not used.
+        said: [n] what the labels say, where that is not the scores; these then tell about where the values are.
 
     Raises:
         UsageError: when labels or groups are out of range.
@@ -231,11 +237,12 @@ def fit(
         by_score = np.argsort(values + 1e-6 * randomness.random(len(values)), kind="stable")
         some = np.sort(by_score[np.arange(MAX_ROWS_TO_FIT) * len(values) // MAX_ROWS_TO_FIT])
         table, values = table[some], values[some]
+        said = None if said is None else said.take(some)
     shares_of = _sums(table, numbers, drawn)
     splits = splits_of(table, numbers, drawn, shares_of)
     every = np.arange(len(values))
     with threadpool_limits(1, "blas"):
-        cells, guides, found = _erring(splits, values, randomness)
+        cells, guides, found = _erring(splits, values, said, randomness)
         growths = [Growth(1e-2)] + [Growth(_COOL if n % 2 else _WARM, 0.0, guides) for n in range(NUM_TREES - 1)]
         trees = [found] + [grow(cells, every, growth, randomness) for growth in growths]
         trees += _around(cells, max(trees, key=lambda tree: tree.log_posterior), Growth(_WARM, 0.0, guides), randomness)
@@ -280,13 +287,15 @@ def _around(cells: Cells, tree: Tree, growth: Growth, randomness: np.random.Gene
         yield tree
 
 
-def _erring(splits: Splits, scores: Floats, randomness: np.random.Generator) -> tuple[Cells, tuple[Cells, ...], Tree]:
+def _erring(
+    splits: Splits, scores: Floats, said: Intervals | None, randomness: np.random.Generator
+) -> tuple[Cells, tuple[Cells, ...], Tree]:
     """How the person errs, a guide, and a tree: the best of what several beginnings lead to."""
     grid, every = grid_of(scores), np.arange(len(scores))
-    guides = (Cells(splits, scores, grid, *_GUIDE),)
+    guides = (Cells(splits, scores, grid, *_GUIDE, said=said),)
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
     for noise in _BEGINNINGS:
-        cells, seen = Cells(splits, scores, grid, noise, BLUNDERS[1]), set[tuple[float, float]]()
+        cells, seen = Cells(splits, scores, grid, noise, BLUNDERS[1], said=said), set[tuple[float, float]]()
         for _ in range(_ROUNDS):
             growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
             trees = [grow(cells, every, growth, randomness) for growth in growths]

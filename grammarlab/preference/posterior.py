@@ -48,6 +48,10 @@ class Posterior:
     """[n, n] lower Cholesky factor of C_n."""
     solution: Floats
     """[n] C_n^-1 u."""
+    subtracted: Floats | None = None
+    """[n, A] likewise the rows that are subtracted in observations; None where all are of one row."""
+    compared: Floats | None = None
+    """[n] 1 where one is, else 0."""
 
     def predict(self, rows: Floats) -> Prediction:
         """Mean (Equation 4.4) and standard deviation (4.5) of the scores of rows [m, F]."""
@@ -63,9 +67,13 @@ class Posterior:
         return Prediction(mean, np.sqrt(np.maximum(variance, 0.0)))
 
     def covariance_with_observed(self, rows: Floats) -> Floats:
-        """[m, n] kernel between rows [m, F] and the observed ones, without noise."""
+        """[m, n] kernel between rows [m, F] and what was observed, without noise."""
         scaled = (rows[:, self.columns] - self.center) * np.sqrt(self.hyperparameters.weights[self.columns])
-        return self.hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, self.scaled))
+        across = self.hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, self.scaled))
+        if self.subtracted is None or self.compared is None:
+            return across
+        subtracted = self.hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, self.subtracted))
+        return across - self.compared * subtracted
 
 
 def squared_distances(left: Floats, right: Floats) -> Floats:
@@ -75,7 +83,7 @@ def squared_distances(left: Floats, right: Floats) -> Floats:
 
 
 def condition(hyperparameters: Hyperparameters, observations: Observations) -> Posterior:
-    """The posterior given observations; a row that was looked at m times has noise / m.
+    """The posterior given observations; a row that was scored m times has noise / m.
 
     Raises:
         GrammarlabError: when the covariance is not positive definite in float64, which takes a noise far below the
@@ -85,7 +93,17 @@ def condition(hyperparameters: Hyperparameters, observations: Observations) -> P
     center = observations.rows[:, columns].mean(axis=0)
     scaled = (observations.rows[:, columns] - center) * np.sqrt(hyperparameters.weights[columns])
     covariance = hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, scaled))
-    covariance.flat[:: len(scaled) + 1] = hyperparameters.amplitude + hyperparameters.noise / observations.counts
+    noise, beside = hyperparameters.noise / observations.counts, observations.beside
+    subtracted, compared = None, None
+    if beside is None:
+        covariance.flat[:: len(scaled) + 1] = hyperparameters.amplitude + noise
+    else:
+        subtracted = (beside.others[:, columns] - center) * np.sqrt(hyperparameters.weights[columns])
+        compared = beside.compared
+        across = compared * hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, subtracted))
+        both = hyperparameters.amplitude * np.exp(-0.5 * squared_distances(subtracted, subtracted))
+        covariance += compared[:, None] * compared * both - across - across.T
+        covariance.flat[:: len(scaled) + 1] += np.where(beside.variances > 0.0, beside.variances, noise)
     with threadpool_limits(1, "blas"):
         try:
             factor = cholesky(covariance, lower=True, overwrite_a=True, check_finite=False)
@@ -95,4 +113,4 @@ def condition(hyperparameters: Hyperparameters, observations: Observations) -> P
                 f"for the amplitude {hyperparameters.amplitude:g}. Fit with more noise."
             ) from error
         solution = cho_solve((factor, True), observations.means, check_finite=False)
-    return Posterior(hyperparameters, columns, scaled, center, factor, solution)
+    return Posterior(hyperparameters, columns, scaled, center, factor, solution, subtracted, compared)

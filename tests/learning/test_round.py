@@ -8,9 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grammarlab.learning.answers import Answers
+from grammarlab.learning.addresses import Address
+from grammarlab.learning.answers import Answers, answers_of
 from grammarlab.learning.questions import ask
 from grammarlab.learning.round import answered, init, step
+from grammarlab.preference.labels import Labels
 from grammarlab.preference.liked import FEWEST
 from grammarlab.preference.queries import WAYS
 from tests.learning.bits import BITS, SIZE, BitsSpace, answers_about, score_of, study_of
@@ -154,3 +156,54 @@ def test_answers_that_surprise_most_are_asked_again_first_also_those_from_elsewh
     wrong = answered(init(STUDY), [given])
     state = replace(state, answers=wrong.answers)
     assert ask(STUDY, state, 3, 0, factor="factor 0", way="already ranked")[0] == outside
+
+
+def comparisons_of(designs, others):
+    """Labels of somebody who compares pairs of designs exactly."""
+    own, other = (score_of(STUDY.space.make(some))[:, 0] for some in (designs, others))
+    labels = []
+    for one, two, gain in zip(designs, others, (own - other).tolist(), strict=True):
+        better, worse = (one, two) if gain >= 0.0 else (two, one)
+        place = f'{{"seed":{worse.seed},"model":{worse.model},"grammar":"{STUDY.space.hashes[worse.flat]}"}}'
+        label = better.label("overall", 100.0 if gain else 50.0, STUDY.space.hashes)
+        labels.append(replace(label, kind="rather" if gain else "tie", other=place))
+    return Labels(tuple(labels))
+
+
+def test_comparisons_in_a_label_table_are_learned_from_beside_scores():
+    scored = Labels(
+        tuple(
+            address.label("overall", score, STUDY.space.hashes)
+            for address, score in zip(POOL[:6], score_of(STUDY.space.make(POOL[:6]))[:, 0].tolist(), strict=True)
+        )
+    )
+    elsewhere = POOL[0]._replace(seed=99)
+    labels = scored + comparisons_of(POOL[20:80], (*POOL[100:159], elsewhere))
+    told = answers_of(labels, STUDY.space.hashes)
+    state = step(STUDY, init(STUDY), told)
+    assert state.num_answers == len(labels)
+    assert state.columns.elsewhere == (elsewhere,)
+    true = score_of(STUDY.space.make(POOL))[:, 0]
+    found = predictions(STUDY, state)[:SIZE]
+    assert np.corrcoef(found, true)[0, 1] > 0.95
+    assert len(ask(STUDY, state, 8, 0)) == 8
+
+
+def test_comparisons_alone_are_enough_to_go_on():
+    (told,) = answers_of(comparisons_of(POOL[20:40], POOL[100:120]), STUDY.space.hashes)
+    state = step(STUDY, init(STUDY), [told])
+    assert state.liked == ("overall",)
+    assert told.scored.designs == ()
+    assert len(told.mentioned) == 40
+    assert len(set(ask(STUDY, state, 8, 0))) == 8
+
+
+def test_answers_of_several_kinds_are_joined_in_order():
+    (told,) = answers_of(comparisons_of(POOL[:3], POOL[3:6]), STUDY.space.hashes)
+    plain = Answers("overall", POOL[:2], np.array([3.0, 4.0]))
+    both = plain + told
+    assert both.kinds == ("score", "score", *told.kinds)
+    assert both.others == (None, None, *told.others)
+    assert both.scored.designs == POOL[:2]
+    assert not Answers("overall", POOL[:1], np.array([50.0]), ("tie",), (POOL[1],)).is_liked
+    assert isinstance(told.others[0], Address)

@@ -8,7 +8,7 @@ from scipy.stats import multivariate_normal
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel
 
 from grammarlab.preference.evidence import covariance, loss, padded, padded_size
-from grammarlab.preference.observations import observe
+from grammarlab.preference.observations import Beside, Observations, observe
 from tests.preference.rows import counted_rows
 
 
@@ -142,3 +142,27 @@ def test_padded_sizes_are_few_and_not_much_larger(size, steps):
 def test_other_users_of_jax_keep_their_precision():
     our_loss(observe(*counted_rows(4, 3)), 1.0, np.ones(3), 1.0)
     assert jnp.ones(2).dtype == jnp.float32
+
+
+def test_the_loss_of_differences_is_minus_their_log_density_and_its_gradient_that_of_finite_differences():
+    rng = np.random.default_rng(8)
+    rows, others, means = rng.normal(size=(6, 3)), rng.normal(size=(6, 3)), rng.normal(size=6) * 20.0
+    compared, variances = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 1.0]), np.array([0.0, 0.0, 30.0, 9.0, 4.0, 50.0])
+    counts = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+    observed = Observations(rows, means, counts, 0.0, Beside(others, compared, variances))
+    theta = np.array([400.0, 0.3, 0.05, 0.6, 2.5])
+
+    def dense(theta):
+        mixing = np.hstack([np.eye(6), -np.diag(compared)])
+        both = np.concatenate([rows, others])
+        total = mixing @ dense_covariance(both, both, theta[0], theta[1:4]) @ mixing.T
+        total += np.diag(np.where(variances > 0.0, variances, theta[4]))
+        return -multivariate_normal.logpdf(means, np.zeros(6), total)
+
+    value, gradient = our_loss(observed, theta[0], theta[1:4], theta[4], columns=4)
+    assert value == pytest.approx(dense(theta), rel=1e-10)
+    for place, slope in enumerate([gradient[0], *gradient[1][:3], gradient[2]]):
+        step = np.zeros(5)
+        step[place] = 1e-5 * theta[place]
+        expected = (dense(theta + step) - dense(theta - step)) / (2.0 * step[place])
+        assert float(slope) == pytest.approx(expected, rel=1e-4, abs=1e-7)

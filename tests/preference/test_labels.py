@@ -1,5 +1,6 @@
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pyarrow as pa
@@ -15,19 +16,32 @@ from grammarlab.preference.labels import Label, Labels
 from tests.preference.labelling import label_models
 
 HASH = "0123456789abcdef" * 4
+OTHER = '{"seed":5,"model":17}'
 FORMATS = (".csv", ".jsonl", ".parquet")
 TEXT = st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]), max_size=12)
 
-LABEL = st.builds(
+KINDS = st.one_of(
+    st.tuples(st.just("score"), st.floats(0.0, 100.0), st.just("")),
+    st.tuples(st.just("stars"), st.sampled_from([0.0, 25.0, 50.0, 75.0, 100.0]), st.just("")),
+    st.tuples(st.just("thumb"), st.sampled_from([0.0, 100.0]), st.just("")),
+    st.tuples(st.just("rather"), st.just(100.0), st.just(OTHER)),
+    st.tuples(st.just("tie"), st.just(50.0), st.just(OTHER)),
+)
+PLAIN = st.builds(
     Label,
     seed=st.integers(0, 2**64 - 1),
     model=st.integers(0, 2**63 - 1),
     factor=TEXT.filter(bool),
-    score=st.floats(0.0, 100.0),
+    score=st.just(1.0),
     grammar=st.just(HASH),
     start_rule=TEXT,
     attributes=st.sampled_from(["{}", '{"height":12}', '{"name":"a, \\"b\\"","old":true}']),
     footprint=st.sampled_from(["", "20x12"]),
+)
+LABEL = st.builds(
+    lambda label, kind: replace(label, kind=kind[0], score=kind[1], other=kind[2]),
+    PLAIN.filter(lambda label: (label.seed, label.model) != (5, 17)),
+    KINDS,
 )
 
 
@@ -49,6 +63,28 @@ def test_files_with_the_needed_columns_alone_are_read(tmp_path):
     assert read_labels(path) == Labels((Label(1, 2, "roof", 7.5, HASH),))
 
 
+def test_hand_written_comparisons_need_no_score(tmp_path):
+    path = tmp_path / "a.csv"
+    head = f"seed,model,factor,score,grammar,kind,other\n1,2,roof,75,{HASH},stars,\n3,4,roof,9,{HASH},,\n"
+    other = OTHER.replace('"', '""')
+    path.write_text(f'{head}1,2,roof,,{HASH},rather,"{other}"\n1,2,roof,,{HASH},tie,"{other}"\n')
+    expected = (
+        Label(1, 2, "roof", 75.0, HASH, kind="stars"),
+        Label(3, 4, "roof", 9.0, HASH),
+        Label(1, 2, "roof", 100.0, HASH, kind="rather", other=OTHER),
+        Label(1, 2, "roof", 50.0, HASH, kind="tie", other=OTHER),
+    )
+    assert read_labels(path) == Labels(expected)
+
+
+def test_the_other_model_differs_in_what_is_said_of_it_alone():
+    own = Label(1, 2, "a", 50.0, HASH, "Lot", '{"b":1}', "20x12", kind="tie", other=OTHER)
+    assert own.other_address == (HASH, "Lot", '{"b":1}', "20x12", 5, 17)
+    said = f'{{"seed":5,"model":17,"grammar":"{"f" * 64}","start_rule":"","attributes":"{{}}","footprint":"9x9"}}'
+    assert replace(own, other=said).other_address == ("f" * 64, "", "{}", "9x9", 5, 17)
+    assert Label(1, 2, "a", 50.0, HASH).other_address is None
+
+
 def test_labels_of_equal_address_are_about_the_same_model():
     first, second = (Label(1, 2, "a", score, HASH, attributes='{"b":1}') for score in (3.0, 4.0))
     assert first.address == second.address
@@ -68,7 +104,8 @@ def test_contradicting_scores_are_both_kept(tmp_path):
     np.testing.assert_array_equal(read_labels(tmp_path / "a.csv").scores, [10.0, 90.0])
 
 
-GOOD = {"seed": 1, "model": 2, "factor": "a", "score": 3, "grammar": HASH, "attributes": "{}"}
+GOOD = {"seed": 1, "model": 2, "factor": "a", "score": 3, "grammar": HASH, "attributes": "{}", "kind": "", "other": ""}
+RATHER = {"kind": "rather", "score": 100}
 BAD_CELLS = [
     ({"score": "nan"}, "score: expected a number from 0 to 100, found"),
     ({"score": 101}, "score: .* found 101"),
@@ -88,6 +125,21 @@ BAD_CELLS = [
     ({"attributes": "[1]"}, "attributes: expected a JSON object"),
     ({"attributes": '{"a": [1]}'}, "attributes: "),
     ({"attributes": '{"a": ' * 600}, "attributes: "),
+    ({"kind": "likes"}, "kind: expected one of score, stars, thumb, rather, tie, found 'likes'"),
+    ({"kind": "stars"}, "score: expected 0 or 25 or 50 or 75 or 100 for the kind stars, found 3"),
+    ({"kind": "thumb", "score": 50}, "score: expected 0 or 100 for the kind thumb, found 50"),
+    ({"kind": "tie", "score": 100, "other": OTHER}, "score: expected 50 for the kind tie"),
+    ({"other": OTHER}, "other: expected nothing for the kind score"),
+    (RATHER, "other: expected the model to compare with"),
+    (RATHER | {"other": "5-17"}, "other: expected a JSON object of seed and model like"),
+    (RATHER | {"other": '{"seed":5}'}, "other: expected a JSON object of seed and model"),
+    (RATHER | {"other": '{"seed":5,"model":17,"score":3}'}, "other: expected a JSON object of seed and model"),
+    (RATHER | {"other": '{"seed":-5,"model":17}'}, "other: seed: expected an integer"),
+    (RATHER | {"other": '{"seed":5,"model":1.5}'}, "other: model: expected an integer"),
+    (RATHER | {"other": '{"seed":5,"model":1,"grammar":"abc"}'}, "other: grammar: expected a SHA-256"),
+    (RATHER | {"other": '{"seed":5,"model":1,"attributes":"[1]"}'}, "attributes: expected a JSON object"),
+    (RATHER | {"other": '{"seed":5,"model":1,"footprint":7}'}, "other: footprint: expected text"),
+    (RATHER | {"other": '{"seed":1,"model":2}'}, "other: expected another model"),
 ]
 
 

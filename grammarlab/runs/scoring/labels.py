@@ -61,6 +61,11 @@ def scores_of(labels: Labels, grammar: str) -> Factors:
         raise UsageError(f"{len(labels):,} labels; {MAX_MODELS:,} can be imported at once. Split the file.")
     found: Factors = {}
     for label in labels:
+        if label.kind != "score":
+            raise UsageError(
+                f"labels of the kind {label.kind} cannot be imported: a session holds scores from 0 to 100. Learn from "
+                "the file itself, with grammarlab learn --labels."
+            )
         if label.grammar not in hashes:
             raise UsageError(
                 f"labels about another grammar: expected {grammar[:16]}…, found {label.grammar[:16]}…. Import labels "
