@@ -76,6 +76,8 @@ def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, order
     found: list[Gate] = []
     while len(found) < _MOST_GATES:
         candidates = _candidates(strength, open_choices)
+        if not len(candidates):
+            break
         search = _Search(shrinkage, counts, weights, ordered, candidates)
         best = max(search.gates(), key=lambda gate: gate.gain, default=None)
         if best is None or best.gain <= 0.0:
@@ -157,7 +159,9 @@ class _Search:
         self.ratio = shrinkage.posterior.ratio[0, self.cells]
         self.counts = sparse.csr_array(counts[:, self.cells])
         self.weights = weights
-        made = dense(self.counts @ sparse.csr_array((np.ones(len(self.cells)), (np.arange(len(self.cells)), self.own.choice))))
+        made = dense(
+            self.counts @ sparse.csr_array((np.ones(len(self.cells)), (np.arange(len(self.cells)), self.own.choice)))
+        )
         self.once = (made == 1.0).all(axis=0)
         self.several = (made > 1.0).any(axis=0)
         # One choice is the gate, and one at least goes with it.
@@ -176,7 +180,9 @@ class _Search:
         columns = np.flatnonzero(self.own.choice == choice)
         taken = sparse.csr_array(self.counts[:, columns])
         if self.once[choice]:
-            block = _blocks(Cells(self.own.original[columns], np.zeros(len(columns), dtype=np.int64)), self.ordered[[choice]])
+            block = _blocks(
+                Cells(self.own.original[columns], np.zeros(len(columns), dtype=np.int64)), self.ordered[[choice]]
+            )
             start = block[np.asarray(dense(taken).argmax(axis=1))]
         else:
             own = Cells(self.own.original[columns], np.zeros(len(columns), dtype=np.int64))
@@ -241,9 +247,7 @@ class _Search:
         with_gate = (matters * differs > 0.5) | (np.arange(len(matters)) == choice)
         by_cell = self.own.choice
         ratio = 1.0 + special[:, by_cell] * (posterior.ratio - 1.0)
-        ratio = 1.0 + matters[by_cell] * (
-            differs[by_cell] * ratio + (1.0 - differs[by_cell]) * self.ratio - 1.0
-        )
+        ratio = 1.0 + matters[by_cell] * (differs[by_cell] * ratio + (1.0 - differs[by_cell]) * self.ratio - 1.0)
         probabilities = self.own.original * ratio
         columns = np.flatnonzero(by_cell == choice)
         if self.once[choice]:
