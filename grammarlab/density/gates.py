@@ -36,6 +36,8 @@ _MOST_GROUPS = 8
 _RANGES = 4
 """Into how many a drawn number is cut to be a gate."""
 _MOST_GATES = 3
+_WORTH = 2.0
+"""Nats that a gate must gain beyond its prior: a wrong one costs more than one that is found a few examples later."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +82,7 @@ def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, order
             break
         search = _Search(shrinkage, counts, weights, ordered, candidates)
         best = max(search.gates(), key=lambda gate: gate.gain, default=None)
-        if best is None or best.gain <= 0.0:
+        if best is None or best.gain <= _WORTH:
             break
         found.append(best)
         open_choices[cells.choice[best.cells]] = False
@@ -110,7 +112,7 @@ def _strength(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, o
     cells = shrinkage.cells
     block = _blocks(cells, ordered)
     spread = sparse.csr_array((np.ones(len(block)), (np.arange(len(block)), block)))
-    choice = np.zeros(spread.shape[1], dtype=np.int64)
+    choice = np.zeros(int(block.max(initial=-1)) + 1, dtype=np.int64)
     choice[block] = cells.choice
     own = sparse.csr_array((np.ones(len(choice)), (np.arange(len(choice)), choice)))
     table = dense(counts @ spread)
@@ -183,7 +185,7 @@ class _Search:
             block = _blocks(
                 Cells(self.own.original[columns], np.zeros(len(columns), dtype=np.int64)), self.ordered[[choice]]
             )
-            start = block[np.asarray(dense(taken).argmax(axis=1))]
+            start = block[np.asarray(np.argmax(dense(taken), axis=1))]
         else:
             own = Cells(self.own.original[columns], np.zeros(len(columns), dtype=np.int64))
             steps = merged(own, taken, self.weights, kinds(taken), _MOST_GROUPS)
@@ -202,7 +204,8 @@ class _Search:
 
     def _totals(self, labels: Ints) -> Floats:
         share = sparse.csr_array((self.weights, (labels, np.arange(len(labels)))))
-        return np.concatenate([dense(share @ self.counts), np.bincount(labels, weights=self.weights)[:, None]], axis=1)
+        mass = np.bincount(labels, weights=self.weights).astype(np.float64)
+        return np.concatenate([dense(share @ self.counts), mass[:, None]], axis=1)
 
     def _joined(self, choice: int, labels: Ints) -> Ints:
         """The labels with those two groups joined that cost least."""
@@ -229,7 +232,7 @@ class _Search:
                 gain[choice] = 0.0
                 found[i] = gain.sum()
             else:
-                found[i] = gain.sum() + gammaln(mass).sum() - gammaln(mass.sum() + 1.0)
+                found[i] = gain.sum() + float(gammaln(mass).sum() - gammaln(mass.sum() + 1.0))
         return found + self.prior
 
     def _mixed(self, apart: Floats) -> Floats:
