@@ -37,7 +37,7 @@ _RANGES = 4
 """Into how many a drawn number is cut to be a gate."""
 _MOST_GATES = 3
 _WORTH = 2.0
-"""Nats that a gate must gain beyond its prior: a wrong one costs more than one that is found a few examples later."""
+"""Nats that guessed groups must gain beyond their prior: they are the best of many, and a wrong guess costs more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, order
             break
         search = _Search(shrinkage, counts, weights, ordered, candidates)
         best = max(search.gates(), key=lambda gate: gate.gain, default=None)
-        if best is None or best.gain <= _WORTH:
+        if best is None or best.gain <= 0.0:
             break
         found.append(best)
         open_choices[cells.choice[best.cells]] = False
@@ -232,7 +232,7 @@ class _Search:
                 gain[choice] = 0.0
                 found[i] = gain.sum()
             else:
-                found[i] = gain.sum() + float(gammaln(mass).sum() - gammaln(mass.sum() + 1.0))
+                found[i] = gain.sum() + float(gammaln(mass).sum() - gammaln(mass.sum() + 1.0)) - _WORTH
         return found + self.prior
 
     def _mixed(self, apart: Floats) -> Floats:
