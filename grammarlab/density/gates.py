@@ -164,8 +164,8 @@ class _Search:
         made = dense(
             self.counts @ sparse.csr_array((np.ones(len(self.cells)), (np.arange(len(self.cells)), self.own.choice)))
         )
-        self.once = (made == 1.0).all(axis=0)
-        self.several = (made > 1.0).any(axis=0)
+        self.once: Flags = np.all(made == 1.0, axis=0)
+        self.several: Flags = np.any(made > 1.0, axis=0)
         # One choice is the gate, and one at least goes with it.
         self.prior = -np.log(2.0 * max(len(shrinkage.odds), 2))
 
