@@ -89,7 +89,7 @@ def fit_blocks(cells: Cells, counts: sparse.csr_array, weights: Floats, together
     fitted = [_fitted(cells, counts, weights, part) for part in parts]
     if len(parts) < 2 or np.prod([float(len(found.mixture.weights)) for found in fitted]) > MOST_COMPONENTS:
         return _fitted(cells, counts, weights, np.arange(len(cells.choice)))
-    mixture = _multiplied(parts, [found.mixture for found in fitted], len(cells.choice))
+    mixture = multiplied(parts, [found.mixture for found in fitted], len(cells.choice))
     return BlockFit(mixture, sum(found.numbers for found in fitted))
 
 
@@ -104,7 +104,7 @@ def _fitted(cells: Cells, counts: sparse.csr_array, weights: Floats, part: Ints)
     return BlockFit(mixture, len(mixture.weights) * (free + 1) - 1)
 
 
-def _multiplied(parts: Sequence[Ints], mixtures: Sequence[Mixture], size: int) -> Mixture:
+def multiplied(parts: Sequence[Ints], mixtures: Sequence[Mixture], size: int) -> Mixture:
     """All combinations of the components of some mixtures, each of which is about some cells."""
     weights = reduce(np.multiply.outer, [mixture.weights for mixture in mixtures]).reshape(-1)
     chosen = np.indices([len(mixture.weights) for mixture in mixtures]).reshape(len(mixtures), -1)

@@ -1,17 +1,18 @@
 """Learning from finished models: the grammar that is likeliest to have made them.
 
 Nobody says what matters, so the examples must. Symbols are split by the edge above them where their choices differ
-between edges. With S tied, a choice is learned where its branches occur with other frequencies than in the grammar, or
-where they go with those of another choice; all others stay. Choices that go together share a mixture, and how many
-components it has, held-out examples decide. Differences must be worth their numbers by the Bayesian information
-criterion (Schwarz, Estimating the dimension of a model, 1978). With *structure*, all choices are learned; with
-*parameters* too, but nothing is split, and one component has the examples' frequencies.
+between edges. With S tied, probabilities are shrunk towards the grammar (`levels.py`), choices that seem not to matter
+stay as they are (`shrinkage.py`), and some differ with the branch of another (`gates.py`); where there are many
+examples and held-out ones are explained better by a mixture that EM finds, it is taken. With *structure*, all choices
+are learned, by EM alone; with *parameters* too, but nothing is split, and one component has the examples' frequencies.
+Elsewhere differences must be worth their numbers by the Bayesian information criterion (Schwarz, Estimating the
+dimension of a model, 1978).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
@@ -25,9 +26,11 @@ from grammarlab.density.automaton import InexactError
 from grammarlab.density.blocks import BlockFit, fit_blocks, going_together
 from grammarlab.density.choices import Choices
 from grammarlab.density.contexts import Contexts, NoContext, ParentEdges
+from grammarlab.density.gates import Gated, gated
 from grammarlab.density.learned import LearnedGrammar
 from grammarlab.density.mixture import Cells, Mixture, fit_mixture
 from grammarlab.density.sampled import written
+from grammarlab.density.shrinkage import Shrinkage
 from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.density.target import Target
 from grammarlab.derivation.compiler import compile_grammar
@@ -44,6 +47,16 @@ EXAMPLE_METHODS: tuple[ExampleMethod, ...] = get_args(ExampleMethod)
 
 _BINS = (1, 2, 4, 8, 16)
 """Into how many equal ranges a drawn number may be cut."""
+_RANGES = 16
+"""Into how many ranges a drawn number is cut where probabilities are shrunk."""
+_MANY = 50
+"""So many examples are enough to keep some back and judge a mixture on them."""
+_HELD_OUT = 5
+"""One in so many is kept back."""
+_SMOOTHING = 0.5
+"""Derivations by the original grammar that each component of a mixture is given."""
+_MOST_GROWTH = 2
+"""The new grammar has at most so many times the rules of the original, if any of the candidates does."""
 _FEW = 20.0
 """So many more derivations are assumed when numbers are weighed: a handful of examples proves little."""
 
@@ -72,7 +85,8 @@ def learn_from_examples(
     """
     mass = np.ones(forest.num_models) if weights is None else np.asarray(weights, dtype=np.float64)
     _check(grammar, forest, mass)
-    attributes = [found for name in grammar.attributes if (found := _histogram(grammar, name, forest, mass))]
+    bins = (_RANGES,) if method == "tied" else _BINS
+    attributes = [found for name in grammar.attributes if (found := _histogram(grammar, name, forest, mass, bins))]
     tree = TreeGrammar.of(grammar).observed(forest)
     plain = Choices.of(Contexts.of(tree, NoContext()), attributes)
     fits = [_fitted(plain, grammar, forest, mass, method)]
@@ -80,15 +94,23 @@ def learn_from_examples(
     if split:
         patterns = [Pattern(below=(Below((Pattern(symbol=name),)),)) for name, _ in split]
         contexts = Contexts.of(tree, ParentEdges(tree, patterns))
-        fits.append(_fitted(Choices.of(contexts, attributes), grammar, forest, mass, method))
-    best = max(fits, key=lambda fit: fit.worth)
-    findings = (
-        f"choices learned from {forest.num_models:,} examples: {best.learned} of {best.number}",
-        f"components: {len(best.mixture.weights)}",
-        f"on average, an example is {np.exp(best.likelier):.3g} times as likely as before",
-    )
+        found = _fitted(Choices.of(contexts, attributes), grammar, forest, mass, method)
+        fits.append(replace(found, worth=found.worth - len(split) * np.log(2.0 * max(len(tree.bodies), 1))))
+    fits.sort(key=lambda fit: -fit.worth)
+    if method == "tied":
+        # The smallest: no choice differs with another.
+        fits.append(_fitted(plain, grammar, forest, mass, method, together=False))
     target = Target(grammar, (), lambda values: np.ones(len(values)), assets=assets)
-    return written(target, best.choices, best.mixture, method, 1.0, findings, header)
+    for fit in fits:
+        findings = (
+            f"choices learned from {forest.num_models:,} examples: {fit.learned} of {fit.number}",
+            f"components: {len(fit.mixture.weights)}",
+            f"on average, an example is {np.exp(fit.likelier):.3g} times as likely as before",
+        )
+        learned = written(target, fit.choices, fit.mixture, method, 1.0, findings, header)
+        if method != "tied" or fit is fits[-1] or learned.rules_after <= _MOST_GROWTH * learned.rules_before:
+            return learned
+    raise AssertionError("there is always a last candidate")
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,20 +132,76 @@ class _Fit:
         return len(np.unique(self.choices.choice))
 
 
-def _fitted(choices: Choices, grammar: Grammar, forest: Forest, weights: Floats, method: ExampleMethod) -> _Fit:
+def _fitted(
+    choices: Choices, grammar: Grammar, forest: Forest, weights: Floats, method: ExampleMethod, *, together: bool = True
+) -> _Fit:
     number, counts = int(choices.choice.max(initial=-1)) + 1, choices.count(grammar, forest)
     cells = Cells(choices.original, choices.choice)
-    if method == "tied":
-        choices = _only(choices, _informative(cells, counts, weights))
-        cells, counts = Cells(choices.original, choices.choice), choices.count(grammar, forest)
-    if method == "parameters":
-        fit = BlockFit(fit_mixture(cells, counts, weights, np.zeros(len(weights), dtype=np.int64)).mixture, 0)
-    else:
+    if method == "tied" and number:
+        mixture, evidence = _tied(choices, counts, weights, together)
+        chosen = np.zeros(number, dtype=bool)
+        chosen[cells.choice[(mixture.probabilities != cells.original).any(axis=0)]] = True
+        choices = _only(choices, chosen)
+        mixture = Mixture(mixture.weights, mixture.probabilities[:, chosen[cells.choice]])
+        counts = counts[:, chosen[cells.choice]]
+        return _Fit(choices, mixture, number, _likelier(choices, mixture, counts, weights), evidence)
+    if method == "structure":
         fit = fit_blocks(cells, counts, weights, going_together(cells, counts, weights))
-    counted, total = weights > 0.0, float(weights.sum())
-    likelier = float(weights[counted] @ fit.mixture.log_ratio(cells, counts)[counted]) / total
-    worth = total * likelier - 0.5 * fit.numbers * np.log(total + _FEW)
-    return _Fit(choices, fit.mixture, number, likelier, worth)
+    else:
+        fit = BlockFit(fit_mixture(cells, counts, weights, np.zeros(len(weights), dtype=np.int64)).mixture, 0)
+    likelier = _likelier(choices, fit.mixture, counts, weights)
+    total = float(weights.sum())
+    return _Fit(choices, fit.mixture, number, likelier, total * likelier - 0.5 * fit.numbers * np.log(total + _FEW))
+
+
+def _likelier(choices: Choices, mixture: Mixture, counts: sparse.csr_array, weights: Floats) -> float:
+    counted = weights > 0.0
+    ratio = mixture.log_ratio(Cells(choices.original, choices.choice), counts)
+    return float(weights[counted] @ ratio[counted]) / float(weights.sum())
+
+
+def _tied(choices: Choices, counts: sparse.csr_array, weights: Floats, together: bool) -> tuple[Mixture, float]:
+    """A mixture of shrunk probabilities, and the log-evidence for it."""
+    fit = _shrunk(choices, counts, weights, together)
+    if not together or len(weights) < _MANY:
+        return fit.mixture, fit.evidence
+    cells, held = Cells(choices.original, choices.choice), np.arange(len(weights)) % _HELD_OUT == _HELD_OUT - 1
+    rivals = (
+        _shrunk(choices, counts[~held], weights[~held], True).mixture,
+        _by_em(cells, counts[~held], weights[~held]),
+    )
+    one, other = (weights[held] * mixture.log_ratio(cells, counts[held]) for mixture in rivals)
+    gain = other - one
+    # The rule of one standard error: what is better by less than that may be chance.
+    if gain.sum() <= np.sqrt(len(gain)) * gain.std() or not weights[~held].any():
+        return fit.mixture, fit.evidence
+    return _by_em(cells, counts, weights), fit.evidence + float(gain.sum()) * _HELD_OUT
+
+
+def _by_em(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Mixture:
+    """A mixture of the choices that are made otherwise or together, mixed with a little of the original grammar."""
+    chosen = _informative(cells, counts, weights)[cells.choice]
+    own = Cells(cells.original[chosen], np.unique(cells.choice[chosen], return_inverse=True)[1].reshape(-1))
+    taken = sparse.csr_array(counts[:, chosen])
+    fit = fit_blocks(own, taken, weights, going_together(own, taken, weights)).mixture
+    share = (_SMOOTHING / (fit.weights * weights.sum() + _SMOOTHING))[:, None]
+    probabilities = np.repeat(cells.original[None], len(fit.weights), axis=0)
+    probabilities[:, chosen] = (1.0 - share) * fit.probabilities + share * own.original
+    return Mixture(fit.weights, probabilities)
+
+
+def _shrunk(choices: Choices, counts: sparse.csr_array, weights: Floats, together: bool) -> Gated:
+    """What few examples teach."""
+    cells, number = Cells(choices.original, choices.choice), int(choices.choice.max(initial=-1)) + 1
+    drawn, ordered = np.zeros(number, dtype=bool), np.zeros(number, dtype=bool)
+    for parts, first in zip(choices.attributes, choices.first_of_attribute, strict=True):
+        drawn[choices.choice[first]] = True
+        ordered[choices.choice[first]] = bool(np.isfinite(parts.parts[0].low)) or len(parts.parts) > _RANGES
+    shrinkage = Shrinkage.of(cells, ordered, drawn, np.asarray(weights @ counts))
+    if not together:
+        mixture = Mixture(np.ones(1), shrinkage.probabilities[None])
+        return Gated(mixture, float(shrinkage.evidence.sum()))
+    return gated(shrinkage, counts, weights, ordered)
 
 
 def _check(grammar: Grammar, forest: Forest, weights: Floats) -> None:
@@ -136,7 +214,9 @@ def _check(grammar: Grammar, forest: Forest, weights: Floats) -> None:
         raise UsageError("expected examples to learn from, found none that counts")
 
 
-def _histogram(grammar: Grammar, name: str, forest: Forest, weights: Floats) -> AttributeParts | None:
+def _histogram(
+    grammar: Grammar, name: str, forest: Forest, weights: Floats, numbers: Sequence[int]
+) -> AttributeParts | None:
     """The parts of a drawn attribute, a number cut into as many ranges as the examples justify.
 
     None where it is not drawn, or was given another value in some examples.
@@ -147,7 +227,7 @@ def _histogram(grammar: Grammar, name: str, forest: Forest, weights: Floats) -> 
         return None
     ends = drawn_range(grammar.attributes[name].value)
     best, chosen = -np.inf, None
-    for bins in _BINS if ends is not None else (1,):
+    for bins in numbers if ends is not None else (1,):
         cuts = np.linspace(*ends, bins + 1)[1:-1].tolist() if ends is not None else []
         try:
             parts = attribute_parts(grammar, name, [Threshold(name, cut) for cut in cuts])

@@ -6,9 +6,11 @@ import pytest
 from grammarlab.density.examples import learn_from_examples
 from grammarlab.density.target import Target
 from grammarlab.derivation.derive import derive
+from grammarlab.derivation.selection import select_models
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.divergence import jensen_shannon
+from grammarlab.runs.examples import shipped_examples
 from tests.density.test_sampled import STYLE, STYLES, score
 
 
@@ -59,7 +61,7 @@ def test_drawn_numbers_become_histograms():
     grammar = Grammar.parse("attr height = rand(0, 8)\nLot --> extrude(height) A")
     forest = compiled(grammar, score((90, "$height < 2"), (10, "$height >= 2"))).sample(2_000, 2)
     learned = learn_from_examples(grammar, forest)
-    assert "rand(0, 2)" in learned.text
+    assert "rand(0, 0.5)" in learned.text
     some = derive(grammar, 2_000, 4)
     wanted = compiled(grammar, score((90, "$height < 2"), (10, "$height >= 2")))
     assert jensen_shannon(learned.ratio(some), wanted.ratio(some)) < 0.005
@@ -74,6 +76,28 @@ def test_weights_say_how_much_examples_count():
 
 def test_one_example_is_not_enough_to_change_anything():
     assert learn_from_examples(STYLES, derive(STYLES, 1, 8)).text == STYLES.text
+
+
+@pytest.mark.parametrize("number", [1, 4, 16, 60])
+def test_held_out_examples_are_not_less_likely_than_before(number):
+    wanted = compiled(STYLES, STYLE)
+    held = wanted.sample(500, 99)
+    gains = [np.log(learn_from_examples(STYLES, wanted.sample(number, seed)).ratio(held)).mean() for seed in range(5)]
+    assert np.mean(gains) >= -1e-9
+    assert number < 60 or np.mean(gains) > 0.3
+
+
+@pytest.mark.parametrize("source", shipped_examples(), ids=lambda source: source.name)
+@pytest.mark.parametrize("number", [1, 12])
+def test_any_examples_of_a_shipped_grammar_give_a_file_that_samples(source, number):
+    grammar = Grammar.parse(source.text(), source.name)
+    forest = derive(grammar, number, 4, assets=source.assets)
+    equal = select_models(forest, np.zeros(number, dtype=np.int64))
+    for examples in (forest, equal):
+        learned = learn_from_examples(grammar, examples, assets=source.assets)
+        assert learned.rules_after <= 2 * learned.rules_before
+        assert learned.sample(5, 1).num_models == 5
+        assert (learned.ratio(forest) > 0.0).all()
 
 
 def test_wrong_examples_are_refused():
