@@ -43,7 +43,7 @@ class Names:
         name, count = wanted, 1
         while name in self._used:
             count += 1
-            name = f"{wanted}{count}"
+            name = f"{wanted}_{count}" if wanted[-1].isdigit() else f"{wanted}{count}"
         self._used.add(name)
         return name
 

@@ -1,0 +1,88 @@
+"""The columns and rows of a facade, sorted into kinds that look alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from grammarlab.facade.looks import is_door
+from grammarlab.facade.tree import Facade, X, Y
+from grammarlab.facade.writing.bands import SAME_PLACE, Band, bands
+from grammarlab.facade.writing.cells import Cell, alike, cell_of
+
+
+@dataclass(frozen=True, slots=True)
+class Sequence:
+    """The bands of a facade along one axis."""
+
+    kind: tuple[int, ...]
+    """[B] of each band, numbered by first occurrence."""
+    size: tuple[float, ...]
+    """[K] metres of each kind: those of the first of it for what stands, the mean for what gives."""
+    stands: tuple[bool, ...]
+    """[K]"""
+    doors: tuple[bool, ...]
+    """[K] whether doors are in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """A facade as columns and rows of kinds."""
+
+    columns: Sequence
+    rows: Sequence
+    """From the bottom up."""
+    cells: tuple[tuple[Cell, ...], ...]
+    """[row kinds][column kinds] what stands where they meet."""
+
+
+def pattern_of(facade: Facade, stretch: float) -> Pattern:
+    """The pattern of a facade.
+
+    Args:
+        facade: the facade.
+        stretch: part by which sizes of equal things may differ.
+    """
+    across, up = bands(facade, X), bands(facade, Y)
+    least = (SAME_PLACE * facade.size[0]).tolist()
+    cells = [
+        [cell_of(facade, (column.start, row.start), (column.end, row.end), least) for column in across] for row in up
+    ]
+    columns = _kinds(across, stretch, lambda a, b: all(alike(row[a], row[b], stretch) for row in cells))
+    rows = _kinds(up, stretch, lambda a, b: all(map(alike, cells[a], cells[b], [stretch] * len(across))))
+    first_column = [columns.index(kind) for kind in range(max(columns) + 1)]
+    first_row = [rows.index(kind) for kind in range(max(rows) + 1)]
+    return Pattern(
+        _sequence(columns, across, [[row[place] for row in cells] for place in first_column]),
+        _sequence(rows, up, [cells[place] for place in first_row]),
+        tuple(tuple(cells[row][column] for column in first_column) for row in first_row),
+    )
+
+
+def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) -> list[int]:
+    """[B] the kind of each band. Walls are alike whatever their size, but for the first and the last."""
+    kinds: list[int] = []
+    ends = {0, len(found) - 1}
+    for place, band in enumerate(found):
+        for earlier in range(place):
+            other = found[earlier]
+            if band.stands != other.stands or (not band.stands and (place in ends) != (earlier in ends)):
+                continue
+            fits = not band.stands or abs(band.size - other.size) <= stretch * max(band.size, other.size)
+            if fits and same(earlier, place):
+                kinds.append(kinds[earlier])
+                break
+        else:
+            kinds.append(max(kinds, default=-1) + 1)
+    return kinds
+
+
+def _sequence(kinds: list[int], found: list[Band], cells: list[list[Cell]]) -> Sequence:
+    """The bands as kinds, with the cells of the first of each."""
+    size, stands = [], []
+    for kind in range(max(kinds) + 1):
+        those = [band for band, of in zip(found, kinds, strict=True) if of == kind]
+        stands.append(those[0].stands)
+        size.append(those[0].size if those[0].stands else sum(band.size for band in those) / len(those))
+    doors = [any(is_door(thing) for cell in column for thing in cell.things()) for column in cells]
+    return Sequence(tuple(kinds), tuple(size), tuple(stands), tuple(doors))
