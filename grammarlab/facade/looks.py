@@ -15,7 +15,7 @@ class Look:
     """How a thing is drawn."""
 
     color: str
-    """``#rrggbb``, sRGB."""
+    """``#rrggbb``, sRGB, or ``#rrggbboo`` with opacity."""
     front: float
     """Metres that its front stands before that of the wall; below 0 behind it, above -`THICKNESS`."""
     gives: bool = False
@@ -53,6 +53,7 @@ _LOOKS = {
     "wall": Look("#CDBFA6", 0.0, gives=True),
     "facade": Look("#CDBFA6", 0.0, gives=True),
     "background": Look("#CDBFA6", 0.0, gives=True),
+    "outside": Look("#FFFFFF00", 0.01 - THICKNESS, gives=True),
 }
 _UNLABELLED = _LOOKS["wall"]
 

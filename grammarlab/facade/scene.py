@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.derivation.functions.colors import parse_color
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.facade.looks import THICKNESS, Look, look_of
 from grammarlab.facade.prisms import UPRIGHT, prisms
@@ -35,8 +36,8 @@ class _Piece(NamedTuple):
 def realize_facade(facade: Facade) -> Scene:
     """One model: x to the right, y up, the front of the wall at z = `THICKNESS` and its back at 0.
 
-    A leaf with an outline is a prism over it, and the rest of its box is wall. Pictures lie on the front, from the
-    names that `picture_file` gives.
+    A leaf with an outline is a prism over it, and the rest of its box is wall; that of a wall is empty. Pictures lie on
+    the front, from the names that `picture_file` gives.
     """
     pieces, meshes = _pieces(facade)
     leaf = np.array([piece.leaf for piece in pieces])
@@ -79,7 +80,8 @@ def _pieces(facade: Facade) -> tuple[list[_Piece], Meshes]:
         if not len(outline):
             pieces.append(_Piece(leaf, 0, _BOX, look, pictured))
             continue
-        for batch, of_piece in zip(prisms(outline), (look, look_of("")), strict=True):
+        around = look_of("outside") if look.gives else look_of("")
+        for batch, of_piece in zip(prisms(outline), (look, around), strict=True):
             batches.append(batch)
             pieces += [_Piece(leaf, num_meshes + k, _PRISM, of_piece, pictured) for k in range(len(batch))]
             num_meshes += len(batch)
@@ -101,11 +103,9 @@ def _materials(facade: Facade, pieces: list[_Piece]) -> tuple[Materials, NDArray
 def _channels(look: Look, *, pictured: bool) -> tuple[float, ...]:
     if pictured:
         return tuple(CHANNELS.values())
-    red, green, blue = (int(look.color[place : place + 2], 16) / 255.0 for place in (1, 3, 5))
+    color = parse_color(look.color) or ()
     own = {
-        "color.r": red,
-        "color.g": green,
-        "color.b": blue,
+        **dict(zip(("color.r", "color.g", "color.b", "opacity"), color, strict=False)),
         "metallic": look.metallic,
         "roughness": look.roughness,
     }

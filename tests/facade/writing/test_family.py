@@ -113,14 +113,22 @@ def test_widths_of_all_numbers_of_columns_are_equally_likely() -> None:
 
 def test_nearly_equal_things_are_equal_in_the_family() -> None:
     facade = of_columns(["WWWWW"] * 3)
-    noise = np.random.default_rng(0).uniform(0.98, 1.02, facade.size.shape)
-    position, size = laid_out(facade.parent, facade.axis, facade.size * noise)
+    wanted, noise = facade.size.copy(), np.random.default_rng(0).uniform(0.98, 1.02, 11)
+    for row in np.flatnonzero(facade.axis == X):
+        wanted[facade.children[row], X] *= noise
+    position, size = laid_out(facade.parent, facade.axis, wanted)
     names = [facade.name_of(node) for node in range(len(facade))]
-    found = write_family(plain(facade.parent, facade.axis, position, size, names), (5.0, 20.0), (4.0, 20.0), 0.1)
-    for sample in samples(found.text):
+    noisy = plain(facade.parent, facade.axis, position, size, names)
+    assert len(np.unique(noisy.size[noisy.leaves, X].round(6))) > 10
+    for sample in samples(write_family(noisy, (5.0, 20.0), (4.0, 20.0)).text):
         assert_tiles(sample)
         windows = sample.of("window")
+        assert np.ptp(windows[:, 2]) < 1e-9
         assert len(np.unique(windows[:, 0].round(4))) * len(np.unique(windows[:, 1].round(4))) == len(windows)
+    strict = samples(write_family(noisy, (10.0, 12.0), (4.0, 20.0), stretch=0.0).text)
+    assert {tuple(np.unique(sample.of("window")[:, 2].round(6))) for sample in strict} == {
+        tuple(np.unique(noisy.size[noisy.label == noisy.labels.index("window"), X].round(6)))
+    }
 
 
 def test_a_door_of_two_columns_and_two_rows_keeps_them_together() -> None:
