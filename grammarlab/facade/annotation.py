@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,7 +78,7 @@ def annotate(
     notes: list[str] = []
     if bounds is not None:
         boxes = _within(boxes, names, bounds, notes)
-    empty = (boxes[:, 2:] <= boxes[:, :2]).any(axis=1)
+    empty = np.any(boxes[:, 2:] <= boxes[:, :2], axis=1)
     if empty.any():
         notes.append(f"{int(empty.sum())} boxes without width or height are left out: {_told(boxes, names, empty)}")
     kept = np.flatnonzero(~empty)
@@ -105,7 +105,7 @@ def annotate(
 
 def _within(boxes: Floats, names: Sequence[str], bounds: Floats, notes: list[str]) -> Floats:
     """Boxes without what juts out of the bounds."""
-    outside = (boxes[:, :2] > bounds[1]).any(axis=1) | (boxes[:, 2:] < bounds[0]).any(axis=1)
+    outside = np.any((boxes[:, :2] > bounds[1]) | (boxes[:, 2:] < bounds[0]), axis=1)
     if outside.any():
         raise FacadeError(f"{_told(boxes, names, outside)} lies outside the picture or wall, {_told_area(bounds)}.")
     inside = np.clip(boxes, np.tile(bounds[0], 2), np.tile(bounds[1], 2))
@@ -126,15 +126,15 @@ def check_count(number: int) -> None:
 
 
 def _check_numbers(boxes: Floats, names: Sequence[str]) -> None:
-    if (wrong := ~np.isfinite(boxes).all(axis=1)).any():
+    if (wrong := np.any(~np.isfinite(boxes), axis=1)).any():
         raise FacadeError(f"{_told(boxes, names, wrong)} has a coordinate that is not a finite number.")
-    if (wrong := (np.abs(boxes) > FARTHEST).any(axis=1)).any():
+    if (wrong := np.any(np.abs(boxes) > FARTHEST, axis=1)).any():
         raise FacadeError(f"{_told(boxes, names, wrong)} has a coordinate beyond {FARTHEST:g}.")
-    if (wrong := (boxes[:, 2:] < boxes[:, :2]).any(axis=1)).any():
+    if (wrong := np.any(boxes[:, 2:] < boxes[:, :2], axis=1)).any():
         raise FacadeError(f"{_told(boxes, names, wrong)} has a negative width or height.")
 
 
-def _told(boxes: Floats, names: Sequence[str], which: NDArray[np.bool_]) -> str:
+def _told(boxes: Floats, names: Sequence[str], which: NDArray[Any]) -> str:
     """The first of some boxes, in words."""
     first = int(np.flatnonzero(which)[0])
     return f"Box {first + 1} ({names[first][:40] or 'without label'}: {_told_area(boxes[first].reshape(2, 2))})"

@@ -1,4 +1,4 @@
-"""Labelled boxes to a facade in metres: scaled, snapped, trimmed where they overlap, filled with wall, cut into a tree."""
+"""Labelled boxes to a facade in metres: snapped, trimmed where they overlap, filled with wall, cut into a tree."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ def _tree(levels: list[_Level], order: Ints, low: Floats, high: Floats, names: S
     leaf = count == 1
     box = np.where(leaf, order[start], -1)
     position, size = _extents(order, start, count, low, high)
-    called = [names[each] if each >= 0 else "" for each in box.tolist()]
+    called = [str(names[each]) if each >= 0 else "" for each in box.tolist()]
     axis = np.where(leaf, LEAF, axes[depth]).astype(np.int8)
     return check(plain(parent, axis, position - low.min(axis=0), size, called)), box
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import shapely
@@ -92,8 +93,8 @@ def _overlaps(boxes: Ints, names: Sequence[str]) -> tuple[Ints, Ints]:
     return np.where(first, a, b), np.where(first, b, a)
 
 
-def _lies_in(inner: Ints, outer: Ints) -> NDArray[np.bool_]:
-    return (inner[:, :2] >= outer[:, :2]).all(axis=1) & (inner[:, 2:] <= outer[:, 2:]).all(axis=1)
+def _lies_in(inner: Ints, outer: Ints) -> NDArray[Any]:
+    return np.all((inner[:, :2] >= outer[:, :2]) & (inner[:, 2:] <= outer[:, 2:]), axis=1)
 
 
 def _rest(box: Ints, hiding: Ints) -> tuple[Ints, int]:

@@ -41,7 +41,7 @@ def snap(low: Floats, high: Floats, frame: Floats, tolerance: float) -> Snapped:
     """
     low, high = np.vstack([low, frame[:1]]), np.vstack([high, frame[1:]])
     sides = [_snapped_axis(low[:, axis], high[:, axis], tolerance) for axis in (0, 1)]
-    lows, highs = (np.stack([side[which] for side in sides], axis=1) for which in (0, 1))
+    lows, highs = np.stack([side[0] for side in sides], axis=1), np.stack([side[1] for side in sides], axis=1)
     lines = sides[0][2], sides[1][2]
     moved = max(
         float(np.abs(lines[axis][lines_of[:, axis]] - before[:, axis]).max())
