@@ -138,23 +138,28 @@ def _walks(columns: Sequence, moves: dict[int, Counter[_Move]], low: float, high
     start = State(standing[0], int(columns.doors[standing[0]]), 1)
     following = _following(moves, [kind for kind in standing if columns.doors[kind]], columns.doors)
     slack = 1e-9 * max(high, 1.0)
-    reached = _reached(start, following, sum(columns.size[kind] for kind in fixed), high + slack)
+    first, limit = sum(columns.size[kind] for kind in fixed), high + slack
+    reached = _reached(start, following, first, limit)
     goal = standing[-1], sum(columns.doors[kind] for kind in standing)
     fits = {
         state: reach
         for state, reach in reached.items()
-        if (state.kind, state.doors) == goal and low - slack <= reach.least and reach.most <= high + slack
+        if (state.kind, state.doors) == goal and low - slack <= reach.least and reach.most <= limit
     }
     if not fits:
         return None
+
+    def going_on(state: State) -> list[tuple[_Move, int, State]]:
+        return [each for each in following(state) if reached[state].least + each[0].length <= limit]
+
     future: dict[State, float] = {}
     for state in reversed(reached):  # later states lead to no earlier ones
         ends = 1.0 / fits[state].weight if state in fits else 0.0
-        future[state] = ends + sum(often * future.get(to, 0.0) for _, often, to in following(state))
+        future[state] = ends + sum(often * future.get(to, 0.0) for _, often, to in going_on(state))
     steps = {
         state: tuple(
             Step(often * future[to] / future[state], move.gap, to)
-            for move, often, to in following(state)
+            for move, often, to in going_on(state)
             if future.get(to, 0.0) > 0.0
         )
         for state in reached
