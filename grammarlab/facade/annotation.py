@@ -56,6 +56,7 @@ def annotate(
     bounds: Floats | None = None,
     picture: str = "",
     wall: Floats | None = None,
+    notes: Sequence[str] = (),
 ) -> Annotation:
     """Boxes that are checked, those without size left out, those that jut out cut off.
 
@@ -67,6 +68,7 @@ def annotate(
         bounds: [2, 2] where boxes may be: the picture, or the box around the wall; anywhere when left out.
         picture: file name of the picture that fills the bounds.
         wall: as in `Annotation`; where there is one, the facade is all of the bounds, else what the boxes span.
+        notes: what is known already.
 
     Raises:
         FacadeError: for numbers that are not finite or too large, negative sizes, boxes outside, too many boxes, or
@@ -75,12 +77,12 @@ def annotate(
     check_count(len(boxes))
     boxes = np.asarray(boxes, dtype=np.float64).reshape(-1, 4)
     _check_numbers(boxes, names)
-    notes: list[str] = []
+    said = list(notes)
     if bounds is not None:
-        boxes = _within(boxes, names, bounds, notes)
+        boxes = _within(boxes, names, bounds, said)
     empty = np.any(boxes[:, 2:] <= boxes[:, :2], axis=1)
     if empty.any():
-        notes.append(f"{int(empty.sum())} boxes without width or height are left out: {_told(boxes, names, empty)}")
+        said.append(f"{int(empty.sum())} boxes without width or height are left out: {_told(boxes, names, empty)}")
     kept = np.flatnonzero(~empty)
     low, high = boxes[kept, :2], boxes[kept, 2:]
     if wall is not None and bounds is not None:
@@ -99,7 +101,7 @@ def annotate(
         picture=picture,
         picture_area=frame if bounds is None else bounds,
         wall=np.zeros((0, 2)) if wall is None else wall,
-        notes=tuple(notes),
+        notes=tuple(said),
     )
 
 

@@ -12,7 +12,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.annotation import BACKGROUND, Annotation
 from grammarlab.facade.cutting import cut
 from grammarlab.facade.filling import WALL, PinwheelError, fill
-from grammarlab.facade.overlaps import uncovered
+from grammarlab.facade.overlaps import Pieces, uncovered
 from grammarlab.facade.pinwheels import pinwheel_text
 from grammarlab.facade.snapping import TOLERANCE, snap
 from grammarlab.facade.tree import LEAF, Facade, Floats, Ints, Picture, X, Y, check
@@ -44,6 +44,7 @@ def assemble(
     width: float | None = None,
     height: float | None = None,
     tolerance: float = TOLERANCE,
+    split: bool = False,
     picture: Picture | None = None,
     pixels: tuple[int, int] | None = None,
 ) -> Assembled:
@@ -54,6 +55,7 @@ def assemble(
         width: metres; by what is known when left out, see `_scale`.
         height: metres; likewise.
         tolerance: sides closer to each other than this part of the larger side of the facade come to lie on one line.
+        split: whether boxes that form a pinwheel are cut where nothing else helps, instead of an error.
         picture: what `annotation.picture` names, if it is there; leaves show their parts of it.
         pixels: width and height of the picture, if it is known.
 
@@ -73,20 +75,32 @@ def assemble(
     pieces = uncovered(np.hstack([snapped.low, snapped.high]), names)
     columns, rows = snapped.lines
     try:
-        tiles, source = fill(pieces, (0, 0, len(columns) - 1, len(rows) - 1))
+        tiles, source = fill(pieces, (0, 0, len(columns) - 1, len(rows) - 1), split=split)
     except PinwheelError as error:
-        raise FacadeError(pinwheel_text(error.sources, low, high, names)) from error
+        text = pinwheel_text(error.sources, low, high, names)
+        raise FacadeError(f"{text} Or let it be cut (--split).") from error
     lows, highs = (np.stack([columns[tiles[:, k]], rows[tiles[:, k + 1]]], axis=1) for k in (0, 2))
     facade, tile = cut(lows, highs, [names[each] if each != WALL else "wall" for each in source.tolist()])
     leaf_source = np.where(tile >= 0, source[tile], WALL)
     lost = len(kept) - len(np.unique(source[source != WALL]))
     if lost:
         notes.append(f"{lost} boxes lie behind others entirely and are not in the facade")
+    notes += _told_split(source, pieces, names)
     outlines = [(each - origin) * scale for each in (annotation.outlines[k] for k in kept.tolist())]
     facade = _with_outlines(facade, leaf_source, (low, high), outlines, (annotation.wall - origin) * scale)
     if picture is not None:
         facade = _with_picture(facade, picture, (annotation.picture_area - origin) * scale)
     return Assembled(check(facade), snapped.moved, (*annotation.notes, *notes))
+
+
+def _told_split(source: Ints, pieces: Pieces, names: list[str]) -> list[str]:
+    """Which boxes were cut that should have stayed whole."""
+    parts = np.bincount(source[source != WALL], minlength=len(names))
+    cut_up = pieces.source[pieces.whole & (parts[pieces.source] > 1)].tolist()
+    if not cut_up:
+        return []
+    shown = ", ".join(f"{names[each]} {each}" for each in cut_up[:8])
+    return [f"{len(cut_up)} boxes of pinwheels are cut into parts: {shown}{', …' if len(cut_up) > 8 else ''}"]
 
 
 def _scale(

@@ -2,8 +2,8 @@
 
 A piece of the facade is cut along all lines that cross no box, and the gaps between what is left are wall; along the
 other axis likewise, until a piece is one box or all wall. So wall never stands in the way of a cut. Where every line
-crosses a box, one is cut that others hide a part of, by the line that crosses fewest of these; boxes that are whole
-stay whole.
+crosses a box, the line is taken that crosses fewest of those that may be cut: bands, and what others hide a part of.
+All other boxes stay whole, unless it is asked to cut them too where nothing else helps.
 """
 
 from __future__ import annotations
@@ -34,15 +34,16 @@ class PinwheelError(FacadeError):
         self.sources = sources
 
 
-def fill(pieces: Pieces, frame: Rectangle) -> tuple[Ints, Ints]:
+def fill(pieces: Pieces, frame: Rectangle, *, split: bool = False) -> tuple[Ints, Ints]:
     """A tiling of the frame [K, 4], and the source [K] of each rectangle: a box, or `WALL`.
 
     Args:
         pieces: rectangles within the frame that do not overlap.
         frame: left, bottom, right and top.
+        split: whether boxes that should stay whole are cut where every line crosses one.
 
     Raises:
-        PinwheelError: where every line crosses a box that is whole.
+        PinwheelError: where every line crosses a box that must stay whole.
         FacadeError: when cuts lie too deep within each other.
     """
     rows = np.column_stack([pieces.boxes, pieces.source]).tolist()
@@ -61,7 +62,7 @@ def fill(pieces: Pieces, frame: Rectangle) -> tuple[Ints, Ints]:
             elif len(inside) == 1 and inside[0][:4] == around:
                 found.append((*around, inside[0][4]))
             else:
-                left += _divided(around, inside, Y) or _divided(around, inside, X) or _forced(around, inside)
+                left += _divided(around, inside, Y) or _divided(around, inside, X) or _forced(around, inside, split)
     table = np.array(found, dtype=np.int64)
     return table[:, :4], table[:, 4]
 
@@ -92,21 +93,23 @@ def _between(around: Rectangle, along: int, low: int, high: int) -> Rectangle:
     return (low, bottom, high, top) if along == X else (left, low, right, high)
 
 
-def _forced(around: Rectangle, inside: list[Box]) -> list[tuple[Rectangle, list[Box]]]:
-    """Both sides of the line that crosses fewest boxes, none of which is whole."""
+def _forced(around: Rectangle, inside: list[Box], split: bool) -> list[tuple[Rectangle, list[Box]]]:
+    """Both sides of the line that crosses fewest boxes: first of those that should stay whole, then of the others."""
     table = np.array([box[:4] for box in inside])
     whole = np.array([box[5] for box in inside])
-    best: tuple[int, int, int, int] | None = None  # crossed, how far from the middle, axis, line
+    lines: list[tuple[int, int, int, int, int]] = []  # whole ones crossed, all crossed, how uneven, axis, where
     for along in (Y, X):
-        for line in np.unique(table[:, [along, along + 2]]).tolist():
-            crossed = (table[:, along] < line) & (table[:, along + 2] > line)
-            if around[along] < line < around[along + 2] and not (crossed & whole).any():
-                uneven = abs(int((table[:, along + 2] <= line).sum()) - int((table[:, along] >= line).sum()))
-                best = min(best or (len(inside) + 1, 0, 0, 0), (int(crossed.sum()), uneven, -along, line))
-    if best is None:
+        low, high = table[:, along], table[:, along + 2]
+        for line in np.unique(np.concatenate([low, high])).tolist():
+            if around[along] < line < around[along + 2]:
+                crossed = (low < line) & (high > line)
+                uneven = abs(int((high <= line).sum()) - int((low >= line).sum()))
+                lines.append((int((crossed & whole).sum()), int(crossed.sum()), uneven, -along, line))
+    best = min(lines, default=None)
+    if best is None or (best[0] and not split):
         sources = np.array([box[4] for box in inside])
         raise PinwheelError(np.unique(sources[pinwheel(table)]))
-    along, line = -best[2], best[3]
+    along, line = -best[3], best[4]
     sides = [(around[along], line), (line, around[along + 2])]
     return [(_between(around, along, *side), _clipped(inside, along, *side)) for side in sides]
 

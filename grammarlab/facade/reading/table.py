@@ -30,9 +30,8 @@ def read_table(content: bytes) -> Annotation:
     header = [name.strip().lower() for name in lines[0]] if lines else []
     kind = next((some for some in (SIDES, CORNER) if set(some) <= set(header)), None)
     if kind is None or "label" not in header:
-        raise FacadeError(
-            f"Line 1: expected the columns label,{','.join(CORNER)} or label,{','.join(SIDES)}, found {shown(','.join(header))}."
-        )
+        expected = " or ".join(",".join(("label", *some)) for some in (CORNER, SIDES))
+        raise FacadeError(f"Line 1: expected the columns {expected}, found {shown(','.join(header))}.")
     rows = [(number, row) for number, row in enumerate(lines[1:], start=2) if any(field.strip() for field in row)]
     check_count(len(rows))
     places = [header.index(name) for name in kind]

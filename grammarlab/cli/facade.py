@@ -1,0 +1,87 @@
+"""``grammarlab facade``: commands on facades."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from grammarlab.cli.report import friendly_errors, print_json, say
+
+if TYPE_CHECKING:
+    from grammarlab.runs.facade.read import ReadResult
+
+facade = typer.Typer(
+    name="facade",
+    help="Read, edit and write facades.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+@facade.command("read")
+def read(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="Labelled boxes (CMP .xml, COCO or LabelMe .json, .csv) or a CityGML model (.gml, .xml).",
+            exists=True,
+            dir_okay=False,
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="File to write; NAME.facade.json when left out.", dir_okay=False),
+    ] = None,
+    wall: Annotated[
+        str, typer.Option("--wall", help="Which wall of a CityGML model, or image of COCO; without it, lists them.")
+    ] = "",
+    width: Annotated[float | None, typer.Option("--width", help="Metres; 20 where the file does not tell.")] = None,
+    height: Annotated[
+        float | None, typer.Option("--height", help="Metres; by the width and the shape of the picture when left out.")
+    ] = None,
+    tolerance: Annotated[
+        float,
+        typer.Option(
+            "--tolerance", help="Sides nearer than this part of the facade's larger side are in line.", min=0.0, max=0.1
+        ),
+    ] = 0.005,
+    split: Annotated[bool, typer.Option("--split", help="Cut boxes that form a pinwheel, which are refused else.")] = (
+        False
+    ),
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
+) -> None:
+    """Make a facade of labelled boxes: a tree of rectangles, in metres."""
+    with friendly_errors():
+        from grammarlab.runs.facade.read import read_facade
+
+        target = output or Path(f"{file.stem}.facade.json")
+        result = read_facade(file, target, wall=wall, width=width, height=height, tolerance=tolerance, split=split)
+        for note in result.notes:
+            say(note)
+        values = _as_json(result)
+        if as_json:
+            print_json(values)
+        else:
+            say(f"{result.facade.width:.2f} x {result.facade.height:.2f} m, {values['leaves']} leaves")
+            say(f"boxes were moved by {result.snapped:.3f} m at most")
+            typer.echo(result.file)
+
+
+def _as_json(result: ReadResult) -> dict[str, Any]:
+    leaves = len(result.facade.leaves)
+    return {
+        "file": str(result.file),
+        "width": result.facade.width,
+        "height": result.facade.height,
+        "leaves": leaves,
+        "inner": len(result.facade) - leaves,
+        "grids": [
+            {"name": grid.name, "rows": grid.num_rows, "columns": grid.num_columns} for grid in result.facade.grids
+        ],
+        "snapped": result.snapped,
+        "notes": list(result.notes),
+        "seconds": result.seconds,
+    }
