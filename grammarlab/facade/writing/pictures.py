@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.facade.pictures import store_pictures
 from grammarlab.facade.tree import LEAF, Facade
 from grammarlab.facade.writing.rule_text import number
 
@@ -50,9 +52,8 @@ def _extended(facade: Facade) -> Floats:
 
 def picture_file(facade: Facade, picture: int) -> str:
     """The name of the file that rules refer to a picture by."""
-    name = re.sub(r"[^A-Za-z0-9._-]", "_", facade.pictures[picture].name).lstrip(".")
-    earlier = {other.name for other in facade.pictures[:picture]}
-    return f"{picture}_{name}" if facade.pictures[picture].name in earlier else name or f"picture{picture}.png"
+    names = [re.sub(r"[^A-Za-z0-9._-]", "_", each.name).lstrip(".-") for each in facade.pictures[: picture + 1]]
+    return f"{picture}_{names[-1]}" if names[-1] in names[:-1] else names[-1]
 
 
 def projection(facade: Facade, shows: Shown, node: int) -> str:
@@ -67,3 +68,13 @@ def projection(facade: Facade, shows: Shown, node: int) -> str:
     offsets = ", ".join(f"'{number(value, _DIGITS)}" for value in (first / extent).tolist())
     name = picture_file(facade, int(shows.picture[node]))
     return f'texture("{name}") setupProjection(0, scope.xy, {sizes}, {offsets})'
+
+
+def store_as_assets(facade: Facade, folder: Path) -> None:
+    """Write the pictures of a facade into a folder of assets, by the names that rules and scenes refer to them by.
+
+    Raises:
+        FacadeError: when a file of such a name is there that is another picture; nothing is written then.
+    """
+    names = [picture_file(facade, index) for index in range(len(facade.pictures))]
+    store_pictures((replace(each, name=name) for each, name in zip(facade.pictures, names, strict=True)), folder)
