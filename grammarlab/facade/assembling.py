@@ -73,21 +73,23 @@ def assemble(
     low, high = ((side[kept] - origin) * scale for side in (annotation.low, annotation.high))
     snapped = snap(low, high, frame, tolerance * float(frame[1].max()))
     pieces = uncovered(np.hstack([snapped.low, snapped.high]), names)
-    columns, rows = snapped.lines
+    last = [len(lines) - 1 for lines in snapped.lines]
     try:
-        tiles, source = fill(pieces, (0, 0, len(columns) - 1, len(rows) - 1), split=split)
+        tiles, source = fill(pieces, (0, 0, last[X], last[Y]), split=split)
     except PinwheelError as error:
         text = pinwheel_text(error.sources, low, high, names)
         raise FacadeError(f"{text} Or let it be cut (--split).") from error
-    lows, highs = (np.stack([columns[tiles[:, k]], rows[tiles[:, k + 1]]], axis=1) for k in (0, 2))
-    facade, tile = cut(lows, highs, [names[each] if each != WALL else "wall" for each in source.tolist()])
+    facade, tile = cut(
+        *_corners(tiles, snapped.lines), [names[each] if each != WALL else "wall" for each in source.tolist()]
+    )
     leaf_source = np.where(tile >= 0, source[tile], WALL)
     lost = len(kept) - len(np.unique(source[source != WALL]))
     if lost:
         notes.append(f"{lost} boxes lie behind others entirely and are not in the facade")
     notes += _told_split(source, pieces, names)
-    outlines = [(each - origin) * scale for each in (annotation.outlines[k] for k in kept.tolist())]
-    facade = _with_outlines(facade, leaf_source, (low, high), outlines, (annotation.wall - origin) * scale)
+    outlines = [(annotation.outlines[each] - origin) * scale for each in kept.tolist()]
+    outlines = _followed(outlines, (low, high), _corners(np.hstack([snapped.low, snapped.high]), snapped.lines))
+    facade = _with_outlines(facade, leaf_source, outlines, (annotation.wall - origin) * scale)
     if picture is not None:
         facade = _with_picture(facade, picture, (annotation.picture_area - origin) * scale)
     return Assembled(check(facade), snapped.moved, (*annotation.notes, *notes))
@@ -133,15 +135,24 @@ def _scale(
     return shape * np.array([across or up, up or across]), notes
 
 
-def _with_outlines(
-    facade: Facade, source: Ints, boxes: tuple[Floats, Floats], outlines: list[Floats], wall: Floats
-) -> Facade:
+def _corners(boxes: Ints, lines: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Lower left and upper right corners [N, 2] of boxes [N, 4] that are given by their lines."""
+    low = np.stack([lines[X][boxes[:, 0]], lines[Y][boxes[:, 1]]], axis=1)
+    return low, np.stack([lines[X][boxes[:, 2]], lines[Y][boxes[:, 3]]], axis=1)
+
+
+def _followed(outlines: list[Floats], before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> list[Floats]:
+    """Outlines that follow their boxes, of which the corners are given before and after they were snapped."""
+    scale = (after[1] - after[0]) / (before[1] - before[0])
+    return [after[0][k] + (each - before[0][k]) * scale[k] for k, each in enumerate(outlines)]
+
+
+def _with_outlines(facade: Facade, source: Ints, outlines: list[Floats], wall: Floats) -> Facade:
     """The facade with the outlines of what is not rectangular, each leaf with its part of them.
 
     Args:
         facade: of rectangles.
         source: [N] the box of each node, or `WALL`.
-        boxes: lower left and upper right corners of the boxes [B, 2] before they were snapped.
         outlines: of the boxes [B], in metres; empty for rectangles.
         wall: outline [P, 2] of the wall, in metres; empty for a rectangle.
     """
@@ -154,10 +165,7 @@ def _with_outlines(
         low, size = facade.position[node], facade.size[node]
         box = int(source[node])
         if box != WALL and len(outlines[box]):
-            # The outline follows its box, which may have been snapped.
-            first, last = _span(facade, source, box)
-            parts = (outlines[box] - boxes[0][box]) / (boxes[1][box] - boxes[0][box])
-            polygon = shapely.Polygon(first + parts * (last - first))
+            polygon = shapely.Polygon(outlines[box])
         elif box == WALL and around is not None:
             polygon = around
         else:
@@ -182,12 +190,6 @@ def _with_outlines(
         outline_offsets=offsets_from_counts(counts),
         outline_points=np.vstack(ordered) if ordered else np.zeros((0, 2)),
     )
-
-
-def _span(facade: Facade, source: Ints, box: int) -> tuple[Floats, Floats]:
-    """Lower left and upper right corner of all leaves of a box."""
-    nodes = np.flatnonzero((source == box) & (facade.axis == LEAF))
-    return facade.position[nodes].min(axis=0), (facade.position[nodes] + facade.size[nodes]).max(axis=0)
 
 
 def _shown(polygon: shapely.Polygon, low: Floats, size: Floats) -> Floats | None:
