@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from grammarlab.cli.report import friendly_errors, print_json, say
+from grammarlab.errors import UsageError
 
 if TYPE_CHECKING:
     from grammarlab.runs.facade.read import ReadResult
@@ -26,7 +27,7 @@ def read(
     file: Annotated[
         Path,
         typer.Argument(
-            help="Labelled boxes (CMP .xml, COCO or LabelMe .json, .csv) or a CityGML model (.gml, .xml).",
+            help="Labelled boxes (CMP .xml, COCO or LabelMe .json, .csv), CityGML (.gml, .xml) or rules (.cga).",
             exists=True,
             dir_okay=False,
         ),
@@ -51,14 +52,37 @@ def read(
     split: Annotated[bool, typer.Option("--split", help="Cut boxes that form a pinwheel, which are refused else.")] = (
         False
     ),
+    face: Annotated[
+        str, typer.Option("--face", help="Of a rule file: front, right, back or left; with :1 the next plane behind.")
+    ] = "front",
+    parts: Annotated[
+        str, typer.Option("--parts", help="Of a rule file: symbols that become boxes, with commas; else all leaves.")
+    ] = "",
+    start_rule: Annotated[str, typer.Option("--start", help="Of a rule file: rule to start with.")] = "",
+    seed: Annotated[int, typer.Option("--seed", help="Of a rule file: of the model.", min=0)] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:
     """Make a facade of labelled boxes: a tree of rectangles, in metres."""
     with friendly_errors():
+        from grammarlab.runs.facade.face import read_face
         from grammarlab.runs.facade.read import read_facade
 
         target = output or Path(f"{file.stem}.facade.json")
-        result = read_facade(file, target, wall=wall, width=width, height=height, tolerance=tolerance, split=split)
+        if file.suffix.lower() == ".cga":
+            _refuse_sizes(wall, width, height)
+            symbols = [name.strip() for name in parts.split(",") if name.strip()]
+            result = read_face(
+                str(file),
+                target,
+                face,
+                symbols,
+                seed=seed,
+                start_rule=start_rule or None,
+                tolerance=tolerance,
+                split=split,
+            )
+        else:
+            result = read_facade(file, target, wall=wall, width=width, height=height, tolerance=tolerance, split=split)
         for note in result.notes:
             say(note)
         values = _as_json(result)
@@ -68,6 +92,12 @@ def read(
             say(f"{result.facade.width:.2f} x {result.facade.height:.2f} m, {values['leaves']} leaves")
             say(f"boxes were moved by {result.snapped:.3f} m at most")
             typer.echo(result.file)
+
+
+def _refuse_sizes(wall: str, width: float | None, height: float | None) -> None:
+    """A building that rules make has its sizes."""
+    if wall or width is not None or height is not None:
+        raise UsageError("--wall, --width and --height are not for rule files: give --face and --parts.")
 
 
 def _as_json(result: ReadResult) -> dict[str, Any]:

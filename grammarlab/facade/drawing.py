@@ -17,7 +17,6 @@ from grammarlab.render.raycast import RaycastRenderer
 from grammarlab.render.renderer import LARGEST_AREA, LARGEST_SIDE, RenderOptions
 from grammarlab.scene import TriangleBatch, triangles
 
-_FRONT = View(azimuth=0.0, elevation=0.0, field_of_view=0.0, margin=0.0)
 _LOOK = Look(sun_azimuth=-38.0, sun_elevation=40.0, exposure=0.66)
 """A wall that faces the camera is lit less than the sides that pictures of whole models show."""
 
@@ -50,10 +49,18 @@ def draw(facade: Facade, pixels_per_metre: float) -> NDArray[np.uint8]:
     return np.asarray(picture)
 
 
-def front(batch: TriangleBatch, width: int, height: int) -> NDArray[np.uint8]:
-    """A picture [height, width, 3] of one model as wide and high as it is, seen from +z without perspective."""
-    options = RenderOptions(width, height, samples=3, openness_rays=16, ground=False, view=_FRONT, look=_LOOK)
-    return RaycastRenderer().render(batch, frame(batch.vertices, width / height, _FRONT), options)
+def front(batch: TriangleBatch, width: int, height: int, azimuth: float = 0.0) -> NDArray[np.uint8]:
+    """A picture [height, width, 3] of one model, as wide and high as it is, seen without perspective.
+
+    Args:
+        batch: one model.
+        width: pixels.
+        height: pixels.
+        azimuth: where it is seen from, in degrees from +z towards +x.
+    """
+    view = View(azimuth, elevation=0.0, field_of_view=0.0, margin=0.0)
+    options = RenderOptions(width, height, samples=2, openness_rays=8, ground=False, view=view, look=_LOOK)
+    return RaycastRenderer().render(batch, frame(batch.vertices, width / height, view), options)
 
 
 def picture_size(width: float, height: float, pixels_per_metre: float) -> tuple[int, int]:

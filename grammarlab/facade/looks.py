@@ -33,29 +33,31 @@ class Look:
         return 0.12 if self.glazed else 0.8
 
 
+_WINDOW = Look("#2B3A48", -0.18, glazed=True)
+_DOOR = Look("#5B4030", -0.22)
+_CORNICE = Look("#DDD6C6", 0.3)
+_BAND = Look("#DDD6C6", 0.1)
+_PILLAR = Look("#D3CBBB", 0.15)
+_WALL = Look("#CDBFA6", 0.0, gives=True)
+_BASE = Look("#9A958B", 0.06, gives=True)
+
 _LOOKS = {
-    "window": Look("#2B3A48", -0.18, glazed=True),
-    "door": Look("#5B4030", -0.22),
-    "gate": Look("#5B4030", -0.22),
+    **dict.fromkeys(("window", "pane", "glass", "light"), _WINDOW),
+    **dict.fromkeys(("door", "gate", "portal", "entrance"), _DOOR),
     "shop": Look("#39424A", -0.12, glazed=True),
     "balcony": Look("#3A3D40", 0.5),
-    "cornice": Look("#DDD6C6", 0.3),
-    "molding": Look("#DDD6C6", 0.1),
-    "band": Look("#DDD6C6", 0.1),
+    **dict.fromkeys(("cornice", "coping", "eaves"), _CORNICE),
+    **dict.fromkeys(("molding", "band", "belt", "frieze"), _BAND),
     "sill": Look("#D8D2C4", 0.12),
     "blind": Look("#6F7F6A", -0.06),
     "shutter": Look("#6F7F6A", 0.06),
-    "pillar": Look("#D3CBBB", 0.15),
-    "column": Look("#D3CBBB", 0.15),
+    **dict.fromkeys(("pillar", "pilaster", "column"), _PILLAR),
     "deco": Look("#C9BFA9", 0.08),
-    "base": Look("#9A958B", 0.06, gives=True),
+    **dict.fromkeys(("base", "plinth"), _BASE),
     "roof": Look("#5A4A44", -0.1),
-    "wall": Look("#CDBFA6", 0.0, gives=True),
-    "facade": Look("#CDBFA6", 0.0, gives=True),
-    "background": Look("#CDBFA6", 0.0, gives=True),
+    **dict.fromkeys(("wall", "facade", "background"), _WALL),
     "outside": Look("#FFFFFF00", 0.01 - THICKNESS, gives=True),
 }
-_UNLABELLED = _LOOKS["wall"]
 
 
 def look_of(label: str) -> Look:
@@ -65,7 +67,7 @@ def look_of(label: str) -> Look:
     (True, True, False)
     """
     if not label:
-        return _UNLABELLED
+        return _WALL
     words = label.lower()
     known = next((look for word, look in _LOOKS.items() if word in words), None)
     if known is not None:
