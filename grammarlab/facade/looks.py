@@ -78,4 +78,4 @@ def look_of(label: str) -> Look:
 
 def is_door(label: str) -> bool:
     """Whether something of that name lets people in, so that no other number of them would do."""
-    return any(word in label.lower() for word in ("door", "gate", "portal", "entrance", "shop"))
+    return any(word in label.lower() for word in ("door", "gate", "portal", "entrance"))

@@ -68,6 +68,7 @@ def face_of(forest: Forest, face: str, parts: Collection[str], picture: str = ""
     if not on_side.any():
         raise FacadeError(f"nothing of this building stands on its side {face}.")
     owner = _owners(forest, parts)
+    on_side |= _belongs(forest, owner, on_side, outwards)
     leaf, flat = _projected(forest, right)
     bounds = _bounds(flat[on_side[leaf]])
     boxes, names, outlines = [], [], []
@@ -105,16 +106,14 @@ def _on_side(forest: Forest, outwards: Floats, place: int) -> NDArray[np.bool_]:
     on_side = np.zeros(len(leaves), dtype=bool)
     if place < len(areas):
         on_side[rows[plane == np.argsort(-areas, kind="stable")[place]]] = True
-        return on_side | _belongs(forest, on_side, outwards)
     return on_side
 
 
-def _belongs(forest: Forest, on_side: NDArray[np.bool_], outwards: Floats) -> NDArray[np.bool_]:
-    """[L] thin leaves beside one on the side that are turned themselves: the round of an arch."""
+def _belongs(forest: Forest, owner: Ints, on_side: NDArray[np.bool_], outwards: Floats) -> NDArray[np.bool_]:
+    """[L] thin leaves of what is on the side that are turned themselves: the round of an arch."""
     leaves = forest.leaves
     thickness = (np.abs(forest.frames[leaves.frame].transpose(0, 2, 1) @ outwards) * leaves.size).sum(axis=1)
-    parent = forest.nodes.parent[leaves.node]
-    return np.isin(parent, parent[on_side]) & (parent >= 0) & (thickness < APART)
+    return np.isin(owner, owner[on_side]) & (owner >= 0) & (thickness < APART)
 
 
 def _owners(forest: Forest, parts: Collection[str]) -> Ints:

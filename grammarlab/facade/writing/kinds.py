@@ -9,6 +9,10 @@ from grammarlab.facade.looks import is_door
 from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.facade.writing.bands import SAME_PLACE, Band, bands
 from grammarlab.facade.writing.cells import Cell, alike, cell_of
+from grammarlab.facade.writing.repeats import find_repeats
+
+WALL_STRETCH = 1.0 / 3.0
+"""Part by which walls between equal things may differ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +48,12 @@ def pattern_of(facade: Facade, stretch: float) -> Pattern:
         stretch: part by which sizes of equal things may differ.
     """
     across, up = bands(facade, X), bands(facade, Y)
-    least = (SAME_PLACE * facade.size[0]).tolist()
-    cells = [
-        [cell_of(facade, (column.start, row.start), (column.end, row.end), least) for column in across] for row in up
-    ]
-    columns = _kinds(across, stretch, lambda a, b: all(alike(row[a], row[b], stretch) for row in cells))
+    joined = _joined(across, _column_kinds(across, _cells(facade, across, up), stretch))
+    while len(joined) < len(across):
+        across = joined
+        joined = _joined(across, _column_kinds(across, _cells(facade, across, up), stretch))
+    cells = _cells(facade, across, up)
+    columns = _column_kinds(across, cells, stretch)
     rows = _kinds(up, stretch, lambda a, b: all(map(alike, cells[a], cells[b], [stretch] * len(across))))
     first_column = [columns.index(kind) for kind in range(max(columns) + 1)]
     first_row = [rows.index(kind) for kind in range(max(rows) + 1)]
@@ -59,8 +64,30 @@ def pattern_of(facade: Facade, stretch: float) -> Pattern:
     )
 
 
+def _cells(facade: Facade, across: list[Band], up: list[Band]) -> list[list[Cell]]:
+    """[rows][columns] what stands where bands meet."""
+    least = (SAME_PLACE * facade.size[0]).tolist()
+    return [
+        [cell_of(facade, (column.start, row.start), (column.end, row.end), least) for column in across] for row in up
+    ]
+
+
+def _column_kinds(across: list[Band], cells: list[list[Cell]], stretch: float) -> list[int]:
+    return _kinds(across, stretch, lambda a, b: all(alike(row[a], row[b], stretch) for row in cells))
+
+
+def _joined(found: list[Band], kinds: list[int]) -> list[Band]:
+    """The bands, with one instead of each group of several columns that comes again and again: a bay of windows."""
+    for run in find_repeats(kinds):
+        if sum(band.stands for band in found[run.start : run.start + run.period]) > 1:
+            turns = range(run.start, run.end, run.period)
+            bays = [Band(found[k].start, found[k + run.period - 1].end, stands=True) for k in turns]
+            return [*found[: run.start], *bays, *found[run.end :]]
+    return found
+
+
 def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) -> list[int]:
-    """[B] the kind of each band. Walls are alike whatever their size, but for the first and the last."""
+    """[B] the kind of each band. Walls may differ more in size, but those at the ends are of kinds of their own."""
     kinds: list[int] = []
     ends = {0, len(found) - 1}
     for place, band in enumerate(found):
@@ -68,8 +95,8 @@ def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) 
             other = found[earlier]
             if band.stands != other.stands or (not band.stands and (place in ends) != (earlier in ends)):
                 continue
-            fits = not band.stands or abs(band.size - other.size) <= stretch * max(band.size, other.size)
-            if fits and same(earlier, place):
+            differ = stretch if band.stands else WALL_STRETCH
+            if abs(band.size - other.size) <= differ * max(band.size, other.size) and same(earlier, place):
                 kinds.append(kinds[earlier])
                 break
         else:
