@@ -90,7 +90,8 @@ def _text(facade: Facade, digits: int, *, repeats: bool) -> tuple[str, dict[str,
         names[kind] = "Facade" if not node else used.new(_wanted(facade, node))
     width, height = (number(size, digits) for size in (facade.width, facade.height))
     start = f"Lot --> s({width}, {height}, {THICKNESS}) primitiveCube() comp(f) {{ front : Facade }}"
-    lines = ['version "2023.0"', "@StartRule", start]
+    title = f"// A facade of {len(facade.leaves)} leaves, {facade.width:.4g} m wide and {facade.height:.4g} m high"
+    lines = [title, 'version "2023.0"', "@StartRule", start]
     for kind, node in first.items():
         setup, content = kinds[kind]
         if isinstance(content, str):

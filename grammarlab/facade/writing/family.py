@@ -6,7 +6,7 @@ from collections.abc import Sequence as Listed
 from dataclasses import dataclass, field
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.looks import THICKNESS, look_of
+from grammarlab.facade.looks import THICKNESS, is_door, look_of
 from grammarlab.facade.tree import LEAF, Facade
 from grammarlab.facade.writing.cells import Cell
 from grammarlab.facade.writing.kinds import Pattern, pattern_of
@@ -93,11 +93,19 @@ class _Writer:
             self._add_state(state, name, states, columns)
         for name, kind in {name: kind for kind, name in columns.items()}.items():
             self.lines.append(f"{name} --> {self._column_body(kind, attributes)}")
-        text = format_grammar(Grammar.parse('version "2023.0"\n' + "\n".join(self.lines)))
+        text = format_grammar(Grammar.parse("\n".join([self._title(), 'version "2023.0"', *self.lines])))
         times = list(zip(*self.storeys.times, strict=True))
         rows = {name: (min(found), max(found)) for name, found in zip(attributes, times, strict=True)}
         num = len(self.storeys.times) * self.walks.total
         return WrittenFamily(text, len(Grammar.parse(text).rules), self.walks.sizes, rows, num)
+
+    def _title(self) -> str:
+        sizes = [size for found in self.walks.sizes.values() for size in found]
+        columns, heights = self.walks.sizes, self.storeys.heights
+        return (
+            f"// A family of facades with {min(columns)} to {max(columns)} columns, {min(sizes):.4g} to {max(sizes):.4g} m "
+            f"wide and {min(heights):.4g} to {max(heights):.4g} m high"
+        )
 
     def _add_storeys(self, attributes: Listed[str]) -> None:
         ways = []
@@ -157,8 +165,7 @@ class _Writer:
         things = {thing for cell in cells for thing in cell.things()}
         standing = sorted(thing for thing in things if not look_of(thing).gives)
         telling = [thing for thing in standing if look_of(thing).glazed] or standing
-        door = [thing for thing in standing if "door" in thing.lower()]
-        chosen = (door or telling or ["wall"])[0]
+        chosen = ([thing for thing in standing if is_door(thing)] or telling or ["wall"])[0]
         return f"{rule_name(chosen)}{what}"
 
     def _column_body(self, kind: int, attributes: Listed[str]) -> str:
