@@ -15,6 +15,7 @@ from grammarlab.facade.tree import Floats
 MOST_BOXES = 100_000
 FARTHEST = 1e9
 """Largest coordinate that means something, in whatever unit."""
+LONGEST_NAME = 200
 BACKGROUND = ("facade", "wall", "background")
 """Labels of boxes that say where there is wall, and nothing else."""
 
@@ -132,6 +133,8 @@ def _check_numbers(boxes: Floats, names: Sequence[str]) -> None:
         raise FacadeError(f"{_told(boxes, names, wrong)} has a coordinate that is not a finite number.")
     if (wrong := np.any(np.abs(boxes) > FARTHEST, axis=1)).any():
         raise FacadeError(f"{_told(boxes, names, wrong)} has a coordinate beyond {FARTHEST:g}.")
+    if (wrong := np.array([len(name) > LONGEST_NAME for name in names], dtype=bool)).any():
+        raise FacadeError(f"{_told(boxes, names, wrong)}: a label has at most {LONGEST_NAME} characters.")
     if (wrong := np.any(boxes[:, 2:] < boxes[:, :2], axis=1)).any():
         raise FacadeError(f"{_told(boxes, names, wrong)} has a negative width or height.")
 

@@ -80,7 +80,7 @@ def a_whole_number(value: Any, where: str, low: int, end: int) -> int:
     return value
 
 
-def a_text(value: Any, where: str, most: int = 200) -> str:
+def a_text(value: Any, where: str, most: int = 1_000) -> str:
     """The value, if it is a text that is not too long."""
     if not isinstance(value, str) or len(value) > most:
         raise FacadeError(f"{where}: expected a text of at most {most} characters, found {shown(value)}.")

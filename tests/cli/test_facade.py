@@ -34,7 +34,7 @@ def test_an_annotation_becomes_a_facade_with_its_picture(run, folder):
     width, height = drawing(4).size
     assert facade.height == pytest.approx(12.0 * height / width)
     assert [picture.name for picture in facade.pictures] == ["house.jpg"]
-    assert 0.0 < values["snapped"] <= 0.005 * max(facade.width, facade.height)
+    assert 0.0 < values["snapped"] <= 0.01 * min(facade.width, facade.height)
 
 
 def test_without_an_option_the_file_is_named_and_what_is_not_known_is_told(run, folder):

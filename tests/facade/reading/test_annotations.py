@@ -92,6 +92,12 @@ def test_the_sides_of_a_table_may_run_down_as_in_pictures(tmp_path):
         read(tmp_path, table + "door,0,9,9,0\n", ".csv")
 
 
+def test_a_wall_is_not_chosen_where_there_is_but_one(tmp_path):
+    for writer, suffix in ((as_cmp, ".xml"), (as_labelme, ".json"), (as_sides, ".csv")):
+        with pytest.raises(UsageError, match="one facade only"):
+            read(tmp_path, writer(drawing(1)), suffix, "front")
+
+
 MANY = "label,x,y,width,height\n" + "w,0,0,1,1\n" * (MOST_BOXES + 1)
 NESTED = b"<a>" * 200 + b"</a>" * 200
 LAUGHS = b'<!DOCTYPE a [<!ENTITY b "ha"><!ENTITY c "&b;&b;&b;">]><a>&c;</a>'
@@ -128,6 +134,7 @@ OUTSIDE = b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
         (".csv", b"label,x,y,width,height\n\nw,1,2,3,high\n", "Line 3, height: expected a number, found 'high'"),
         (".csv", b"label,x,y,width,height\nw,1,2,-3,1\n", "Box 1 .*negative width"),
         (".csv", b"label,x,y,width,height\nw,1,2,nan,1\n", "not a finite number"),
+        (".csv", b"label,x,y,width,height\n" + b"w" * 201 + b",1,2,3,4\n", "at most 200 characters"),
         (".csv", MANY.encode(), "There are 100,001 boxes; a facade has at most 100,000"),
         (".jpg", b"", "expected a file that ends in .xml, .gml, .json, .csv"),
     ],

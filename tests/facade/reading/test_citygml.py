@@ -128,7 +128,9 @@ def test_walls_without_a_name_are_called_by_what_they_bound_and_all_are_listed()
         read_citygml(city.content())
     assert "this file has 2 walls; choose one with --wall:" in str(told.value)
     assert "front  (9.0 x 6.0 m, 2 openings)\n  B/2  (6.0 x 9.0 m, 0 openings)" in str(told.value)
-    assert read_citygml(city.content(), "B/2").names == ()
+    plain_wall = read_citygml(city.content(), "B/2")
+    assert plain_wall.names == ()
+    assert len(assemble(plain_wall).facade) == 1
     with pytest.raises(UsageError, match="no wall is called 'back'"):
         read_citygml(city.content(), "back")
 
