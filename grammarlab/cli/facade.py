@@ -80,7 +80,7 @@ def _as_json(result: ReadResult) -> dict[str, Any]:
         "width": result.facade.width,
         "height": result.facade.height,
         "leaves": leaves,
-        "inner": len(result.facade) - leaves,
+        "inner_nodes": len(result.facade) - leaves,
         "grids": [
             {"name": grid.name, "rows": grid.num_rows, "columns": grid.num_columns} for grid in result.facade.grids
         ],

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.tree import Floats
+from grammarlab.facade.tree import Floats, Ints
 
 MOST_BOXES = 100_000
 FARTHEST = 1e9
@@ -32,6 +32,8 @@ class Annotation:
     """[N, 2] upper right corners, greater than `low`."""
     names: tuple[str, ...]
     """[N]"""
+    number: Ints
+    """[N] which box of its facade each is, from 1, in the order of the file."""
     outlines: tuple[Floats, ...]
     """[N] corners [P, 2] of what is not rectangular, in the units of the boxes; empty otherwise."""
     frame: Floats
@@ -96,6 +98,7 @@ def annotate(
         low,
         high,
         names=tuple(names[each] for each in kept.tolist()),
+        number=kept + 1,
         outlines=tuple(outlines[each] if outlines else np.zeros((0, 2)) for each in kept.tolist()),
         frame=frame,
         unit=unit,

@@ -82,7 +82,7 @@ def assemble(
     try:
         tiles, source = fill(pieces, (0, 0, last[X], last[Y]), split=split)
     except PinwheelError as error:
-        text = pinwheel_text(error.sources, low, high, names)
+        text = pinwheel_text(error.sources, low, high, names, annotation.number[kept])
         raise FacadeError(f"{text} Or let it be cut (--split).") from error
     facade, tile = cut(
         *_corners(tiles, snapped.lines), [names[each] if each != WALL else "wall" for each in source.tolist()]
@@ -91,7 +91,7 @@ def assemble(
     lost = len(kept) - len(np.unique(source[source != WALL]))
     if lost:
         notes.append(f"{lost} boxes lie behind others entirely and are not in the facade")
-    notes += _told_split(source, pieces, names)
+    notes += _told_split(source, pieces, names, annotation.number[kept])
     outlines = [(annotation.outlines[each] - origin) * scale for each in kept.tolist()]
     outlines = _followed(outlines, (low, high), _corners(np.hstack([snapped.low, snapped.high]), snapped.lines))
     facade = _with_outlines(facade, leaf_source, outlines, (annotation.wall - origin) * scale)
@@ -100,13 +100,13 @@ def assemble(
     return Assembled(check(facade), snapped.moved, (*annotation.notes, *notes))
 
 
-def _told_split(source: Ints, pieces: Pieces, names: list[str]) -> list[str]:
+def _told_split(source: Ints, pieces: Pieces, names: list[str], number: Ints) -> list[str]:
     """Which boxes were cut that should have stayed whole."""
     parts = np.bincount(source[source != WALL], minlength=len(names))
     cut_up = pieces.source[pieces.whole & (parts[pieces.source] > 1)].tolist()
     if not cut_up:
         return []
-    shown = ", ".join(f"{names[each]} {each}" for each in cut_up[:8])
+    shown = ", ".join(f"{names[each]} {number[each]}" for each in cut_up[:8])
     return [f"{len(cut_up)} boxes of pinwheels are cut into parts: {shown}{', …' if len(cut_up) > 8 else ''}"]
 
 
@@ -185,8 +185,8 @@ def _with_outlines(facade: Facade, source: Ints, outlines: list[Floats], wall: F
         counts[node] = len(corners)
     label, labels = facade.label.copy(), facade.labels
     if outside:
-        labels = (*labels, OUTSIDE)
-        label[outside] = len(labels) - 1
+        labels = labels if OUTSIDE in labels else (*labels, OUTSIDE)
+        label[outside] = labels.index(OUTSIDE)
     ordered = [points[node] for node in sorted(points)]
     return replace(
         facade,

@@ -9,7 +9,8 @@ from typing import Any
 
 from grammarlab.errors import FacadeError
 
-MOST_BYTES = 256 * 2**20
+MOST_BYTES = 128 * 2**20
+"""Of a file; its values may take twenty times the memory."""
 _MOST_SHOWN = 60
 _MISSING = object()
 

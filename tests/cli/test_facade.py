@@ -27,9 +27,9 @@ def test_an_annotation_becomes_a_facade_with_its_picture(run, folder):
     result = run("facade", "read", "house.xml", "--width", "12", "-o", "new/f.json", "--json")
     values = json.loads(result.stdout)
     facade = load_facade(folder / "new" / "f.json")
-    assert set(values) == {"file", "width", "height", "leaves", "inner", "grids", "snapped", "notes", "seconds"}
+    assert set(values) == {"file", "width", "height", "leaves", "inner_nodes", "grids", "snapped", "notes", "seconds"}
     assert values["leaves"] == len(facade.leaves)
-    assert values["inner"] == len(facade) - len(facade.leaves)
+    assert values["inner_nodes"] == len(facade) - len(facade.leaves)
     assert facade.width == pytest.approx(12.0)
     width, height = drawing(4).size
     assert facade.height == pytest.approx(12.0 * height / width)
@@ -65,7 +65,7 @@ def test_one_wall_of_a_model_is_chosen_by_name(run, folder):
 def test_a_pinwheel_is_named_and_split_when_asked(run, folder):
     (folder / "mill.csv").write_text(WINDMILL)
     result = run("facade", "read", "mill.csv", code=1)
-    assert "form a pinwheel: a 0 at (0, 0) to (2, 1); b 1" in result.stderr
+    assert "form a pinwheel: a 1 at (0, 0) to (2, 1); b 2" in result.stderr
     assert not (folder / "mill.facade.json").exists()
     assert "are cut into parts" in run("facade", "read", "mill.csv", "--split").stderr
 
