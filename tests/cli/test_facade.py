@@ -7,8 +7,8 @@ from PIL import Image
 
 from grammarlab.facade.file import load_facade
 from tests.facade.drawings import drawing
+from tests.facade.reading.city import usual
 from tests.facade.reading.formats import as_cmp, as_coco
-from tests.facade.reading.test_citygml import usual
 
 WINDMILL = "label,left,bottom,right,top\na,0,0,2,1\nb,2,0,3,2\nc,1,2,3,3\nd,0,1,1,3\n"
 
