@@ -44,11 +44,14 @@ def read(
         float | None, typer.Option("--height", help="Metres; by the width and the shape of the picture when left out.")
     ] = None,
     tolerance: Annotated[
-        float,
+        float | None,
         typer.Option(
-            "--tolerance", help="Sides nearer than this part of the facade's larger side are in line.", min=0.0, max=0.1
+            "--tolerance",
+            help="Sides nearer than this part of the shorter side are in line; 0.01 of drawings, 0.001 of metres.",
+            min=0.0,
+            max=0.1,
         ),
-    ] = 0.005,
+    ] = None,
     split: Annotated[bool, typer.Option("--split", help="Cut boxes that form a pinwheel, which are refused else.")] = (
         False
     ),
@@ -107,7 +110,7 @@ def _as_json(result: ReadResult) -> dict[str, Any]:
         "width": result.facade.width,
         "height": result.facade.height,
         "leaves": leaves,
-        "inner": len(result.facade) - leaves,
+        "inner_nodes": len(result.facade) - leaves,
         "grids": [
             {"name": grid.name, "rows": grid.num_rows, "columns": grid.num_columns} for grid in result.facade.grids
         ],

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.tree import Floats
+from grammarlab.facade.tree import Floats, Ints
 
 MOST_BOXES = 100_000
 FARTHEST = 1e9
 """Largest coordinate that means something, in whatever unit."""
+LONGEST_NAME = 200
 BACKGROUND = ("facade", "wall", "background")
 """Labels of boxes that say where there is wall, and nothing else."""
 
@@ -31,6 +32,8 @@ class Annotation:
     """[N, 2] upper right corners, greater than `low`."""
     names: tuple[str, ...]
     """[N]"""
+    number: Ints
+    """[N] which box of its facade each is, from 1, in the order of the file."""
     outlines: tuple[Floats, ...]
     """[N] corners [P, 2] of what is not rectangular, in the units of the boxes; empty otherwise."""
     frame: Floats
@@ -95,6 +98,7 @@ def annotate(
         low,
         high,
         names=tuple(names[each] for each in kept.tolist()),
+        number=kept + 1,
         outlines=tuple(outlines[each] if outlines else np.zeros((0, 2)) for each in kept.tolist()),
         frame=frame,
         unit=unit,
@@ -132,6 +136,8 @@ def _check_numbers(boxes: Floats, names: Sequence[str]) -> None:
         raise FacadeError(f"{_told(boxes, names, wrong)} has a coordinate that is not a finite number.")
     if (wrong := np.any(np.abs(boxes) > FARTHEST, axis=1)).any():
         raise FacadeError(f"{_told(boxes, names, wrong)} has a coordinate beyond {FARTHEST:g}.")
+    if (wrong := np.array([len(name) > LONGEST_NAME for name in names], dtype=bool)).any():
+        raise FacadeError(f"{_told(boxes, names, wrong)}: a label has at most {LONGEST_NAME} characters.")
     if (wrong := np.any(boxes[:, 2:] < boxes[:, :2], axis=1)).any():
         raise FacadeError(f"{_told(boxes, names, wrong)} has a negative width or height.")
 

@@ -14,9 +14,11 @@ from grammarlab.facade.cutting import cut
 from grammarlab.facade.filling import WALL, PinwheelError, fill
 from grammarlab.facade.overlaps import Pieces, uncovered
 from grammarlab.facade.pinwheels import pinwheel_text
-from grammarlab.facade.snapping import TOLERANCE, snap
+from grammarlab.facade.snapping import snap
 from grammarlab.facade.tree import LEAF, Facade, Floats, Ints, Picture, X, Y, check
 
+DRAWN, MEASURED = 0.01, 0.001
+"""Tolerances for what is drawn on pictures and for what is in metres, as parts of the shorter side of the facade."""
 USUAL_WIDTH = 20.0
 """Metres, of a facade whose annotation is in pixels and of which nobody says how large it is."""
 LARGEST = 10_000.0
@@ -43,7 +45,7 @@ def assemble(
     *,
     width: float | None = None,
     height: float | None = None,
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
     split: bool = False,
     picture: Picture | None = None,
     pixels: tuple[int, int] | None = None,
@@ -54,7 +56,8 @@ def assemble(
         annotation: the boxes.
         width: metres; by what is known when left out, see `_scale`.
         height: metres; likewise.
-        tolerance: sides closer to each other than this part of the larger side of the facade come to lie on one line.
+        tolerance: sides closer to each other than this part of the shorter side of the facade come to lie on one line;
+            `DRAWN` or `MEASURED` when left out.
         split: whether boxes that form a pinwheel are cut where nothing else helps, instead of an error.
         picture: what `annotation.picture` names, if it is there; leaves show their parts of it.
         pixels: width and height of the picture, if it is known.
@@ -62,6 +65,8 @@ def assemble(
     Raises:
         FacadeError: where boxes form a pinwheel, or sizes are out of bounds.
     """
+    if tolerance is None:
+        tolerance = MEASURED if annotation.unit == "metres" else DRAWN
     if not 0.0 <= tolerance <= 0.1:
         raise FacadeError(f"A tolerance is a part of the facade from 0 to 0.1, found {tolerance}.")
     scale, notes = _scale(annotation, width, height, pixels)
@@ -71,13 +76,13 @@ def assemble(
     kept = np.array([place for place, name in enumerate(named) if name not in BACKGROUND], dtype=np.int64)
     names = [named[each] for each in kept.tolist()]
     low, high = ((side[kept] - origin) * scale for side in (annotation.low, annotation.high))
-    snapped = snap(low, high, frame, tolerance * float(frame[1].max()))
+    snapped = snap(low, high, frame, tolerance * float(frame[1].min()))
     pieces = uncovered(np.hstack([snapped.low, snapped.high]), names)
     last = [len(lines) - 1 for lines in snapped.lines]
     try:
         tiles, source = fill(pieces, (0, 0, last[X], last[Y]), split=split)
     except PinwheelError as error:
-        text = pinwheel_text(error.sources, low, high, names)
+        text = pinwheel_text(error.sources, low, high, names, annotation.number[kept])
         raise FacadeError(f"{text} Or let it be cut (--split).") from error
     facade, tile = cut(
         *_corners(tiles, snapped.lines), [names[each] if each != WALL else "wall" for each in source.tolist()]
@@ -86,7 +91,7 @@ def assemble(
     lost = len(kept) - len(np.unique(source[source != WALL]))
     if lost:
         notes.append(f"{lost} boxes lie behind others entirely and are not in the facade")
-    notes += _told_split(source, pieces, names)
+    notes += _told_split(source, pieces, names, annotation.number[kept])
     outlines = [(annotation.outlines[each] - origin) * scale for each in kept.tolist()]
     outlines = _followed(outlines, (low, high), _corners(np.hstack([snapped.low, snapped.high]), snapped.lines))
     facade = _with_outlines(facade, leaf_source, outlines, (annotation.wall - origin) * scale)
@@ -95,13 +100,13 @@ def assemble(
     return Assembled(check(facade), snapped.moved, (*annotation.notes, *notes))
 
 
-def _told_split(source: Ints, pieces: Pieces, names: list[str]) -> list[str]:
+def _told_split(source: Ints, pieces: Pieces, names: list[str], number: Ints) -> list[str]:
     """Which boxes were cut that should have stayed whole."""
     parts = np.bincount(source[source != WALL], minlength=len(names))
     cut_up = pieces.source[pieces.whole & (parts[pieces.source] > 1)].tolist()
     if not cut_up:
         return []
-    shown = ", ".join(f"{names[each]} {each}" for each in cut_up[:8])
+    shown = ", ".join(f"{names[each]} {number[each]}" for each in cut_up[:8])
     return [f"{len(cut_up)} boxes of pinwheels are cut into parts: {shown}{', …' if len(cut_up) > 8 else ''}"]
 
 
@@ -180,8 +185,8 @@ def _with_outlines(facade: Facade, source: Ints, outlines: list[Floats], wall: F
         counts[node] = len(corners)
     label, labels = facade.label.copy(), facade.labels
     if outside:
-        labels = (*labels, OUTSIDE)
-        label[outside] = len(labels) - 1
+        labels = labels if OUTSIDE in labels else (*labels, OUTSIDE)
+        label[outside] = labels.index(OUTSIDE)
     ordered = [points[node] for node in sorted(points)]
     return replace(
         facade,

@@ -50,7 +50,7 @@ def cut(low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:
             stuck = order[at][whole[piece]]
             stuck = stuck[: np.bincount(piece)[whole][0]]
             found = stuck[pinwheel(np.hstack([ranks_low, ranks_high])[stuck])]
-            raise FacadeError(pinwheel_text(found, low, high, names))
+            raise FacadeError(pinwheel_text(found, low, high, names, np.arange(len(low))))
         order[at] = sorted_boxes
         first = np.flatnonzero(new)
         counts = np.diff(np.append(first, len(at)))

@@ -33,7 +33,7 @@ from grammarlab.files import write_text
 FORMAT = "grammarlab facade"
 VERSION = 1
 MOST_NODES = 1_000_000
-_MOST_LABELS, _MOST_PICTURES, _MOST_GRIDS, _MOST_CORNERS = 10_000, 1_000, 10_000, 10_000
+_MOST_LABELS, _MOST_PICTURES, _MOST_GRIDS, _MOST_CORNERS = 1_000_000, 1_000, 10_000, 100_000
 _MOST_PLACES = 10_000_000
 """Rows by columns of a grid."""
 _AXES = {X: "x", Y: "y"}

@@ -97,21 +97,29 @@ def _forced(around: Rectangle, inside: list[Box], split: bool) -> list[tuple[Rec
     """Both sides of the line that crosses fewest boxes: first of those that should stay whole, then of the others."""
     table = np.array([box[:4] for box in inside])
     whole = np.array([box[5] for box in inside])
-    lines: list[tuple[int, int, int, int, int]] = []  # whole ones crossed, all crossed, how uneven, axis, where
+    found: list[tuple[int, int, int, int, int]] = []  # whole ones crossed, all crossed, how uneven, axis, where
     for along in (Y, X):
         low, high = table[:, along], table[:, along + 2]
-        for line in np.unique(np.concatenate([low, high])).tolist():
-            if around[along] < line < around[along + 2]:
-                crossed = (low < line) & (high > line)
-                uneven = abs(int((high <= line).sum()) - int((low >= line).sum()))
-                lines.append((int((crossed & whole).sum()), int(crossed.sum()), uneven, -along, line))
-    best = min(lines, default=None)
+        lines = np.unique(np.concatenate([low, high]))
+        lines = lines[(lines > around[along]) & (lines < around[along + 2])]
+        if len(lines):
+            crossed, below = _crossed(low, high, lines)
+            uneven = np.abs(2 * below + crossed - len(table))
+            first = int(np.lexsort((lines, uneven, crossed, must := _crossed(low[whole], high[whole], lines)[0]))[0])
+            found.append((int(must[first]), int(crossed[first]), int(uneven[first]), -along, int(lines[first])))
+    best = min(found, default=None)
     if best is None or (best[0] and not split):
         sources = np.array([box[4] for box in inside])
         raise PinwheelError(np.unique(sources[pinwheel(table)]))
     along, line = -best[3], best[4]
     sides = [(around[along], line), (line, around[along + 2])]
     return [(_between(around, along, *side), _clipped(inside, along, *side)) for side in sides]
+
+
+def _crossed(low: Ints, high: Ints, lines: Ints) -> tuple[Ints, Ints]:
+    """How many intervals each line crosses, and how many end before it."""
+    below = np.searchsorted(np.sort(high), lines, side="right")
+    return np.searchsorted(np.sort(low), lines, side="left") - below, below
 
 
 def _clipped(inside: list[Box], along: int, low: int, high: int) -> list[Box]:

@@ -63,7 +63,7 @@ def uncovered(boxes: Ints, names: Sequence[str]) -> Pieces:
         rest, taken = _rest(boxes[loser], boxes[hiding])
         cells += taken
         if cells > _MOST_CELLS:
-            raise FacadeError(f"Box {loser} ({names[loser]}) and others are hidden in too many places: leave them out.")
+            raise FacadeError(f"The box {names[loser]!r} and others are hidden in too many places: leave them out.")
         pieces.append(rest)
         sources.append(np.full(len(rest), loser))
     whole = np.zeros(sum(map(len, pieces)), dtype=bool)

@@ -50,7 +50,7 @@ def pinwheel(boxes: Ints) -> Ints:
     return np.flatnonzero(inside)
 
 
-def pinwheel_text(found: Ints, low: Floats, high: Floats, names: Sequence[str]) -> str:
+def pinwheel_text(found: Ints, low: Floats, high: Floats, names: Sequence[str], number: Ints) -> str:
     """What to say of rectangles that no line divides.
 
     Args:
@@ -58,9 +58,10 @@ def pinwheel_text(found: Ints, low: Floats, high: Floats, names: Sequence[str]) 
         low: [N, 2] lower left corners of all, in metres.
         high: [N, 2] upper right corners.
         names: [N] what they are called.
+        number: [N] by which a person finds them.
     """
     shown = [
-        f"{names[each] or 'rectangle'} {each} at ({low[each, X]:.6g}, {low[each, Y]:.6g}) to "
+        f"{names[each] or 'rectangle'} {number[each]} at ({low[each, X]:.6g}, {low[each, Y]:.6g}) to "
         f"({high[each, X]:.6g}, {high[each, Y]:.6g})"
         for each in found.tolist()
     ]

@@ -8,9 +8,6 @@ import numpy as np
 
 from grammarlab.facade.tree import Floats, Ints
 
-TOLERANCE = 0.005
-"""Part of the larger side of a facade by which coordinates may differ and still be one."""
-
 
 @dataclass(frozen=True, slots=True)
 class Snapped:

@@ -9,7 +9,8 @@ from typing import Any
 
 from grammarlab.errors import FacadeError
 
-MOST_BYTES = 256 * 2**20
+MOST_BYTES = 128 * 2**20
+"""Of a file; its values may take twenty times the memory."""
 _MOST_SHOWN = 60
 _MISSING = object()
 
@@ -80,7 +81,7 @@ def a_whole_number(value: Any, where: str, low: int, end: int) -> int:
     return value
 
 
-def a_text(value: Any, where: str, most: int = 200) -> str:
+def a_text(value: Any, where: str, most: int = 1_000) -> str:
     """The value, if it is a text that is not too long."""
     if not isinstance(value, str) or len(value) > most:
         raise FacadeError(f"{where}: expected a text of at most {most} characters, found {shown(value)}.")

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.annotation import Annotation, annotate
+from grammarlab.facade.annotation import Annotation, Unit, annotate
 from grammarlab.facade.assembling import OUTSIDE, USUAL_WIDTH, assemble
 from grammarlab.facade.tree import Facade, Picture
 from tests.facade.drawings import drawing
@@ -17,7 +17,7 @@ from tests.facade.tilings import tiling
 AREA = np.array([[0.0, 0.0], [400.0, 200.0]])
 
 
-def annotation(*boxes: tuple[float, ...], names: str = "", unit="metres", **more) -> Annotation:
+def annotation(*boxes: tuple[float, ...], names: str = "", unit: Unit = "metres", **more) -> Annotation:
     labels = names.split() or ["window"] * len(boxes)
     return annotate(np.array(boxes, dtype=np.float64).reshape(-1, 4), labels, unit, **more)
 
@@ -40,12 +40,12 @@ def test_boxes_of_a_facade_give_back_the_facade(facade: Facade) -> None:
 @given(st.integers(0, 10**6))
 def test_windows_that_are_drawn_by_hand_come_to_stand_in_rows_and_columns(seed):
     drawn = drawing(seed)
-    made = assemble(annotate(drawn.boxes, drawn.names, "pixels"), width=drawn.size[0] / 100, tolerance=0.01)
+    made = assemble(annotate(drawn.boxes, drawn.names, "pixels"), width=drawn.size[0] / 100, tolerance=0.02)
     windows = leaves_of(made.facade, "window")
     assert len(windows) == drawn.names.count("window")
     assert len(leaves_of(made.facade, "door")) == 1
     assert len(np.unique(made.facade.position[windows, 0])) <= drawn.columns
-    assert made.moved <= 0.01 * max(drawn.size) / 100 + 1e-9
+    assert made.moved <= 0.02 * min(drawn.size) / 100 + 1e-9
     outside = [name for name in made.facade.labels if name not in ("wall", *drawn.names)]
     assert outside == []
 
@@ -118,8 +118,10 @@ def test_an_arch_keeps_its_outline_and_loses_what_a_balcony_hides():
 def test_a_gable_leaves_corners_outside():
     gable = np.array([[0, 0], [8, 0], [8, 4], [4, 8], [0, 4]], dtype=np.float64)
     bounds = np.array([[0.0, 0.0], [8.0, 8.0]])
-    facade = assemble(annotation((1, 1, 2, 7.5), (5, 6.8, 7.5, 7.9), bounds=bounds, wall=gable)).facade
-    assert leaves_of(facade, OUTSIDE)
+    made = annotation((1, 1, 2, 7.5), (5, 6.8, 7.5, 7.9), names=f"window {OUTSIDE}", bounds=bounds, wall=gable)
+    facade = assemble(made).facade
+    assert len(leaves_of(facade, OUTSIDE)) > 1
+    assert len(set(facade.labels)) == len(facade.labels)
     walls = [(n, facade.outline(n)) for n in leaves_of(facade, "wall")]
     area = sum(facade.size[n].prod() * (shapely.Polygon(c).area if len(c) else 1.0) for n, c in walls)
     windows = shapely.union(shapely.box(1, 1, 2, 7.5), shapely.box(5, 6.8, 7.5, 7.9))
@@ -128,7 +130,7 @@ def test_a_gable_leaves_corners_outside():
 
 def test_pinwheels_are_named_and_cut_when_asked():
     windmill = [(0, 0, 2, 1), (2, 0, 3, 2), (1, 2, 3, 3), (0, 1, 1, 3)]
-    with pytest.raises(FacadeError, match=r"4 rectangles, which form a pinwheel: window 0 at \(0, 0\).*--split"):
+    with pytest.raises(FacadeError, match=r"4 rectangles, which form a pinwheel: window 1 at \(0, 0\).*--split"):
         assemble(annotation(*windmill))
     made = assemble(annotation(*windmill), split=True)
     assert len(leaves_of(made.facade, "window")) == 5

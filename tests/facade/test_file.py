@@ -2,7 +2,9 @@
 
 import io
 import json
+import re
 from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,6 +26,7 @@ def png(color: str = "red", size: tuple[int, int] = (4, 3)) -> bytes:
     return file.getvalue()
 
 
+DOCUMENTATION = Path(__file__).parents[2] / "docs" / "facades.md"
 FRONT = Picture("front.png", png())
 
 
@@ -65,6 +68,11 @@ def same(first: Facade, second: Facade) -> None:
 def test_what_is_written_is_read_to_the_last_bit(facade: Facade, seed: int) -> None:
     for one in (facade, dressed(facade, seed)):
         same(one, loads(dumps(one).encode(), lambda _: FRONT))
+
+
+def test_the_example_of_the_documentation_is_a_file_as_it_would_be_written():
+    (example,) = re.findall(r"```json\n(.*?)```", DOCUMENTATION.read_text(encoding="utf-8"), re.DOTALL)
+    assert dumps(loads(example.encode(), lambda name: replace(FRONT, name=name))) == example
 
 
 def test_a_facade_and_its_picture_go_into_a_folder_and_come_back(tmp_path):

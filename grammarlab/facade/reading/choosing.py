@@ -35,16 +35,23 @@ def read_annotation(path: Path, wall: str = "") -> Annotation:
     content = read_bounded(path)
     try:
         if suffix == ".csv":
-            return read_table(content)
+            return _only(read_table(content), wall)
         if suffix == ".json":
             return _read_json(content, wall)
         if suffix == ".gml" or b"CityModel" in content[:_HEAD]:
             return read_citygml(content, wall)
-        return read_cmp(content, path.name)
+        return _only(read_cmp(content, path.name), wall)
     except FacadeError as error:
         raise FacadeError(f"{path.name}: {error}") from error
     except UsageError as error:
         raise UsageError(f"{path.name}: {error}") from error
+
+
+def _only(annotation: Annotation, wall: str) -> Annotation:
+    """The facade of a file that has no more than that."""
+    if wall:
+        raise UsageError("this file has one facade only: leave out --wall.")
+    return annotation
 
 
 def _read_json(content: bytes, wall: str) -> Annotation:
@@ -53,7 +60,7 @@ def _read_json(content: bytes, wall: str) -> Annotation:
     if {"images", "annotations"} <= keys:
         return read_coco(document, wall)
     if "shapes" in keys:
-        return read_labelme(document)
+        return _only(read_labelme(document), wall)
     raise FacadeError(
         'expected COCO JSON, which has "images" and "annotations", or LabelMe JSON, which has "shapes"; found '
         f"{shown(sorted(map(str, keys))[:8]) if keys else 'no object'}."

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
+from itertools import islice
 
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.annotation import Annotation, annotate, check_count
+from grammarlab.facade.annotation import MOST_BOXES, Annotation, annotate, check_count
 from grammarlab.facade.values import shown
 
 CORNER, SIDES = ("x", "y", "width", "height"), ("left", "bottom", "right", "top")
@@ -24,15 +25,16 @@ def read_table(content: bytes) -> Annotation:
         FacadeError: when columns are missing or a line does not have the form of the others.
     """
     try:
-        lines = list(csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""), strict=True))
+        reader = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""), strict=True)
+        lines = ((reader.line_num, line) for line in reader if any(field.strip() for field in line))
+        rows = list(islice(lines, MOST_BOXES + 2))
     except (UnicodeDecodeError, csv.Error) as error:
         raise FacadeError(f"This is not CSV that can be read: {error}.") from error
-    header = [name.strip().lower() for name in lines[0]] if lines else []
+    header = [name.strip().lower() for name in rows.pop(0)[1]] if rows else []
     kind = next((some for some in (SIDES, CORNER) if set(some) <= set(header)), None)
     if kind is None or "label" not in header:
         expected = " or ".join(",".join(("label", *some)) for some in (CORNER, SIDES))
         raise FacadeError(f"Line 1: expected the columns {expected}, found {shown(','.join(header))}.")
-    rows = [(number, row) for number, row in enumerate(lines[1:], start=2) if any(field.strip() for field in row)]
     check_count(len(rows))
     places = [header.index(name) for name in kind]
     values = np.array([_numbers(row, number, places, header) for number, row in rows]).reshape(-1, 4)

@@ -11,7 +11,6 @@ from grammarlab.facade.assembling import assemble
 from grammarlab.facade.file import save_facade
 from grammarlab.facade.pictures import is_plain, load_picture, picture_size
 from grammarlab.facade.reading.choosing import read_annotation
-from grammarlab.facade.snapping import TOLERANCE
 from grammarlab.facade.tree import Facade
 
 
@@ -36,7 +35,7 @@ def read_facade(
     wall: str = "",
     width: float | None = None,
     height: float | None = None,
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
     split: bool = False,
 ) -> ReadResult:
     """Read the facade of a file, and write it as a file of our own.
@@ -47,7 +46,8 @@ def read_facade(
         wall: which wall or image, where the file has several.
         width: metres; by the file when left out.
         height: metres; by the width and the shape of the picture when left out.
-        tolerance: part of the larger side of the facade by which sides may differ and still be in line.
+        tolerance: part of the shorter side of the facade by which sides may differ and still be in line; by the unit
+            of the file when left out.
         split: whether boxes that form a pinwheel are cut.
 
     Raises:
