@@ -57,7 +57,7 @@ def test_a_family_that_is_empty_is_explained(run, facade: Path) -> None:
 def test_every_kind_of_file_is_written(run, facade: Path, tmp_path: Path, ending: str) -> None:
     target = tmp_path / "new" / f"x.{ending}"
     assert run("facade", "show", facade, "-o", target, "--pixels", 10).stdout.strip() == str(target)
-    assert target.stat().st_size > 500
+    assert target.stat().st_size > 200
 
 
 def test_unknown_endings_are_refused(run, facade: Path, tmp_path: Path) -> None:
@@ -72,10 +72,12 @@ def _other(folder: Path) -> Path:
 
 
 def test_a_side_of_a_building_is_read_with_its_picture(run, rules, tmp_path: Path) -> None:
-    path = rules("@StartRule\nLot --> s(6, 4, 1) primitiveCube() comp(f) { front : F }\n"
-                 "F --> split(x) { ~1 : Wall. | 2 : Window. | ~1 : Wall. }")
+    path = rules(
+        "@StartRule\nLot --> s(6, 4, 1) primitiveCube() comp(f) { front : F }\n"
+        "F --> split(x) { ~1 : Wall. | 2 : Window. | ~1 : Wall. }"
+    )
     target = tmp_path / "front.json"
-    result = json.loads(run("facade", "read", path, "--parts", "Window.", "-o", target, "--json").stdout)
+    result = json.loads(run("facade", "read", path, "--parts", "Window", "-o", target, "--json").stdout)
     assert result["leaves"] == 3
     assert load_facade(target).pictures[0].name == "front.png"
     assert "--face and --parts" in run("facade", "read", path, "--width", 3, code=2).output

@@ -30,7 +30,7 @@ def test_leaves_that_show_one_picture_side_by_side_show_it_without_seams() -> No
 
 
 def test_a_repeated_leaf_shows_its_picture_again() -> None:
-    shown, picture = noise(house(columns=3, rows=2), 10)
+    shown, _ = noise(house(columns=3, rows=2), 10)
     windows = [leaf for leaf in shown.leaves.tolist() if shown.name_of(leaf) == "window"]
     window = shown.window.copy()
     window[windows] = window[windows[0]]

@@ -51,7 +51,7 @@ def face_of(forest: Forest, face: str, parts: Collection[str], picture: str = ""
     Args:
         forest: derived with one model at least.
         face: one of `FACES`; with ``:1`` behind it, the plane with the second most on it, and so on.
-        parts: symbols; none for all leaves.
+        parts: symbols, with or without the dot of a leaf; none for all leaves.
         picture: file name of a picture of the side, as wide and high as it is.
 
     Raises:
@@ -120,7 +120,9 @@ def _owners(forest: Forest, parts: Collection[str]) -> Ints:
     """[L] the first node above each leaf, or the leaf itself, whose symbol is one of the parts; -1 for none."""
     if not parts:
         return forest.leaves.node.astype(np.int64)
-    wanted = np.isin(forest.nodes.symbol, [forest.symbols.index(name) for name in parts if name in forest.symbols])
+    names = {name.rstrip(".") for name in parts}
+    those = [place for place, symbol in enumerate(forest.symbols) if symbol.rstrip(".") in names]
+    wanted = np.isin(forest.nodes.symbol, those)
     owner = np.where(wanted, np.arange(len(wanted)), -1)
     for node, above in enumerate(forest.nodes.parent.tolist()):  # parents come first
         if above >= 0 and owner[above] >= 0:
@@ -152,5 +154,5 @@ def _outline(corners: Floats, box: Floats) -> Floats:
 
 def _label(symbol: str) -> str:
     """What a symbol is called: `ShopWindow.` is a shop window."""
-    words = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", symbol.rpartition(".")[2] or symbol)
+    words = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", symbol)
     return " ".join(words).lower()

@@ -102,10 +102,8 @@ class _Writer:
     def _title(self) -> str:
         sizes = [size for found in self.walks.sizes.values() for size in found]
         columns, heights = self.walks.sizes, self.storeys.heights
-        return (
-            f"// A family of facades with {min(columns)} to {max(columns)} columns, {min(sizes):.4g} to {max(sizes):.4g} m "
-            f"wide and {min(heights):.4g} to {max(heights):.4g} m high"
-        )
+        wide, high = (f"{min(found):.4g} to {max(found):.4g} m" for found in (sizes, heights))
+        return f"// A family of facades with {min(columns)} to {max(columns)} columns, {wide} wide and {high} high"
 
     def _add_storeys(self, attributes: Listed[str]) -> None:
         ways = []

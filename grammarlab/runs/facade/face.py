@@ -14,7 +14,6 @@ from grammarlab.facade.assembling import assemble
 from grammarlab.facade.drawing import front, picture_size
 from grammarlab.facade.file import save_facade
 from grammarlab.facade.reading.face import face_of
-from grammarlab.facade.snapping import TOLERANCE
 from grammarlab.facade.tree import Picture
 from grammarlab.runs.derive_batch import compiled
 from grammarlab.runs.examples import find_rules
@@ -31,7 +30,7 @@ def read_face(
     *,
     seed: int = 0,
     start_rule: str | None = None,
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
     split: bool = False,
 ) -> ReadResult:
     """Make a facade of a side of the first model of a grammar, and a picture of that side for its leaves to show.
@@ -43,7 +42,7 @@ def read_face(
         parts: symbols whose shapes become boxes; none for all leaves.
         seed: of the model.
         start_rule: symbol to start with, in place of the one that the grammar marks.
-        tolerance: part of the larger side of the facade by which sides may differ and still be in line.
+        tolerance: as for `assemble`.
         split: whether boxes that form a pinwheel are cut.
 
     Raises:
