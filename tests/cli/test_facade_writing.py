@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 import trimesh
@@ -24,7 +25,7 @@ def test_an_exact_grammar_is_sampled_with_its_picture(run, facade: Path, tmp_pat
     assert result["choices"] == {}
     assert (tmp_path / "assets" / "a.png").is_file()
     run("sample", rules, "-n", 1, "--jobs", 1, "--no-image", "-o", tmp_path / "out")
-    model = trimesh.load(tmp_path / "out" / "house-00000.glb", force="mesh")
+    model: Any = trimesh.load(tmp_path / "out" / "house-00000.glb", force="mesh")
     assert model.visual.material.baseColorTexture is not None
     # A second run into the same folder changes nothing.
     assert json.loads(run("facade", "grammar", facade, "-o", rules, "--json").stdout) == result

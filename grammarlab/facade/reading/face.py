@@ -145,7 +145,7 @@ def _bounds(corners: Floats) -> Floats:
 
 def _outline(corners: Floats, box: Floats) -> Floats:
     """[P, 2] what is seen of triangles [T, 3, 2], anticlockwise; empty where it fills its box, or is in pieces."""
-    pieces = shapely.polygons(corners)
+    pieces = np.asarray(shapely.polygons(corners))
     shape = shapely.union_all(pieces[shapely.area(pieces) > 0.0]).simplify(1e-5)
     if not isinstance(shape, shapely.Polygon) or shape.area >= _RECTANGULAR * float(np.prod(box[1] - box[0])):
         return np.zeros((0, 2))

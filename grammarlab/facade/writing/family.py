@@ -79,7 +79,7 @@ class _Writer:
     def write(self) -> WrittenFamily:
         attributes = [self._attribute(run.start, run.end) for run in self.storeys.runs]
         for name, run in zip(attributes, self.storeys.runs, strict=True):
-            self.lines.append(f"attr {name} = {run.count}")
+            self.lines.append(f"attr {name} = {run.turns}")
         self.lines.append("@StartRule")
         self.lines.append(f"Lot --> s(1, 1, {THICKNESS}) primitiveCube() comp(f) {{ front : Storeys }}")
         for name in ("Storeys", "Columns"):
@@ -149,9 +149,9 @@ class _Writer:
     def _state_name(self, state: State) -> str:
         """After how many columns a walk goes on, and whether a door is among them."""
         if not state.doors:
-            return f"After{state.count}"
+            return f"After{state.columns}"
         where = "At" if self.pattern.columns.doors[state.kind] else "Past"
-        return f"After{state.count}{where}{f'{state.doors}Doors' if state.doors > 1 else 'Door'}"
+        return f"After{state.columns}{where}{f'{state.doors}Doors' if state.doors > 1 else 'Door'}"
 
     def _attribute(self, start: int, end: int) -> str:
         kinds = self.pattern.rows.kind[start:end]

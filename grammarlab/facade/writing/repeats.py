@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 
 
 class Repeat(NamedTuple):
-    """Items that come `count` times in a row."""
+    """Items that come `turns` times in a row."""
 
     start: int
     period: int
-    count: int
+    turns: int
 
     @property
     def end(self) -> int:
         """The place after the run."""
-        return self.start + self.period * self.count
+        return self.start + self.period * self.turns
 
 
 def find_repeats(items: Sequence[Hashable]) -> list[Repeat]:
@@ -28,14 +28,14 @@ def find_repeats(items: Sequence[Hashable]) -> list[Repeat]:
     A split shares its turns evenly among its repeats, so that runs of different lengths cannot be written side by side.
 
     >>> find_repeats("abcbcbcd"), find_repeats("abc")
-    ([Repeat(start=1, period=2, count=3)], [])
+    ([Repeat(start=1, period=2, turns=3)], [])
     >>> [run.start for run in find_repeats("wwdwwdwww")]
-    [0, 3, 6]
+    [0, 6]
     """
     numbers = {item: place for place, item in enumerate(dict.fromkeys(items))}
     column = np.array([numbers[item] for item in items], dtype=np.int64)
     best = _longest(column)
-    return [] if best is None else _beside(column, 0, best.count)
+    return [] if best is None else _beside(column, 0, best.turns)
 
 
 def _beside(column: NDArray[np.int64], start: int, count: int) -> list[Repeat]:
@@ -61,6 +61,6 @@ def _longest(column: NDArray[np.int64], turns: int = 0) -> Repeat | None:
         if count < max(turns, 2):
             continue
         run = Repeat(int(starts[longest]), period, turns or count)
-        if best is None or (run.count - 1) * period > (best.count - 1) * best.period:
+        if best is None or (run.turns - 1) * period > (best.turns - 1) * best.period:
             best = run
     return best

@@ -44,7 +44,7 @@ def storeys_of(rows: Sequence, low: float, high: float) -> Storeys:
     runs = _runs(rows)
     sizes = [rows.size[kind] for kind in rows.kind]
     turn = [sum(sizes[run.start : run.start + run.period]) for run in runs]
-    fixed = sum(sizes) - sum(run.count * size for run, size in zip(runs, turn, strict=True))
+    fixed = sum(sizes) - sum(run.turns * size for run, size in zip(runs, turn, strict=True))
     slack = 1e-9 * max(high, 1.0)
     most = [max(0, min(MOST_TIMES, floor((high + slack - fixed) / size))) for size in turn]
     num_ways = 1

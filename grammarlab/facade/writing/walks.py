@@ -25,7 +25,7 @@ class State(NamedTuple):
     """Of the last column."""
     doors: int
     """Door columns so far."""
-    count: int
+    columns: int
     """Columns so far."""
 
 
@@ -74,7 +74,7 @@ class _Reach(NamedTuple):
     most: float
     weight: float
     """The sum of their products of how often each step is in the facade."""
-    count: float
+    walks: float
 
 
 def walks(columns: Sequence, low: float, high: float) -> Walks | None:
@@ -166,8 +166,8 @@ def _walks(columns: Sequence, moves: dict[int, Counter[_Move]], low: float, high
         if future[state] > 0.0
     }
     end = {state: 1.0 / (reach.weight * future[state]) for state, reach in fits.items()}
-    sizes = {state.count: (reach.least, reach.most) for state, reach in fits.items()}
-    return Walks(before, after, start, steps, end, sizes, sum(reach.count for reach in fits.values()))
+    sizes = {state.columns: (reach.least, reach.most) for state, reach in fits.items()}
+    return Walks(before, after, start, steps, end, sizes, sum(reach.walks for reach in fits.values()))
 
 
 _Following = Callable[[State], Iterator[tuple[_Move, int, State]]]
@@ -179,9 +179,9 @@ def _following(moves: dict[int, Counter[_Move]], doors: list[int], is_door: tupl
     def following(state: State) -> Iterator[tuple[_Move, int, State]]:
         for move, often in moves[state.kind].items():
             if not is_door[move.kind]:
-                yield move, often, State(move.kind, state.doors, state.count + 1)
+                yield move, often, State(move.kind, state.doors, state.columns + 1)
             elif doors[state.doors : state.doors + 1] == [move.kind]:
-                yield move, often, State(move.kind, state.doors + 1, state.count + 1)
+                yield move, often, State(move.kind, state.doors + 1, state.columns + 1)
 
     return following
 
@@ -201,7 +201,7 @@ def _reached(start: State, following: _Following, first: float, high: float) -> 
                     min(known.least, least),
                     max(known.most, most),
                     known.weight + often * reach.weight,
-                    known.count + reach.count,
+                    known.walks + reach.walks,
                 )
         if not after:
             break

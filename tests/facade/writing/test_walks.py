@@ -10,8 +10,8 @@ from grammarlab.facade.writing.kinds import Sequence
 from grammarlab.facade.writing.walks import Walks, walks
 
 
-def probabilities(found: Walks) -> dict[tuple[int, ...], tuple[float, float]]:
-    """Of each walk, as its columns, how likely it is and its number of columns."""
+def probabilities(found: Walks) -> dict[tuple[int, ...], float]:
+    """Of each walk, as its columns, how likely it is."""
     result: dict[tuple[int, ...], float] = {}
 
     def go(state, taken: tuple[int, ...], probability: float) -> None:
