@@ -56,7 +56,7 @@ def read(
         False
     ),
     face: Annotated[
-        str, typer.Option("--face", help="Of a rule file: front, right, back or left; with :1 the next plane behind.")
+        str, typer.Option("--face", help="Of a rule file: front, right, back or left; with :1 the second largest wall.")
     ] = "front",
     parts: Annotated[
         str, typer.Option("--parts", help="Of a rule file: symbols that become boxes, with commas; else all leaves.")

@@ -81,5 +81,9 @@ def test_a_side_of_a_building_is_read_with_its_picture(run, rules, tmp_path: Pat
     result = json.loads(run("facade", "read", path, "--parts", "Window", "-o", target, "--json").stdout)
     assert result["leaves"] == 3
     assert load_facade(target).pictures[0].name == "front.png"
+    # Made again from other rules, into the same place.
+    path.write_text(path.read_text().replace("2 :", "3 :"))
+    run("facade", "read", path, "--parts", "Window", "-o", target)
+    assert load_facade(target).size[load_facade(target).leaves[1], 0] == pytest.approx(3.0, abs=1e-4)
     assert "--face and --parts" in run("facade", "read", path, "--width", 3, code=2).output
     assert "unknown side" in run("facade", "read", path, "--face", "top", code=2).output

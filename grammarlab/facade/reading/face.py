@@ -21,8 +21,8 @@ from grammarlab.scene.triangles import leaf_of_triangle
 FACES = {"front": 0.0, "right": 90.0, "back": 180.0, "left": 270.0}
 """Where a side of a building looks: degrees from +z towards +x."""
 
-APART = 1.0
-"""Metres between walls that are not one side."""
+APART, BESIDE = 1.0, 0.1
+"""Metres, one behind the other and one beside the other, between walls that are not one side."""
 _FACING = 0.99
 """Cosine of the angle by which the axes of a shape may differ from those of the side."""
 _RECTANGULAR = 0.995
@@ -44,13 +44,13 @@ class Face:
 def face_of(forest: Forest, face: str, parts: Collection[str], picture: str = "") -> Face:
     """The boxes of a side of the first model of a forest.
 
-    What looks to that side, and stands in the plane in which most of that does, becomes boxes: one for each shape of a
-    symbol of `parts`, with everything that its rules made of it. A shape that leaves a part of its box free has an
-    outline, the one that is seen from the front.
+    What looks to that side, and hangs together in the plane in which most of that does, becomes boxes: one for each
+    shape of a symbol of `parts`, with everything that its rules made of it. A shape that leaves a part of its box free
+    has an outline, the one that is seen from the front, and so has the wall.
 
     Args:
         forest: derived with one model at least.
-        face: one of `FACES`; with ``:1`` behind it, the plane with the second most on it, and so on.
+        face: one of `FACES`; with ``:1`` behind it, the wall with the second most on it, and so on.
         parts: symbols, with or without the dot of a leaf; none for all leaves.
         picture: file name of a picture of the side, as wide and high as it is.
 
@@ -64,7 +64,7 @@ def face_of(forest: Forest, face: str, parts: Collection[str], picture: str = ""
     azimuth = np.radians(FACES[name])
     outwards = np.array([np.sin(azimuth), 0.0, np.cos(azimuth)])
     right = np.array([np.cos(azimuth), 0.0, -np.sin(azimuth)])
-    on_side = _on_side(forest, outwards, int(place or 0))
+    on_side = _on_side(forest, outwards, right, int(place or 0))
     if not on_side.any():
         raise FacadeError(f"nothing of this building stands on its side {face}.")
     owner = _owners(forest, parts)
@@ -82,8 +82,9 @@ def face_of(forest: Forest, face: str, parts: Collection[str], picture: str = ""
     if parts and not boxes:
         known = sorted({forest.symbols[symbol] for symbol in forest.nodes.symbol[forest.leaves.node[on_side]]})
         raise FacadeError(f"nothing on this side is called {', '.join(parts)}; its leaves are {', '.join(known[:20])}.")
-    (left, bottom), (far, top) = bounds.tolist()
-    wall = np.array([[left, bottom], [far, bottom], [far, top], [left, top]])
+    wall = _outline(flat[on_side[leaf]], bounds)
+    if not len(wall):
+        wall = np.stack([bounds[[0, 1, 1, 0], 0], bounds[[0, 0, 1, 1], 1]], axis=1)
     annotation = annotate(
         np.array(boxes).reshape(-1, 4), names, "metres", outlines=outlines, bounds=bounds, picture=picture, wall=wall
     )
@@ -92,21 +93,33 @@ def face_of(forest: Forest, face: str, parts: Collection[str], picture: str = ""
     return Face(annotation, triangles(chosen(scene, kept)).model(0), FACES[name])
 
 
-def _on_side(forest: Forest, outwards: Floats, place: int) -> NDArray[np.bool_]:
+def _on_side(forest: Forest, outwards: Floats, right: Floats, place: int) -> NDArray[np.bool_]:
     """[L] which leaves of the first model are on a side."""
     leaves = forest.leaves
     facing = forest.frames[leaves.frame][:, :, 2] @ outwards > _FACING
     facing &= (forest.nodes.model[leaves.node] == 0) & (leaves.size[:, :2] > 0.0).all(axis=1)
     rows = np.flatnonzero(facing)
-    depth = leaves.position[rows] @ outwards
-    order = np.argsort(depth, kind="stable")
-    plane = np.empty(len(rows), dtype=np.int64)
-    plane[order] = np.cumsum(np.diff(depth[order], prepend=depth[order][:1]) > APART)
-    areas = np.bincount(plane, weights=leaves.size[rows, 0] * leaves.size[rows, 1])
+    depth, left = leaves.position[rows] @ outwards, leaves.position[rows] @ right
+    group = _groups(np.zeros(len(rows), dtype=np.int64), depth, depth, APART)
+    group = _groups(group, left, left + leaves.size[rows, 0], BESIDE)
+    areas = np.bincount(group, weights=leaves.size[rows, 0] * leaves.size[rows, 1])
     on_side = np.zeros(len(leaves), dtype=bool)
     if place < len(areas):
-        on_side[rows[plane == np.argsort(-areas, kind="stable")[place]]] = True
+        on_side[rows[group == np.argsort(-areas, kind="stable")[place]]] = True
     return on_side
+
+
+def _groups(group: Ints, low: Floats, high: Floats, apart: float) -> Ints:
+    """Groups [N] cut where intervals, low [N] to high [N], of one group leave more than so many metres free."""
+    order = np.lexsort((low, group))
+    found = np.empty(len(order), dtype=np.int64)
+    number, reach, last = -1, -np.inf, -1
+    for row in order.tolist():
+        if group[row] != last or low[row] > reach + apart:
+            number, reach, last = number + 1, -np.inf, int(group[row])
+        reach = max(reach, high[row])
+        found[row] = number
+    return found
 
 
 def _belongs(forest: Forest, owner: Ints, on_side: NDArray[np.bool_], outwards: Floats) -> NDArray[np.bool_]:

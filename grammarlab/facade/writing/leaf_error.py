@@ -30,7 +30,7 @@ def leaf_error(facade: Facade, grammar: Grammar, labels: Mapping[str, str]) -> f
     found = np.concatenate([leaves.position[:, :2], leaves.size[:, :2]], axis=1)
     low = facade.position[facade.leaves] - facade.position[0]
     expected = np.concatenate([low, facade.size[facade.leaves]], axis=1)
-    _, nearest = KDTree(found).query(expected)
+    nearest = np.asarray(KDTree(found).query(expected)[1])
     if len(np.unique(nearest)) != len(nearest):
         return np.inf
     symbols = forest.nodes.symbol[leaves.node[nearest]].tolist()

@@ -66,5 +66,7 @@ def read_face(
         pixels=pixels,
     )
     output.parent.mkdir(parents=True, exist_ok=True)
+    if output.exists():  # made again, with its picture
+        (output.parent / name).unlink(missing_ok=True)
     save_facade(made.facade, output)
     return ReadResult(made.facade, output, made.moved, made.notes, time.perf_counter() - start)

@@ -81,6 +81,22 @@ def test_of_several_planes_the_one_with_most_on_it_comes_first() -> None:
         face_of(forest_of(text), "front:2", ())
 
 
+def test_what_stands_beside_with_a_gap_is_another_wall_and_a_gable_has_an_outline() -> None:
+    text = """
+    @StartRule
+    Lot --> Pair t(9, 0, 0) s(5, 4, 1) primitiveCube() comp(f) { front : Other. }
+    Pair --> s(6, 4, 1) primitiveCube() comp(f) { front : split(y) { 2 : Whole. | ~1 : Gable } }
+    Gable --> split(x) { ~1 : NIL | 2 : Top. | ~1 : NIL }
+    """
+    found = face_of(forest_of(text), "front", ()).annotation
+    assert sorted(found.names) == ["other"]
+    found = face_of(forest_of(text), "front:1", ()).annotation
+    assert sorted(found.names) == ["top", "whole"]
+    facade = assemble(found).facade
+    outside = [leaf for leaf in facade.leaves.tolist() if facade.name_of(leaf) == "outside"]
+    assert np.isclose(facade.size[outside].prod(axis=1).sum(), 2 * 2 * 2)
+
+
 def test_unknown_sides_and_symbols_are_explained() -> None:
     forest = forest_of(HOUSE)
     for face in ("north", "front:x", "front:-1", ""):
