@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.facade.looks import look_of
-from grammarlab.facade.tree import LEAF, Facade
+from grammarlab.facade.tree import LEAF, Facade, Ints
 
 
 class Cell(NamedTuple):
@@ -36,27 +36,39 @@ class Cell(NamedTuple):
             yield from part.things()
 
 
-def cell_of(facade: Facade, low: Sequence[float], high: Sequence[float], least: Sequence[float]) -> Cell:
+def nodes_between(facade: Facade, axis: int, low: float, high: float, least: float) -> Ints:
+    """[K] the nodes that reach between two places along an axis by more than so many metres, ascending."""
+    start = facade.position[:, axis] - facade.position[0, axis]
+    return np.flatnonzero(np.minimum(start + facade.size[:, axis], high) - np.maximum(start, low) > least)
+
+
+def cell_of(facade: Facade, nodes: Ints, low: Sequence[float], high: Sequence[float], least: Sequence[float]) -> Cell:
     """What stands between two corners; equal walls side by side are one.
 
     Args:
         facade: the facade.
+        nodes: [K] those that may reach into the rectangle, ascending.
         low: [2] metres from its lower left corner.
         high: [2] metres.
         least: [2] metres; thinner slices are left out.
     """
-    start = facade.position - facade.position[0]
-    extent = np.minimum(start + facade.size, high) - np.maximum(start, low)
-    inside = np.flatnonzero((extent > least).all(axis=1))
+    start = facade.position[nodes] - facade.position[0]
+    extent = np.minimum(start + facade.size[nodes], high) - np.maximum(start, low)
+    inside = (extent > least).all(axis=1)
+    extents = dict(zip(nodes[inside].tolist(), extent[inside].tolist(), strict=True))
     made: dict[int, Cell] = {}
-    for node in inside[::-1].tolist():
+    inner: dict[int, list[int]] = {}
+    """Of nodes that are still to come, their parts in the rectangle."""
+    for node in reversed(extents):
         along = int(facade.axis[node])
+        parts = inner.pop(node, [])
         if along == LEAF:
             made[node] = Cell(facade.name_of(node), LEAF, ())
-        else:
-            kept = [part for part in facade.children[node].tolist() if part in made]
-            made[node] = _together(along, [(float(extent[part, along]), made.pop(part)) for part in kept])
-    return made[0]
+        elif parts:
+            made[node] = _together(along, [(extents[part][along], made.pop(part)) for part in parts])
+        if node in made and node:
+            inner.setdefault(int(facade.parent[node]), []).insert(0, node)
+    return made.get(0, Cell("", LEAF, ()))
 
 
 def _together(along: int, parts: list[tuple[float, Cell]]) -> Cell:

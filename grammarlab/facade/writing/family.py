@@ -12,7 +12,7 @@ from grammarlab.facade.writing.cells import Cell
 from grammarlab.facade.writing.kinds import Pattern, pattern_of
 from grammarlab.facade.writing.rule_text import Names, leaf_body, number, rule_name, split_body
 from grammarlab.facade.writing.storeys import Storeys, storeys_of
-from grammarlab.facade.writing.walks import State, Walks, shortest, walks
+from grammarlab.facade.writing.walks import LONGEST, State, Walks, shortest, walks
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 
@@ -60,7 +60,11 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
     found = walks(pattern.columns, *widths)
     if found is None:
         some = shortest(pattern.columns, widths[1])
-        told = f"its columns make widths from {min(some):.4g} m" if some else "it has no window and no door"
+        told = "it has no window and no door"
+        if some:
+            told = (
+                f"its columns make widths from {min(some):.4g} m to {max(some):.4g} m, with {LONGEST} columns at most"
+            )
         raise FacadeError(f"no facade of this family is {widths[0]:g} to {widths[1]:g} m wide: {told}.")
     return _Writer(pattern, storeys, found).write()
 

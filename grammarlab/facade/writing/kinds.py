@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from grammarlab.facade.looks import is_door
 from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.facade.writing.bands import SAME_PLACE, Band, bands
-from grammarlab.facade.writing.cells import Cell, alike, cell_of
+from grammarlab.facade.writing.cells import Cell, alike, cell_of, nodes_between
 from grammarlab.facade.writing.repeats import find_repeats
 
 WALL_STRETCH = 1.0 / 3.0
@@ -67,9 +67,12 @@ def pattern_of(facade: Facade, stretch: float) -> Pattern:
 def _cells(facade: Facade, across: list[Band], up: list[Band]) -> list[list[Cell]]:
     """[rows][columns] what stands where bands meet."""
     least = (SAME_PLACE * facade.size[0]).tolist()
-    return [
-        [cell_of(facade, (column.start, row.start), (column.end, row.end), least) for column in across] for row in up
-    ]
+    cells = []
+    for row in up:
+        nodes = nodes_between(facade, Y, row.start, row.end, least[Y])
+        corners = [((column.start, row.start), (column.end, row.end)) for column in across]
+        cells.append([cell_of(facade, nodes, low, high, least) for low, high in corners])
+    return cells
 
 
 def _column_kinds(across: list[Band], cells: list[list[Cell]], stretch: float) -> list[int]:
@@ -89,9 +92,11 @@ def _joined(found: list[Band], kinds: list[int]) -> list[Band]:
 def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) -> list[int]:
     """[B] the kind of each band. Walls may differ more in size, but those at the ends are of kinds of their own."""
     kinds: list[int] = []
+    first: list[int] = []
+    """The first band of each kind."""
     ends = {0, len(found) - 1}
     for place, band in enumerate(found):
-        for earlier in range(place):
+        for earlier in first:
             other = found[earlier]
             if band.stands != other.stands or (not band.stands and (place in ends) != (earlier in ends)):
                 continue
@@ -100,7 +105,8 @@ def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) 
                 kinds.append(kinds[earlier])
                 break
         else:
-            kinds.append(max(kinds, default=-1) + 1)
+            kinds.append(len(first))
+            first.append(place)
     return kinds
 
 
