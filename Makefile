@@ -2,6 +2,7 @@
 # test   everything that must hold: format, lint, types, layers, tests
 # check  the fast, static half of it
 # bench  how fast it is, as ratios within one run
+# facades  make the shipped facades and the family of one again, from their rules
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV   := .venv
@@ -12,7 +13,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
 .DEFAULT_GOAL := test
 .DELETE_ON_ERROR:
-.PHONY: demo test check bench format clean chromium
+.PHONY: demo test check bench facades format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -38,6 +39,16 @@ chromium:
 
 bench: $(VENV)/.dev
 	$(BIN)/pytest -q benchmarks --override-ini python_files='bench_*.py'
+
+FACADES := grammars/facades
+FACE    := $(BIN)/grammarlab facade read $(FACADES)/houses.cga --face front --seed 1
+facades: $(VENV)/.dev
+	rm -f $(FACADES)/*.json $(FACADES)/*.png
+	$(FACE) --start Townhouse --parts FrenchWindow,Shop,HouseDoor,Cornice,Band,Frieze,Plinth -o $(FACADES)/townhouse.json
+	$(FACE) --start Arcade --parts ArchedWindow,SquareWindow,Portal,Cornice,Band,Plinth -o $(FACADES)/arcade.json
+	$(FACE) --start School --parts Light,Pilaster,Belt,Cornice,Plinth -o $(FACADES)/school.json
+	$(FACE) --start Flats --parts WideWindow,Balcony,BalconyWindow,StairLight,EntranceDoor,Coping -o $(FACADES)/flats.json
+	$(BIN)/grammarlab facade grammar $(FACADES)/arcade.json --widths 10:27 --heights 10:24 -o $(FACADES)/arcade_family.cga
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix $(CODE)

@@ -11,6 +11,9 @@ from grammarlab.cli.check import check
 from grammarlab.cli.compare import compare
 from grammarlab.cli.evaluate import evaluate
 from grammarlab.cli.examples import list_examples
+from grammarlab.cli.facade import facade
+from grammarlab.cli.facade_grammar import grammar
+from grammarlab.cli.facade_show import show as show_facade
 from grammarlab.cli.format import format_file
 from grammarlab.cli.label import label
 from grammarlab.cli.learn import learn
@@ -53,3 +56,6 @@ app.command("score")(score)
 app.command("learn")(learn)
 app.command("compare")(compare)
 app.command("evaluate")(evaluate)
+facade.command("grammar")(grammar)
+facade.command("show")(show_facade)
+app.add_typer(facade)

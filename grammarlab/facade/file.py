@@ -1,0 +1,215 @@
+"""Facades as JSON files, with their pictures beside them; docs/facades.md describes the format.
+
+A file may come from a stranger: what it says is bounded and looked at before anything is made of it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grammarlab.arrays import offsets_from_counts
+from grammarlab.errors import FacadeError
+from grammarlab.facade.grid import Grid
+from grammarlab.facade.pictures import load_picture, store_pictures
+from grammarlab.facade.tree import LEAF, Facade, Floats, Ints, Picture, X, Y, check
+from grammarlab.facade.values import (
+    a_list,
+    a_number,
+    a_text,
+    a_whole_number,
+    an_object,
+    numbers,
+    parse_json,
+    read_bounded,
+    shown,
+)
+from grammarlab.files import write_text
+
+FORMAT = "grammarlab facade"
+VERSION = 1
+MOST_NODES = 1_000_000
+_MOST_LABELS, _MOST_PICTURES, _MOST_GRIDS, _MOST_CORNERS = 1_000_000, 1_000, 10_000, 100_000
+_MOST_PLACES = 10_000_000
+"""Rows by columns of a grid."""
+_AXES = {X: "x", Y: "y"}
+_REACH = 0.5 + 1e-6
+"""From the middle to the ends of 0 to 1, and what rounding adds."""
+_ALL = [0.0, 0.0, 1.0, 1.0]
+
+
+def save_facade(facade: Facade, path: Path) -> Path:
+    """Write a facade, and its pictures into the same folder.
+
+    Raises:
+        FacadeError: when it is not one, or a file of the name of a picture is another one.
+    """
+    text = dumps(check(facade))
+    store_pictures(facade.pictures, path.parent)
+    write_text(path, text)
+    return path
+
+
+def load_facade(path: Path) -> Facade:
+    """Read a facade with its pictures.
+
+    Raises:
+        FacadeError: when the file is not a facade, or too large: what is wrong, and where.
+    """
+    content = read_bounded(path)
+    try:
+        return loads(content, lambda name: load_picture(name, path.parent))
+    except FacadeError as error:
+        raise FacadeError(f"{path.name}: {error}") from error
+
+
+def dumps(facade: Facade) -> str:
+    """The text of a file: one line per node, numbers to the last bit."""
+    names = [picture.name for picture in facade.pictures]
+    for what, some in (("labels", facade.labels), ("pictures", names)):
+        if len(set(some)) < len(some):
+            raise FacadeError(f"The {what} of a facade have different names, found {shown(list(some))}.")
+    head = {"format": FORMAT, "version": VERSION, "labels": facade.labels, "pictures": names}
+    lines = [f'"{key}": {_line(value)},\n' for key, value in head.items()]
+    nodes = ",\n".join(_line(_node_values(facade, node)) for node in range(len(facade)))
+    grids = ",\n".join(_line(_grid_values(grid)) for grid in facade.grids)
+    return f'{{{"".join(lines)}"nodes": [\n{nodes}\n],\n"grids": [\n{grids}\n]}}\n'
+
+
+def _line(value: object) -> str:
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)
+
+
+def _node_values(facade: Facade, node: int) -> dict[str, Any]:
+    """What differs from what is taken where nothing is said."""
+    (x, y), (width, height) = facade.position[node].tolist(), facade.size[node].tolist()
+    values: dict[str, Any] = {"parent": int(facade.parent[node]), "x": x, "y": y, "width": width, "height": height}
+    if facade.axis[node] != LEAF:
+        values["axis"] = _AXES[int(facade.axis[node])]
+    if facade.label[node] >= 0:
+        values["label"] = facade.name_of(node)
+    if len(corners := facade.outline(node)):
+        values["outline"] = corners.tolist()
+    if facade.picture[node] >= 0:
+        values["picture"] = facade.pictures[int(facade.picture[node])].name
+    if (window := facade.window[node].tolist()) != _ALL:
+        values["window"] = window
+    return values
+
+
+def _grid_values(grid: Grid) -> dict[str, Any]:
+    places = zip(grid.node.tolist(), grid.row.tolist(), grid.column.tolist(), strict=True)
+    elements = [{"node": node, "row": row, "column": column} for node, row, column in places]
+    return {"name": grid.name, "elements": elements}
+
+
+def loads(content: bytes, picture_named: Callable[[str], Picture]) -> Facade:
+    """The facade of a file.
+
+    Args:
+        content: the file.
+        picture_named: gives the picture of a name.
+
+    Raises:
+        FacadeError: when it is not a facade: what is wrong, and where.
+    """
+    document = parse_json(content)
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        raise FacadeError(f'This is not a facade: expected an object with "format": "{FORMAT}".')
+    if document.get("version") != VERSION:
+        raise FacadeError(f"Expected version {VERSION} of the format, found {shown(document.get('version'))}.")
+    labels = _names(document.get("labels"), "labels", _MOST_LABELS)
+    pictures = _names(document.get("pictures", []), "pictures", _MOST_PICTURES)
+    found = a_list(document.get("nodes"), "nodes", MOST_NODES)
+    nodes = [(f"Node {place}", an_object(each, f"Node {place}")) for place, each in enumerate(found)]
+    outlines = [_outline(node, where) for where, node in nodes]
+
+    def column(key: str) -> list[float]:
+        return [a_number(node.get(key), f"{where}, {key}") for where, node in nodes]
+
+    parents = [a_whole_number(node.get("parent"), f"{where}, parent", -1, len(nodes)) for where, node in nodes]
+    facade = Facade(
+        np.array(parents, dtype=np.int64),
+        np.array([_axis(node, where) for where, node in nodes], dtype=np.int8),
+        np.array([column("x"), column("y")]).T.copy(),
+        np.array([column("width"), column("height")]).T.copy(),
+        _indices(nodes, "label", labels),
+        labels,
+        offsets_from_counts(np.array([len(each) for each in outlines], dtype=np.int64)),
+        np.vstack([np.zeros((0, 2)), *(each for each in outlines if len(each))]),
+        tuple(picture_named(name) for name in pictures),
+        _indices(nodes, "picture", pictures),
+        np.array([_window(node, where) for where, node in nodes]).reshape(-1, 4),
+        _grids(document.get("grids", []), len(nodes)),
+    )
+    return check(facade)
+
+
+def _names(value: Any, where: str, most: int) -> tuple[str, ...]:
+    names = tuple(a_text(each, where) for each in a_list(value, where, most))
+    if len(set(names)) < len(names):
+        raise FacadeError(f"{where}: expected different names.")
+    return names
+
+
+def _axis(node: dict[str, Any], where: str) -> int:
+    axis = {None: LEAF, "x": X, "y": Y}.get(node.get("axis") if isinstance(node.get("axis"), str | None) else "")
+    if axis is None:
+        raise FacadeError(f'{where}, axis: expected "x", "y" or nothing, found {shown(node.get("axis"))}.')
+    return axis
+
+
+def _indices(nodes: list[tuple[str, dict[str, Any]]], key: str, names: tuple[str, ...]) -> Ints:
+    """[N] places of the names that nodes give, -1 where they give none."""
+    place = {name: number for number, name in enumerate(names)}
+    indices = np.full(len(nodes), -1, dtype=np.int64)
+    for number, (where, node) in enumerate(nodes):
+        if key in node:
+            name = a_text(node[key], f"{where}, {key}")
+            if name not in place:
+                raise FacadeError(f'{where}, {key}: {shown(name)} is not in the list "{key}s" of the file.')
+            indices[number] = place[name]
+    return indices
+
+
+def _outline(node: dict[str, Any], where: str) -> Floats:
+    corners = a_list(node.get("outline", []), f"{where}, outline", _MOST_CORNERS)
+    points = np.array([numbers(each, f"{where}, outline", 2) for each in corners]).reshape(-1, 2)
+    if 0 < len(points) < 3 or (np.abs(points - 0.5) > _REACH).any():
+        raise FacadeError(f"{where}, outline: expected at least 3 corners from 0 to 1.")
+    return points
+
+
+def _window(node: dict[str, Any], where: str) -> list[float]:
+    window = numbers(node.get("window", _ALL), f"{where}, window", 4)
+    if any(abs(each - 0.5) > _REACH for each in window):
+        raise FacadeError(f"{where}, window: expected numbers from 0 to 1, found {window}.")
+    return window
+
+
+def _grids(value: Any, num_nodes: int) -> tuple[Grid, ...]:
+    grids = [
+        _grid(an_object(each, f"Grid {place}"), f"Grid {place}", num_nodes)
+        for place, each in enumerate(a_list(value, "grids", _MOST_GRIDS))
+    ]
+    if len({grid.name for grid in grids}) < len(grids):
+        raise FacadeError("grids: expected different names.")
+    return tuple(grids)
+
+
+def _grid(values: dict[str, Any], where: str, num_nodes: int) -> Grid:
+    elements = [an_object(each, where) for each in a_list(values.get("elements"), f"{where}, elements", num_nodes)]
+    node, row, column = (
+        np.array([a_whole_number(each.get(key), f"{where}, {key}", 0, end) for each in elements], dtype=np.int64)
+        for key, end in (("node", num_nodes), ("row", MOST_NODES), ("column", MOST_NODES))
+    )
+    grid = Grid(a_text(values.get("name"), f"{where}, name"), node, row, column)
+    if (np.diff(node) <= 0).any():
+        raise FacadeError(f"{where}: expected elements with ascending nodes.")
+    if grid.num_rows * grid.num_columns > _MOST_PLACES or len(set(zip(row, column, strict=True))) < len(elements):
+        raise FacadeError(f"{where}: expected one element per row and column, and at most {_MOST_PLACES:,} places.")
+    return grid

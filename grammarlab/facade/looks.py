@@ -1,0 +1,81 @@
+"""What things of a facade look like when no picture says so: a colour, and how far they stand out or back."""
+
+from __future__ import annotations
+
+import colorsys
+from dataclasses import dataclass
+from zlib import crc32
+
+THICKNESS = 0.35
+"""Metres from the front of a wall to its back, where everything else ends too."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How a thing is drawn."""
+
+    color: str
+    """``#rrggbb``, sRGB, or ``#rrggbboo`` with opacity."""
+    front: float
+    """Metres that its front stands before that of the wall; below 0 behind it, above -`THICKNESS`."""
+    gives: bool = False
+    """Whether it is wall: what fills the room that things leave and is stretched before they are."""
+    glazed: bool = False
+
+    @property
+    def metallic(self) -> float:
+        """0 to 1."""
+        return 0.35 if self.glazed else 0.0
+
+    @property
+    def roughness(self) -> float:
+        """0 to 1."""
+        return 0.12 if self.glazed else 0.8
+
+
+_WINDOW = Look("#2B3A48", -0.18, glazed=True)
+_DOOR = Look("#5B4030", -0.22)
+_CORNICE = Look("#DDD6C6", 0.3)
+_BAND = Look("#DDD6C6", 0.1)
+_PILLAR = Look("#D3CBBB", 0.15)
+_WALL = Look("#CDBFA6", 0.0, gives=True)
+_BASE = Look("#9A958B", 0.06, gives=True)
+
+_LOOKS = {
+    **dict.fromkeys(("window", "pane", "glass", "light"), _WINDOW),
+    **dict.fromkeys(("door", "gate", "portal", "entrance"), _DOOR),
+    "shop": Look("#39424A", -0.12, glazed=True),
+    "balcony": Look("#3A3D40", 0.5),
+    **dict.fromkeys(("cornice", "coping", "eaves"), _CORNICE),
+    **dict.fromkeys(("molding", "band", "belt", "frieze"), _BAND),
+    "sill": Look("#D8D2C4", 0.12),
+    "blind": Look("#6F7F6A", -0.06),
+    "shutter": Look("#6F7F6A", 0.06),
+    **dict.fromkeys(("pillar", "pilaster", "column"), _PILLAR),
+    "deco": Look("#C9BFA9", 0.08),
+    **dict.fromkeys(("base", "plinth"), _BASE),
+    "roof": Look("#5A4A44", -0.1),
+    **dict.fromkeys(("wall", "facade", "background"), _WALL),
+    "outside": Look("#FFFFFF00", 0.01 - THICKNESS, gives=True),
+}
+
+
+def look_of(label: str) -> Look:
+    """How something of that name is drawn: as the first known word in it, or in a colour of its own.
+
+    >>> look_of("Shop window").color == look_of("window").color, look_of("").gives, look_of("clock").gives
+    (True, True, False)
+    """
+    if not label:
+        return _WALL
+    words = label.lower()
+    known = next((look for word, look in _LOOKS.items() if word in words), None)
+    if known is not None:
+        return known
+    channels = colorsys.hls_to_rgb(crc32(words.encode()) / 2**32, 0.55, 0.35)
+    return Look("#" + "".join(f"{round(255 * channel):02X}" for channel in channels), 0.05)
+
+
+def is_door(label: str) -> bool:
+    """Whether something of that name lets people in, so that no other number of them would do."""
+    return any(word in label.lower() for word in ("door", "gate", "portal", "entrance"))

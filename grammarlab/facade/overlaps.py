@@ -1,0 +1,130 @@
+"""Boxes that overlap: which of two is in front, and what is left of the other.
+
+A box that lies in another is in front of it, as a window is in a molding. Otherwise what stands further to the front on
+buildings is (`FRONT`), then what is smaller, then what is named first. What is behind keeps its rest, in as many
+rectangles as that takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.tree import Ints
+
+FRONT = ("deco", "shop", "balcony", "door", "blind", "sill", "window", "pillar", "cornice", "molding", "facade", "wall")
+"""Labels from the front to the back; all others stand beside `window`."""
+
+BANDS = ("pillar", "cornice", "molding", "sill")
+"""Labels of what runs along a wall, and stays what it is when it is cut."""
+
+MOST_OVERLAPS = 2_000_000
+"""Pairs of boxes that overlap."""
+_MOST_CELLS = 20_000_000
+"""Cells of all boxes that lose a part."""
+_AT_ONCE = 200
+"""Boxes whose overlaps are looked up together; a stranger's may all overlap all."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pieces:
+    """What boxes show: M rectangles that do not overlap."""
+
+    boxes: Ints
+    """[M, 4] lines of left, bottom, right and top."""
+    source: Ints
+    """[M] the box that each is of."""
+    whole: NDArray[np.bool_]
+    """[M] whether it must not be cut: all of a box that is no band."""
+
+
+def uncovered(boxes: Ints, names: Sequence[str]) -> Pieces:
+    """What is to be seen of boxes that overlap.
+
+    Args:
+        boxes: [N, 4] lines of left, bottom, right and top.
+        names: [N] labels, in lower case.
+
+    Raises:
+        FacadeError: when more than `MOST_OVERLAPS` pairs overlap.
+    """
+    front, behind = _overlaps(boxes, names)
+    kept = np.setdiff1d(np.arange(len(boxes)), behind)
+    pieces, sources, cells = [boxes[kept]], [kept], 0
+    order = np.argsort(behind, kind="stable")
+    losers, first = np.unique(behind[order], return_index=True)
+    for loser, hiding in zip(losers.tolist(), np.split(front[order], first)[1:], strict=True):
+        rest, taken = _rest(boxes[loser], boxes[hiding])
+        cells += taken
+        if cells > _MOST_CELLS:
+            raise FacadeError(f"The box {names[loser]!r} and others are hidden in too many places: leave them out.")
+        pieces.append(rest)
+        sources.append(np.full(len(rest), loser))
+    whole = np.zeros(sum(map(len, pieces)), dtype=bool)
+    whole[: len(kept)] = [names[each] not in BANDS for each in kept.tolist()]
+    return Pieces(np.vstack(pieces), np.concatenate(sources), whole)
+
+
+def _overlaps(boxes: Ints, names: Sequence[str]) -> tuple[Ints, Ints]:
+    """Pairs of boxes that overlap: those in front, and those behind."""
+    inner = shapely.box(boxes[:, 0] + 0.25, boxes[:, 1] + 0.25, boxes[:, 2] - 0.25, boxes[:, 3] - 0.25)
+    tree, pairs, count = shapely.STRtree(inner), [np.zeros((2, 0), dtype=np.int64)], 0
+    for start in range(0, len(boxes), _AT_ONCE):
+        found = tree.query(inner[start : start + _AT_ONCE])
+        found[0] += start
+        found = found[:, found[0] < found[1]]
+        pairs.append(found)
+        count += found.shape[1]
+        if count > MOST_OVERLAPS:
+            raise FacadeError(f"More than {MOST_OVERLAPS:,} pairs of boxes overlap; facades have few that do.")
+    a, b = np.hstack(pairs)
+    beside = FRONT.index("window")
+    depth = np.array([FRONT.index(name) if name in FRONT else beside for name in names], dtype=np.int64)
+    area = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
+    first = (depth[a] < depth[b]) | ((depth[a] == depth[b]) & (area[a] <= area[b]))
+    a_in_b, b_in_a = _lies_in(boxes[a], boxes[b]), _lies_in(boxes[b], boxes[a])
+    first = np.where(a_in_b == b_in_a, first, a_in_b)
+    return np.where(first, a, b), np.where(first, b, a)
+
+
+def _lies_in(inner: Ints, outer: Ints) -> NDArray[Any]:
+    return np.all((inner[:, :2] >= outer[:, :2]) & (inner[:, 2:] <= outer[:, 2:]), axis=1)
+
+
+def _rest(box: Ints, hiding: Ints) -> tuple[Ints, int]:
+    """[M, 4] rectangles of a box that others leave to be seen, and the cells that it took to find them."""
+    clipped = np.clip(hiding, np.tile(box[:2], 2), np.tile(box[2:], 2))
+    columns = np.unique(np.concatenate([box[[0, 2]], clipped[:, 0], clipped[:, 2]]))
+    rows = np.unique(np.concatenate([box[[1, 3]], clipped[:, 1], clipped[:, 3]]))
+    cells = (len(columns) - 1) * (len(rows) - 1)
+    if cells > _MOST_CELLS:
+        return np.zeros((0, 4), dtype=np.int64), cells
+    seen = np.ones((len(columns) - 1, len(rows) - 1), dtype=bool)
+    left, right = (np.searchsorted(columns, clipped[:, side]).tolist() for side in (0, 2))
+    bottom, top = (np.searchsorted(rows, clipped[:, side]).tolist() for side in (1, 3))
+    for place in range(len(clipped)):
+        seen[left[place] : right[place], bottom[place] : top[place]] = False
+    across, upright = _runs(seen.T)[:, [1, 0, 3, 2]], _runs(seen)
+    best = across if len(across) <= len(upright) else upright
+    return np.stack([columns[best[:, 0]], rows[best[:, 1]], columns[best[:, 2]], rows[best[:, 3]]], axis=1), cells
+
+
+def _runs(seen: NDArray[np.bool_]) -> Ints:
+    """[M, 4] cells as rectangles: runs along the second axis, joined while those of neighbours are equal."""
+    found: list[list[int]] = []
+    open_runs: dict[tuple[int, int], list[int]] = {}
+    for place, line in enumerate(seen):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], line, [False]]).astype(np.int8)))
+        runs = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+        still = {run: open_runs.get(run) or [place, run[0], place, run[1]] for run in runs}
+        found.extend(rectangle for run, rectangle in still.items() if run not in open_runs)
+        for rectangle in still.values():
+            rectangle[2] = place + 1
+        open_runs = still
+    return np.array(found, dtype=np.int64).reshape(-1, 4)

@@ -1,0 +1,210 @@
+"""Walls with openings of CityGML 2.0 and 3.0 (LoD3): each in its own plane, in metres.
+
+Seen from outside, x runs to the right and y up. Wall surfaces are called by their `gml:id`, those without one by the id
+of what they bound and their number there. A wall surface that has openings and no polygon, as some exporters write
+them, gives its openings to the wall of the same building in whose plane they lie.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+
+from grammarlab.errors import FacadeError, UsageError
+from grammarlab.facade.annotation import Annotation, annotate
+from grammarlab.facade.reading.gml import Polygon, Polygons, identity
+from grammarlab.facade.reading.markup import Node, local_name, parse_xml
+from grammarlab.facade.reading.polygons import outline_of
+from grammarlab.facade.tree import Floats
+
+_OPENINGS = {"Window": "window", "Door": "door", "WindowSurface": "window", "DoorSurface": "door"}
+HOLE = "opening"
+"""Label of holes in a wall that nothing fills."""
+_NAMED = 30
+"""Walls that a message names."""
+_FLAT = 0.9
+"""Vertical part of the normal above which a surface is no wall."""
+_MOST_PAIRS = 100_000_000
+_NEAR = 0.5
+"""Metres between a wall and an opening that belongs to it."""
+
+
+@dataclass(slots=True)
+class _Opening:
+    label: str
+    polygons: list[Polygon]
+
+    def points(self) -> Floats:
+        """[P, 3] corners of all rings."""
+        return np.vstack([ring for polygon in self.polygons for ring in polygon])
+
+
+@dataclass(slots=True)
+class _Wall:
+    name: str
+    building: str
+    polygons: list[Polygon]
+    openings: list[_Opening] = field(default_factory=list)
+
+
+def read_citygml(content: bytes, wall: str = "") -> Annotation:
+    """The openings of one wall.
+
+    Args:
+        content: the file.
+        wall: name of the wall; may be left out where there is but one.
+
+    Raises:
+        FacadeError: when it is not such a file, or the wall has no plane that stands upright.
+        UsageError: when no wall has that name, or several could be meant; it lists them.
+    """
+    walls = _walls(parse_xml(content))
+    if not walls:
+        raise FacadeError("This file has no WallSurface with a polygon.")
+    meant = [each for each in walls if wall in (each.name, "")]
+    if len(meant) != 1:
+        raise UsageError(_listing(walls, wall))
+    return _annotation(meant[0])
+
+
+def _walls(root: Node) -> list[_Wall]:
+    """All walls that have a polygon, with their openings."""
+    polygons_of = Polygons(root)
+    walls: list[_Wall] = []
+    orphans: list[tuple[str, _Opening]] = []
+    counts: dict[str, int] = {}
+    waiting = [(root, "")]
+    while waiting:
+        node, inside = waiting.pop()
+        if local_name(node) == "WallSurface":
+            counts[inside] = counts.get(inside, 0) + 1
+            name = identity(node) or f"{inside}/{counts[inside]}"
+            openings = _openings(node, polygons_of)
+            if polygons := polygons_of.of(node, name):
+                walls.append(_Wall(name, inside, polygons, openings))
+            else:
+                orphans += [(inside, each) for each in openings]
+            continue
+        inside = identity(node) or inside
+        waiting += [(child, inside) for child in reversed(node)]
+    _give(orphans, walls)
+    return walls
+
+
+def _openings(wall: Node, polygons_of: Polygons) -> list[_Opening]:
+    found = []
+    for holder in wall:
+        for node in holder if local_name(holder) in ("opening", "fillingSurface") else ():
+            label = _OPENINGS.get(local_name(node))
+            if label and (polygons := polygons_of.of(node, identity(node) or label)):
+                found.append(_Opening(label, polygons))
+    return found
+
+
+def _give(orphans: Sequence[tuple[str, _Opening]], walls: Sequence[_Wall]) -> None:
+    """Hand openings without a wall to the nearest wall of their building that they lie on, if any."""
+    if len(orphans) * len(walls) > _MOST_PAIRS:
+        raise FacadeError(f"{len(orphans):,} openings belong to none of {len(walls):,} walls: too many to look up.")
+    planes = [_plane(wall) for wall in walls] if orphans else []
+    flat = [_flat(wall.polygons, *plane) for wall, plane in zip(walls, planes, strict=True)] if orphans else []
+    low, high = (np.array([end(each, axis=0) for each in flat]).reshape(-1, 2) for end in (np.min, np.max))
+    origins = np.array([origin for origin, _ in planes]).reshape(-1, 3)
+    axes = np.array([each for _, each in planes]).reshape(-1, 3, 3)
+    buildings = np.array([wall.building for wall in walls])
+    for building, opening in orphans:
+        away = np.einsum("wij,wj->wi", axes, opening.points().mean(axis=0) - origins)
+        lies_on = np.all((away[:, :2] > low) & (away[:, :2] < high), axis=1) & (buildings == building)
+        distance = np.where(lies_on, np.abs(away[:, 2]), np.inf)
+        if distance.min(initial=np.inf) < _NEAR:
+            walls[int(distance.argmin())].openings.append(opening)
+
+
+def _plane(wall: _Wall) -> tuple[Floats, Floats]:
+    """A point [3] of a wall's plane, and unit vectors [3, 3] along x, y and outwards, one a row.
+
+    The normal is the sum over all rings of what each turns around (Newell), so that it is right for any polygon.
+    """
+    origin = wall.polygons[0][0][0]
+    normal = np.zeros(3)
+    for polygon in wall.polygons:
+        ring = polygon[0] - origin
+        normal += np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)
+    length = np.linalg.norm(normal)
+    if not length > 0.0 or abs(normal[2]) > _FLAT * length:
+        # Nothing lies on such a surface.
+        return origin, np.zeros((3, 3))
+    normal /= length
+    right = np.array([-normal[1], normal[0], 0.0])
+    right /= np.linalg.norm(right)
+    return origin, np.stack([right, np.cross(normal, right), normal])
+
+
+def _flat(polygons: Sequence[Polygon], origin: Floats, axes: Floats) -> Floats:
+    """[P, 2] corners of the outer rings, in a plane."""
+    return np.vstack([(polygon[0] - origin) @ axes[:2].T for polygon in polygons])
+
+
+def _annotation(wall: _Wall) -> Annotation:
+    origin, axes = _plane(wall)
+    if not axes.any():
+        raise FacadeError(f"The wall {wall.name} has no area, or lies flat.")
+    corners = _flat(wall.polygons, origin, axes)
+    bounds = np.stack([corners.min(axis=0), corners.max(axis=0)])
+    outlines, names = [], []
+    for opening in wall.openings:
+        outlines.append(_joined(opening.polygons, origin, axes))
+        names.append(opening.label)
+    for hole in _holes(wall, origin, axes, outlines):
+        outlines.append(hole)
+        names.append(HOLE)
+    boxes = np.array([[*each.min(axis=0), *each.max(axis=0)] for each in outlines]).reshape(-1, 4)
+    there = np.all((boxes[:, :2] < bounds[1]) & (boxes[:, 2:] > bounds[0]), axis=1)
+    lost = len(boxes) - int(there.sum())
+    kept = np.flatnonzero(there).tolist()
+    return annotate(
+        boxes[kept],
+        [names[each] for each in kept],
+        "metres",
+        outlines=[outline_of(outlines[each]) for each in kept],
+        bounds=bounds,
+        wall=outline_of(_joined(wall.polygons, origin, axes)),
+        notes=[f"{lost} openings lie beside the wall and are left out"] if lost else [],
+    )
+
+
+def _joined(polygons: Sequence[Polygon], origin: Floats, axes: Floats) -> Floats:
+    """[P, 2] corners of what polygons cover together, seen from outside; of all if they do not hang together."""
+    rings = [shapely.Polygon((polygon[0] - origin) @ axes[:2].T) for polygon in polygons]
+    union = shapely.unary_union([ring for ring in rings if ring.is_valid and ring.area > 0.0])
+    if isinstance(union, shapely.Polygon) and not union.is_empty:
+        return shapely.get_coordinates(union.exterior)[:-1]
+    corners = _flat(polygons, origin, axes)
+    (left, bottom), (right, top) = corners.min(axis=0), corners.max(axis=0)
+    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]])
+
+
+def _holes(wall: _Wall, origin: Floats, axes: Floats, outlines: Sequence[Floats]) -> list[Floats]:
+    """Corners of holes of the wall's polygons that no opening fills."""
+    filled = shapely.MultiPoint([each.mean(axis=0) for each in outlines])
+    found = []
+    for ring in (ring for polygon in wall.polygons for ring in polygon[1:]):
+        corners = (ring - origin) @ axes[:2].T
+        hole = shapely.box(*corners.min(axis=0), *corners.max(axis=0))
+        if hole.area > 0.0 and not hole.intersects(filled):
+            found.append(corners)
+    return found
+
+
+def _listing(walls: Sequence[_Wall], wall: str) -> str:
+    """Which walls there are, those with most openings first."""
+    lines = []
+    for each in sorted(walls, key=lambda each: -len(each.openings))[:_NAMED]:
+        across, up = np.ptp(_flat(each.polygons, *_plane(each)), axis=0)
+        lines.append(f"  {each.name}  ({across:.1f} x {up:.1f} m, {len(each.openings)} openings)")
+    if len(walls) > _NAMED:
+        lines.append(f"  and {len(walls) - _NAMED} more")
+    head = f"no wall is called {wall!r}" if wall else f"this file has {len(walls)} walls"
+    return f"{head}; choose one with --wall:\n" + "\n".join(lines)

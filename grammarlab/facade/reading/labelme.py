@@ -1,0 +1,56 @@
+"""Labelled boxes as LabelMe JSON: `shapes` of two or more points, in pixels from the top left."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.annotation import MOST_BOXES, Annotation, annotate
+from grammarlab.facade.reading.polygons import outline_of
+from grammarlab.facade.tree import Floats
+from grammarlab.facade.values import a_list, a_number, a_text, an_object, numbers, shown
+
+_SHAPES = ("rectangle", "polygon")
+_MOST_POINTS = 10_000
+
+
+def read_labelme(document: dict[str, Any]) -> Annotation:
+    """The boxes of a file; polygons are outlines within their box.
+
+    Raises:
+        FacadeError: when the file does not have that form, or has shapes that are neither rectangles nor polygons.
+    """
+    height, width = (a_number(document.get(key), key) for key in ("imageHeight", "imageWidth"))
+    boxes: list[Floats] = []
+    names: list[str] = []
+    outlines: list[Floats] = []
+    for place, each in enumerate(a_list(document.get("shapes"), "shapes", MOST_BOXES)):
+        where = f"shapes, entry {place}"
+        points = _points(an_object(each, where), where)
+        points[:, 1] = height - points[:, 1]
+        boxes.append(np.concatenate([points.min(axis=0), points.max(axis=0)]))
+        names.append(a_text(each.get("label"), f"{where}, label"))
+        outlines.append(outline_of(points))
+    picture = document.get("imagePath")
+    return annotate(
+        np.array(boxes).reshape(-1, 4),
+        names,
+        "pixels",
+        outlines=outlines,
+        bounds=np.array([[0.0, 0.0], [width, height]]),
+        picture=picture if isinstance(picture, str) else "",
+    )
+
+
+def _points(shape: dict[str, Any], where: str) -> Floats:
+    kind = shape.get("shape_type", "polygon")
+    if kind not in _SHAPES:
+        raise FacadeError(f"{where}: expected a shape_type of {' or '.join(_SHAPES)}, found {shown(kind)}.")
+    points = [
+        numbers(each, f"{where}, points", 2) for each in a_list(shape.get("points"), f"{where}, points", _MOST_POINTS)
+    ]
+    if len(points) < 2:
+        raise FacadeError(f"{where}, points: expected two corners or more, found {len(points)}.")
+    return np.array(points)

@@ -1,0 +1,103 @@
+"""Values of JSON files that strangers wrote: looked at before they are used; what is wrong is said with its place."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from grammarlab.errors import FacadeError
+
+MOST_BYTES = 128 * 2**20
+"""Of a file; its values may take twenty times the memory."""
+_MOST_SHOWN = 60
+_MISSING = object()
+
+
+def read_bounded(path: Path, most: int = MOST_BYTES) -> bytes:
+    """The content of a file.
+
+    Raises:
+        FacadeError: when it is longer than `most` bytes.
+    """
+    with path.open("rb") as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise FacadeError(f"{path.name}: expected at most {most:,} bytes.")
+    return content
+
+
+def parse_json(content: bytes) -> Any:
+    """The value of a JSON file.
+
+    Raises:
+        FacadeError: when it is not JSON, nests too deep, or has numbers that are none.
+    """
+    try:
+        return json.loads(content, parse_constant=_refuse)
+    except RecursionError as error:
+        raise FacadeError("This JSON nests too deep.") from error
+    except ValueError as error:  # of the text, its encoding, or an integer of too many digits
+        raise FacadeError(f"This is not JSON that can be read: {error}.") from error
+
+
+def _refuse(text: str) -> float:
+    raise FacadeError(f"Expected finite numbers, found {text}.")
+
+
+def an_object(value: Any, where: str) -> dict[str, Any]:
+    """The value, if it is an object."""
+    if not isinstance(value, dict):
+        raise FacadeError(f"{where}: expected an object, found {shown(value)}.")
+    return value
+
+
+def a_list(value: Any, where: str, most: int) -> list[Any]:
+    """The value, if it is a list that is not too long."""
+    if not isinstance(value, list):
+        raise FacadeError(f"{where}: expected a list, found {shown(value)}.")
+    if len(value) > most:
+        raise FacadeError(f"{where}: expected at most {most:,} entries, found {len(value):,}.")
+    return value
+
+
+def a_number(value: Any, where: str) -> float:
+    """The value as a finite number."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if math.isfinite(number):
+            return number
+    raise FacadeError(f"{where}: expected a finite number, found {shown(value)}.")
+
+
+def a_whole_number(value: Any, where: str, low: int, end: int) -> int:
+    """The value, if it is a whole number in low <= value < end."""
+    if not isinstance(value, int) or isinstance(value, bool) or not low <= value < end:
+        raise FacadeError(f"{where}: expected a whole number from {low} to {end - 1}, found {shown(value)}.")
+    return value
+
+
+def a_text(value: Any, where: str, most: int = 1_000) -> str:
+    """The value, if it is a text that is not too long."""
+    if not isinstance(value, str) or len(value) > most:
+        raise FacadeError(f"{where}: expected a text of at most {most} characters, found {shown(value)}.")
+    return value
+
+
+def numbers(value: Any, where: str, count: int) -> list[float]:
+    """The value, if it is a list of so many finite numbers."""
+    if len(a_list(value, where, count)) != count:
+        raise FacadeError(f"{where}: expected {count} numbers, found {shown(value)}.")
+    return [a_number(each, where) for each in value]
+
+
+def shown(value: Any) -> str:
+    """A value for a message: not longer than one can read."""
+    if value is None:
+        return "nothing"
+    text = f"a list of {len(value)}" if isinstance(value, list) else repr(value)[: _MOST_SHOWN + 1]
+    return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}…"

@@ -1,0 +1,1 @@
+"""Facades as CGA: the rules of one, and those of a family of them."""

@@ -1,0 +1,150 @@
+"""One facade as a CGA split grammar that gives back each of its leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.looks import THICKNESS, look_of
+from grammarlab.facade.tree import LEAF, Facade, X
+from grammarlab.facade.writing.leaf_error import leaf_error
+from grammarlab.facade.writing.pictures import Shown, projection, shown
+from grammarlab.facade.writing.rule_text import Names, leaf_body, number, rule_name, split_body
+from grammarlab.language.formatting import format_grammar
+from grammarlab.language.grammar import Grammar
+
+EXACT = 1e-9
+"""Metres by which a derived leaf may miss the facade's."""
+_DIGITS = (3, 6, 9, 12, 15)
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenFacade:
+    """A grammar of one facade."""
+
+    text: str
+    """CGA."""
+    rules: int
+    error: float
+    """Metres by which its derivation misses a side of a leaf at most."""
+
+
+def write_exact(facade: Facade) -> WrittenFacade:
+    """The shortest numbers and the most repeats with which the derivation still gives back every leaf.
+
+    Equal parts share a rule, runs of equal parts are repeats, walls have relative sizes and what stands in them keeps
+    its own. Outlines are not written: a leaf is its box.
+
+    Raises:
+        FacadeError: when no rules give it back to `EXACT`, as for parts thinner than that.
+    """
+    errors = []
+    for repeats in (True, False):
+        for digits in _enough_digits(facade):
+            text, labels = _text(facade, digits, repeats=repeats)
+            error = leaf_error(facade, Grammar.parse(text), labels)
+            if error <= EXACT:
+                return WrittenFacade(text, len(Grammar.parse(text).rules), error)
+            errors.append(error)
+    raise FacadeError(
+        f"no split rules give back this facade: the best miss a leaf by {min(errors):.3g} m, expected at most "
+        f"{EXACT:g}. Parts of it may be too thin, or too small beside its size."
+    )
+
+
+def _enough_digits(facade: Facade) -> tuple[int, ...]:
+    """Decimals that might do, the fewest first: those that leave next to nothing of any size."""
+    most_parts = max((len(parts) for parts in facade.children), default=0) + 1
+    return tuple(
+        digits
+        for digits in _DIGITS
+        if digits == _DIGITS[-1] or np.abs(facade.size - facade.size.round(digits)).max() * most_parts <= EXACT
+    )
+
+
+def flexible(facade: Facade) -> NDArray[np.bool_]:
+    """[N, 2] whether a node can be stretched along x and along y while only walls change."""
+    gives = np.ones((len(facade), 2), dtype=bool)
+    for node in range(len(facade) - 1, -1, -1):
+        along, parts = int(facade.axis[node]), facade.children[node]
+        if along == LEAF:
+            gives[node] = look_of(facade.name_of(node)).gives
+        else:
+            gives[node, along] = gives[parts, along].any()
+            gives[node, 1 - along] = gives[parts, 1 - along].all()
+    return gives
+
+
+def _text(facade: Facade, digits: int, *, repeats: bool) -> tuple[str, dict[str, str]]:
+    """The grammar, and the label that each of its leaf rules stands for."""
+    shows = shown(facade)
+    part, kinds = _parts(facade, shows, digits)
+    names, used = [""] * len(kinds), Names()
+    first: dict[int, int] = {}
+    for node in range(len(facade)):
+        first.setdefault(int(part[node]), node)
+    for kind, node in first.items():
+        names[kind] = "Facade" if not node else used.new(_wanted(facade, node))
+    width, height = (number(size, digits) for size in (facade.width, facade.height))
+    start = f"Lot --> s({width}, {height}, {THICKNESS}) primitiveCube() comp(f) {{ front : Facade }}"
+    title = f"// A facade of {len(facade.leaves)} leaves, {facade.width:.4g} m wide and {facade.height:.4g} m high"
+    lines = [title, 'version "2023.0"', "@StartRule", start]
+    for kind, node in first.items():
+        setup, content = kinds[kind]
+        if isinstance(content, str):
+            body = content
+        else:
+            sizes = [(size, names[child]) for size, child in content]
+            body = split_body("xy"[facade.axis[node]], sizes, repeats=repeats)
+        lines.append(f"{names[kind]} --> {setup} {body}")
+    labels = {names[kind]: facade.name_of(node) for kind, node in first.items() if facade.axis[node] == LEAF}
+    return format_grammar(Grammar.parse("\n".join(lines))), labels
+
+
+def _parts(
+    facade: Facade, shows: Shown, digits: int
+) -> tuple[NDArray[np.int64], list[tuple[str, str | tuple[tuple[str, int], ...]]]]:
+    """Which distinct part each node [N] is, and of each part its operations and what it is made of.
+
+    A leaf is made of the operations that draw it, any other part of the sizes and numbers of its parts.
+    """
+    gives, part = flexible(facade), np.zeros(len(facade), dtype=np.int64)
+    known: dict[tuple[object, ...], int] = {}
+    kinds: list[tuple[str, str | tuple[tuple[str, int], ...]]] = []
+    for node in range(len(facade) - 1, -1, -1):
+        above, along = int(facade.parent[node]), int(facade.axis[node])
+        pictured = shows.picture[node] >= 0
+        begins = pictured and (above < 0 or shows.picture[above] < 0)
+        setup = projection(facade, shows, node) if begins else ""
+        if along == LEAF:
+            content = leaf_body(facade.name_of(node), pictured=bool(pictured and (setup or not begins)))
+        else:
+            parts = facade.children[node]
+            floats = gives[parts, along] | ~gives[parts, along].any()
+            content = tuple(
+                (("~" if floating else "") + number(size, digits), kind)
+                for floating, size, kind in zip(
+                    floats.tolist(), facade.size[parts, along].tolist(), part[parts].tolist(), strict=True
+                )
+            )
+        key = (along, facade.label[node], setup, content)
+        if not node:
+            key = (*key, "root")
+        part[node] = known.setdefault(key, len(kinds))
+        if part[node] == len(kinds):
+            kinds.append((setup, content))
+    return part, kinds
+
+
+def _wanted(facade: Facade, node: int) -> str:
+    """What to call the rule of a node: its label, or what stands in it and how its parts follow each other."""
+    label, along = facade.name_of(node), int(facade.axis[node])
+    if label or along == LEAF:
+        return rule_name(label)
+    inside = set(facade.label[node : facade.end[node]].tolist()) - {-1}
+    things = [facade.labels[each] for each in sorted(inside) if not look_of(facade.labels[each]).gives]
+    kind = "Row" if along == X else "Bay"
+    return rule_name(things[0]) + kind if len(things) == 1 else kind

@@ -1,0 +1,240 @@
+"""The family of a facade as a stochastic CGA grammar: other columns and rows of the same kinds, in the same grid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence as Listed
+from dataclasses import dataclass, field
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.looks import THICKNESS, is_door, look_of
+from grammarlab.facade.tree import LEAF, Facade
+from grammarlab.facade.writing.cells import Cell
+from grammarlab.facade.writing.kinds import Pattern, pattern_of
+from grammarlab.facade.writing.rule_text import Names, leaf_body, number, rule_name, split_body
+from grammarlab.facade.writing.storeys import Storeys, storeys_of
+from grammarlab.facade.writing.walks import LONGEST, State, Walks, shortest, walks
+from grammarlab.language.formatting import format_grammar
+from grammarlab.language.grammar import Grammar
+
+STRETCH = 0.05
+"""Part by which the sizes of equal things may differ in the facade; in its family they do not."""
+_DIGITS = 6
+
+Range = tuple[float, float]
+"""Metres, both ends included."""
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenFamily:
+    """A grammar of a family."""
+
+    text: str
+    """CGA."""
+    rules: int
+    columns: dict[int, Range]
+    """Of each number of columns that facades may have their least and largest width."""
+    rows: dict[str, Range]
+    """By attribute, how often a run of rows may come: at least and at most."""
+    facades: float
+    """How many different ones there are."""
+
+
+def write_family(facade: Facade, widths: Range, heights: Range, stretch: float = STRETCH) -> WrittenFamily:
+    """The family of a facade, as rules whose every derivation is a facade of the same grid.
+
+    First the storeys are drawn, then a column after the other; so all columns have the same rows, and all rows the
+    same columns. Things have the sizes that they have in the facade, and so has the wall between them (the mean where
+    it varies): a facade is as wide and as high as what was drawn. Pictures are left out.
+
+    Args:
+        facade: what it is the family of.
+        widths: metres.
+        heights: metres.
+        stretch: part by which sizes of equal things may differ in the facade, 0 to 1.
+
+    Raises:
+        FacadeError: when no such facade is in these ranges; says what sizes there are.
+    """
+    pattern = pattern_of(facade, stretch)
+    storeys = storeys_of(pattern.rows, *heights)
+    found = walks(pattern.columns, *widths)
+    if found is None:
+        some = shortest(pattern.columns, widths[1])
+        told = "it has no window and no door"
+        if some:
+            told = (
+                f"its columns make widths from {min(some):.4g} m to {max(some):.4g} m, with {LONGEST} columns at most"
+            )
+        raise FacadeError(f"no facade of this family is {widths[0]:g} to {widths[1]:g} m wide: {told}.")
+    return _Writer(pattern, storeys, found).write()
+
+
+@dataclass
+class _Writer:
+    """The text of a family, rule by rule."""
+
+    pattern: Pattern
+    storeys: Storeys
+    walks: Walks
+    names: Names = field(default_factory=Names)
+    lines: list[str] = field(default_factory=list)
+    cells: dict[Cell, str] = field(default_factory=dict)
+
+    def write(self) -> WrittenFamily:
+        attributes = [self._attribute(run.start, run.end) for run in self.storeys.runs]
+        for name, run in zip(attributes, self.storeys.runs, strict=True):
+            self.lines.append(f"attr {name} = {run.turns}")
+        self.lines.append("@StartRule")
+        self.lines.append(f"Lot --> s(1, 1, {THICKNESS}) primitiveCube() comp(f) {{ front : Storeys }}")
+        for name in ("Storeys", "Columns"):
+            self.names.new(name)
+        states = {state: self.names.new(self._state_name(state)) for state in self.walks.steps}
+        columns = self._column_names()
+        first = self._placed(columns, self.walks.before, self.walks.start.kind)
+        self._add_storeys(attributes)
+        self.lines.append(f"Columns --> {first} {states[self.walks.start]}")
+        for state, name in states.items():
+            self._add_state(state, name, states, columns)
+        for name, kind in {name: kind for kind, name in columns.items()}.items():
+            self.lines.append(f"{name} --> {self._column_body(kind, attributes)}")
+        text = format_grammar(Grammar.parse("\n".join([self._title(), 'version "2023.0"', *self.lines])))
+        times = list(zip(*self.storeys.times, strict=True))
+        rows = {name: (min(found), max(found)) for name, found in zip(attributes, times, strict=True)}
+        num = len(self.storeys.times) * self.walks.total
+        return WrittenFamily(text, len(Grammar.parse(text).rules), self.walks.sizes, rows, num)
+
+    def _title(self) -> str:
+        sizes = [size for found in self.walks.sizes.values() for size in found]
+        columns, heights = self.walks.sizes, self.storeys.heights
+        wide, high = (f"{min(found):.4g} to {max(found):.4g} m" for found in (sizes, heights))
+        return f"// A family of facades with {min(columns)} to {max(columns)} columns, {wide} wide and {high} high"
+
+    def _add_storeys(self, attributes: Listed[str]) -> None:
+        ways = []
+        for times, height in zip(self.storeys.times, self.storeys.heights, strict=True):
+            settings = "".join(f"set({name}, {often}) " for name, often in zip(attributes, times, strict=True))
+            ways.append(f"{settings}s('1, {number(height, _DIGITS)}, 0) Columns")
+        self.lines.append(_choice("Storeys", [1.0 / len(ways)] * len(ways), ways))
+
+    def _add_state(self, state: State, name: str, states: dict[State, str], columns: dict[int, str]) -> None:
+        ways = [
+            f"{self._placed(columns, step.gap, step.to.kind)} {states[step.to]}" for step in self.walks.steps[state]
+        ]
+        probabilities = [step.probability for step in self.walks.steps[state]]
+        if state in self.walks.end:
+            after = self.walks.after
+            ways.append(self._box(columns[after], self.pattern.columns.size[after]) if after >= 0 else "NIL")
+            probabilities.append(self.walks.end[state])
+        self.lines.append(_choice(name, probabilities, ways))
+
+    def _placed(self, columns: dict[int, str], gap: int, kind: int) -> str:
+        """A pier and a column, one beside the other, and the place after them."""
+        text = ""
+        for each in (gap, kind):
+            if each >= 0:
+                size = self.pattern.columns.size[each]
+                text += f"[ {self._box(columns[each], size)} ] t({number(size, _DIGITS)}, 0, 0) "
+        return text.rstrip()
+
+    def _box(self, name: str, size: float) -> str:
+        return f"s({number(size, _DIGITS)}, '1, 0) {name}"
+
+    def _column_names(self) -> dict[int, str]:
+        """The rules of the kinds of columns that occur."""
+        kinds = dict.fromkeys(self.pattern.columns.kind)
+        found: dict[tuple[Cell, ...], str] = {}
+        for kind in kinds:
+            cells = tuple(row[kind] for row in self.pattern.cells)
+            if cells not in found:
+                stands = self.pattern.columns.stands[kind]
+                found[cells] = self.names.new(self._name(cells, "Column") if stands else "Pier")
+        return {kind: found[tuple(row[kind] for row in self.pattern.cells)] for kind in kinds}
+
+    def _state_name(self, state: State) -> str:
+        """After how many columns a walk goes on, and whether a door is among them."""
+        if not state.doors:
+            return f"After{state.columns}"
+        where = "At" if self.pattern.columns.doors[state.kind] else "Past"
+        return f"After{state.columns}{where}{f'{state.doors}Doors' if state.doors > 1 else 'Door'}"
+
+    def _attribute(self, start: int, end: int) -> str:
+        kinds = self.pattern.rows.kind[start:end]
+        name = self._name([cell for kind in kinds for cell in self.pattern.cells[kind]], "Rows")
+        return self.names.new(name[:1].lower() + name[1:])
+
+    def _name(self, cells: Listed[Cell], what: str) -> str:
+        """What some cells are called: by the one thing in them that says most."""
+        things = {thing for cell in cells for thing in cell.things()}
+        standing = sorted(thing for thing in things if not look_of(thing).gives)
+        telling = [thing for thing in standing if look_of(thing).glazed] or standing
+        chosen = ([thing for thing in standing if is_door(thing)] or telling or ["wall"])[0]
+        return f"{rule_name(chosen)}{what}"
+
+    def _column_body(self, kind: int, attributes: Listed[str]) -> str:
+        """The rows of a kind of column from the bottom up."""
+        parts: list[tuple[list[str], str]] = []
+        runs = {run.start: (run, name) for run, name in zip(self.storeys.runs, attributes, strict=True)}
+        place, bands = 0, self.pattern.rows.kind
+        while place < len(bands):
+            if place in runs:
+                run, attribute = runs[place]
+                turn = [(self._row_size(row), self._cell(row, kind)) for row in bands[place : place + run.period]]
+                height = sum(self.pattern.rows.size[row] for row in bands[place : place + run.period])
+                rule = turn[0][1]
+                if any(name != rule for _, name in turn) or not self._gives(rule):
+                    group = " | ".join(f"{size} : {name}" for size, name in turn)
+                    rule = f"split(y) {{ {{ {group} }}* }}"
+                self._append(parts, f"{attribute} * {number(height, _DIGITS)}", rule)
+                place = run.end
+            else:
+                self._append(parts, self._row_size(bands[place]), self._cell(bands[place], kind))
+                place += 1
+        if len(parts) == 1:
+            return parts[0][1]
+        only = sum(self._gives(rule) for _, rule in parts) == 1
+        named = [("~1" if only and self._gives(rule) else " + ".join(sizes), rule) for sizes, rule in parts]
+        return split_body("y", named, repeats=False)
+
+    def _append(self, parts: list[tuple[list[str], str]], size: str, rule: str) -> None:
+        """One more part of a column; walls that follow each other are one."""
+        if parts and parts[-1][1] == rule and self._gives(rule):
+            parts[-1][0].append(size)
+        else:
+            parts.append(([size], rule))
+
+    def _gives(self, rule: str) -> bool:
+        return any(
+            name == rule and cell.axis == LEAF and look_of(cell.label).gives for cell, name in self.cells.items()
+        )
+
+    def _row_size(self, row: int) -> str:
+        return number(self.pattern.rows.size[row], _DIGITS)
+
+    def _cell(self, row: int, column: int) -> str:
+        return self._rule_of(self.pattern.cells[row][column])
+
+    def _rule_of(self, cell: Cell) -> str:
+        """The rule of a cell, written when it is first asked for."""
+        if cell not in self.cells:
+            self.cells[cell] = name = self.names.new(
+                rule_name(cell.label) if cell.axis == LEAF else self._name([cell], "Cell")
+            )
+            if cell.axis == LEAF:
+                self.lines.append(f"{name} --> {leaf_body(cell.label)}")
+            else:
+                floats = [part.gives(cell.axis) for _, part in cell.parts]
+                sizes = [
+                    (("~" if floating or not any(floats) else "") + number(size, _DIGITS), self._rule_of(part))
+                    for floating, (size, part) in zip(floats, cell.parts, strict=True)
+                ]
+                self.lines.append(f"{name} --> {split_body('xy'[cell.axis], sizes)}")
+        return self.cells[cell]
+
+
+def _choice(name: str, probabilities: Listed[float], ways: Listed[str]) -> str:
+    """A rule with ways to go on, each as likely as said."""
+    if len(ways) == 1:
+        return f"{name} --> {ways[0]}"
+    *first, last = zip(probabilities, ways, strict=True)
+    lines = [f"{number(100.0 * probability, _DIGITS)}% : {way}" for probability, way in first]
+    return f"{name} -->\n" + "\n".join([*lines, f"else : {last[1]}"])

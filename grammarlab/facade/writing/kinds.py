@@ -1,0 +1,121 @@
+"""The columns and rows of a facade, sorted into kinds that look alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from grammarlab.facade.looks import is_door
+from grammarlab.facade.tree import Facade, X, Y
+from grammarlab.facade.writing.bands import SAME_PLACE, Band, bands
+from grammarlab.facade.writing.cells import Cell, alike, cell_of, nodes_between
+from grammarlab.facade.writing.repeats import find_repeats
+
+WALL_STRETCH = 1.0 / 3.0
+"""Part by which walls between equal things may differ."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sequence:
+    """The bands of a facade along one axis."""
+
+    kind: tuple[int, ...]
+    """[B] of each band, numbered by first occurrence."""
+    size: tuple[float, ...]
+    """[K] metres of each kind: those of the first of it for what stands, the mean for what gives."""
+    stands: tuple[bool, ...]
+    """[K]"""
+    doors: tuple[bool, ...]
+    """[K] whether doors are in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """A facade as columns and rows of kinds."""
+
+    columns: Sequence
+    rows: Sequence
+    """From the bottom up."""
+    cells: tuple[tuple[Cell, ...], ...]
+    """[row kinds][column kinds] what stands where they meet."""
+
+
+def pattern_of(facade: Facade, stretch: float) -> Pattern:
+    """The pattern of a facade.
+
+    Args:
+        facade: the facade.
+        stretch: part by which sizes of equal things may differ.
+    """
+    across, up = bands(facade, X), bands(facade, Y)
+    joined = _joined(across, _column_kinds(across, _cells(facade, across, up), stretch))
+    while len(joined) < len(across):
+        across = joined
+        joined = _joined(across, _column_kinds(across, _cells(facade, across, up), stretch))
+    cells = _cells(facade, across, up)
+    columns = _column_kinds(across, cells, stretch)
+    rows = _kinds(up, stretch, lambda a, b: all(map(alike, cells[a], cells[b], [stretch] * len(across))))
+    first_column = [columns.index(kind) for kind in range(max(columns) + 1)]
+    first_row = [rows.index(kind) for kind in range(max(rows) + 1)]
+    return Pattern(
+        _sequence(columns, across, [[row[place] for row in cells] for place in first_column]),
+        _sequence(rows, up, [cells[place] for place in first_row]),
+        tuple(tuple(cells[row][column] for column in first_column) for row in first_row),
+    )
+
+
+def _cells(facade: Facade, across: list[Band], up: list[Band]) -> list[list[Cell]]:
+    """[rows][columns] what stands where bands meet."""
+    least = (SAME_PLACE * facade.size[0]).tolist()
+    cells = []
+    for row in up:
+        nodes = nodes_between(facade, Y, row.start, row.end, least[Y])
+        corners = [((column.start, row.start), (column.end, row.end)) for column in across]
+        cells.append([cell_of(facade, nodes, low, high, least) for low, high in corners])
+    return cells
+
+
+def _column_kinds(across: list[Band], cells: list[list[Cell]], stretch: float) -> list[int]:
+    return _kinds(across, stretch, lambda a, b: all(alike(row[a], row[b], stretch) for row in cells))
+
+
+def _joined(found: list[Band], kinds: list[int]) -> list[Band]:
+    """The bands, with one instead of each group of several columns that comes again and again: a bay of windows."""
+    for run in find_repeats(kinds):
+        if sum(band.stands for band in found[run.start : run.start + run.period]) > 1:
+            turns = range(run.start, run.end, run.period)
+            bays = [Band(found[k].start, found[k + run.period - 1].end, stands=True) for k in turns]
+            return [*found[: run.start], *bays, *found[run.end :]]
+    return found
+
+
+def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) -> list[int]:
+    """[B] the kind of each band. Walls may differ more in size, but those at the ends are of kinds of their own."""
+    kinds: list[int] = []
+    first: list[int] = []
+    """The first band of each kind."""
+    ends = {0, len(found) - 1}
+    for place, band in enumerate(found):
+        for earlier in first:
+            other = found[earlier]
+            if band.stands != other.stands or (not band.stands and (place in ends) != (earlier in ends)):
+                continue
+            differ = stretch if band.stands else WALL_STRETCH
+            if abs(band.size - other.size) <= differ * max(band.size, other.size) and same(earlier, place):
+                kinds.append(kinds[earlier])
+                break
+        else:
+            kinds.append(len(first))
+            first.append(place)
+    return kinds
+
+
+def _sequence(kinds: list[int], found: list[Band], cells: list[list[Cell]]) -> Sequence:
+    """The bands as kinds, with the cells of the first of each."""
+    size, stands = [], []
+    for kind in range(max(kinds) + 1):
+        those = [band for band, of in zip(found, kinds, strict=True) if of == kind]
+        stands.append(those[0].stands)
+        size.append(those[0].size if those[0].stands else sum(band.size for band in those) / len(those))
+    doors = [any(is_door(thing) for cell in column for thing in cell.things()) for column in cells]
+    return Sequence(tuple(kinds), tuple(size), tuple(stands), tuple(doors))

@@ -1,0 +1,80 @@
+"""Where pictures lie on the nodes of a facade, and how rules say so."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.facade.pictures import store_pictures
+from grammarlab.facade.tree import LEAF, Facade
+from grammarlab.facade.writing.rule_text import number
+
+Floats = NDArray[np.float64]
+
+SAME = 1e-7
+"""Parts of a picture by which two leaves may miss it and still show it as one."""
+_DIGITS = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What picture each node shows as a whole, as leaves that show it side by side do."""
+
+    picture: NDArray[np.int64]
+    """[N] index into the pictures of the facade; -1 for nodes without, or with several."""
+    window: Floats
+    """[N, 4] left, bottom, right, top: what the whole facade would show of the picture if it went on."""
+
+
+def shown(facade: Facade) -> Shown:
+    """What every node shows: a node shows what its children show, if they show one picture in one place."""
+    picture, window = np.where(facade.axis == LEAF, facade.picture, -1), _extended(facade)
+    for node in range(len(facade) - 1, -1, -1):
+        parts = facade.children[node]
+        if not len(parts) or picture[parts[0]] < 0:
+            continue
+        if (picture[parts] == picture[parts[0]]).all() and np.ptp(window[parts], axis=0).max() <= SAME:
+            picture[node], window[node] = picture[parts[0]], window[parts[0]]
+    return Shown(picture, window)
+
+
+def _extended(facade: Facade) -> Floats:
+    """[N, 4] the window of each node, stretched from its box to that of the facade."""
+    low, size = facade.window[:, :2], facade.window[:, 2:] - facade.window[:, :2]
+    scale = size / facade.size
+    first = low - (facade.position - facade.position[0]) * scale
+    return np.concatenate([first, first + facade.size[0] * scale], axis=1)
+
+
+def picture_file(facade: Facade, picture: int) -> str:
+    """The name of the file that rules refer to a picture by."""
+    names = [re.sub(r"[^A-Za-z0-9._-]", "_", each.name).lstrip(".-") for each in facade.pictures[: picture + 1]]
+    return f"{picture}_{names[-1]}" if names[-1] in names[:-1] else names[-1]
+
+
+def projection(facade: Facade, shows: Shown, node: int) -> str:
+    """The operations that lay a picture on a node, for ``projectUV`` to use below; empty where it cannot be shown."""
+    place = (facade.position[node] - facade.position[0]) / facade.size[0]
+    part = facade.size[node] / facade.size[0]
+    low, whole = shows.window[node, :2], shows.window[node, 2:] - shows.window[node, :2]
+    first, extent = low + place * whole, part * whole
+    if (np.abs(extent) < SAME).any():
+        return ""
+    sizes = ", ".join(f"'{number(value, _DIGITS)}" for value in (1.0 / extent).tolist())
+    offsets = ", ".join(f"'{number(value, _DIGITS)}" for value in (first / extent).tolist())
+    name = picture_file(facade, int(shows.picture[node]))
+    return f'texture("{name}") setupProjection(0, scope.xy, {sizes}, {offsets})'
+
+
+def store_as_assets(facade: Facade, folder: Path) -> None:
+    """Write the pictures of a facade into a folder of assets, by the names that rules and scenes refer to them by.
+
+    Raises:
+        FacadeError: when a file of such a name is there that is another picture; nothing is written then.
+    """
+    names = [picture_file(facade, index) for index in range(len(facade.pictures))]
+    store_pictures((replace(each, name=name) for each, name in zip(facade.pictures, names, strict=True)), folder)

@@ -1,0 +1,209 @@
+"""Which columns can follow which, and how likely each is: walks through the kinds of a facade's columns.
+
+A walk begins with the facade's first column and ends with its last; a column follows another as it does in the facade,
+and doors come as often and in the same order. Among walks of one length those are likelier whose steps are more
+frequent in the facade; all lengths are equally likely.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from grammarlab.facade.writing.kinds import Sequence
+
+LONGEST = 60
+"""Columns of a walk at most."""
+
+
+class State(NamedTuple):
+    """A place in a walk."""
+
+    kind: int
+    """Of the last column."""
+    doors: int
+    """Door columns so far."""
+    columns: int
+    """Columns so far."""
+
+
+class Step(NamedTuple):
+    """A column that may come next."""
+
+    probability: float
+    gap: int
+    """Kind of the pier before it; -1 for none."""
+    to: State
+
+
+@dataclass(frozen=True, slots=True)
+class Walks:
+    """All walks of some lengths."""
+
+    before: int
+    """Kind of the pier before the first column; -1 for none."""
+    after: int
+    """Kind of the pier after the last one; -1 for none."""
+    start: State
+    steps: dict[State, tuple[Step, ...]]
+    """By state, those that come first in a walk first."""
+    end: dict[State, float]
+    """How likely a walk ends in a state."""
+    sizes: dict[int, tuple[float, float]]
+    """Of each number of columns the least and the largest width in metres."""
+    total: float
+    """How many different walks there are."""
+
+
+class _Move(NamedTuple):
+    """A way on from a kind of column."""
+
+    gap: int
+    kind: int
+    length: float
+    """Metres of both."""
+
+
+class _Reach(NamedTuple):
+    """The walks from the first column to a state."""
+
+    least: float
+    """Metres of the narrowest."""
+    most: float
+    weight: float
+    """The sum of their products of how often each step is in the facade."""
+    walks: float
+
+
+def walks(columns: Sequence, low: float, high: float) -> Walks | None:
+    """The walks whose width is certainly within a range; None where there are none.
+
+    A column follows itself if it does so in the facade, or if there were nothing to choose otherwise.
+
+    Args:
+        columns: of the facade.
+        low: metres.
+        high: metres.
+    """
+    found = _walks(columns, _moves(columns), low, high)
+    if found is None or found.total == 1.0:
+        found = _walks(columns, _with_repeats(columns), low, high)
+    return found
+
+
+def shortest(columns: Sequence, up_to: float) -> list[float]:
+    """Metres of the narrowest walk of each number of columns, not much longer than a length; for messages."""
+    found = _walks(columns, _with_repeats(columns), 0.0, max(up_to, sum(columns.size[kind] for kind in columns.kind)))
+    return [] if found is None else [least for least, _ in found.sizes.values()]
+
+
+def _moves(columns: Sequence) -> dict[int, Counter[_Move]]:
+    """How often each kind follows each in the facade, with which pier between them."""
+    found: dict[int, Counter[_Move]] = {kind: Counter() for kind in columns.kind if columns.stands[kind]}
+    last, gap = -1, -1
+    for kind in columns.kind:
+        if not columns.stands[kind]:
+            gap = kind
+            continue
+        if last >= 0:
+            found[last][_move(columns, gap, kind)] += 1
+        last, gap = kind, -1
+    return found
+
+
+def _move(columns: Sequence, gap: int, kind: int) -> _Move:
+    return _Move(gap, kind, columns.size[kind] + (columns.size[gap] if gap >= 0 else 0.0))
+
+
+def _with_repeats(columns: Sequence) -> dict[int, Counter[_Move]]:
+    """The same, and every column without a door follows itself."""
+    found = _moves(columns)
+    usual = Counter(move.gap for moves in found.values() for move in moves).most_common(1)
+    end = columns.kind[0] if not columns.stands[columns.kind[0]] else -1
+    gap = usual[0][0] if usual else end
+    for kind, moves in found.items():
+        if not columns.doors[kind]:
+            moves[_move(columns, next((move.gap for move in moves), gap), kind)] += 1
+    return found
+
+
+def _walks(columns: Sequence, moves: dict[int, Counter[_Move]], low: float, high: float) -> Walks | None:
+    standing = [kind for kind in columns.kind if columns.stands[kind]]
+    if not standing:
+        return None
+    before, after = (kind if not columns.stands[kind] else -1 for kind in (columns.kind[0], columns.kind[-1]))
+    fixed = standing[0], *(kind for kind in (before, after) if kind >= 0)
+    start = State(standing[0], int(columns.doors[standing[0]]), 1)
+    following = _following(moves, [kind for kind in standing if columns.doors[kind]], columns.doors)
+    slack = 1e-9 * max(high, 1.0)
+    first, limit = sum(columns.size[kind] for kind in fixed), high + slack
+    reached = _reached(start, following, first, limit)
+    goal = standing[-1], sum(columns.doors[kind] for kind in standing)
+    fits = {
+        state: reach
+        for state, reach in reached.items()
+        if (state.kind, state.doors) == goal and low - slack <= reach.least and reach.most <= limit
+    }
+    if not fits:
+        return None
+
+    def going_on(state: State) -> list[tuple[_Move, int, State]]:
+        return [each for each in following(state) if reached[state].least + each[0].length <= limit]
+
+    future: dict[State, float] = {}
+    for state in reversed(reached):  # later states lead to no earlier ones
+        ends = 1.0 / fits[state].weight if state in fits else 0.0
+        future[state] = ends + sum(often * future.get(to, 0.0) for _, often, to in going_on(state))
+    steps = {
+        state: tuple(
+            Step(often * future[to] / future[state], move.gap, to)
+            for move, often, to in going_on(state)
+            if future.get(to, 0.0) > 0.0
+        )
+        for state in reached
+        if future[state] > 0.0
+    }
+    end = {state: 1.0 / (reach.weight * future[state]) for state, reach in fits.items()}
+    sizes = {state.columns: (reach.least, reach.most) for state, reach in fits.items()}
+    return Walks(before, after, start, steps, end, sizes, sum(reach.walks for reach in fits.values()))
+
+
+_Following = Callable[[State], Iterator[tuple[_Move, int, State]]]
+
+
+def _following(moves: dict[int, Counter[_Move]], doors: list[int], is_door: tuple[bool, ...]) -> _Following:
+    """The moves from a state, how often each is in the facade and where it leads: doors come in their order."""
+
+    def following(state: State) -> Iterator[tuple[_Move, int, State]]:
+        for move, often in moves[state.kind].items():
+            if not is_door[move.kind]:
+                yield move, often, State(move.kind, state.doors, state.columns + 1)
+            elif doors[state.doors : state.doors + 1] == [move.kind]:
+                yield move, often, State(move.kind, state.doors + 1, state.columns + 1)
+
+    return following
+
+
+def _reached(start: State, following: _Following, first: float, high: float) -> dict[State, _Reach]:
+    """The states that walks of at most this width come to, those of fewer columns first."""
+    reached = layer = {start: _Reach(first, first, 1.0, 1.0)}
+    for _ in range(LONGEST):
+        after: dict[State, _Reach] = {}
+        for state, reach in layer.items():
+            for move, often, to in following(state):
+                least, most = reach.least + move.length, reach.most + move.length
+                if least > high:
+                    continue
+                known = after.get(to, _Reach(least, most, 0.0, 0.0))
+                after[to] = _Reach(
+                    min(known.least, least),
+                    max(known.most, most),
+                    known.weight + often * reach.weight,
+                    known.walks + reach.walks,
+                )
+        if not after:
+            break
+        reached, layer = reached | after, after
+    return reached

@@ -1,0 +1,72 @@
+"""From one side of a building that rules make to the file of a facade, with its picture."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection
+from io import BytesIO
+from pathlib import Path
+
+from PIL import Image
+
+from grammarlab.derivation import derive
+from grammarlab.facade.assembling import assemble
+from grammarlab.facade.drawing import front, picture_size
+from grammarlab.facade.file import save_facade
+from grammarlab.facade.reading.face import face_of
+from grammarlab.facade.tree import Picture
+from grammarlab.runs.derive_batch import compiled
+from grammarlab.runs.examples import find_rules
+from grammarlab.runs.facade.read import ReadResult
+
+PIXELS_PER_METRE = 50.0
+
+
+def read_face(
+    rules: str,
+    output: Path,
+    face: str,
+    parts: Collection[str] = (),
+    *,
+    seed: int = 0,
+    start_rule: str | None = None,
+    tolerance: float | None = None,
+    split: bool = False,
+) -> ReadResult:
+    """Make a facade of a side of the first model of a grammar, and a picture of that side for its leaves to show.
+
+    Args:
+        rules: a rule file, or the name of a shipped grammar.
+        output: where to write; the picture goes beside it, with the same name.
+        face: ``front``, ``right``, ``back`` or ``left``, as `face_of` has it.
+        parts: symbols whose shapes become boxes; none for all leaves.
+        seed: of the model.
+        start_rule: symbol to start with, in place of the one that the grammar marks.
+        tolerance: as for `assemble`.
+        split: whether boxes that form a pinwheel are cut.
+
+    Raises:
+        GrammarlabError: as the rules, the side or the boxes give reason to.
+    """
+    start = time.perf_counter()
+    source = find_rules(rules)
+    grammar, _ = compiled(source.text(), source.name)
+    forest = derive(grammar, 1, seed=seed, start_rule=start_rule, assets=source.assets)
+    name = f"{output.name.removesuffix('.json').removesuffix('.facade')}.png"
+    found = face_of(forest, face, parts, name)
+    width, height = (found.annotation.picture_area[1] - found.annotation.picture_area[0]).tolist()
+    pixels = picture_size(width, height, PIXELS_PER_METRE)
+    content = BytesIO()
+    Image.fromarray(front(found.shapes, *pixels, found.azimuth)).save(content, "PNG", optimize=True)
+    made = assemble(
+        found.annotation,
+        tolerance=tolerance,
+        split=split,
+        picture=Picture(name, content.getvalue()),
+        pixels=pixels,
+    )
+    output.parent.mkdir(parents=True, exist_ok=True)
+    if output.exists():  # made again, with its picture
+        (output.parent / name).unlink(missing_ok=True)
+    save_facade(made.facade, output)
+    return ReadResult(made.facade, output, made.moved, made.notes, time.perf_counter() - start)

@@ -1,0 +1,76 @@
+"""From the file of a facade to that of a grammar."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from grammarlab.facade.tree import Facade
+from grammarlab.facade.writing.exact import write_exact
+from grammarlab.facade.writing.family import STRETCH, Range, write_family
+from grammarlab.facade.writing.pictures import store_as_assets
+from grammarlab.files import write_text
+
+LEAST, MOST = 0.7, 1.6
+"""Parts of the facade's own size between which a range lies that nobody gives."""
+
+
+@dataclass(frozen=True, slots=True)
+class GrammarResult:
+    """A grammar of a facade or of its family."""
+
+    text: str
+    """CGA."""
+    rules: int
+    exact: float | None
+    """Metres by which the derivation misses a side of a leaf at most; None for a family."""
+    choices: dict[str, Any] = field(default_factory=dict)
+    """What a family varies; empty for one facade."""
+
+
+def grammar_of(
+    facade: Facade, widths: Range | None = None, heights: Range | None = None, stretch: float = STRETCH
+) -> GrammarResult:
+    """The grammar of a facade, or of its family if a range of sizes is given.
+
+    Args:
+        facade: the facade.
+        widths: metres; a range around its own when only heights are given.
+        heights: metres; likewise.
+        stretch: part by which sizes of equal things may differ.
+
+    Raises:
+        FacadeError: when there is none.
+    """
+    if widths is None and heights is None:
+        written = write_exact(facade)
+        return GrammarResult(written.text, written.rules, written.error)
+    family = write_family(
+        facade,
+        widths or (LEAST * facade.width, MOST * facade.width),
+        heights or (LEAST * facade.height, MOST * facade.height),
+        stretch,
+    )
+    narrowest, widest = (pick(size for sizes in family.columns.values() for size in sizes) for pick in (min, max))
+    choices = {
+        "columns": [min(family.columns), max(family.columns)],
+        "widths": [narrowest, widest],
+        "rows": {name: list(often) for name, often in family.rows.items()},
+        "facades": family.facades,
+    }
+    return GrammarResult(family.text, family.rules, None, choices)
+
+
+def save_grammar(result: GrammarResult, facade: Facade, path: Path) -> None:
+    """Write a grammar, and the pictures that it shows into the folder of its assets.
+
+    Raises:
+        FacadeError: when another picture of such a name is there.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if result.exact is not None and facade.pictures:
+        assets = path.parent / "assets"
+        assets.mkdir(exist_ok=True)
+        store_as_assets(facade, assets)
+    write_text(path, result.text)

@@ -1,0 +1,76 @@
+"""From a file of labelled boxes or of a building to the file of a facade."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from grammarlab.errors import UsageError
+from grammarlab.facade.assembling import assemble
+from grammarlab.facade.file import save_facade
+from grammarlab.facade.pictures import is_plain, load_picture, picture_size
+from grammarlab.facade.reading.choosing import read_annotation
+from grammarlab.facade.tree import Facade
+
+
+@dataclass(frozen=True, slots=True)
+class ReadResult:
+    """A facade that was read, and the file that it was written to."""
+
+    facade: Facade
+    file: Path
+    snapped: float
+    """Metres, of the side that was moved furthest so that boxes stand in line."""
+    notes: tuple[str, ...]
+    """What a person should know of how it was read."""
+    seconds: float
+    """From the start of reading to the end of writing."""
+
+
+def read_facade(
+    path: Path,
+    output: Path,
+    *,
+    wall: str = "",
+    width: float | None = None,
+    height: float | None = None,
+    tolerance: float | None = None,
+    split: bool = False,
+) -> ReadResult:
+    """Read the facade of a file, and write it as a file of our own.
+
+    Args:
+        path: CMP XML, CityGML, COCO or LabelMe JSON, or CSV; see docs/facades.md.
+        output: where to write; the picture goes into the same folder.
+        wall: which wall or image, where the file has several.
+        width: metres; by the file when left out.
+        height: metres; by the width and the shape of the picture when left out.
+        tolerance: part of the shorter side of the facade by which sides may differ and still be in line; by the unit
+            of the file when left out.
+        split: whether boxes that form a pinwheel are cut.
+
+    Raises:
+        UsageError: when the file is of no known kind, or has no such wall.
+        FacadeError: when it is broken, or its boxes form a pinwheel.
+    """
+    start = time.perf_counter()
+    if output.exists() and output.samefile(path):
+        raise UsageError(f"{output} is the file that is read: write to another one.")
+    annotation = read_annotation(path, wall)
+    picture = pixels = None
+    if is_plain(annotation.picture) and (path.parent / annotation.picture).is_file():
+        picture = load_picture(annotation.picture, path.parent)
+        pixels = picture_size(picture)
+    made = assemble(
+        annotation,
+        width=width,
+        height=height,
+        tolerance=tolerance,
+        split=split,
+        picture=picture,
+        pixels=pixels,
+    )
+    output.parent.mkdir(parents=True, exist_ok=True)
+    save_facade(made.facade, output)
+    return ReadResult(made.facade, output, made.moved, made.notes, time.perf_counter() - start)

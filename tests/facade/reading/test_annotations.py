@@ -1,0 +1,178 @@
+"""Boxes of CMP XML, COCO JSON, LabelMe JSON and CSV: one drawing reads alike from all of them."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grammarlab.errors import FacadeError, UsageError
+from grammarlab.facade.annotation import MOST_BOXES
+from grammarlab.facade.reading.choosing import read_annotation
+from tests.facade.drawings import Drawing, drawing
+from tests.facade.reading.formats import as_cmp, as_coco, as_corners, as_labelme, as_sides
+
+WRITERS = [(as_cmp, ".xml"), (as_coco, ".json"), (as_labelme, ".json"), (as_corners, ".csv"), (as_sides, ".csv")]
+
+
+def read(tmp_path, content, suffix, wall=""):
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return read_annotation(path, wall)
+
+
+@pytest.mark.parametrize(("writer", "suffix"), WRITERS, ids=lambda value: getattr(value, "__name__", ""))
+@pytest.mark.parametrize("seed", [1, 2])
+def test_one_drawing_reads_alike_from_every_format(tmp_path, writer, suffix, seed):
+    drawn = drawing(seed)
+    found = read(tmp_path, writer(drawn), suffix)
+    scale = np.array(drawn.size) if found.unit == "parts" else np.ones(2)
+    low, high = found.low * scale, found.high * scale
+    shift = drawn.boxes[:, :2].min(axis=0) - low.min(axis=0)  # CSV has no picture, and no place for its origin
+    np.testing.assert_allclose(np.hstack([low + shift, high + shift]), drawn.boxes, atol=1e-9)
+    assert list(found.names) == drawn.names
+    assert found.notes == ()
+    assert all(len(outline) == 0 for outline in found.outlines)
+
+
+def test_the_x_of_cmp_runs_down_the_picture(tmp_path):
+    text = "<object><points><x>0.1</x><x>0.4</x><y>0.5</y><y>0.6</y></points><labelname>\nwindow\n</labelname></object>"
+    found = read(tmp_path, text, ".xml")
+    assert np.allclose([*found.low[0], *found.high[0]], [0.5, 0.6, 0.6, 0.9])
+    assert (found.names, found.unit, found.picture) == (("window",), "parts", "a.jpg")
+    for around in (
+        f"<root>{text}</root>",
+        f'<?xml version="1.0"?>\n<annotation>{text}</annotation>',
+        f"{text}\n{text}",
+    ):
+        assert np.array_equal(read(tmp_path, around, ".xml").low[0], found.low[0])
+
+
+def test_polygons_are_outlines_and_rectangles_are_none(tmp_path):
+    arch = [[10, 90], [10, 40], [30, 10], [50, 40], [50, 90]]
+    square = [[60, 10], [90, 10], [90, 30], [60, 30]]
+    shapes = [{"label": "window", "points": points, "shape_type": "polygon"} for points in (arch, square)]
+    labelme = {"imageHeight": 100, "imageWidth": 100, "imagePath": "../a.png", "shapes": shapes}
+    flat = [[each for point in points for each in point] for points in (arch, square)]
+    boxes = [[10, 10, 40, 80], [60, 10, 30, 20]]
+    coco = {
+        "images": [{"id": 1, "file_name": "a.png", "width": 100, "height": 100}],
+        "categories": [{"id": 7, "name": "window"}],
+        "annotations": [
+            {"image_id": 1, "category_id": 7, "bbox": box, "segmentation": [points]}
+            for box, points in zip(boxes, flat, strict=True)
+        ],
+    }
+    for document in (labelme, coco):
+        found = read(tmp_path, json.dumps(document), ".json")
+        assert found.outlines[0].tolist() == [[x, 100 - y] for x, y in arch]
+        assert len(found.outlines[1]) == 0
+        assert found.low.tolist() == [[10, 10], [60, 70]]
+
+
+def test_a_coco_file_of_several_images_lists_them(tmp_path):
+    document = json.loads(as_coco(drawing(3)))
+    document["images"].append({"id": 2, "file_name": "other.png", "width": 50, "height": 60})
+    document["annotations"].append({"image_id": 2, "category_id": 0, "bbox": [0, 0, 10, 20]})
+    with pytest.raises(UsageError, match=r"name one of the 2 images.*'front.png', 'other.png'"):
+        read(tmp_path, json.dumps(document), ".json")
+    for name in ("other.png", "2"):
+        found = read(tmp_path, json.dumps(document), ".json", name)
+        assert (found.low.tolist(), found.high.tolist(), found.picture) == ([[0, 40]], [[10, 60]], "other.png")
+    with pytest.raises(UsageError, match="name one of"):
+        read(tmp_path, json.dumps(document), ".json", "third.png")
+
+
+def test_the_sides_of_a_table_may_run_down_as_in_pictures(tmp_path):
+    table = "label,left,top,right,bottom\nwindow,1,2,3,5\ndoor,0,0,9,9\n"
+    found = read(tmp_path, table, ".csv")
+    assert found.low.tolist() == [[1, -5], [0, -9]]
+    with pytest.raises(FacadeError, match="negative width or height"):
+        read(tmp_path, table + "door,0,9,9,0\n", ".csv")
+
+
+def test_a_wall_is_not_chosen_where_there_is_but_one(tmp_path):
+    for writer, suffix in ((as_cmp, ".xml"), (as_labelme, ".json"), (as_sides, ".csv")):
+        with pytest.raises(UsageError, match="one facade only"):
+            read(tmp_path, writer(drawing(1)), suffix, "front")
+
+
+MANY = "label,x,y,width,height\n" + "w,0,0,1,1\n" * (MOST_BOXES + 1)
+NESTED = b"<a>" * 200 + b"</a>" * 200
+LAUGHS = b'<!DOCTYPE a [<!ENTITY b "ha"><!ENTITY c "&b;&b;&b;">]><a>&c;</a>'
+OUTSIDE = b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
+
+
+@pytest.mark.parametrize(
+    ("suffix", "content", "says"),
+    [
+        (".xml", b"", 'no elements "object"'),
+        (".xml", b"no xml", 'no elements "object"'),
+        (".xml", b"<object>", "not XML"),
+        (".xml", NESTED, "nests more than 100"),
+        (".xml", LAUGHS, "entities or a document type|not XML"),
+        (".gml", LAUGHS, "declares entities or a document type"),
+        (".gml", OUTSIDE, "declares entities or a document type"),
+        (".xml", b"<object><points><x>1</x><x>nan</x><y>0</y><y>1</y></points></object>", "not a finite number"),
+        (".xml", b"<object><points><x>1</x><y>0</y><y>1</y></points></object>", "Object 1: expected two numbers <x>"),
+        (".xml", b"<object><points><x>1</x><x>a</x><y>0</y><y>1</y></points></object>", "expected two numbers <x>"),
+        (".xml", b"<object><points><x>2</x><x>3</x><y>0</y><y>1</y></points></object>", "lies outside the picture"),
+        (".json", b"[]", "expected COCO JSON"),
+        (".json", b"{", "not JSON"),
+        (".json", b"[" * 100_000, "too deep"),
+        (".json", b'{"shapes": 3, "imageHeight": 1, "imageWidth": 1}', "shapes: expected a list"),
+        (".json", b'{"shapes": [3], "imageHeight": 1, "imageWidth": 1}', "shapes, entry 0: expected an object"),
+        (".json", b'{"shapes": [], "imageWidth": 1}', "imageHeight: expected a finite number, found nothing"),
+        (".json", b'{"shapes": [{"shape_type": "circle"}], "imageHeight": 1, "imageWidth": 1}', "found 'circle'"),
+        (".json", b'{"images": [], "annotations": [], "categories": []}', "name one of the 0 images"),
+        (".json", b'{"images": [{}], "annotations": [], "categories": []}', "height: expected a finite number"),
+        (".csv", b"", "expected the columns label,x,y,width,height or label,left,bottom,right,top"),
+        (".csv", b"label,x,y\n", "found 'label,x,y'"),
+        (".csv", b"\xff\xff", "not CSV"),
+        (".csv", b"label,x,y,width,height\nw,1,2,3\n", "Line 2: expected 5 fields, found 4"),
+        (".csv", b"label,x,y,width,height\n\nw,1,2,3,high\n", "Line 3, height: expected a number, found 'high'"),
+        (".csv", b"label,x,y,width,height\nw,1,2,-3,1\n", "Box 1 .*negative width"),
+        (".csv", b"label,x,y,width,height\nw,1,2,nan,1\n", "not a finite number"),
+        (".csv", b"label,x,y,width,height\n" + b"w" * 201 + b",1,2,3,4\n", "at most 200 characters"),
+        (".csv", MANY.encode(), "There are 100,001 boxes; a facade has at most 100,000"),
+        (".jpg", b"", "expected a file that ends in .xml, .gml, .json, .csv"),
+    ],
+    ids=lambda value: value[:30] if isinstance(value, str) else "",
+)
+def test_what_is_no_such_file_is_explained(tmp_path, suffix, content, says):
+    with pytest.raises((FacadeError, UsageError), match=says) as told:
+        read(tmp_path, content, suffix)
+    assert str(told.value).startswith(f"a{suffix}: ")
+
+
+FILES = [
+    (suffix, writer(Drawing(drawing(0).boxes[:6], drawing(0).names[:6], (400, 300), 1, 1)))
+    for writer, suffix in WRITERS
+]
+
+
+@given(st.sampled_from(FILES), st.data())
+def test_damaged_files_are_read_or_refused_in_words(tmp_path_factory, file, data):
+    suffix, text = file
+    content = text.encode()
+    for _ in range(data.draw(st.integers(1, 3))):
+        start = data.draw(st.integers(0, len(content)))
+        other = data.draw(st.binary(max_size=6) | st.sampled_from([b"1e999", b"-", b"null", b"{}", b"<x>", b"NaN"]))
+        content = content[:start] + other + content[start + data.draw(st.integers(0, 12)) :]
+    path = tmp_path_factory.getbasetemp() / f"fuzz{suffix}"
+    path.write_bytes(content)
+    try:
+        found = read_annotation(path)
+    except (FacadeError, UsageError):
+        return
+    assert (found.low < found.high).all()
+    assert np.isfinite(found.high).all()
+
+
+@given(st.sampled_from([".xml", ".gml", ".json", ".csv"]), st.binary(max_size=200))
+def test_noise_is_refused_in_words(tmp_path_factory, suffix, content):
+    path = tmp_path_factory.getbasetemp() / f"noise{suffix}"
+    path.write_bytes(content)
+    with pytest.raises((FacadeError, UsageError)):
+        read_annotation(path)
