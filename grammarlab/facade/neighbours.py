@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,7 +61,7 @@ def _touching(facade: Facade, along: int) -> Ints:
     pairs = [np.zeros((0, 2), dtype=np.int64)]
     for node in np.flatnonzero(facade.axis == along).tolist():
         parts = facade.children[node].tolist()
-        for one, other in zip(parts[:-1], parts[1:], strict=True):
+        for one, other in pairwise(parts):
             lower, upper = last[one], first[other]
             # Both lists are sorted and without gaps: the partners of each leaf are one run of the other list.
             begin = np.searchsorted((low + size)[upper], low[lower] + tolerance, side="right")
