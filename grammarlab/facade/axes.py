@@ -28,6 +28,8 @@ class Origin:
     """[N, 2] metres; only differences within a column or a row of a grid count."""
     size: Floats
     """[N, 2] metres, > 0."""
+    whole: Floats
+    """[2] metres, of the facade that they come from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +51,7 @@ class Axis:
     symmetry: Rows
 
 
-def leaf_weights(size: Floats, area: float, scale: float, weights: Weights) -> Floats:
+def leaf_weights(size: Floats, whole: Floats, weights: Weights) -> Floats:
     """[L, 2] weight of a metre by which each leaf deviates along each axis.
 
     By default a deviation counts as part of the size that deviates: of two leaves that have to give, the one twice as
@@ -58,13 +60,12 @@ def leaf_weights(size: Floats, area: float, scale: float, weights: Weights) -> F
 
     Args:
         size: [L, 2] metres.
-        area: square metres of the facade.
-        scale: metres, of its larger side.
+        whole: [2] metres, of the facade.
         weights: which.
     """
     if weights == "paper":
-        return np.repeat(np.minimum(area / size.prod(axis=1), _CAP)[:, None], 2, axis=1)
-    return 1.0 / np.maximum(size, _LIGHTEST * scale)
+        return np.repeat(np.minimum(whole.prod() / size.prod(axis=1), _CAP)[:, None], 2, axis=1)
+    return 1.0 / np.maximum(size, _LIGHTEST * whole.max())
 
 
 def build_axis(facade: Facade, along: int, origin: Origin, weight: Floats, scale: float) -> Axis:

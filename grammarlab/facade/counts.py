@@ -8,15 +8,18 @@ is at hand; the best u makes that bound as large as it gets.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from heapq import heappop, heappush
+from heapq import heapify, heappop, heappush
 
 import numpy as np
 
 from grammarlab.facade.tree import Floats, Ints
 
-_HALVINGS = 60
+_HALVINGS = 40
+"""Of the range in which the best u is looked for; any u gives a bound."""
+_BOXES = 20
+"""How many boxes are halved for each try."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,51 +35,115 @@ class Rows:
     fixed_length: Floats
     """[R] metres of what is not repeated."""
     fixed_give: Floats
-    """[R] of what is not repeated; below 0 where one repetition brings less than the others."""
+    """[R] of what is not repeated; below 0 where one repetition brings less than the others do."""
     fixed_rest: float
     size: float
     """Metres that each row gets."""
+    share: Floats
+    """[S] how many there would be of each kind."""
+    price: Floats
+    """[S] > 0, energy that one more or less costs, and two more four times."""
+
+    def unevenness(self, counts: Ints) -> float:
+        """Cost of so many [S] of each kind."""
+        return float(self.price @ np.square(counts - self.share))
 
     def energy(self, counts: Ints) -> float:
-        """Of so many repetitions [S] of each kind, when nothing ties the rows to each other."""
-        missing = self.size - self.fixed_length - self.length @ counts
-        return float(self.fixed_rest + counts @ self.rest + np.square(missing) @ (1.0 / (self.fixed_give + self.give @ counts)))
+        """Of so many repetitions [S] of each kind, when nothing ties the rows to each other, without unevenness."""
+        missing, give = self.size - self.fixed_length - self.length @ counts, self.fixed_give + self.give @ counts
+        return float(self.fixed_rest + counts @ self.rest + (missing**2 / give).sum())
 
-    def bound(self, least: Ints, most: Ints) -> tuple[float, Ints]:
-        """No counts in these ranges [S] have less energy, and [S] counts that are near the best of them."""
+    def bound(self, least: Ints, most: Ints) -> float:
+        """What no counts in these ranges [S] cost less than."""
         length, give = self.length.sum(axis=0), self.give.sum(axis=0)
         missing, fixed_give = float((self.size - self.fixed_length).sum()), float(self.fixed_give.sum())
         reach = (abs(missing) + float(most @ length)) / (fixed_give + float(least @ give))
         low, high = -reach, reach
-        best, counts = -np.inf, least
+        best = -np.inf
         for _ in range(_HALVINGS):
             u = 0.5 * (low + high)
-            price = self.rest - 2.0 * u * length - u**2 * give
-            at = np.where(price < 0.0, most, least)
-            value = self.fixed_rest + 2.0 * u * missing - u**2 * fixed_give + float(at @ price)
-            if value > best:
-                best, counts = value, at
-            if missing - at @ length > u * (fixed_give + at @ give):
+            each = self.rest - 2.0 * u * length - u**2 * give
+            counts = np.clip(np.rint(self.share - 0.5 * each / self.price), least, most)
+            cost = float(counts @ each + self.price @ (counts - self.share) ** 2)
+            best = max(best, self.fixed_rest + 2.0 * u * missing - u**2 * fixed_give + cost)
+            if missing - counts @ length > u * (fixed_give + counts @ give):
                 low = u
             else:
                 high = u
-        return best, counts
+        return best
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """Ranges of counts to choose from."""
+
+    rows: Rows
+    least: Ints
+    """[S]"""
+    most: Ints
+    """[S]"""
+
+    def bound(self) -> float:
+        """What nothing in the box costs less than."""
+        if (self.least == self.most).all():
+            return self.rows.energy(self.least) + self.rows.unevenness(self.least)
+        return self.rows.bound(self.least, self.most)
+
+    def halves(self) -> tuple[Box, Box]:
+        """The box in two, across the range that is worth most metres."""
+        across = int(((self.most - self.least) * self.rows.length.mean(axis=0)).argmax())
+        middle = (self.least[across] + self.most[across]) // 2
+        most, least = self.most.copy(), self.least.copy()
+        most[across], least[across] = middle, middle + 1
+        return Box(self.rows, self.least, most), Box(self.rows, least, self.most)
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The counts of least energy, as far as is known."""
+    """The best counts, as far as was looked."""
 
     counts: Ints
     """[S]"""
-    energy: float
+    cost: float
+    """Their energy and unevenness."""
     bound: float
-    """No other counts have less energy than this."""
+    """No counts cost less than this; at most the cost."""
     tries: int
     """How many counts were solved for."""
 
 
 def fewest(
-    problems: list[tuple[Rows, Ints, Ints]], solve: Callable[[Ints], float], gap: float, slack: float, most_tries: int
+    boxes: Sequence[Box], solve: Callable[[Ints], float], start: Ints, gap: float, slack: float, most_tries: int
 ) -> Found:
-    raise NotImplementedError
+    """Counts whose cost is within a gap of the least.
+
+    Args:
+        boxes: what to choose from.
+        solve: the cost of counts; nowhere below that of the rows of springs, infinite for what is impossible.
+        start: [S] counts to begin with; among equals those near them are looked at first.
+        gap: part of the cost that does not matter.
+        slack: cost that does not matter.
+        most_tries: how many counts are solved for at most, and how many boxes are halved for each.
+    """
+    best, cost, tries, halved = start, solve(start), 1, 0
+    heap = [(box.bound(), 0.0, number, box) for number, box in enumerate(boxes)]
+    heapify(heap)
+    number = len(heap)
+    bound = cost
+    while heap:
+        bound, _, _, box = heappop(heap)
+        if bound >= cost * (1.0 - gap) - slack or tries >= most_tries or halved >= _BOXES * most_tries:
+            break
+        if (box.least == box.most).all():
+            found, tries = solve(box.least), tries + 1
+            if found < cost:
+                best, cost = box.least, found
+            continue
+        halved += 1
+        for half in box.halves():
+            off = float(np.abs(np.clip(start, half.least, half.most) - start).sum())
+            heappush(heap, (half.bound(), off, number, half))
+            number += 1
+    else:
+        bound = cost
+    return Found(best, cost, min(bound, cost), tries)

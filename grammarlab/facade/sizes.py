@@ -129,11 +129,10 @@ def prepare(
     Raises:
         FacadeError: for wishes that mean nothing for this facade.
     """
-    origin = wanted or Origin(facade.position, facade.size)
+    origin = wanted or Origin(facade.position, facade.size, facade.size[0])
     if origin.size.shape != facade.size.shape or not (np.isfinite(origin.size).all() and (origin.size > 0.0).all()):
         raise FacadeError(f"Wanted sizes: expected {facade.size.shape} finite numbers above 0.")
-    scale = max(facade.width, facade.height)
-    weight = leaf_weights(origin.size[facade.leaves], facade.width * facade.height, scale, weights)
+    weight = leaf_weights(origin.size[facade.leaves], origin.whole, weights)
     return Sizing(facade, checked(wishes, facade), origin, weight)
 
 

@@ -20,8 +20,7 @@ FACTORS = st.floats(0.3, 3.0)
 
 
 def of_paper(facade: Facade, along: int, target: float | None) -> Paper:
-    scale = max(facade.width, facade.height)
-    weight = leaf_weights(facade.size[facade.leaves], facade.width * facade.height, scale, "default")[:, along]
+    weight = leaf_weights(facade.size[facade.leaves], facade.size[0], "default")[:, along]
     return paper(facade, along, weight, target)
 
 
@@ -238,7 +237,7 @@ def test_what_was_inserted_gets_the_sizes_it_came_with() -> None:
     """A tree that was laid out anew: its windows have stretched, but would like to be as before."""
     facade = storeys(4, 3)
     stretched = resize(facade, [width(2.0 * facade.width)]).facade
-    back = resize(stretched, [], Origin(facade.position, facade.size))
+    back = resize(stretched, [], Origin(facade.position, facade.size, facade.size[0]))
     np.testing.assert_allclose(back.facade.size, facade.size, atol=1e-9)
     assert max(back.energy) <= 1e-15
 

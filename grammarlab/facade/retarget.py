@@ -1,0 +1,216 @@
+"""A facade for another width or height, with as many columns and rows as deform it least."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.axes import Origin, Weights, build_axis, leaf_weights
+from grammarlab.facade.counts import Box, Rows, fewest
+from grammarlab.facade.model import build_model
+from grammarlab.facade.repeats import Repeats, find_repeats
+from grammarlab.facade.sizes import Resized, resize
+from grammarlab.facade.springs import springs
+from grammarlab.facade.tree import Facade, Floats, Ints, X, Y
+from grammarlab.facade.variations import Variation, unedited
+from grammarlab.facade.wishes import Size, checked
+
+GAP = 1e-3
+"""Part by which the deformation may be above the least one, and the part of its size by which each leaf may deviate on
+top of that: less cannot be seen."""
+EVENNESS = 0.1
+"""Part of its size by which each leaf of a column deviates when that is as bad as one column too many or too few."""
+
+Build = Callable[[Repeats, Sequence[int]], Variation]
+"""Makes a facade with these columns, in this order, of what can be repeated."""
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """Which columns of a grid there are along x, or which of its rows along y, counted from the bottom."""
+
+    grid: str
+    along: int
+    columns: tuple[int, ...]
+    """What each new column is a copy of."""
+    counts: tuple[int, ...]
+    """How many there are of each column that there was."""
+    deformation: float
+    """Energy of the sizes along this axis, and what columns cost that are more or less than their share."""
+    bound: float
+    """No other numbers of columns deform less than this."""
+    proven: bool
+    """Whether the deformation is within `GAP` of the bound."""
+    tries: int
+    """For how many numbers of columns sizes were solved for."""
+
+    def __str__(self) -> str:
+        name, side = ("column", "left") if self.along == X else ("row", "bottom")
+        changed = [(column, count) for column, count in enumerate(self.counts) if count != 1]
+        words = [f"{name} {column + 1} from the {side} {count} times" for column, count in changed]
+        return f"{self.grid}: {', '.join(words) or f'every {name} once'}"
+
+
+@dataclass(frozen=True, eq=False)
+class Retargeted:
+    """A facade for another width or height."""
+
+    variation: Variation
+    """Where its nodes come from; laid out, not solved."""
+    resized: Resized
+    """The facade itself."""
+    choices: tuple[Choice, ...]
+    """What was repeated; none for an axis that nothing can be repeated along."""
+
+
+def retarget(
+    facade: Facade,
+    *,
+    width: float | None = None,
+    height: float | None = None,
+    grids: Sequence[str] | None = None,
+    weights: Weights = "default",
+    build: Build = Repeats.variation,
+    most_tries: int = 300,
+) -> Retargeted:
+    """The facade for another width or height, with columns and rows repeated or removed as deforms it least.
+
+    Deformation is the energy of sizes, and for each kind of column the square of how many there are above or below
+    their share of the new size, so that no kind crowds out the others only because it fits. Columns are chosen first,
+    rows then. Copies stand beside what they copy; where does not change the deformation.
+
+    Args:
+        facade: a facade with grids.
+        width: metres; the width stays free when left out.
+        height: metres; the height stays free when left out.
+        grids: names of those whose columns and rows may be repeated, by default all; of several the best is taken.
+        weights: how much deviations count.
+        build: makes the facade of some columns; no size of what it makes may differ from that of its source.
+        most_tries: how many numbers of columns of a grid are solved for at most.
+
+    Raises:
+        FacadeError: for lengths that no facade can have, and grids that there are not.
+    """
+    wishes = [Size(0, axis, metres) for axis, metres in ((X, width), (Y, height)) if metres is not None]
+    checked(wishes, facade)
+    names = [grid.name for grid in facade.grids]
+    unknown = sorted(set(grids or ()) - set(names))
+    if unknown:
+        raise FacadeError(
+            f"Unknown grid '{unknown[0]}'; expected one of: {', '.join(names) or 'none, there is no grid'}."
+        )
+    variation, choices = unedited(facade), []
+    for wish in wishes:
+        tried = [
+            _chosen(repeats, facade, wish, weights, build, most_tries)
+            for grid in variation.facade.grids
+            if grid.name in (names if grids is None else grids)
+            and (repeats := find_repeats(variation, grid, wish.axis)) is not None
+        ]
+        if tried:
+            choice, variation = min(tried, key=lambda each: each[0].deformation)
+            choices.append(choice)
+    resized = resize(variation.facade, wishes, _origin(facade, variation), weights)
+    return Retargeted(variation, resized, tuple(choices))
+
+
+def _origin(facade: Facade, variation: Variation) -> Origin:
+    return Origin(facade.position[variation.source], variation.wanted, facade.size[0])
+
+
+def _chosen(
+    repeats: Repeats, facade: Facade, wish: Size, weights: Weights, build: Build, most_tries: int
+) -> tuple[Choice, Variation]:
+    """The best numbers of a grid's columns, and the facade that has them."""
+    boxes = _boxes(repeats, facade, wish, weights)
+
+    def solve(counts: Ints) -> float:
+        try:
+            made = build(repeats, repeats.spread(counts))
+        except FacadeError:
+            return np.inf
+        return _energy(made.facade, _origin(facade, made), wish, weights) + boxes[0].rows.unevenness(counts)
+
+    slack = GAP**2 * len(repeats.before.facade.leaves)
+    found = fewest(boxes, solve, np.bincount(repeats.kind), GAP, slack, most_tries)
+    columns = repeats.spread(found.counts)
+    made = build(repeats, columns)
+    counts = tuple(np.bincount(columns, minlength=len(repeats.kind)).tolist())
+    proven = found.cost * (1.0 - GAP) - slack <= found.bound
+    choice = Choice(
+        grid=repeats.grid,
+        along=wish.axis,
+        columns=columns,
+        counts=counts,
+        deformation=found.cost,
+        bound=found.bound,
+        proven=proven,
+        tries=found.tries,
+    )
+    return choice, made
+
+
+def _energy(facade: Facade, origin: Origin, wish: Size, weights: Weights) -> float:
+    """Energy of the best sizes along one axis; infinite when there are none."""
+    leaf, scale = facade.leaves, max(facade.width, facade.height)
+    weight = leaf_weights(origin.size[leaf], origin.whole, weights)[:, wish.axis]
+    axis = build_axis(facade, wish.axis, origin, weight, scale)
+    model = build_model([axis], [wish], scale)
+    place = model.program.solve(model.value)
+    if place is None:
+        return np.inf
+    size = axis.lines.laid(model.lines(place)[0])[1]
+    return float(np.square(weight * (size[leaf] - origin.size[leaf, wish.axis])).sum())
+
+
+def _boxes(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> list[Box]:
+    """All counts of columns, one box for each kind that may come first, since the first brings no gap."""
+    before, along = repeats.before, wish.axis
+    weight = leaf_weights(before.wanted[before.facade.leaves], facade.size[0], weights)[:, along]
+    spring = springs(before.facade, along, before.wanted[:, along], weight)
+    _, column = np.unique(repeats.kind, return_index=True)
+    bands = repeats.bands
+    units = [[(*band.gaps[each], *band.columns[each]) for each in column] for band in bands]
+    margins = [(*band.before, *band.after) for band in bands]
+    inside = {band.node for band in bands}
+    top = before.facade.children[0].tolist() if 0 not in inside else []
+    beside = sum(spring.energy(node, wish.metres) for node in top if node not in inside)
+    length, give = _sums(spring.length, units), _sums(spring.give, units)
+    most = np.ceil(2.0 * wish.metres / length.min(axis=0)).astype(np.int64)
+    needed = np.zeros(len(column), dtype=np.int64)
+    for each in repeats.needed:
+        same = np.flatnonzero(repeats.kind == repeats.kind[each])
+        needed[repeats.kind[each]] = max(needed[repeats.kind[each]], 1 + np.searchsorted(same, each))
+    occurs = np.bincount(repeats.kind)
+    squares = np.zeros(len(before.facade))
+    squares[before.facade.leaves] = np.square(weight * before.wanted[before.facade.leaves, along])
+    leaves = np.concatenate([[0.0], np.cumsum(squares)])
+    whole = _sums(leaves[before.facade.end] - leaves[:-1], units).sum(axis=0)
+    boxes = []
+    for first, at in enumerate(column.tolist()):
+        gaps = [band.gaps[at] for band in bands]
+        rows = Rows(
+            length=length,
+            give=give,
+            rest=_sums(spring.rest, units).sum(axis=0),
+            fixed_length=_sums(spring.length, [margins])[0] - _sums(spring.length, [gaps])[0],
+            fixed_give=_sums(spring.give, [margins])[0] - _sums(spring.give, [gaps])[0],
+            fixed_rest=beside + float((_sums(spring.rest, [margins]) - _sums(spring.rest, [gaps])).sum()),
+            size=wish.metres,
+            share=occurs * wish.metres / facade.size[0, along],
+            price=EVENNESS**2 * whole / occurs,
+        )
+        kinds = np.arange(len(column))
+        least = np.maximum(needed, (kinds == first).astype(np.int64))
+        highest = np.where(kinds < first, 0, np.maximum(most, least))
+        if (least <= highest).all():
+            boxes.append(Box(rows, least, highest))
+    return boxes
+
+
+def _sums(values: Floats, groups: Sequence[Sequence[Sequence[int]]]) -> Floats:
+    """The sum of some nodes' values for each group of nodes in each row of groups."""
+    return np.array([[values[list(nodes)].sum() for nodes in row] for row in groups])
