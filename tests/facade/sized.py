@@ -5,6 +5,7 @@ The unknowns here are the sizes of leaves, alpha and beta are vectors over them,
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
@@ -38,8 +39,10 @@ def storeys(columns: int, rows: int, widths: tuple[float, ...] = (0.8, 1.2, 1.6)
     parent, axis, wanted, names, places = [-1], [Y], [(1.0, 1.0)], [""], []
 
     def add(above: int, along: int, size: tuple[float, float], name: str) -> int:
-        for column, value in ((parent, above), (axis, along), (wanted, size), (names, name)):
-            column.append(value)
+        parent.append(above)
+        axis.append(along)
+        wanted.append(size)
+        names.append(name)
         return len(parent) - 1
 
     for row in range(rows):
@@ -75,7 +78,7 @@ class Paper:
 
 def paper(facade: Facade, along: int, weight: Floats, target: float | None) -> Paper:
     alpha, beta, rows = _vectors(facade, along)
-    value = [0.0] * len(rows)
+    value: list[Any] = [0.0] * len(rows)
     low, size, leaf = facade.position[:, along], facade.size[:, along], facade.leaves
     for grid in facade.grids:
         lines, others = (grid.column, grid.row) if along == X else (grid.row, grid.column)

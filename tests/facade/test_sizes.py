@@ -1,6 +1,6 @@
 from dataclasses import replace
+from importlib import import_module
 
-import clarabel
 import numpy as np
 import piqp
 import pytest
@@ -16,6 +16,7 @@ from grammarlab.facade.tree import LEAF, Facade, Floats, X, Y, check, plain
 from grammarlab.facade.wishes import Aspect, Position, Size, height, width
 from tests.facade.sized import Paper, paper, sized, storeys
 
+clarabel = import_module("clarabel")  # It comes without types.
 FACTORS = st.floats(0.3, 3.0)
 
 
