@@ -34,7 +34,7 @@ class Compromise:
     place: Floats
     """[V]"""
     conflict: tuple[str, ...]
-    """Wishes and grids that contradict each other, and without any one of them would not."""
+    """Wishes, then grids, that contradict each other, and without any one of them would not."""
     relaxed: tuple[str, ...]
     """What gave way, and by how many metres at most."""
 
@@ -63,8 +63,8 @@ def compromise(model: Model, value: Floats, facade: Facade, wishes: Sequence[Wis
     least = np.where(model.bound_source >= 0, np.minimum(model.program.least, bounds), model.program.least)
     held = np.where(gave > _CONTRADICTION, rows, value)
     solved = replace(model.program, least=least, still=np.zeros(len(held), dtype=bool)).solve(held)
-    conflict = [_in_words(tie, facade, wishes) for tie in _irreducible(model, value, ties)] if relaxed else []
-    return Compromise(place if solved is None else solved, tuple(conflict), tuple(relaxed))
+    causes = sorted(_irreducible(model, value, ties), key=lambda tie: -tie[0]) if relaxed else []
+    return Compromise(place if solved is None else solved, tuple(_in_words(tie, facade, wishes) for tie in causes), tuple(relaxed))
 
 
 def _ties(model: Model) -> list[Tie]:
