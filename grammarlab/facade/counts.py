@@ -9,7 +9,7 @@ is at hand; the best u makes that bound as large as it gets.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from heapq import heapify, heappop, heappush
 
 import numpy as np
@@ -82,6 +82,8 @@ class Box:
     """[S]"""
     most: Ints
     """[S]"""
+    owner: int = 0
+    """Number of what is repeated, where there are several things to choose from."""
 
     def bound(self) -> float:
         """What nothing in the box costs less than."""
@@ -89,19 +91,25 @@ class Box:
             return self.rows.energy(self.least) + self.rows.unevenness(self.least)
         return self.rows.bound(self.least, self.most)
 
+    def uneven(self) -> float:
+        """How far from their shares counts are at least."""
+        return float(np.abs(np.clip(self.rows.share, self.least, self.most) - self.rows.share).sum())
+
     def halves(self) -> tuple[Box, Box]:
         """The box in two, across the range that is worth most metres."""
         across = int(((self.most - self.least) * self.rows.length.mean(axis=0)).argmax())
         middle = (self.least[across] + self.most[across]) // 2
         most, least = self.most.copy(), self.least.copy()
         most[across], least[across] = middle, middle + 1
-        return Box(self.rows, self.least, most), Box(self.rows, least, self.most)
+        return replace(self, most=most), replace(self, least=least)
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
     """The best counts, as far as was looked."""
 
+    owner: int
+    """Of the box that they are from."""
     counts: Ints
     """[S]"""
     cost: float
@@ -113,20 +121,20 @@ class Found:
 
 
 def fewest(
-    boxes: Sequence[Box], solve: Callable[[Ints], float], start: Ints, gap: float, slack: float, most_tries: int
+    boxes: Sequence[Box], solve: Callable[[int, Ints], float], start: Ints, gap: float, slack: float, most_tries: int
 ) -> Found:
     """Counts whose cost is within a gap of the least.
 
     Args:
         boxes: what to choose from.
-        solve: the cost of counts; nowhere below that of the rows of springs, infinite for what is impossible.
-        start: [S] counts to begin with; among equals those near them are looked at first.
+        solve: the cost of an owner's counts; not below that of its rows of springs, infinite for what is impossible.
+        start: [S] counts of the first owner to begin with.
         gap: part of the cost that does not matter.
         slack: cost that does not matter.
         most_tries: how many counts are solved for at most, and how many boxes are halved for each.
     """
-    best, cost, tries, halved = start, solve(start), 1, 0
-    heap = [(box.bound(), 0.0, number, box) for number, box in enumerate(boxes)]
+    best, owner, cost, tries, halved = start, boxes[0].owner, solve(boxes[0].owner, start), 1, 0
+    heap = [(box.bound(), box.uneven(), number, box) for number, box in enumerate(boxes)]
     heapify(heap)
     number = len(heap)
     bound = cost
@@ -135,15 +143,14 @@ def fewest(
         if bound >= cost * (1.0 - gap) - slack or tries >= most_tries or halved >= _BOXES * most_tries:
             break
         if (box.least == box.most).all():
-            found, tries = solve(box.least), tries + 1
+            found, tries = solve(box.owner, box.least), tries + 1
             if found < cost:
-                best, cost = box.least, found
+                best, owner, cost = box.least, box.owner, found
             continue
         halved += 1
         for half in box.halves():
-            off = float(np.abs(np.clip(start, half.least, half.most) - start).sum())
-            heappush(heap, (half.bound(), off, number, half))
+            heappush(heap, (half.bound(), half.uneven(), number, half))
             number += 1
     else:
         bound = cost
-    return Found(best, cost, min(bound, cost), tries)
+    return Found(owner, best, cost, min(bound, cost), tries)

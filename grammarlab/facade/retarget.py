@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -74,22 +74,22 @@ def retarget(
     grids: Sequence[str] | None = None,
     weights: Weights = "default",
     build: Build = Repeats.variation,
-    most_tries: int = 300,
+    most_tries: int = 100,
 ) -> Retargeted:
     """The facade for another width or height, with columns and rows repeated or removed as deforms it least.
 
     Deformation is the energy of sizes, and for each kind of column the square of how many there are above or below
     their share of the new size, so that no kind crowds out the others only because it fits. Columns are chosen first,
-    rows then. Copies stand beside what they copy; where does not change the deformation.
+    rows then; of several grids one. Copies stand beside what they copy; where does not change the deformation.
 
     Args:
         facade: a facade with grids.
         width: metres; the width stays free when left out.
         height: metres; the height stays free when left out.
-        grids: names of those whose columns and rows may be repeated, by default all; of several the best is taken.
+        grids: names of those whose columns and rows may be repeated, by default all.
         weights: how much deviations count.
         build: makes the facade of some columns; no size of what it makes may differ from that of its source.
-        most_tries: how many numbers of columns of a grid are solved for at most.
+        most_tries: how many numbers of columns are solved for at most along each axis.
 
     Raises:
         FacadeError: for lengths that no facade can have, and grids that there are not.
@@ -104,14 +104,10 @@ def retarget(
         )
     variation, choices = unedited(facade), []
     for wish in wishes:
-        tried = [
-            _chosen(repeats, facade, wish, weights, build, most_tries)
-            for grid in variation.facade.grids
-            if grid.name in (names if grids is None else grids)
-            and (repeats := find_repeats(variation, grid, wish.axis)) is not None
-        ]
-        if tried:
-            choice, variation = min(tried, key=lambda each: each[0].deformation)
+        active = [grid for grid in variation.facade.grids if grid.name in (names if grids is None else grids)]
+        options = [each for grid in active if (each := find_repeats(variation, grid, wish.axis)) is not None]
+        if options:
+            choice, variation = _chosen(options, facade, wish, weights, build, most_tries)
             choices.append(choice)
     resized = resize(variation.facade, wishes, _origin(facade, variation), weights)
     return Retargeted(variation, resized, tuple(choices))
@@ -122,35 +118,43 @@ def _origin(facade: Facade, variation: Variation) -> Origin:
 
 
 def _chosen(
-    repeats: Repeats, facade: Facade, wish: Size, weights: Weights, build: Build, most_tries: int
+    options: Sequence[Repeats], facade: Facade, wish: Size, weights: Weights, build: Build, most_tries: int
 ) -> tuple[Choice, Variation]:
-    """The best numbers of a grid's columns, and the facade that has them."""
-    boxes = _boxes(repeats, facade, wish, weights)
+    """The best numbers of one grid's columns, and the facade that has them."""
+    rows = [_rows(each, facade, wish, weights) for each in options]
+    unchanged = [np.bincount(each.kind) for each in options]
+    uneven = [kinds[0].unevenness(counts) for kinds, counts in zip(rows, unchanged, strict=True)]
+    # Columns of the other grids stay as they are.
+    others = [sum(uneven) - each for each in uneven]
+    boxes = [
+        box
+        for owner, (option, kinds) in enumerate(zip(options, rows, strict=True))
+        for box in _boxes(option, kinds, others[owner], owner)
+    ]
 
-    def solve(counts: Ints) -> float:
+    def solve(owner: int, counts: Ints) -> float:
         try:
-            made = build(repeats, repeats.spread(counts))
+            made = build(options[owner], options[owner].spread(counts))
         except FacadeError:
             return np.inf
-        return _energy(made.facade, _origin(facade, made), wish, weights) + boxes[0].rows.unevenness(counts)
+        energy = _energy(made.facade, _origin(facade, made), wish, weights)
+        return energy + rows[owner][0].unevenness(counts) + others[owner]
 
-    slack = GAP**2 * len(repeats.before.facade.leaves)
-    found = fewest(boxes, solve, np.bincount(repeats.kind), GAP, slack, most_tries)
+    slack = GAP**2 * len(facade.leaves)
+    found = fewest(boxes, solve, unchanged[0], GAP, slack, most_tries)
+    repeats = options[found.owner]
     columns = repeats.spread(found.counts)
-    made = build(repeats, columns)
-    counts = tuple(np.bincount(columns, minlength=len(repeats.kind)).tolist())
-    proven = found.cost * (1.0 - GAP) - slack <= found.bound
     choice = Choice(
         grid=repeats.grid,
         along=wish.axis,
         columns=columns,
-        counts=counts,
+        counts=tuple(np.bincount(columns, minlength=len(repeats.kind)).tolist()),
         deformation=found.cost,
         bound=found.bound,
-        proven=proven,
+        proven=found.cost * (1.0 - GAP) - slack <= found.bound < np.inf,
         tries=found.tries,
     )
-    return choice, made
+    return choice, build(repeats, columns)
 
 
 def _energy(facade: Facade, origin: Origin, wish: Size, weights: Weights) -> float:
@@ -166,48 +170,66 @@ def _energy(facade: Facade, origin: Origin, wish: Size, weights: Weights) -> flo
     return float(np.square(weight * (size[leaf] - origin.size[leaf, wish.axis])).sum())
 
 
-def _boxes(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> list[Box]:
-    """All counts of columns, one box for each kind that may come first, since the first brings no gap."""
-    before, along = repeats.before, wish.axis
-    weight = leaf_weights(before.wanted[before.facade.leaves], facade.size[0], weights)[:, along]
-    spring = springs(before.facade, along, before.wanted[:, along], weight)
-    _, column = np.unique(repeats.kind, return_index=True)
-    bands = repeats.bands
-    units = [[(*band.gaps[each], *band.columns[each]) for each in column] for band in bands]
+def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> list[Rows]:
+    """The bands as rows of springs, once for each kind that may come first, since the first column brings no gap."""
+    before, along, bands = repeats.before, wish.axis, repeats.bands
+    leaf, wanted = before.facade.leaves, before.wanted[:, along]
+    weight = leaf_weights(before.wanted[leaf], facade.size[0], weights)[:, along]
+    spring = springs(before.facade, along, wanted, weight)
+    occurs, columns = np.bincount(repeats.kind), np.unique(repeats.kind, return_index=True)[1].tolist()
+    units = [[(*band.gaps[each], *band.columns[each]) for each in columns] for band in bands]
     margins = [(*band.before, *band.after) for band in bands]
     inside = {band.node for band in bands}
-    top = before.facade.children[0].tolist() if 0 not in inside else []
-    beside = sum(spring.energy(node, wish.metres) for node in top if node not in inside)
-    length, give = _sums(spring.length, units), _sums(spring.give, units)
-    most = np.ceil(2.0 * wish.metres / length.min(axis=0)).astype(np.int64)
-    needed = np.zeros(len(column), dtype=np.int64)
-    for each in repeats.needed:
-        same = np.flatnonzero(repeats.kind == repeats.kind[each])
-        needed[repeats.kind[each]] = max(needed[repeats.kind[each]], 1 + np.searchsorted(same, each))
-    occurs = np.bincount(repeats.kind)
-    squares = np.zeros(len(before.facade))
-    squares[before.facade.leaves] = np.square(weight * before.wanted[before.facade.leaves, along])
-    leaves = np.concatenate([[0.0], np.cumsum(squares)])
-    whole = _sums(leaves[before.facade.end] - leaves[:-1], units).sum(axis=0)
-    boxes = []
-    for first, at in enumerate(column.tolist()):
-        gaps = [band.gaps[at] for band in bands]
-        rows = Rows(
-            length=length,
-            give=give,
+    beside = before.facade.children[0].tolist() if 0 not in inside else []
+    # What it would cost to lose a leaf's whole size, and that of all leaves in each subtree.
+    whole = np.zeros(1 + len(before.facade))
+    whole[1 + leaf] = np.square(weight * wanted[leaf])
+    whole = np.cumsum(whole)
+    price = EVENNESS**2 * _sums(whole[before.facade.end] - whole[:-1], units).sum(axis=0) / occurs
+
+    def rows(first: int) -> Rows:
+        gaps = [band.gaps[first] for band in bands]
+        length, give, rest = (
+            _sums(values, [margins])[0] - _sums(values, [gaps])[0]
+            for values in (spring.length, spring.give, spring.rest)
+        )
+        return Rows(
+            length=_sums(spring.length, units),
+            give=_sums(spring.give, units),
             rest=_sums(spring.rest, units).sum(axis=0),
-            fixed_length=_sums(spring.length, [margins])[0] - _sums(spring.length, [gaps])[0],
-            fixed_give=_sums(spring.give, [margins])[0] - _sums(spring.give, [gaps])[0],
-            fixed_rest=beside + float((_sums(spring.rest, [margins]) - _sums(spring.rest, [gaps])).sum()),
+            fixed_length=length,
+            fixed_give=give,
+            fixed_rest=float(rest.sum())
+            + sum(spring.energy(node, wish.metres) for node in beside if node not in inside),
             size=wish.metres,
             share=occurs * wish.metres / facade.size[0, along],
-            price=EVENNESS**2 * whole / occurs,
+            price=price,
         )
-        kinds = np.arange(len(column))
-        least = np.maximum(needed, (kinds == first).astype(np.int64))
-        highest = np.where(kinds < first, 0, np.maximum(most, least))
-        if (least <= highest).all():
-            boxes.append(Box(rows, least, highest))
+
+    return [rows(first) for first in columns]
+
+
+def _boxes(repeats: Repeats, rows: Sequence[Rows], others: float, owner: int) -> list[Box]:
+    """All counts of columns, one box for each kind that may come first.
+
+    Args:
+        repeats: whose columns they are.
+        rows: for each kind that may come first.
+        others: what is added to each cost.
+        owner: number of the grid.
+    """
+    kinds = np.arange(len(rows))
+    needed = np.zeros(len(rows), dtype=np.int64)
+    for column in repeats.needed:
+        same = np.flatnonzero(repeats.kind == repeats.kind[column])
+        needed[repeats.kind[column]] = max(needed[repeats.kind[column]], 1 + np.searchsorted(same, column))
+    boxes = []
+    for first, each in enumerate(rows):
+        least = np.maximum(needed, kinds == first)
+        fitting = np.ceil(2.0 * each.size / each.length.min(axis=0)).astype(np.int64)
+        most = np.where(kinds < first, 0, np.maximum(fitting, least))
+        if (least <= most).all():
+            boxes.append(Box(replace(each, fixed_rest=each.fixed_rest + others), least, most, owner))
     return boxes
 
 
