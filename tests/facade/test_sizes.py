@@ -13,6 +13,7 @@ from grammarlab.facade.axes import Origin, leaf_weights
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.sizes import Resized, prepare, resize
 from grammarlab.facade.tree import LEAF, Facade, Floats, X, Y, check, plain
+from grammarlab.facade.variations import vary
 from grammarlab.facade.wishes import Aspect, Position, Size, height, width
 from tests.facade.sized import Paper, paper, sized, storeys
 
@@ -241,6 +242,22 @@ def test_what_was_inserted_gets_the_sizes_it_came_with() -> None:
     back = resize(stretched, [], Origin(facade.position, facade.size, facade.size[0]))
     np.testing.assert_allclose(back.facade.size, facade.size, atol=1e-9)
     assert max(back.energy) <= 1e-15
+
+
+@pytest.mark.parametrize("along", [X, Y])
+def test_every_variation_of_a_grid_is_solved_for_any_size(along: int) -> None:
+    facade = storeys(4, 3)
+    found = vary(facade, "windows", along).found
+    assert len(found) > 6
+    for each in found:
+        came_from = Origin(facade.position[each.source], each.wanted, facade.size[0])
+        natural = resize(each.facade, [], came_from)
+        assert max(natural.energy) <= 1e-12
+        fitted = resize(each.facade, [width(facade.width), height(facade.height)], came_from)
+        for solved in (natural, fitted):
+            assert_whole(solved)
+            assert not solved.conflict
+            assert max(solved.residuals.alignment, solved.residuals.symmetry, solved.residuals.target) <= 1e-6
 
 
 @pytest.mark.parametrize(
