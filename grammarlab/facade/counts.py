@@ -18,6 +18,8 @@ from grammarlab.facade.tree import Floats, Ints
 
 _HALVINGS = 40
 """Of the range in which the best u is looked for; any u gives a bound."""
+_IMPOSSIBLE = 10
+"""After so many counts that are all impossible no others are tried."""
 _BOXES = 20
 """How many boxes are halved for each try."""
 
@@ -140,7 +142,8 @@ def fewest(
     bound = cost
     while heap:
         bound, _, _, box = heappop(heap)
-        if bound >= cost * (1.0 - gap) - slack or tries >= most_tries or halved >= _BOXES * most_tries:
+        hopeless = tries >= _IMPOSSIBLE and np.isinf(cost)
+        if bound >= cost * (1.0 - gap) - slack or tries >= most_tries or halved >= _BOXES * most_tries or hopeless:
             break
         if (box.least == box.most).all():
             found, tries = solve(box.owner, box.least), tries + 1

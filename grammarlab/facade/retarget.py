@@ -9,8 +9,9 @@ import numpy as np
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.axes import Origin, Weights, build_axis, leaf_weights
-from grammarlab.facade.counts import Box, Rows, fewest
-from grammarlab.facade.model import build_model
+from grammarlab.facade.counts import Box, Found, Rows, fewest
+from grammarlab.facade.lines import Sums
+from grammarlab.facade.model import ALIGNMENT, SYMMETRY, WISH, build_model
 from grammarlab.facade.repeats import Repeats, find_repeats
 from grammarlab.facade.sizes import Resized, resize
 from grammarlab.facade.springs import springs
@@ -50,7 +51,10 @@ class Choice:
     def __str__(self) -> str:
         name, side = ("column", "left") if self.along == X else ("row", "bottom")
         changed = [(column, count) for column, count in enumerate(self.counts) if count != 1]
-        words = [f"{name} {column + 1} from the {side} {count} times" for column, count in changed]
+        words = [
+            f"{name} {column + 1} from the {side} {f'{count} times' if count else 'left out'}"
+            for column, count in changed
+        ]
         return f"{self.grid}: {', '.join(words) or f'every {name} once'}"
 
 
@@ -132,16 +136,23 @@ def _chosen(
         for box in _boxes(option, kinds, others[owner], owner)
     ]
 
-    def solve(owner: int, counts: Ints) -> float:
-        try:
-            made = build(options[owner], options[owner].spread(counts))
-        except FacadeError:
-            return np.inf
-        energy = _energy(made.facade, _origin(facade, made), wish, weights)
-        return energy + rows[owner][0].unevenness(counts) + others[owner]
-
     slack = GAP**2 * len(facade.leaves)
-    found = fewest(boxes, solve, unchanged[0], GAP, slack, most_tries)
+
+    def best(held: Sequence[int]) -> Found:
+        def solve(owner: int, counts: Ints) -> float:
+            try:
+                made = build(options[owner], options[owner].spread(counts))
+            except FacadeError:
+                return np.inf
+            energy = _energy(made.facade, _origin(facade, made), wish, weights, held)
+            return energy + rows[owner][0].unevenness(counts) + others[owner]
+
+        return fewest(boxes, solve, unchanged[0], GAP, slack, most_tries)
+
+    # Where no sizes keep all that is alike, none have to; where none keep what is aligned either, neither.
+    found = best((WISH, ALIGNMENT, SYMMETRY))
+    for held in ((WISH, ALIGNMENT), (WISH,)):
+        found = found if np.isfinite(found.cost) else best(held)
     repeats = options[found.owner]
     columns = repeats.spread(found.counts)
     choice = Choice(
@@ -157,13 +168,16 @@ def _chosen(
     return choice, build(repeats, columns)
 
 
-def _energy(facade: Facade, origin: Origin, wish: Size, weights: Weights) -> float:
-    """Energy of the best sizes along one axis; infinite when there are none."""
+def _energy(facade: Facade, origin: Origin, wish: Size, weights: Weights, held: Sequence[int]) -> float:
+    """Energy of the best sizes along one axis under these kinds of rows; infinite when there are none."""
     leaf, scale = facade.leaves, max(facade.width, facade.height)
     weight = leaf_weights(origin.size[leaf], origin.whole, weights)[:, wish.axis]
     axis = build_axis(facade, wish.axis, origin, weight, scale)
     model = build_model([axis], [wish], scale)
-    place = model.program.solve(model.value)
+    kept = np.isin(model.kind, held)
+    sums, still = model.program.rows, model.program.still[kept]
+    program = replace(model.program, rows=Sums(sums.line[kept], sums.factor[kept]), still=still)
+    place = program.solve(model.value[kept])
     if place is None:
         return np.inf
     size = axis.lines.laid(model.lines(place)[0])[1]

@@ -12,7 +12,7 @@ from grammarlab.facade.grid import Grid
 from grammarlab.facade.repeats import Repeats, find_repeats
 from grammarlab.facade.retarget import EVENNESS, GAP, retarget
 from grammarlab.facade.sizes import resize
-from grammarlab.facade.tree import Facade, X, Y, check
+from grammarlab.facade.tree import LEAF, Facade, X, Y, check
 from grammarlab.facade.variations import unedited
 from grammarlab.facade.wishes import Size
 from tests.facade.sized import sized, storeys
@@ -155,6 +155,31 @@ def test_any_facade_is_retargeted(facade: Facade, wider: float, higher: float) -
     if not found.resized.conflict:
         assert found.resized.facade.width == pytest.approx(wider * facade.width)
         assert found.resized.facade.height == pytest.approx(higher * facade.height)
+
+
+def test_columns_are_chosen_where_no_sizes_keep_everything_aligned_and_alike() -> None:
+    """Windows that stand askew are as far apart whatever the width, and walls between them are alike."""
+    facade = storeys(4, 2, widths=(1.0,))
+    upper, lower = facade.grids[0].places()
+    node = np.concatenate([upper[:3], lower[1:]])
+    order = np.argsort(node)
+    askew = Grid("askew", node[order], np.repeat([0, 1], 3)[order], np.tile([0, 1, 2], 2)[order])
+    wall = np.flatnonzero((facade.axis == LEAF) & (facade.axis[facade.parent] == X))
+    walls = Grid("walls", wall, np.repeat([1, 0], 5), np.tile(np.arange(5), 2))
+    facade = replace(facade, grids=(*facade.grids, askew, walls))
+    assert resize(facade, [Size(0, X, 1.5 * facade.width)]).conflict
+    found = retarget(facade, width=1.5 * facade.width, grids=["windows"])
+    check(found.resized.facade)
+    assert np.isfinite(found.choices[0].deformation)
+    assert sum(found.choices[0].counts) == 6
+
+
+def test_a_width_that_nothing_fits_ends_with_the_conflict() -> None:
+    facade = storeys(3, 2)
+    found = retarget(facade, width=1e-4 * facade.width)
+    check(found.resized.facade)
+    assert found.resized.conflict == (f"the facade is {1e-4 * facade.width:g} m wide",)
+    assert not found.choices[0].proven
 
 
 def test_a_grid_that_is_not_there_is_named() -> None:
