@@ -173,5 +173,3 @@ def assembled(wall: Wall, top: Part) -> Assembled:
     return Assembled(
         parent, axis.astype(np.int8), source, fresh, np.stack([low, high], axis=1).astype(np.float64), scale, kept
     )
-
-

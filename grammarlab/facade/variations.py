@@ -122,7 +122,9 @@ def edits(facade: Facade, grids: Sequence[str], axis: int) -> Iterator[Edit]:
     """
     lines = [_lines(grid_of(facade, name), axis) for name in grids]
     if len({len(each) for each in lines}) != 1:
-        raise FacadeError(f"Grids {', '.join(grids)}: expected equally many {'columns' if axis == X else 'rows'} in each.")
+        raise FacadeError(
+            f"Grids {', '.join(grids)}: expected equally many {'columns' if axis == X else 'rows'} in each."
+        )
     kind = np.append(kinds(facade), -1)
     contents = [tuple(kind[places[line]].tobytes() for places in lines) for line in range(len(lines[0]))]
     for line, content in enumerate(contents):
@@ -155,10 +157,10 @@ def _applied(before: Variation, wall: Wall, edit: Edit) -> Variation:
 
 
 def _without(wall: Wall, edit: Edit) -> Part:
-    gone: set[int] = set()
-    for name in edit.grids:
-        gone |= set(_lines(grid_of(wall.facade, name), edit.axis)[edit.line].tolist()) - {-1}
-    top = removed(wall, gone)
+    lines = [_lines(grid_of(wall.facade, name), edit.axis) for name in edit.grids]
+    gone = {node for each in lines for node in each[edit.line].tolist()} - {-1}
+    # Rows count from the top, coordinates from below.
+    top = removed(wall, gone, last=edit.line == (len(lines[0]) - 1 if edit.axis == X else 0))
     if top is None:
         raise FacadeError("Nothing of the facade would be left.")
     return top

@@ -116,7 +116,9 @@ def test_rows_are_columns_of_the_facade_turned_about_its_diagonal(facade: Facade
             )
             for each in found
             for turn, shown in [(0 if axis == X else 1, each.shown if axis == X else each.shown[:, [1, 0, 3, 2]])]
-            for each in [replace(each, facade=replace(each.facade, axis=np.where(each.facade.axis < 0, 7, each.facade.axis)))]
+            for each in [
+                replace(each, facade=replace(each.facade, axis=np.where(each.facade.axis < 0, 7, each.facade.axis)))
+            ]
         )
 
     turned = transposed(facade)
