@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.copies import NEW
-from grammarlab.facade.tree import LEAF, Facade
+from grammarlab.facade.tree import Facade
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -53,7 +53,7 @@ class Wall:
 
     @cached_property
     def parent(self) -> list[int]:
-        """[N]"""
+        """[N] node that each is a part of."""
         return self.facade.parent.tolist()
 
     @cached_property

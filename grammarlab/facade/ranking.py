@@ -7,8 +7,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.facade.sequences import distinct
 from grammarlab.facade.tree import Facade
-from grammarlab.facade.variations import Variation, distinct
+from grammarlab.facade.variations import Variation
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -26,7 +27,8 @@ def ranked(
     """The variations that do not look alike, those first that are good and far apart.
 
     First comes the one of least energy. Then, among the better half, always the one that is farthest from all before
-    it (`appearance`), so that groups of similar ones send one each. After `different` of them the rest follows by energy.
+    it (`appearance`), so that each group of similar ones sends one. After `different` of them the rest follows by
+    energy.
 
     Args:
         variations: Of one facade.
@@ -69,7 +71,7 @@ def appearance(variation: Variation, kind: Ints) -> Ints:
 
 
 def _farthest_first(rows: Ints, count: int) -> Ints:
-    """Indices of rows: the first, and then always the one that differs in most places from the chosen one nearest it."""
+    """Indices of rows: the first, then always the one that differs in most places from its nearest chosen one."""
     chosen: list[int] = [0][: len(rows)]
     distance = np.full(len(rows), np.inf)
     while len(chosen) < min(count, len(rows)):

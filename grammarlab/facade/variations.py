@@ -17,7 +17,7 @@ from grammarlab.facade.kinds import kinds
 from grammarlab.facade.parts import Assembled, Part, Wall, assembled
 from grammarlab.facade.proposals import unused
 from grammarlab.facade.removal import removed
-from grammarlab.facade.tree import LEAF, Facade, X, check
+from grammarlab.facade.tree import Facade, X, check
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -209,12 +209,12 @@ def _lines(grid: Grid, axis: int) -> Ints:
 
 
 def _taken(before: Variation, axis: int, tree: Assembled) -> tuple[Facade, Ints, Floats, Floats]:
-    """The facade of a tree without grids, its sources in the first facade, the sizes they would like, what they show."""
+    """A tree as a facade without grids, with the columns `source`, `wanted` and `shown` of `Variation`."""
     given = np.where(tree.source >= 0, tree.source, 0)
     wanted = before.wanted[given].copy()
     wanted[:, axis] *= tree.shown[:, 1] - tree.shown[:, 0]
     wanted[:, 1 - axis] *= tree.scale
-    part = np.zeros((len(given), 4)) + [0.0, 0.0, 1.0, 1.0]
+    part = np.tile([0.0, 0.0, 1.0, 1.0], (len(given), 1))
     part[:, [axis, axis + 2]] = tree.shown
     shown = before.shown[given]
     low, extent = shown[:, :2], shown[:, 2:] - shown[:, :2]
@@ -261,42 +261,3 @@ def _compressed(name: str, node: Ints, lines: Ints, cross: Ints, axis: int) -> l
     lines, cross = (np.unique(each[left], return_inverse=True)[1] for each in (lines, cross))
     row, column = (cross, lines) if axis == X else (lines, cross)
     return [Grid(name, node[left], row, column)]
-
-
-def canonical(variation: Variation, kind: Ints) -> bytes:
-    """A form that two variations of one facade share when they look the same, pictures aside.
-
-    Args:
-        variation: Of that facade.
-        kind: [N] from `kinds.kinds` of the facade that was edited first.
-    """
-    facade = variation.facade
-    what = np.where(facade.axis == LEAF, kind[np.maximum(variation.source, 0)], -1)
-    part = np.round(variation.shown[:, 2:] - variation.shown[:, :2], 3)
-    return b"".join(column.tobytes() for column in (facade.parent, facade.axis, what, part))
-
-
-def distinct(variations: Sequence[Variation], kind: Ints) -> tuple[Variation, ...]:
-    """The variations less those that look like an earlier one; `kind` as for `canonical`."""
-    first: dict[bytes, Variation] = {}
-    for variation in variations:
-        first.setdefault(canonical(variation, kind), variation)
-    return tuple(first.values())
-
-
-def sequences(
-    facade: Facade, grid: str, axis: int, steps: int, *, also: Sequence[str] | None = None, most: int = 1000
-) -> tuple[Variation, ...]:
-    """Different variations after a number of insertions, or of removals for a negative number.
-
-    Of the variations on the way at most `most` are gone on from.
-    """
-    kind, found = kinds(facade), (unedited(facade),)
-    for _ in range(abs(steps)):
-        further = [
-            variation
-            for before in found[:most]
-            for variation in vary(before, grid, axis, also=also, insertions=steps > 0, removals=steps < 0).found
-        ]
-        found = distinct(further, kind)
-    return found
