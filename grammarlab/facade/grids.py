@@ -172,8 +172,9 @@ def aligned(facade: Facade, name: str, axis: int) -> tuple[str, ...]:
     for other in facade.grids:
         there = extents(other)
         if other is not chosen and there.shape == here.shape and not _nested(facade, chosen, other):
-            overlap = np.minimum(here[1], there[1]) - np.maximum(here[0], there[0])
-            if (overlap > TOLERANCE * facade.size[0, axis]).all():
+            # Each line overlaps with that of its own number and with no other.
+            overlap = np.minimum(here[1][:, None], there[1]) - np.maximum(here[0][:, None], there[0])
+            if np.array_equal(overlap > TOLERANCE * facade.size[0, axis], np.eye(len(overlap), dtype=np.bool_)):
                 found.append(other.name)
     return tuple(found)
 

@@ -40,8 +40,8 @@ def ranked(
     energies = np.array([(energy or strain)(variation) for variation in found])
     order = np.argsort(energies, kind="stable")
     better = order[: max(different, (len(order) + 1) // 2)]
-    pictures = np.stack([appearance(found[each], kind) for each in better]) if len(better) else np.zeros((0, 1))
-    first = better[_farthest_first(pictures, different)]
+    looks = np.array([appearance(found[each], kind) for each in better], dtype=np.int64)
+    first = better[_farthest_first(looks, different)]
     rest = order[~np.isin(order, first)]
     return tuple(found[each] for each in [*first.tolist(), *rest.tolist()])
 

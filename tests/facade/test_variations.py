@@ -73,11 +73,12 @@ def test_each_variation_is_a_facade_with_one_line_more_or_less_and_other_grids_a
 def test_new_elements_stand_between_their_anchors(facade: Facade, axis: int) -> None:
     for variation in vary(facade, "one", axis, also=[], removals=False).found:
         middle = variation.facade.position[:, axis] + variation.facade.size[:, axis] / 2
-        (edit,) = variation.edits
+        place = variation.edits[0].place
+        assert place is not None
         new = lines(grid_of(variation.facade, "one"), axis)
         for cross in range(new.shape[1]):
-            near = [new[at, cross] for at in (edit.place - 1, edit.place, edit.place + 1) if 0 <= at < len(new)]
-            if new[edit.place, cross] >= 0:
+            near = [new[at, cross] for at in (place - 1, place, place + 1) if 0 <= at < len(new)]
+            if new[place, cross] >= 0:
                 along = np.diff(middle[near]) if axis == X else -np.diff(middle[near])
                 assert (along > 0).all()
 
