@@ -14,7 +14,7 @@ from grammarlab.facade.grid import Grid
 from grammarlab.facade.grids import following, grid_of
 from grammarlab.facade.insertion import At, Insertion, inserted, unreachable
 from grammarlab.facade.kinds import kinds
-from grammarlab.facade.parts import Assembled, Part, Wall, assembled
+from grammarlab.facade.parts import Assembled, Part, Wall, assembled, reaching
 from grammarlab.facade.proposals import unused
 from grammarlab.facade.removal import removed
 from grammarlab.facade.tree import Facade, X, check
@@ -53,7 +53,8 @@ class Variation:
     source: Ints
     """[N] node of the first facade that each node is or copies; -1 for new inner nodes."""
     wanted: Floats
-    """[N, 2] metres, sizes that the nodes would like to have: those of their sources, in part where cut."""
+    """[N, 2] metres, sizes that leaves would like to have: those of their sources, of what is cut a part; bands over a
+    change as long as what was changed."""
     shown: Floats
     """[N, 4] left, bottom, right, top: what part of its source a leaf is."""
     edits: tuple[Edit, ...] = ()
@@ -149,7 +150,7 @@ def _applied(before: Variation, wall: Wall, edit: Edit) -> Variation:
     else:
         top, added, missing = _with(wall, edit, edit.place)
     tree = assembled(wall, top)
-    facade, source, wanted, shown = _taken(before, edit.axis, tree)
+    facade, source, wanted, shown = _taken(before, wall, tree)
     grids = _grids(wall, edit, tree, added)
     facade = check(replace(facade, grids=grids))
     missing = [f"{edit}: {each}" for each in missing]
@@ -208,11 +209,12 @@ def _lines(grid: Grid, axis: int) -> Ints:
     return grid.places().T if axis == X else grid.places()
 
 
-def _taken(before: Variation, axis: int, tree: Assembled) -> tuple[Facade, Ints, Floats, Floats]:
+def _taken(before: Variation, wall: Wall, tree: Assembled) -> tuple[Facade, Ints, Floats, Floats]:
     """A tree as a facade without grids, with the columns `source`, `wanted` and `shown` of `Variation`."""
-    given = np.where(tree.source >= 0, tree.source, 0)
+    given, axis = np.where(tree.source >= 0, tree.source, 0), wall.along
     wanted = before.wanted[given].copy()
     wanted[:, axis] *= tree.shown[:, 1] - tree.shown[:, 0]
+    wanted[:, axis] = reaching(wall, tree, wanted[:, axis])
     wanted[:, 1 - axis] *= tree.scale
     part = np.tile([0.0, 0.0, 1.0, 1.0], (len(given), 1))
     part[:, [axis, axis + 2]] = tree.shown
