@@ -22,6 +22,9 @@ from grammarlab.facade.tree import Facade, X, check
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+_DEEPEST = 200
+"""Levels of a tree that edits go through; real facades have about ten."""
+
 
 @dataclass(frozen=True, slots=True)
 class Edit:
@@ -105,7 +108,7 @@ def vary(
     before = unedited(start) if isinstance(start, Facade) else start
     names = (grid, *(following(before.facade, grid) if also is None else also))
     found, discarded = [], []
-    wall = Wall(before.facade, axis)
+    wall = _wall(before.facade, axis)
     for edit in edits(before.facade, names, axis):
         if insertions if edit.place is not None else removals:
             try:
@@ -141,7 +144,18 @@ def applied(before: Variation, edit: Edit) -> Variation:
     Raises:
         FacadeError: when the edit is not possible: why.
     """
-    return _applied(before, Wall(before.facade, edit.axis), edit)
+    return _applied(before, _wall(before.facade, edit.axis), edit)
+
+
+def _wall(facade: Facade, axis: int) -> Wall:
+    depth = [0] * len(facade)
+    for node, above in enumerate(facade.parent.tolist()[1:], start=1):
+        depth[node] = depth[above] + 1
+    if max(depth) > _DEEPEST:
+        raise FacadeError(
+            f"The facade has parts within parts {max(depth)} times; expected at most {_DEEPEST} to edit it."
+        )
+    return Wall(facade, axis)
 
 
 def _applied(before: Variation, wall: Wall, edit: Edit) -> Variation:

@@ -372,3 +372,16 @@ def test_what_cannot_be_edited_is_explained() -> None:
     assert [grid.num_columns for variation in found.found for grid in variation.facade.grids] == [2, 2]
     with pytest.raises(FacadeError, match="Nothing of the facade"):
         applied(unedited(alone), Edit(("window",), X, 0))
+
+
+def test_a_facade_that_is_too_deep_is_refused_and_one_of_a_hundred_levels_is_edited() -> None:
+    def nested(levels: int) -> Facade:
+        inner = leaf("window", 1.0, 1.0)
+        for level in range(levels):
+            inner = (across if level % 2 else stacked)(inner, leaf("wall"))
+        facade = built(inner)
+        return with_grid(facade, "window", [node for node in facade.leaves if facade.name_of(node) == "window"])
+
+    assert vary(nested(150), "window", X).found
+    with pytest.raises(FacadeError, match="201 times; expected at most 200"):
+        vary(nested(201), "window", X)
