@@ -64,7 +64,8 @@ def compromise(model: Model, value: Floats, facade: Facade, wishes: Sequence[Wis
     held = np.where(gave > _CONTRADICTION, rows, value)
     solved = replace(model.program, least=least, still=np.zeros(len(held), dtype=bool)).solve(held)
     causes = sorted(_irreducible(model, value, ties), key=lambda tie: -tie[0]) if relaxed else []
-    return Compromise(place if solved is None else solved, tuple(_in_words(tie, facade, wishes) for tie in causes), tuple(relaxed))
+    conflict = tuple(_in_words(tie, facade, wishes) for tie in causes)
+    return Compromise(place if solved is None else solved, conflict, tuple(relaxed))
 
 
 def _ties(model: Model) -> list[Tie]:

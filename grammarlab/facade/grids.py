@@ -146,3 +146,41 @@ def following(facade: Facade, name: str) -> tuple[str, ...]:
 
     alike = counts(grid)
     return tuple(other.name for other in facade.grids if other is not grid and counts(other) == alike)
+
+
+def aligned(facade: Facade, name: str, axis: int) -> tuple[str, ...]:
+    """The other grids whose columns (or rows) stand one by one above those of a grid, as sills do with windows.
+
+    Args:
+        facade: With the grids.
+        name: Of the grid.
+        axis: X for columns, Y for rows.
+    """
+    chosen = grid_of(facade, name)
+
+    def extents(grid: Grid) -> Floats:
+        line = grid.column if axis == X else grid.row
+        low, size = facade.position[grid.node, axis], facade.size[grid.node, axis]
+        count = int(line.max(initial=-1)) + 1
+        starts, ends = np.full(count, np.inf), np.full(count, -np.inf)
+        np.minimum.at(starts, line, low)
+        np.maximum.at(ends, line, low + size)
+        return np.stack([starts, ends])
+
+    here = extents(chosen)
+    found = []
+    for other in facade.grids:
+        there = extents(other)
+        if other is not chosen and there.shape == here.shape and not _nested(facade, chosen, other):
+            # Each line overlaps with that of its own number and with no other.
+            overlap = np.minimum(here[1][:, None], there[1]) - np.maximum(here[0][:, None], there[0])
+            if np.array_equal(overlap > TOLERANCE * facade.size[0, axis], np.eye(len(overlap), dtype=np.bool_)):
+                found.append(other.name)
+    return tuple(found)
+
+
+def _nested(facade: Facade, one: Grid, other: Grid) -> bool:
+    """Whether an element of either grid holds one of the other, or is it."""
+    inside = (one.node[:, None] <= other.node) & (other.node < facade.end[one.node][:, None])
+    around = (other.node <= one.node[:, None]) & (one.node[:, None] < facade.end[other.node])
+    return bool((inside | around).any())

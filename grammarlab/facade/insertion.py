@@ -168,9 +168,7 @@ def _extent(wall: Wall, holder: int, swap: Mapping[int, int], lead: float, trail
     return start, stop
 
 
-def _copied(
-    wall: Wall, node: int, swap: Mapping[int, int], extent: tuple[float, float] | None = None
-) -> Part | None:
+def _copied(wall: Wall, node: int, swap: Mapping[int, int], extent: tuple[float, float] | None = None) -> Part | None:
     """A copy of what lies in an extent of a node; its elements are left out unless they are swapped for others.
 
     Grids that are not edited keep their elements, so none of those may come with the surroundings.

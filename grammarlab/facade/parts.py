@@ -53,7 +53,7 @@ class Wall:
 
     @cached_property
     def parent(self) -> list[int]:
-        """[N]"""
+        """[N] node that each is a part of."""
         return self.facade.parent.tolist()
 
     @cached_property
@@ -142,18 +142,22 @@ class Assembled:
     """[N, 2] from where to where it shows its source along the edited axis."""
     scale: Floats
     """[N] as in `Part`."""
+    changed: NDArray[np.bool_]
+    """[N] whether something within it came or went."""
     kept: Ints
     """[M] of each node of the wall what it is now; -1 for what is gone."""
 
 
 def assembled(wall: Wall, top: Part) -> Assembled:
     """The columns of a part and everything in it."""
-    rows: list[tuple[int, int, int, bool, float, float, float]] = []
+    rows: list[tuple[int, int, int, bool, float, float, float, bool]] = []
     kept = np.full(len(wall.facade), -1, dtype=np.int64)
 
     def emit(part: Part, above: int) -> None:
         here = len(rows)
-        rows.append((above, part.axis, part.source, part.fresh, part.low, part.high, part.scale))
+        rows.append(
+            (above, part.axis, part.source, part.fresh, part.low, part.high, part.scale, part.parts is not None)
+        )
         kept[list(part.instead)] = here
         if part.parts is not None:
             if part.source != NEW and not part.fresh:
@@ -163,15 +167,48 @@ def assembled(wall: Wall, top: Part) -> Assembled:
             return
         inside = range(part.source + 1, wall.end[part.source])
         shift = here - part.source
-        rows.extend((wall.parent[each] + shift, wall.axis[each], each, part.fresh, 0.0, 1.0, 1.0) for each in inside)
+        rows.extend(
+            (wall.parent[each] + shift, wall.axis[each], each, part.fresh, 0.0, 1.0, 1.0, False) for each in inside
+        )
         if not part.fresh:
             kept[part.source : wall.end[part.source]] = np.arange(here, len(rows))
 
     emit(top, -1)
     columns = [np.array(column) for column in zip(*rows, strict=True)]
-    parent, axis, source, fresh, low, high, scale = columns
-    return Assembled(
-        parent, axis.astype(np.int8), source, fresh, np.stack([low, high], axis=1).astype(np.float64), scale, kept
-    )
+    parent, axis, source, fresh, low, high, scale, changed = columns
+    shown = np.stack([low, high], axis=1).astype(np.float64)
+    return Assembled(parent, axis.astype(np.int8), source, fresh, shown, scale, changed, kept)
 
 
+def reaching(wall: Wall, tree: Assembled, wanted: Floats) -> Floats:
+    """[N] sizes along the edited axis, where what reaches over a change is as large as what was changed.
+
+    A band over a row of windows would like to be as long as the row, however many windows that gets. Where a band holds
+    elements, it would like to keep its size, as they do.
+
+    Args:
+        wall: What is edited.
+        tree: The edited wall.
+        wanted: [N] metres, sizes along the edited axis of the sources of all leaves.
+    """
+    parent, axis = tree.parent.tolist(), tree.axis.tolist()
+    natural = np.where(tree.axis == LEAF, wanted, 0.0).tolist()
+    changed = (tree.changed & ~tree.fresh).tolist()
+    target = [0.0] * len(parent)
+    for node in range(len(parent) - 1, -1, -1):
+        if target[node]:
+            natural[node] = target[node]
+        above = parent[node]
+        if axis[above] == wall.along:
+            natural[above] += natural[node]
+        else:
+            natural[above] = max(natural[above], natural[node])
+            target[above] = max(target[above], natural[node] if changed[node] else 0.0)
+    factor = [1.0] * len(parent)
+    for node in range(1, len(parent)):
+        above = parent[node]
+        factor[node] = factor[above]
+        keeps = changed[node] or tree.fresh[node] or wall.has_elements(int(tree.source[node]))
+        if axis[above] != wall.along and target[above] and not keeps:
+            factor[node] *= target[above] / natural[node]
+    return wanted * factor

@@ -14,13 +14,16 @@ from grammarlab.facade.grid import Grid
 from grammarlab.facade.grids import following, grid_of
 from grammarlab.facade.insertion import At, Insertion, inserted, unreachable
 from grammarlab.facade.kinds import kinds
-from grammarlab.facade.parts import Assembled, Part, Wall, assembled
+from grammarlab.facade.parts import Assembled, Part, Wall, assembled, reaching
 from grammarlab.facade.proposals import unused
 from grammarlab.facade.removal import removed
-from grammarlab.facade.tree import LEAF, Facade, X, check
+from grammarlab.facade.tree import Facade, X, check
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+_DEEPEST = 200
+"""Levels of a tree that edits go through; real facades have about ten."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +56,8 @@ class Variation:
     source: Ints
     """[N] node of the first facade that each node is or copies; -1 for new inner nodes."""
     wanted: Floats
-    """[N, 2] metres, sizes that the nodes would like to have: those of their sources, in part where cut."""
+    """[N, 2] metres, sizes that leaves would like to have: those of their sources, of what is cut a part; bands over a
+    change as long as what was changed."""
     shown: Floats
     """[N, 4] left, bottom, right, top: what part of its source a leaf is."""
     edits: tuple[Edit, ...] = ()
@@ -104,7 +108,7 @@ def vary(
     before = unedited(start) if isinstance(start, Facade) else start
     names = (grid, *(following(before.facade, grid) if also is None else also))
     found, discarded = [], []
-    wall = Wall(before.facade, axis)
+    wall = _wall(before.facade, axis)
     for edit in edits(before.facade, names, axis):
         if insertions if edit.place is not None else removals:
             try:
@@ -122,7 +126,9 @@ def edits(facade: Facade, grids: Sequence[str], axis: int) -> Iterator[Edit]:
     """
     lines = [_lines(grid_of(facade, name), axis) for name in grids]
     if len({len(each) for each in lines}) != 1:
-        raise FacadeError(f"Grids {', '.join(grids)}: expected equally many {'columns' if axis == X else 'rows'} in each.")
+        raise FacadeError(
+            f"Grids {', '.join(grids)}: expected equally many {'columns' if axis == X else 'rows'} in each."
+        )
     kind = np.append(kinds(facade), -1)
     contents = [tuple(kind[places[line]].tobytes() for places in lines) for line in range(len(lines[0]))]
     for line, content in enumerate(contents):
@@ -138,7 +144,18 @@ def applied(before: Variation, edit: Edit) -> Variation:
     Raises:
         FacadeError: when the edit is not possible: why.
     """
-    return _applied(before, Wall(before.facade, edit.axis), edit)
+    return _applied(before, _wall(before.facade, edit.axis), edit)
+
+
+def _wall(facade: Facade, axis: int) -> Wall:
+    depth = [0] * len(facade)
+    for node, above in enumerate(facade.parent.tolist()[1:], start=1):
+        depth[node] = depth[above] + 1
+    if max(depth) > _DEEPEST:
+        raise FacadeError(
+            f"The facade has parts within parts {max(depth)} times; expected at most {_DEEPEST} to edit it."
+        )
+    return Wall(facade, axis)
 
 
 def _applied(before: Variation, wall: Wall, edit: Edit) -> Variation:
@@ -147,7 +164,7 @@ def _applied(before: Variation, wall: Wall, edit: Edit) -> Variation:
     else:
         top, added, missing = _with(wall, edit, edit.place)
     tree = assembled(wall, top)
-    facade, source, wanted, shown = _taken(before, edit.axis, tree)
+    facade, source, wanted, shown = _taken(before, wall, tree)
     grids = _grids(wall, edit, tree, added)
     facade = check(replace(facade, grids=grids))
     missing = [f"{edit}: {each}" for each in missing]
@@ -155,10 +172,10 @@ def _applied(before: Variation, wall: Wall, edit: Edit) -> Variation:
 
 
 def _without(wall: Wall, edit: Edit) -> Part:
-    gone: set[int] = set()
-    for name in edit.grids:
-        gone |= set(_lines(grid_of(wall.facade, name), edit.axis)[edit.line].tolist()) - {-1}
-    top = removed(wall, gone)
+    lines = [_lines(grid_of(wall.facade, name), edit.axis) for name in edit.grids]
+    gone = {node for each in lines for node in each[edit.line].tolist()} - {-1}
+    # Rows count from the top, coordinates from below.
+    top = removed(wall, gone, last=edit.line == (len(lines[0]) - 1 if edit.axis == X else 0))
     if top is None:
         raise FacadeError("Nothing of the facade would be left.")
     return top
@@ -206,13 +223,14 @@ def _lines(grid: Grid, axis: int) -> Ints:
     return grid.places().T if axis == X else grid.places()
 
 
-def _taken(before: Variation, axis: int, tree: Assembled) -> tuple[Facade, Ints, Floats, Floats]:
-    """The facade of a tree without grids, its sources in the first facade, the sizes they would like, what they show."""
-    given = np.where(tree.source >= 0, tree.source, 0)
+def _taken(before: Variation, wall: Wall, tree: Assembled) -> tuple[Facade, Ints, Floats, Floats]:
+    """A tree as a facade without grids, with the columns `source`, `wanted` and `shown` of `Variation`."""
+    given, axis = np.where(tree.source >= 0, tree.source, 0), wall.along
     wanted = before.wanted[given].copy()
     wanted[:, axis] *= tree.shown[:, 1] - tree.shown[:, 0]
+    wanted[:, axis] = reaching(wall, tree, wanted[:, axis])
     wanted[:, 1 - axis] *= tree.scale
-    part = np.zeros((len(given), 4)) + [0.0, 0.0, 1.0, 1.0]
+    part = np.tile([0.0, 0.0, 1.0, 1.0], (len(given), 1))
     part[:, [axis, axis + 2]] = tree.shown
     shown = before.shown[given]
     low, extent = shown[:, :2], shown[:, 2:] - shown[:, :2]
@@ -259,42 +277,3 @@ def _compressed(name: str, node: Ints, lines: Ints, cross: Ints, axis: int) -> l
     lines, cross = (np.unique(each[left], return_inverse=True)[1] for each in (lines, cross))
     row, column = (cross, lines) if axis == X else (lines, cross)
     return [Grid(name, node[left], row, column)]
-
-
-def canonical(variation: Variation, kind: Ints) -> bytes:
-    """A form that two variations of one facade share when they look the same, pictures aside.
-
-    Args:
-        variation: Of that facade.
-        kind: [N] from `kinds.kinds` of the facade that was edited first.
-    """
-    facade = variation.facade
-    what = np.where(facade.axis == LEAF, kind[np.maximum(variation.source, 0)], -1)
-    part = np.round(variation.shown[:, 2:] - variation.shown[:, :2], 3)
-    return b"".join(column.tobytes() for column in (facade.parent, facade.axis, what, part))
-
-
-def distinct(variations: Sequence[Variation], kind: Ints) -> tuple[Variation, ...]:
-    """The variations less those that look like an earlier one; `kind` as for `canonical`."""
-    first: dict[bytes, Variation] = {}
-    for variation in variations:
-        first.setdefault(canonical(variation, kind), variation)
-    return tuple(first.values())
-
-
-def sequences(
-    facade: Facade, grid: str, axis: int, steps: int, *, also: Sequence[str] | None = None, most: int = 1000
-) -> tuple[Variation, ...]:
-    """Different variations after a number of insertions, or of removals for a negative number.
-
-    Of the variations on the way at most `most` are gone on from.
-    """
-    kind, found = kinds(facade), (unedited(facade),)
-    for _ in range(abs(steps)):
-        further = [
-            variation
-            for before in found[:most]
-            for variation in vary(before, grid, axis, also=also, insertions=steps > 0, removals=steps < 0).found
-        ]
-        found = distinct(further, kind)
-    return found

@@ -1,8 +1,11 @@
 """Random facades with grids, and what holds of all of them."""
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import strategies as st
 
+from grammarlab.facade.grid import Grid
 from grammarlab.facade.grids import topmost, with_grid
 from grammarlab.facade.tree import Facade
 from tests.facade.strategies import trees
@@ -10,7 +13,7 @@ from tests.facade.strategies import trees
 
 @st.composite
 def gridded(draw: st.DrawFn, max_nodes: int = 40) -> Facade:
-    """A random guillotine tree with two grids of random nodes on any level; each may lie within elements of the other."""
+    """A random guillotine tree with two grids of random nodes on any level, also of the same or of nested ones."""
     facade = draw(trees(max_nodes))
     randomness = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     for name, part in (("one", 0.6), ("two", 0.3)):
@@ -34,9 +37,9 @@ def transposed(facade: Facade) -> Facade:
         picture=facade.picture,
         window=facade.window[:, [1, 0, 3, 2]],
     )
-    for grid in facade.grids:
-        turned = with_grid(turned, grid.name, grid.node)
-    return turned
+    # Rows count from the top, columns from the left.
+    grids = [Grid(g.name, g.node, g.num_columns - 1 - g.column, g.num_rows - 1 - g.row) for g in facade.grids]
+    return replace(turned, grids=tuple(grids))
 
 
 def same_topology(one: Facade, other: Facade) -> bool:

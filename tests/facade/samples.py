@@ -50,7 +50,7 @@ def built(top: Node) -> Facade:
 
 
 def windows(num_rows: int, num_columns: int, sizes: tuple[float, ...] = (1.0,), *, bays: bool = False) -> Facade:
-    """A wall of windows with their grid; the widths of the columns repeat; by storeys, or by bays from the ground up."""
+    """A wall of windows with their grid, by storeys or by bays; the widths of the columns repeat."""
     widths = [sizes[column % len(sizes)] for column in range(num_columns)]
     total = sum(widths) + 0.5 * (num_columns + 1)
     if bays:

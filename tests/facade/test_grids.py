@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.grids import (
+    aligned,
     arranged,
     enclosing,
     following,
@@ -16,7 +17,7 @@ from grammarlab.facade.grids import (
     without_grid,
 )
 from grammarlab.facade.proposals import with_proposals
-from grammarlab.facade.tree import LEAF, Facade, X, Y
+from grammarlab.facade.tree import Facade, X, Y
 from tests.facade.samples import Node, across, built, door_over_two_rows, leaf, stacked, windows
 from tests.facade.strategies import trees
 
@@ -163,3 +164,16 @@ def test_what_is_no_grid_is_explained(nodes: list[int]) -> None:
         arranged(windows(2, 2), "mine", nodes)
     with pytest.raises(FacadeError, match="expected one of: window"):
         grid_of(windows(1, 2), "door")
+
+
+def test_sills_stand_in_line_with_windows_and_shops_do_not() -> None:
+    gap = leaf("wall", 0.5)
+    sills = across(gap, leaf("sill", 1.2), leaf("wall", 0.3), leaf("sill", 1.2), leaf("wall", 0.3))
+    shops = across(leaf("shop", 0.8), leaf("shop", 2.7))
+    facade = built(stacked(shops, leaf("wall", 3.5), sills, across(gap, leaf("window"), gap, leaf("window"), gap)))
+    facade = with_proposals(facade)
+    facade = with_grid(facade, "shop", called(facade, "shop"))
+    assert aligned(facade, "window", X) == ("sill",)
+    assert set(aligned(facade, "sill", X)) == {"window"}
+    assert aligned(facade, "window", Y) == ()
+    assert aligned(with_proposals(three_levels()), "window", X) == ()

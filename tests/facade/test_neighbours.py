@@ -1,3 +1,5 @@
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,7 +10,7 @@ from grammarlab.facade.tree import LEAF, Facade, X, Y, laid_out, plain
 from tests.facade.strategies import trees
 
 
-def graph_of_boxes(boxes: list[tuple[float, float, float, float]]) -> Neighbours:
+def graph_of_boxes(boxes: Sequence[Sequence[float]]) -> Neighbours:
     """Every pair of boxes (left, bottom, right, top) compared, slowly and obviously."""
 
     def pairs(along: int) -> np.ndarray:
@@ -33,7 +35,7 @@ def edges(pairs: np.ndarray) -> set[tuple[int, int]]:
 def test_the_graph_is_that_of_all_pairs_and_leads_back_to_the_same_tree(facade: Facade) -> None:
     graph = neighbours(facade)
     low, size = facade.position[facade.leaves], facade.size[facade.leaves]
-    expected = graph_of_boxes([tuple(box) for box in np.hstack([low, low + size]).tolist()])
+    expected = graph_of_boxes(np.hstack([low, low + size]).tolist())
     assert edges(graph.beside) == edges(expected.beside)
     assert edges(graph.above) == edges(expected.above)
     tree = tree_of(graph)
