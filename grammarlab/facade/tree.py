@@ -186,17 +186,20 @@ def check(facade: Facade) -> Facade:
 def decomposition_misses(facade: Facade) -> tuple[Floats, Ints]:
     """[K, 2] by how much the children of each inner node [K] miss it in x and y, as parts of the facade's size."""
     inner = np.flatnonzero(facade.axis != LEAF)
-    misses = np.zeros((len(inner), 2))
-    for place, node in enumerate(inner.tolist()):
-        parts, along = facade.children[node], int(facade.axis[node])
-        low, size = facade.position[parts], facade.size[parts]
-        ends = np.append(low[:, along], facade.position[node, along] + facade.size[node, along])
-        starts = np.concatenate([facade.position[node, along : along + 1], low[:, along] + size[:, along]])
-        misses[place, along] = np.abs(ends - starts).max()
-        across = 1 - along
-        off = np.abs(low[:, across] - facade.position[node, across])
-        misses[place, across] = np.maximum(off, np.abs(size[:, across] - facade.size[node, across])).max()
-    return misses / facade.size[0], inner
+    if not inner.size:
+        return np.zeros((0, 2)), inner
+    part = 1 + np.argsort(facade.parent[1:], kind="stable")
+    above = facade.parent[part]
+    first = np.append(True, above[1:] != above[:-1])
+    along = (facade.axis[above, None] == np.arange(2)).astype(bool)
+    last = np.roll(first, -1)
+    low, size = facade.position[part], facade.size[part]
+    low_above, size_above = facade.position[above], facade.size[above]
+    # Along its axis a part begins where the one before it ends, and the last ends where its parent does.
+    starts = np.where(along & ~first[:, None], np.roll(low + size, 1, axis=0), low_above)
+    ends = np.where(last[:, None], np.abs(low + size - low_above - size_above), 0.0)
+    misses = np.maximum(np.abs(low - starts), np.where(along, ends, np.abs(size - size_above)))
+    return np.maximum.reduceat(misses, np.flatnonzero(first)) / facade.size[0], inner
 
 
 def _check_columns(facade: Facade) -> None:

@@ -1,0 +1,56 @@
+"""Which nodes of a facade are alike: by what they are made of, and by size."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.facade.tree import Facade, X, Y
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SAME_SIZE = 0.05
+"""Part of the larger width or height by which alike nodes may differ."""
+BACKGROUND = frozenset({"", "wall", "facade", "background"})
+"""Labels, in any case, of what lies between the elements of a facade."""
+
+
+def types(facade: Facade) -> Ints:
+    """[N] a number for each node: the same for nodes of the same label with parts of the same types in the same order.
+
+    Sizes do not count.
+    """
+    numbers: dict[tuple[int, ...], int] = {}
+    found = np.zeros(len(facade), dtype=np.int64)
+    for node in range(len(facade) - 1, -1, -1):
+        parts = found[facade.children[node]].tolist()
+        key = (int(facade.label[node]), int(facade.axis[node]), *parts)
+        found[node] = numbers.setdefault(key, len(numbers))
+    return found
+
+
+def kinds(facade: Facade) -> Ints:
+    """[N] a number for each node: the same for nodes of one type whose widths and heights are nearly the same.
+
+    Sizes of one type in ascending order fall apart where the next one is larger by more than `SAME_SIZE`.
+    """
+    found = types(facade)
+    for along in (X, Y):
+        found = _divided(found, facade.size[:, along])
+    return found
+
+
+def is_background(facade: Facade) -> NDArray[np.bool_]:
+    """[N] whether a node is called like one of `BACKGROUND`, or not at all."""
+    plain = np.array([name.lower() in BACKGROUND for name in facade.labels] + [True])
+    return plain[facade.label]
+
+
+def _divided(group: Ints, size: Floats) -> Ints:
+    order = np.lexsort((size, group))
+    group, size = group[order], size[order]
+    new = (group[1:] != group[:-1]) | (size[1:] * (1.0 - SAME_SIZE) > size[:-1])
+    found = np.empty(len(order), dtype=np.int64)
+    found[order] = np.append(0, new.cumsum())
+    return found

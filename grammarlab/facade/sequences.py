@@ -1,0 +1,53 @@
+"""Several edits one after the other, and which variations look the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.facade.kinds import kinds
+from grammarlab.facade.tree import LEAF, Facade
+from grammarlab.facade.variations import Variation, unedited, vary
+
+Ints = NDArray[np.int64]
+
+
+def canonical(variation: Variation, kind: Ints) -> bytes:
+    """A form that two variations of one facade share when they look the same, pictures aside.
+
+    Args:
+        variation: Of that facade.
+        kind: [N] from `kinds.kinds` of the facade that was edited first.
+    """
+    facade = variation.facade
+    what = np.where(facade.axis == LEAF, kind[np.maximum(variation.source, 0)], -1)
+    part = np.round(variation.shown[:, 2:] - variation.shown[:, :2], 3)
+    return b"".join(column.tobytes() for column in (facade.parent, facade.axis, what, part))
+
+
+def distinct(variations: Sequence[Variation], kind: Ints) -> tuple[Variation, ...]:
+    """The variations less those that look like an earlier one; `kind` as for `canonical`."""
+    first: dict[bytes, Variation] = {}
+    for variation in variations:
+        first.setdefault(canonical(variation, kind), variation)
+    return tuple(first.values())
+
+
+def sequences(
+    facade: Facade, grid: str, axis: int, steps: int, *, also: Sequence[str] | None = None, most: int = 1000
+) -> tuple[Variation, ...]:
+    """Different variations after a number of insertions, or of removals for a negative number.
+
+    Of the variations on the way at most `most` are gone on from.
+    """
+    kind, found = kinds(facade), (unedited(facade),)
+    for _ in range(abs(steps)):
+        further = [
+            variation
+            for before in found[:most]
+            for variation in vary(before, grid, axis, also=also, insertions=steps > 0, removals=steps < 0).found
+        ]
+        found = distinct(further, kind)
+    return found

@@ -1,0 +1,61 @@
+"""Parts of a facade as springs: how large each would like to be along an axis, and how readily it gives.
+
+A leaf is a spring, what follows each other is a row of springs, and what stands across are springs side by side. So a
+part is one spring again, and the energy of a facade without grids is in closed form: with grids it is no smaller.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.facade.tree import LEAF, Facade, Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Springs:
+    """N springs: at a size s each has the energy rest + (s - length)^2 / give."""
+
+    length: Floats
+    """[N] metres, the size of least energy."""
+    give: Floats
+    """[N] > 0, of the energy's unit: square metres per energy."""
+    rest: Floats
+    """[N] energy at that size, >= 0: what parts side by side cost each other."""
+
+    def energy(self, node: int, size: float) -> float:
+        """Of a node that is so large, in metres."""
+        return float(self.rest[node] + (size - self.length[node]) ** 2 / self.give[node])
+
+
+def springs(facade: Facade, along: int, wanted: Floats, weight: Floats) -> Springs:
+    """Each node of a facade as a spring.
+
+    Args:
+        facade: whose tree it is.
+        along: 0 for widths, 1 for heights.
+        wanted: [N] metres that leaves would like to have.
+        weight: [L] of leaves, as in `leaf_weights`.
+    """
+    parent, axis = facade.parent.tolist(), facade.axis.tolist()
+    length, give, rest = ([0.0] * len(facade) for _ in range(3))
+    stiffness, pull, square = ([0.0] * len(facade) for _ in range(3))
+    for leaf, size, least in zip(facade.leaves.tolist(), wanted[facade.leaves].tolist(), weight.tolist(), strict=True):
+        length[leaf], give[leaf] = size, 1.0 / least**2
+    for node in range(len(facade) - 1, -1, -1):
+        if axis[node] not in {LEAF, along}:
+            length[node], give[node] = pull[node] / stiffness[node], 1.0 / stiffness[node]
+            rest[node] += max(square[node] - pull[node] * length[node], 0.0)
+        above = parent[node]
+        if node == 0:
+            break
+        rest[above] += rest[node]
+        if axis[above] == along:
+            length[above] += length[node]
+            give[above] += give[node]
+        else:
+            stiffness[above] += 1.0 / give[node]
+            pull[above] += length[node] / give[node]
+            square[above] += length[node] ** 2 / give[node]
+    return Springs(np.array(length), np.array(give), np.array(rest))

@@ -1,0 +1,91 @@
+"""What a person fixes of a facade before its sizes are solved for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.tree import Facade, X, Y
+
+LARGEST = 1000.0
+"""How many times the larger side of the facade the largest length that may be wished for is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """A node that is so large along one axis; node 0 is the facade itself."""
+
+    node: int
+    axis: int
+    """0 for the width, 1 for the height."""
+    metres: float
+    """> 0"""
+
+
+@dataclass(frozen=True, slots=True)
+class Position:
+    """A node that begins so far from the left of the facade, or from its bottom."""
+
+    node: int
+    axis: int
+    """0 for the left edge, 1 for the lower edge."""
+    metres: float
+    """>= 0"""
+
+
+@dataclass(frozen=True, slots=True)
+class Aspect:
+    """A node whose width is between so many times its height: the one wish that ties both axes together."""
+
+    node: int
+    least: float
+    """> 0"""
+    most: float
+    """At least `least`."""
+
+
+Wish = Size | Position | Aspect
+
+
+def width(metres: float) -> Size:
+    """A facade that is so wide."""
+    return Size(0, X, metres)
+
+
+def height(metres: float) -> Size:
+    """A facade that is so high."""
+    return Size(0, Y, metres)
+
+
+def checked(wishes: Sequence[Wish], facade: Facade) -> tuple[Wish, ...]:
+    """The wishes themselves, if each means something for this facade.
+
+    Raises:
+        FacadeError: for a node that the facade lacks, and for lengths and ranges that no node can have.
+    """
+    largest = LARGEST * max(facade.width, facade.height)
+    for wish in wishes:
+        if not 0 <= wish.node < len(facade):
+            raise FacadeError(f"A wish for node {wish.node}: expected 0 to {len(facade) - 1}.")
+        if isinstance(wish, Aspect):
+            if not 0.0 < wish.least <= wish.most or not isfinite(wish.most):
+                raise FacadeError(f"{in_words(wish, facade)}: expected a range above 0, the smaller number first.")
+        elif wish.axis not in {X, Y}:
+            raise FacadeError(f"A wish along axis {wish.axis}: expected {X} for x or {Y} for y.")
+        elif not (0.0 <= wish.metres <= largest) or (isinstance(wish, Size) and wish.metres == 0.0):
+            bound = "above 0" if isinstance(wish, Size) else "of at least 0"
+            raise FacadeError(f"{in_words(wish, facade)}: expected a length {bound} and at most {largest:g} m.")
+    return tuple(wishes)
+
+
+def in_words(wish: Wish, facade: Facade) -> str:
+    """A wish as a sentence without its full stop, such as `the facade is 31.5 m wide`."""
+    name = f"{facade.name_of(wish.node) or 'part'} (node {wish.node})" if wish.node else "the facade"
+    if isinstance(wish, Size):
+        return f"{name} is {wish.metres:g} m {'wide' if wish.axis == X else 'high'}"
+    if isinstance(wish, Position):
+        edge = "left" if wish.axis == X else "lower"
+        return f"the {edge} edge of {name} is {wish.metres:g} m from that of the facade"
+    return f"{name} is {wish.least:g} to {wish.most:g} times as wide as high"

@@ -1,0 +1,46 @@
+"""Random facades with grids, and what holds of all of them."""
+
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import strategies as st
+
+from grammarlab.facade.grid import Grid
+from grammarlab.facade.grids import topmost, with_grid
+from grammarlab.facade.tree import Facade
+from tests.facade.strategies import trees
+
+
+@st.composite
+def gridded(draw: st.DrawFn, max_nodes: int = 40) -> Facade:
+    """A random guillotine tree with two grids of random nodes on any level, also of the same or of nested ones."""
+    facade = draw(trees(max_nodes))
+    randomness = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    for name, part in (("one", 0.6), ("two", 0.3)):
+        chosen = topmost(facade, randomness.random(len(facade)) < part * (np.arange(len(facade)) > 0))
+        facade = with_grid(facade, name, chosen if chosen.size else [0])
+    return facade
+
+
+def transposed(facade: Facade) -> Facade:
+    """The facade with x and y exchanged."""
+    turned = Facade(
+        parent=facade.parent,
+        axis=np.where(facade.axis < 0, facade.axis, 1 - facade.axis).astype(np.int8),
+        position=facade.position[:, ::-1].copy(),
+        size=facade.size[:, ::-1].copy(),
+        label=facade.label,
+        labels=facade.labels,
+        outline_offsets=facade.outline_offsets,
+        outline_points=facade.outline_points,
+        pictures=facade.pictures,
+        picture=facade.picture,
+        window=facade.window[:, [1, 0, 3, 2]],
+    )
+    # Rows count from the top, columns from the left.
+    grids = [Grid(g.name, g.node, g.num_columns - 1 - g.column, g.num_rows - 1 - g.row) for g in facade.grids]
+    return replace(turned, grids=tuple(grids))
+
+
+def same_topology(one: Facade, other: Facade) -> bool:
+    return np.array_equal(one.parent, other.parent) and np.array_equal(one.axis, other.axis)
