@@ -111,3 +111,18 @@ def test_one_leaf_and_ten_thousand() -> None:
     graph = neighbours(facade)
     assert len(graph.beside) == len(graph.above) == rows * (rows - 1)
     assert tree_of(graph).parent.tolist() == facade.parent.tolist()
+
+
+def test_where_lines_cross_the_leaves_are_those_of_the_other_tree() -> None:
+    """A window of four panes is two rows as much as two columns."""
+    parent, axis = np.array([-1, 0, 1, 1, 0, 4, 4]), np.array([Y, X, LEAF, LEAF, X, LEAF, LEAF], dtype=np.int8)
+    sizes = np.array([[0, 0], [0, 0], [1, 3], [2, 3], [0, 0], [1, 4], [2, 4]], dtype=np.float64)
+    facade = plain(parent, axis, *laid_out(parent, axis, sizes), [""] * 7)
+    graph = neighbours(facade)
+    tree = tree_of(graph)
+    assert tree.axis.tolist() == [X, Y, LEAF, LEAF, Y, LEAF, LEAF]
+    node = np.where(tree.leaf >= 0, graph.node[tree.leaf], 0)
+    position, size = laid_out(tree.parent, tree.axis, facade.size[node])
+    leaves = tree.leaf >= 0
+    assert np.allclose(position[leaves], facade.position[node[leaves]])
+    assert np.allclose(size[leaves], facade.size[node[leaves]])
