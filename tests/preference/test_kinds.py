@@ -9,12 +9,17 @@ from grammarlab.errors import UsageError
 from grammarlab.preference import blended, mixed
 from grammarlab.preference.fitting import fit
 from grammarlab.preference.kinds import STAR, TIE, Judgements, judgements_of, middle_of, understood
+from grammarlab.preference.labels import Kind
 from grammarlab.preference.likelihood import intervals_of, log_likelihood, matched
 from grammarlab.preference.posterior import Hyperparameters, condition
 from grammarlab.preference.propagation import propagate
 
 ERRING = [(0.5, 0.0), (3.0, 0.1), (20.0, 0.002)]
 STARS = np.array([0.0, 25.0, 50.0, 75.0, 100.0])
+
+
+def many(kind: Kind, number: int) -> list[Kind]:
+    return [kind] * number
 
 
 def judged(kinds, scores):
@@ -31,8 +36,8 @@ def said(kinds, scores, middle=50.0):
 @pytest.mark.parametrize(
     "answers",
     [
-        said(["stars"] * 5, STARS),
-        said(["thumb"] * 2, [0.0, 100.0], middle=30.0),
+        said(many("stars", 5), STARS),
+        said(many("thumb", 2), [0.0, 100.0], middle=30.0),
         said(["rather"], [100.0]) + intervals_of(np.zeros(0)),
     ],
 )
@@ -160,7 +165,8 @@ def compared(number, width, seed):
     turned = liked(rows) < liked(others)
     rows[turned], others[turned] = others[turned], rows[turned].copy()
     tied = np.abs(liked(rows) - liked(others)) < TIE
-    return rows, np.where(tied, 50.0, 100.0), ["tie" if alike else "rather" for alike in tied], others
+    kinds: list[Kind] = ["tie" if alike else "rather" for alike in tied]
+    return rows, np.where(tied, 50.0, 100.0), kinds, others
 
 
 def test_comparisons_and_few_scores_teach_as_scores_do():
@@ -169,7 +175,7 @@ def test_comparisons_and_few_scores_teach_as_scores_do():
     found = fit(
         np.concatenate([known, rows]),
         np.concatenate([liked(known), scores]),
-        kinds=["score"] * 4 + kinds,
+        kinds=many("score", 4) + kinds,
         others=np.concatenate([known, others]),
     )
     few = blended.fit(known, liked(known))
@@ -188,7 +194,7 @@ def test_comparisons_alone_put_models_in_order():
 def test_coarse_scales_teach(kind):
     rows, fresh = coins(90, 6, 2), coins(200, 6, 3)
     said = np.round(liked(rows) / 25.0) * 25.0 if kind == "stars" else np.where(liked(rows) > 50.0, 100.0, 0.0)
-    told = fit(rows, said, kinds=[kind] * 90, others=rows).predict(fresh).mean
+    told = fit(rows, said, kinds=many(kind, 90), others=rows).predict(fresh).mean
     wanted = liked(fresh) > 0.0
     assert told[wanted].min() > 55.0
     assert told[~wanted].max() < 25.0
@@ -198,15 +204,15 @@ def test_the_middle_of_a_person_is_found_where_thumbs_turn():
     rows = np.arange(0.0, 1.01, 0.02)[:, None]
     values = 100.0 * rows[:, 0]
     thumbs = np.where(values > 70.0, 100.0, 0.0)
-    judgements = judgements_of(
-        np.concatenate([rows, rows]), np.concatenate([values, thumbs]), ["score"] * 51 + ["thumb"] * 51, [[0.0]] * 102
-    )
+    kinds = many("score", 51) + many("thumb", 51)
+    judgements = judgements_of(np.tile(rows, (2, 1)), np.concatenate([values, thumbs]), kinds, [[0.0]] * 102)
     assert middle_of(judgements, Hyperparameters(2000.0, np.array([4.0]), 4.0)) == pytest.approx(70.0, abs=5.0)
 
 
 def test_the_order_of_labels_of_all_kinds_does_not_matter():
     rows, scores, kinds, others = compared(20, 4, 4)
-    kinds, scores = ["score", "stars", "thumb", *kinds[3:]], np.append([33.0, 50.0, 100.0], scores[3:])
+    kinds[:3] = ["score", "stars", "thumb"]
+    scores = np.append([33.0, 50.0, 100.0], scores[3:])
     order = np.random.default_rng(0).permutation(20)
     one = mixed.fit(rows, scores, kinds=kinds, others=others)
     two = mixed.fit(rows[order], scores[order], kinds=[kinds[i] for i in order], others=others[order])
@@ -215,7 +221,7 @@ def test_the_order_of_labels_of_all_kinds_does_not_matter():
 
 def test_scores_alone_are_learned_from_to_the_last_bit_as_ever():
     rows = coins(40, 5, 8)
-    one, two = fit(rows, liked(rows)), fit(rows, liked(rows), kinds=["score"] * 40, others=rows)
+    one, two = fit(rows, liked(rows)), fit(rows, liked(rows), kinds=many("score", 40), others=rows)
     np.testing.assert_array_equal(one.predict(rows).mean, two.predict(rows).mean)
 
 
@@ -229,7 +235,7 @@ def test_one_label_of_any_kind_is_enough(kind):
 
 def test_contradictions_of_comparisons_are_noise():
     rows = np.repeat([[0.0], [1.0]], 12, axis=0)
-    told = fit(rows, [100.0] * 24, kinds=["rather"] * 24, others=1.0 - rows).predict([[0.0], [1.0]])
+    told = fit(rows, [100.0] * 24, kinds=many("rather", 24), others=1.0 - rows).predict([[0.0], [1.0]])
     assert abs(told.mean[0] - told.mean[1]) < 5.0
 
 
@@ -244,7 +250,7 @@ def test_tables_of_other_sizes_are_refused():
 
 
 def test_stars_are_half_a_step_wide():
-    answers = said(["stars"] * 5, STARS)
+    answers = said(many("stars", 5), STARS)
     np.testing.assert_allclose(answers.low[1:], STARS[1:] - STAR)
     np.testing.assert_allclose(answers.high[:-1], STARS[:-1] + STAR)
     assert isinstance(judged(["stars"], [0.0]), Judgements)
