@@ -83,6 +83,38 @@ class Growth:
     """The same labels, with more noise."""
 
 
+def replanted(cells: Cells, tree: Tree, rows: Floats, labels: Ints, depth: int = 0) -> Tree:
+    """The splits of a tree with other labels, cut back where these do not ask for them.
+
+    Args:
+        cells: what is known about the labels.
+        tree: of any labels.
+        rows: [n, F] of all labels.
+        labels: [c] indices, ascending.
+        depth: of the node.
+    """
+    leaf, dividing = _leaf(cells, labels, depth)
+    if tree.split is None or len(labels) < 2:
+        return leaf
+    part_of = tree.split.parts(rows[labels])
+    mass = cells.splits.mass_of(part_of, labels)
+    if mass <= 0.0:
+        return leaf
+    branches = dict(tree.parts)
+    parts = tuple(
+        (part, replanted(cells, branches.get(part, leaf), rows, labels[part_of == part], depth + 1))
+        for part in np.unique(part_of).tolist()
+    )
+    evidence = float(np.log(dividing * mass)) + sum(part.log_posterior for _, part in parts)
+    return Tree(labels, evidence, tree.split, parts) if evidence > leaf.log_posterior else leaf
+
+
+def _leaf(cells: Cells, labels: Ints, depth: int) -> tuple[Tree, float]:
+    """Some labels as one cell, and the prior probability that they are divided."""
+    dividing = float(0.9 / np.sqrt(1.0 + depth))
+    return Tree(labels, cells.of_cell(labels) + float(np.log1p(-dividing))), dividing
+
+
 def grow(cells: Cells, labels: Ints, growth: Growth, randomness: np.random.Generator, depth: int = 0) -> Tree:
     """A tree of some labels.
 
@@ -93,9 +125,8 @@ def grow(cells: Cells, labels: Ints, growth: Growth, randomness: np.random.Gener
         randomness: draws splits.
         depth: of the node.
     """
-    dividing = 0.9 / np.sqrt(1.0 + depth)
-    whole = cells.of_cell(labels)
-    leaf = Tree(labels, whole + float(np.log1p(-dividing)))
+    leaf, dividing = _leaf(cells, labels, depth)
+    whole = leaf.log_posterior - float(np.log1p(-dividing))
     if len(labels) < 2 or depth >= MOST_DEPTH or whole > cells.best_possible(labels) - _NO_HOPE:
         return leaf
     guided = bool(growth.guides) and randomness.random() < GUIDED

@@ -23,7 +23,7 @@ from grammarlab.errors import UsageError
 from grammarlab.preference.base import AbstractPreference, Floats, Ints, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells import Cells, grid_of, levels_of
 from grammarlab.preference.explain import level_of
-from grammarlab.preference.growing import Growth, Tree, grow, regrown
+from grammarlab.preference.growing import Growth, Tree, grow, regrown, replanted
 from grammarlab.preference.likelihood import Intervals
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 from grammarlab.preference.splits import Flags, Splits
@@ -147,8 +147,9 @@ class PartitionPreference(AbstractPreference):
         found = [(share, tuple(tree.cells())) for share, tree in zip(_shares(sketches).tolist(), sketches, strict=True)]
         cells = replace(cells, levels=levels_of(cells, found))
         trees = [grow(cells, every, growth, randomness) for growth in growths]
-        best = max(trees, key=lambda tree: tree.log_posterior)
-        trees += [regrown(cells, best, growth, randomness) for growth in growths[1:]]
+        # What all labels suggest is tried as well; it stays where these labels alone ask for it.
+        table = widened(rows, self.shares_of)
+        trees += [replanted(cells, tree, table, every) for tree in self.trees[:_NUM_SKETCHES]]
         return replace(self, cells=cells, trees=tuple(trees), doubtful=())
 
     def joint(self, rows: Floats) -> tuple[Floats, Floats]:

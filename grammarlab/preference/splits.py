@@ -130,6 +130,25 @@ class Splits:
         mass = np.exp(self.log_prior[alike])
         return int(randomness.choice(alike, p=mass / mass.sum()))
 
+    def mass_of(self, part_of: Ints, labels: Ints) -> float:
+        """Prior mass of all ways that divide labels as given; 0 where none does.
+
+        Args:
+            part_of: [c] the part of each label.
+            labels: [c] indices.
+        """
+        if not np.ptp(part_of):
+            return 0.0
+        if len(np.unique(part_of)) == 2:
+            halves = self.halves[:, labels]
+            alike = ((halves ^ halves[:, :1]) == (part_of != part_of[0])).all(axis=1)
+            return float(np.exp(self.log_mass[alike]).sum())
+        parts = self.parts[self.many][:, labels]
+        _, first, of = np.unique(part_of, return_index=True, return_inverse=True)
+        several = np.array([len(np.unique(each)) for each in parts], dtype=np.int64) == len(first)
+        alike = several & (parts == parts[:, first[of.reshape(-1)]]).all(axis=1)
+        return float(np.exp(self.log_prior[self.many[alike]]).max(initial=0.0))
+
     @classmethod
     def of(cls, rows: Floats, groups: Ints, continuous: Flags) -> Splits:
         """The ways that tell some rows apart.
