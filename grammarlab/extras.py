@@ -13,6 +13,7 @@ EXTRAS = {
     "jaxlib": "learn",
     "sklearn": "learn",
     "matplotlib": "learn",
+    "lightgbm": "rivals",
     "tornado": "score",
     "anywidget": "notebook",
     "traitlets": "notebook",

@@ -76,7 +76,7 @@ class Method:
             self.grows,
             widens=self.query == "default",
             # The default is a function of the scores alone; the paper's process goes on from where it was.
-            warm=self.fit in ("paper", "kde", "sklearn"),
+            warm=self.fit in ("paper", "kde", "sklearn", "lightgbm"),
         )
 
 
@@ -88,6 +88,7 @@ METHODS = {
         Method("paper", fit="paper", query="density", batch=32, families=PAPER_FAMILIES),
         Method("kde", fit="kde", query="density", batch=32, families=PAPER_FAMILIES),
         Method("sklearn", fit="sklearn", query="density", batch=32, families=PAPER_FAMILIES),
+        Method("lightgbm", fit="lightgbm", query="density", batch=32, families=PAPER_FAMILIES),
     )
 }
 

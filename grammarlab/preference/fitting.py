@@ -13,7 +13,7 @@ from grammarlab.extras import named_extras
 from grammarlab.preference.base import AbstractPreference, Rows
 from grammarlab.preference.labels import COMPARISONS, Kind
 
-Method = Literal["blended", "partition", "grouped", "paper", "kde", "sklearn"]
+Method = Literal["blended", "partition", "grouped", "paper", "kde", "sklearn", "lightgbm"]
 
 _MODULES: dict[Method, str] = {
     "blended": "grammarlab.preference.blended",
@@ -22,8 +22,9 @@ _MODULES: dict[Method, str] = {
     "paper": "grammarlab.preference.gaussian_process",
     "kde": "grammarlab.preference.kde",
     "sklearn": "grammarlab.preference.sklearn_process",
+    "lightgbm": "grammarlab.preference.boosted_trees",
 }
-"""Where each method's own `fit` lives; JAX and scikit-learn are imported only by the methods that need them."""
+"""Where each method's own `fit` lives; JAX, scikit-learn and LightGBM are imported where they are needed."""
 
 _TELLING_KINDS = ("blended", "partition", "grouped")
 """Methods to which counts and continuous columns are not the same."""
@@ -53,7 +54,8 @@ def fit(
         continuous: [F] which columns are no counts; the baselines do not ask.
         method: ``blended`` (the two that follow, as held-out scores tell), ``partition`` (cells that pool their
             scores), ``grouped`` (a weight for each group, averaged by evidence), ``paper`` (a weight for each column,
-            Equations 4.4-4.8), ``kde`` (score-weighted density, the paper's baseline) or ``sklearn``.
+            Equations 4.4-4.8), ``kde`` (score-weighted density, the paper's baseline), ``sklearn`` or ``lightgbm``
+            (boosted trees).
         seed: for what a method draws; the same seed gives the same preference.
         warm: the preference of the round before, found by the same method on the same columns.
         kinds: [n] how each label was said; none where all are scores.

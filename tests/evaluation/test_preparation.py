@@ -177,7 +177,7 @@ def test_a_relation_of_siblings_below_different_branches_is_found():
     assert curve.points[-1].js < 0.01
 
 
-@pytest.mark.parametrize("name", ["default", "paper", "kde", "sklearn"])
+@pytest.mark.parametrize("name", ["default", "paper", "kde", "sklearn", "lightgbm"])
 def test_every_method_learns_a_choice(name):
     (method,) = methods_of(name, batch=12)
     text = TEXT.replace("50 * {Round}", "100 * ({A} == 2)")

@@ -12,7 +12,7 @@ from grammarlab.errors import UsageError
 from grammarlab.preference import fit
 from tests.preference.rows import counted_rows
 
-METHODS = ["blended", "grouped", "paper", "kde", "sklearn"]
+METHODS = ["blended", "grouped", "paper", "kde", "sklearn", "lightgbm"]
 LEARN_NOISE = ("blended", "grouped")
 """Methods to which few labels that contradict each other say less than their mean."""
 
@@ -64,7 +64,7 @@ def test_scores_of_zero_only_predict_zero_and_stay_unsure_elsewhere(method):
     is_sound(near, 20)
     np.testing.assert_allclose(near.mean, 0.0, atol=1e-9)
     np.testing.assert_allclose(far.mean, 0.0, atol=1e-9)
-    assert far.std.min() > 10.0 > 0.9 * near.std.max() or method == "kde"
+    assert far.std.min() > 10.0 > 0.9 * near.std.max() or method in ("kde", "lightgbm")
 
 
 def test_contradicting_scores_meet_in_the_middle(method):
@@ -139,20 +139,27 @@ def test_rows_of_other_columns_are_refused(method):
 
 def test_an_unknown_method_is_answered_with_the_known_ones():
     with pytest.raises(
-        UsageError, match="expected one of blended, partition, grouped, paper, kde, sklearn, found 'magic'"
+        UsageError, match="expected one of blended, partition, grouped, paper, kde, sklearn, lightgbm, found 'magic'"
     ):
         fit([[1.0]], [1.0], method="magic")  # pyright: ignore[reportArgumentType]
 
 
-def test_a_missing_library_is_named_with_how_to_get_it(monkeypatch):
+@pytest.mark.parametrize(
+    ("method", "module", "library", "extra"),
+    [
+        ("sklearn", "sklearn_process", "sklearn", "learn"),
+        ("lightgbm", "boosted_trees", "lightgbm", "rivals"),
+    ],
+)
+def test_a_missing_library_is_named_with_how_to_get_it(monkeypatch, method, module, library, extra):
     real = builtins.__import__
 
-    def without_sklearn(name, *arguments, **options):
-        if name.split(".")[0] == "sklearn":
-            raise ModuleNotFoundError(name="sklearn")
+    def without_library(name, *arguments, **options):
+        if name.split(".")[0] == library:
+            raise ModuleNotFoundError(name=library)
         return real(name, *arguments, **options)
 
-    monkeypatch.delitem(sys.modules, "grammarlab.preference.sklearn_process", raising=False)
-    monkeypatch.setattr(builtins, "__import__", without_sklearn)
-    with pytest.raises(UsageError, match=r"the package sklearn, .*: pip install 'grammarlab\[learn\]'"):
-        fit([[1.0]], [1.0], method="sklearn")
+    monkeypatch.delitem(sys.modules, f"grammarlab.preference.{module}", raising=False)
+    monkeypatch.setattr(builtins, "__import__", without_library)
+    with pytest.raises(UsageError, match=rf"the package {library}, .*: pip install 'grammarlab\[{extra}\]'"):
+        fit([[1.0]], [1.0], method=method)
