@@ -1,0 +1,208 @@
+"""A facade for another size, or with more or fewer columns and rows."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
+from typing import Any
+
+from grammarlab.errors import FacadeError, UsageError
+from grammarlab.facade.grids import aligned, following, grid_of
+from grammarlab.facade.kinds import kinds
+from grammarlab.facade.proposals import with_proposals
+from grammarlab.facade.ranking import ranked
+from grammarlab.facade.retarget import Retargeted, origin_of, retarget
+from grammarlab.facade.sequences import canonical, sequences
+from grammarlab.facade.sizes import Residuals, Resized, resize
+from grammarlab.facade.tree import Facade, X, Y
+from grammarlab.facade.variations import Variation, unedited, vary
+from grammarlab.facade.wishes import Size, Wish, checked
+
+MOST_STEPS = 20
+"""Columns or rows that come or go at a time."""
+_KEPT = 40
+"""Variations that are gone on from after each step."""
+_SOLVED = 200
+"""Variations whose sizes are solved for."""
+_LEAVES = 60_000
+"""Leaves that are solved for in all the tries of one retargeting."""
+
+
+@dataclass(frozen=True, eq=False)
+class Edited:
+    """One result of an edit."""
+
+    facade: Facade
+    energy: float
+    """Sum of both axes; 0 where no leaf deviates from what it comes from."""
+    residuals: Residuals
+    steps: tuple[str, ...]
+    """In words; none where only sizes differ."""
+    proven: bool
+    """Whether no other columns and rows deform less."""
+    conflict: tuple[str, ...]
+    """Wishes and grids that contradict each other."""
+    relaxed: tuple[str, ...]
+    """What gave way, and by how much."""
+    missing: tuple[str, ...]
+    """What the steps could not do."""
+    seconds: float
+    """That it took to choose columns and rows, or to solve for sizes where these were given."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`."""
+        return {
+            "width": self.facade.width,
+            "height": self.facade.height,
+            "leaves": len(self.facade.leaves),
+            "energy": self.energy if isfinite(self.energy) else None,
+            "residuals": {key: each if isfinite(each) else None for key, each in self.residuals.as_dict().items()},
+            "grids": [
+                {"name": grid.name, "rows": grid.num_rows, "columns": grid.num_columns} for grid in self.facade.grids
+            ],
+            "steps": list(self.steps),
+            "proven": self.proven,
+            "conflict": list(self.conflict),
+            "relaxed": list(self.relaxed),
+            "missing": list(self.missing),
+            "seconds": self.seconds,
+        }
+
+
+def edit(
+    facade: Facade,
+    *,
+    width: float | None = None,
+    height: float | None = None,
+    columns: int = 0,
+    rows: int = 0,
+    grid: str = "",
+    most: int = 12,
+) -> tuple[Edited, ...]:
+    """What a facade may become, the best first.
+
+    For another size alone, columns and rows are repeated or left out as deforms the facade least (`retarget`), and
+    the second result keeps all of them. Where columns or rows are given, these are the different variations that have
+    them: the one of least energy, then always one that looks different from all before it (`ranked`). Results without
+    a conflict come first.
+
+    Args:
+        facade: the facade; grids are proposed where it has none.
+        width: metres; as wide as its columns make it when left out.
+        height: metres; likewise.
+        columns: how many more, at most `MOST_STEPS`; fewer if below 0.
+        rows: likewise.
+        grid: name of the grid whose columns and rows; by default all for another size, else that of most elements.
+        most: how many results.
+
+    Raises:
+        UsageError: when nothing is wished for, or too many columns or rows.
+        FacadeError: for lengths that no facade can have, a grid that there is not, and columns and rows that cannot be
+            added or removed.
+    """
+    if width is None and height is None and not columns and not rows:
+        raise UsageError("nothing to do: give --width, --height, --columns or --rows.")
+    if max(abs(columns), abs(rows)) > MOST_STEPS:
+        raise UsageError(f"--columns and --rows: expected at most {MOST_STEPS} more or fewer.")
+    facade = facade if facade.grids else with_proposals(facade)
+    wishes = checked([Size(0, axis, size) for axis, size in ((X, width), (Y, height)) if size is not None], facade)
+    if grid:
+        grid_of(facade, grid)
+    if columns or rows:
+        return _varied(facade, wishes, (columns, rows), grid or _largest(facade), most)
+    return _resized(facade, wishes, [grid] if grid else None)[:most]
+
+
+def _resized(facade: Facade, wishes: Sequence[Wish], grids: Sequence[str] | None) -> tuple[Edited, ...]:
+    """The facade with other columns and rows, and with the same."""
+    start = time.perf_counter()
+    found = [_edited(unedited(facade), resize(facade, wishes), time.perf_counter() - start)]
+    start = time.perf_counter()
+    try:
+        made = _retargeted(facade, wishes, grids)
+    except FacadeError:  # sizes alone always have an answer
+        return tuple(found)
+    steps = tuple(str(choice) for choice in made.choices if any(count != 1 for count in choice.counts))
+    proven = all(choice.proven for choice in made.choices)
+    result = _edited(made.variation, made.resized, time.perf_counter() - start, steps, proven)
+    kind = kinds(facade)
+    if canonical(made.variation, kind) == canonical(unedited(facade), kind):
+        return (result,)
+    return tuple(sorted((result, *found), key=lambda each: (bool(each.conflict), each.energy)))
+
+
+def _retargeted(facade: Facade, wishes: Sequence[Wish], grids: Sequence[str] | None) -> Retargeted:
+    metres = {each.axis: each.metres for each in wishes if isinstance(each, Size)}
+    # Leaves of the result, about.
+    leaves = len(facade.leaves)
+    for axis, size in metres.items():
+        leaves *= max(1.0, size / float(facade.size[0, axis]))
+    tries = int(min(max(_LEAVES / leaves, 2.0), 100.0))
+    return retarget(facade, width=metres.get(X), height=metres.get(Y), grids=grids, most_tries=tries)
+
+
+def _varied(
+    facade: Facade, wishes: Sequence[Wish], counts: tuple[int, int], grid: str, most: int
+) -> tuple[Edited, ...]:
+    """Variations with so many more columns and rows of a grid and of those that go with it."""
+    kind = kinds(facade)
+    found, whole = (unedited(facade),), True
+    for axis in (X, Y):
+        also = tuple(dict.fromkeys((*following(facade, grid), *aligned(facade, grid, axis))))
+        for _ in range(abs(counts[axis])):
+            whole = whole and len(found) <= _KEPT
+            before = found if len(found) <= _KEPT else ranked(found, kind, different=_KEPT)[:_KEPT]
+            step = 1 if counts[axis] > 0 else -1
+            found = sequences(facade, grid, axis, step, also=also, start=before)
+            if not found:
+                raise FacadeError(_why_not(before[0], grid, axis, step))
+    whole = whole and len(found) <= _SOLVED
+    found = found if len(found) <= _SOLVED else ranked(found, kind, different=_SOLVED // 2)[:_SOLVED]
+    results: dict[int, Edited] = {}
+    for each in found:
+        start = time.perf_counter()
+        solved = resize(each.facade, wishes, origin_of(facade, each))
+        results[id(each)] = _edited(each, solved, time.perf_counter() - start, each.steps)
+    least = min(each.energy for each in results.values())
+    flawed = [bool(results[id(each)].conflict or each.missing) for each in found]
+    order: list[Edited] = []
+    for group in (False, True):
+        members = [each for each, flaw in zip(found, flawed, strict=True) if flaw == group]
+        order += [results[id(each)] for each in ranked(members, kind, lambda each: results[id(each)].energy, most)]
+    if whole and order[0].energy == least:
+        order[0] = replace(order[0], proven=True)
+    return tuple(order[:most])
+
+
+def _why_not(before: Variation, grid: str, axis: int, step: int) -> str:
+    """Why no column or row of a grid can be added or removed."""
+    name = "column" if axis == X else "row"
+    tried = vary(before, grid, axis, also=(), insertions=step > 0, removals=step < 0).discarded
+    reason = tried[0] if tried else f"it has one {name}"
+    return f"Grid '{grid}': no {name} can be {'added' if step > 0 else 'removed'}: {reason}"
+
+
+def _largest(facade: Facade) -> str:
+    if not facade.grids:
+        raise FacadeError(
+            "The facade has no grid, and none can be proposed: nothing in it comes twice. Give --width or --height."
+        )
+    return max(facade.grids, key=lambda grid: len(grid.node)).name
+
+
+def _edited(
+    variation: Variation, solved: Resized, seconds: float, steps: tuple[str, ...] = (), proven: bool = False
+) -> Edited:
+    return Edited(
+        facade=solved.facade,
+        energy=sum(solved.energy),
+        residuals=solved.residuals,
+        steps=steps,
+        proven=proven,
+        conflict=solved.conflict,
+        relaxed=solved.relaxed,
+        missing=variation.missing,
+        seconds=seconds,
+    )
