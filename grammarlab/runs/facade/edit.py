@@ -26,8 +26,8 @@ _KEPT = 40
 """Variations that are gone on from after each step."""
 _SOLVED = 200
 """Variations whose sizes are solved for."""
-_LEAVES = 60_000
-"""Leaves that are solved for in all the tries of one retargeting."""
+_LEAVES = 10_000
+"""Leaves of a facade whose columns and rows are chosen by its size; that takes up to 100 solutions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class Edited:
     steps: tuple[str, ...]
     """In words; none where only sizes differ."""
     proven: bool
-    """Whether no other columns and rows deform less."""
+    """Whether no other columns and rows deform less, of those that do what was asked for."""
     conflict: tuple[str, ...]
     """Wishes and grids that contradict each other."""
     relaxed: tuple[str, ...]
@@ -122,8 +122,8 @@ def _resized(facade: Facade, wishes: Sequence[Wish], grids: Sequence[str] | None
     start = time.perf_counter()
     try:
         made = _retargeted(facade, wishes, grids)
-    except FacadeError:  # sizes alone always have an answer
-        return tuple(found)
+    except FacadeError as error:  # sizes alone always have an answer
+        return (replace(found[0], missing=(f"no columns or rows were repeated: {error}",)),)
     steps = tuple(str(choice) for choice in made.choices if any(count != 1 for count in choice.counts))
     proven = all(choice.proven for choice in made.choices)
     result = _edited(made.variation, made.resized, time.perf_counter() - start, steps, proven)
@@ -135,12 +135,12 @@ def _resized(facade: Facade, wishes: Sequence[Wish], grids: Sequence[str] | None
 
 def _retargeted(facade: Facade, wishes: Sequence[Wish], grids: Sequence[str] | None) -> Retargeted:
     metres = {each.axis: each.metres for each in wishes if isinstance(each, Size)}
-    # Leaves of the result, about.
     leaves = len(facade.leaves)
     for axis, size in metres.items():
         leaves *= max(1.0, size / float(facade.size[0, axis]))
-    tries = int(min(max(_LEAVES / leaves, 2.0), 100.0))
-    return retarget(facade, width=metres.get(X), height=metres.get(Y), grids=grids, most_tries=tries)
+    if leaves > _LEAVES:
+        raise FacadeError(f"the result would have about {leaves:,.0f} leaves; expected at most {_LEAVES:,}.")
+    return retarget(facade, width=metres.get(X), height=metres.get(Y), grids=grids)
 
 
 def _varied(
@@ -165,15 +165,12 @@ def _varied(
         start = time.perf_counter()
         solved = resize(each.facade, wishes, origin_of(facade, each))
         results[id(each)] = _edited(each, solved, time.perf_counter() - start, each.steps)
-    least = min(each.energy for each in results.values())
     flawed = [bool(results[id(each)].conflict or each.missing) for each in found]
     order: list[Edited] = []
     for group in (False, True):
         members = [each for each, flaw in zip(found, flawed, strict=True) if flaw == group]
         order += [results[id(each)] for each in ranked(members, kind, lambda each: results[id(each)].energy, most)]
-    if whole and order[0].energy == least:
-        order[0] = replace(order[0], proven=True)
-    return tuple(order[:most])
+    return (replace(order[0], proven=whole), *order[1:most])
 
 
 def _why_not(before: Variation, grid: str, axis: int, step: int) -> str:
