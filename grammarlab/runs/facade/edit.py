@@ -10,22 +10,24 @@ from typing import Any
 
 from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.grids import aligned, following, grid_of
+from grammarlab.facade.joint import with_joint
 from grammarlab.facade.kinds import kinds
 from grammarlab.facade.proposals import with_proposals
 from grammarlab.facade.ranking import ranked
 from grammarlab.facade.retarget import Retargeted, origin_of, retarget
 from grammarlab.facade.sequences import canonical, sequences
 from grammarlab.facade.sizes import Residuals, Resized, resize
+from grammarlab.facade.stepwise import MOST_STEPS, stepwise
 from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.facade.variations import Variation, unedited, vary
-from grammarlab.facade.wishes import Size, Wish, checked
+from grammarlab.facade.wishes import Size, checked
 
-MOST_STEPS = 20
-"""Columns or rows that come or go at a time."""
 _KEPT = 40
 """Variations that are gone on from after each step."""
 _SOLVED = 200
 """Variations whose sizes are solved for."""
+_VISIBLE = 0.1
+"""Part by which sizes deviate on average when other ways to repeat columns are looked for."""
 _LEAVES = 10_000
 """Leaves of a facade whose columns and rows are chosen by its size; that takes up to 100 solutions."""
 
@@ -107,34 +109,45 @@ def edit(
     if max(abs(columns), abs(rows)) > MOST_STEPS:
         raise UsageError(f"--columns and --rows: expected at most {MOST_STEPS} more or fewer.")
     facade = facade if facade.grids else with_proposals(facade)
-    wishes = checked([Size(0, axis, size) for axis, size in ((X, width), (Y, height)) if size is not None], facade)
+    wishes = [Size(0, axis, size) for axis, size in ((X, width), (Y, height)) if size is not None]
+    checked(wishes, facade)
     if grid:
         grid_of(facade, grid)
     if columns or rows:
-        return _varied(facade, wishes, (columns, rows), grid or _largest(facade), most)
-    return _resized(facade, wishes, [grid] if grid else None)[:most]
+        facade, grid = _active(facade, grid)
+        return _varied(facade, wishes, (columns, rows), grid, most)
+    return _resized(facade, wishes, grid)[:most]
 
 
-def _resized(facade: Facade, wishes: Sequence[Wish], grids: Sequence[str] | None) -> tuple[Edited, ...]:
+def _resized(facade: Facade, wishes: Sequence[Size], grid: str) -> tuple[Edited, ...]:
     """The facade with other columns and rows, and with the same."""
     start = time.perf_counter()
-    found = [_edited(unedited(facade), resize(facade, wishes), time.perf_counter() - start)]
+    plain = _edited(unedited(facade), resize(facade, wishes), time.perf_counter() - start)
     start = time.perf_counter()
+    found = [(unedited(facade), plain)]
     try:
-        made = _retargeted(facade, wishes, grids)
+        made = _retargeted(facade, wishes, [grid] if grid else None)
+        steps = tuple(str(choice) for choice in made.choices if any(count != 1 for count in choice.counts))
+        proven = all(choice.proven for choice in made.choices)
+        seconds = time.perf_counter() - start
+        found.insert(0, (made.variation, _edited(made.variation, made.resized, seconds, steps, proven)))
     except FacadeError as error:  # sizes alone always have an answer
-        return (replace(found[0], missing=(f"no columns or rows were repeated: {error}",)),)
-    steps = tuple(str(choice) for choice in made.choices if any(count != 1 for count in choice.counts))
-    proven = all(choice.proven for choice in made.choices)
-    result = _edited(made.variation, made.resized, time.perf_counter() - start, steps, proven)
+        found = [(unedited(facade), replace(plain, missing=(f"no columns or rows were repeated: {error}",)))]
+    best = found[0][1]
+    start = time.perf_counter()
+    if facade.grids and len(best.facade.leaves) <= _LEAVES and best.energy > _VISIBLE**2 * len(best.facade.leaves):
+        joined, name = _active(facade, grid)
+        each = stepwise(joined, wishes, name)
+        solved = resize(each.facade, wishes, origin_of(facade, each))
+        found.append((each, _edited(each, solved, time.perf_counter() - start, each.steps)))
     kind = kinds(facade)
-    if canonical(made.variation, kind) == canonical(unedited(facade), kind):
-        return (result,)
-    return tuple(sorted((result, *found), key=lambda each: (bool(each.conflict), each.energy)))
+    different = {canonical(variation, kind): result for variation, result in reversed(found)}
+    first, *others = sorted(different.values(), key=lambda each: (bool(each.conflict), each.energy))
+    return (first, *(replace(each, proven=False) for each in others))
 
 
-def _retargeted(facade: Facade, wishes: Sequence[Wish], grids: Sequence[str] | None) -> Retargeted:
-    metres = {each.axis: each.metres for each in wishes if isinstance(each, Size)}
+def _retargeted(facade: Facade, wishes: Sequence[Size], grids: Sequence[str] | None) -> Retargeted:
+    metres = {each.axis: each.metres for each in wishes}
     leaves = len(facade.leaves)
     for axis, size in metres.items():
         leaves *= max(1.0, size / float(facade.size[0, axis]))
@@ -144,7 +157,7 @@ def _retargeted(facade: Facade, wishes: Sequence[Wish], grids: Sequence[str] | N
 
 
 def _varied(
-    facade: Facade, wishes: Sequence[Wish], counts: tuple[int, int], grid: str, most: int
+    facade: Facade, wishes: Sequence[Size], counts: tuple[int, int], grid: str, most: int
 ) -> tuple[Edited, ...]:
     """Variations with so many more columns and rows of a grid and of those that go with it."""
     kind = kinds(facade)
@@ -181,12 +194,16 @@ def _why_not(before: Variation, grid: str, axis: int, step: int) -> str:
     return f"Grid '{grid}': no {name} can be {'added' if step > 0 else 'removed'}: {reason}"
 
 
-def _largest(facade: Facade) -> str:
+def _active(facade: Facade, grid: str) -> tuple[Facade, str]:
+    """The facade and the name of the grid that is edited: the largest with all that continue it if none is named."""
+    if grid:
+        return facade, grid
     if not facade.grids:
         raise FacadeError(
             "The facade has no grid, and none can be proposed: nothing in it comes twice. Give --width or --height."
         )
-    return max(facade.grids, key=lambda grid: len(grid.node)).name
+    facade = with_joint(facade)
+    return facade, max(facade.grids, key=lambda grid: len(grid.node)).name
 
 
 def _edited(
