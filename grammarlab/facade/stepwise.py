@@ -10,7 +10,7 @@ from grammarlab.facade.retarget import origin_of
 from grammarlab.facade.sequences import sequences
 from grammarlab.facade.sizes import resize
 from grammarlab.facade.tree import Facade
-from grammarlab.facade.variations import Variation, unedited
+from grammarlab.facade.variations import Variation, edits, unedited
 from grammarlab.facade.wishes import Size
 
 MOST_STEPS = 20
@@ -19,6 +19,8 @@ _BEAM = 4
 """Variations that are gone on from after each step."""
 _WORSE = 2
 """Steps in a row that may make things worse."""
+_WORK = 30_000
+"""Leaves of all variations after one step; larger facades are gone on from fewer, or not changed."""
 
 
 def stepwise(facade: Facade, wishes: Sequence[Size], grid: str) -> Variation:
@@ -57,3 +59,8 @@ def _along(facade: Facade, start: Variation, wish: Size, grid: str) -> Variation
         if not beam or worse > _WORSE:
             break
     return best
+
+
+def affordable(facade: Facade, grid: str, axis: int, work: int) -> int:
+    """How many facades like this one can be varied in a grid so that their variations have so many leaves in all."""
+    return work // (len(facade.leaves) * sum(1 for _ in edits(facade, (grid,), axis)))

@@ -17,13 +17,13 @@ from grammarlab.facade.ranking import ranked
 from grammarlab.facade.retarget import Retargeted, origin_of, retarget
 from grammarlab.facade.sequences import canonical, sequences
 from grammarlab.facade.sizes import Residuals, Resized, resize
-from grammarlab.facade.stepwise import MOST_STEPS, stepwise
+from grammarlab.facade.stepwise import MOST_STEPS, affordable, stepwise
 from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.facade.variations import Variation, unedited, vary
 from grammarlab.facade.wishes import Size, checked
 
-_KEPT = 40
-"""Variations that are gone on from after each step."""
+_KEPT, _WORK = 40, 60_000
+"""Variations that are gone on from after each step at most, and leaves of all that come of them."""
 _SOLVED = 200
 """Variations whose sizes are solved for."""
 _VISIBLE = 0.1
@@ -165,8 +165,9 @@ def _varied(
     for axis in (X, Y):
         also = tuple(dict.fromkeys((*following(facade, grid), *aligned(facade, grid, axis))))
         for _ in range(abs(counts[axis])):
-            whole = whole and len(found) <= _KEPT
-            before = found if len(found) <= _KEPT else ranked(found, kind, different=_KEPT)[:_KEPT]
+            kept = min(max(affordable(found[0].facade, grid, axis, _WORK), 1), _KEPT)
+            whole = whole and len(found) <= kept
+            before = found if len(found) <= kept else ranked(found, kind, different=kept)[:kept]
             step = 1 if counts[axis] > 0 else -1
             found = sequences(facade, grid, axis, step, also=also, start=before)
             if not found:
