@@ -51,8 +51,8 @@ def test_facades_are_as_large_as_asked(run, facade: Path, tmp_path: Path, option
 
 @pytest.mark.parametrize(("columns", "rows"), [(1, 0), (-1, 0), (0, 1), (0, -1), (-2, 1)])
 def test_columns_and_rows_come_and_go(run, facade: Path, tmp_path: Path, columns: int, rows: int) -> None:
-    found = results(run, facade, f"--columns={columns:+}", f"--rows={rows:+}", "-n", 5, "-o", tmp_path / "out")
-    assert 1 <= len(found) <= 5
+    found = results(run, facade, f"--columns={columns:+}", f"--rows={rows:+}", "-n", 3, "-o", tmp_path / "out")
+    assert 1 <= len(found) <= 3
     before = load_facade(facade)
     for each in found:
         made = check(load_facade(Path(each["file"])))
@@ -66,7 +66,7 @@ def test_columns_and_rows_come_and_go(run, facade: Path, tmp_path: Path, columns
 
 
 def test_a_width_is_kept_whatever_columns_come(run, facade: Path, tmp_path: Path) -> None:
-    options = ("--columns", "+1", "--width", "15", "-o", tmp_path / "out")
+    options = ("--columns", "+1", "--width", "15", "-n", 2, "-o", tmp_path / "out")
     for each in results(run, facade, *options, "--grid", "windows"):
         assert each["width"] == pytest.approx(15.0, abs=1e-6)
         assert each["grids"][0]["columns"] == 5

@@ -18,7 +18,7 @@ from grammarlab.facade.tree import Facade
 from grammarlab.files import write_bytes, write_text
 
 CONTACT = "contact.png"
-_PIXELS_PER_METRE, _LONGEST = 50.0, 800
+_PIXELS_PER_METRE, _LONGEST = 50.0, 640
 """Of pictures, and pixels of the longest side of all."""
 _SHEET, _MARGIN = 2400, 24
 """Pixels of the contact picture's width, and between facades."""
