@@ -19,8 +19,8 @@ _BEAM = 4
 """Variations that are gone on from after each step."""
 _WORSE = 2
 """Steps in a row that may make things worse."""
-_WORK = 30_000
-"""Leaves of all variations after one step; larger facades are gone on from fewer, or not changed."""
+_WORK = 150_000
+"""Leaves of all variations along one axis: some seconds. Large facades are gone on from fewer, or not changed."""
 
 
 def stepwise(facade: Facade, wishes: Sequence[Size], grid: str) -> Variation:
@@ -47,7 +47,7 @@ def _along(facade: Facade, start: Variation, wish: Size, grid: str) -> Variation
         solved = resize(variation.facade, [wish], origin_of(facade, variation))
         return bool(solved.conflict), sum(solved.energy)
 
-    best, least, beam, worse = start, cost(start), (start,), 0
+    best, least, beam, worse, work = start, cost(start), (start,), 0, _WORK
     for _ in range(MOST_STEPS):
         found = [each for each in sequences(facade, grid, wish.axis, step, also=also, start=beam) if not each.missing]
         beam = tuple(sorted(found, key=strain)[:_BEAM])
@@ -63,4 +63,9 @@ def _along(facade: Facade, start: Variation, wish: Size, grid: str) -> Variation
 
 def affordable(facade: Facade, grid: str, axis: int, work: int) -> int:
     """How many facades like this one can be varied in a grid so that their variations have so many leaves in all."""
-    return work // (len(facade.leaves) * sum(1 for _ in edits(facade, (grid,), axis)))
+    return work // _effort(facade, grid, axis)
+
+
+def _effort(facade: Facade, grid: str, axis: int) -> int:
+    """Leaves of all variations of a facade, about."""
+    return len(facade.leaves) * sum(1 for _ in edits(facade, (grid,), axis))
