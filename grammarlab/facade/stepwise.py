@@ -49,6 +49,10 @@ def _along(facade: Facade, start: Variation, wish: Size, grid: str) -> Variation
 
     best, least, beam, worse, work = start, cost(start), (start,), 0, _WORK
     for _ in range(MOST_STEPS):
+        beam = beam[: affordable(beam[0].facade, grid, wish.axis, work)]
+        if not beam:
+            break
+        work -= len(beam) * _effort(beam[0].facade, grid, wish.axis)
         found = [each for each in sequences(facade, grid, wish.axis, step, also=also, start=beam) if not each.missing]
         beam = tuple(sorted(found, key=strain)[:_BEAM])
         costs = [cost(each) for each in beam]
