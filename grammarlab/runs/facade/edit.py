@@ -85,8 +85,8 @@ def edit(
 ) -> tuple[Edited, ...]:
     """What a facade may become, the best first.
 
-    For another size alone, columns and rows are repeated or left out as deforms the facade least (`retarget`), and
-    the second result keeps all of them. Where columns or rows are given, these are the different variations that have
+    For another size alone, columns and rows are repeated or left out as deforms the facade least (`retarget`), or
+    one by one where that deforms it visibly (`stepwise`); another result keeps all of them. Where columns or rows are given, these are the different variations that have
     them: the one of least energy, then always one that looks different from all before it (`ranked`). Results without
     a conflict come first.
 
@@ -135,7 +135,8 @@ def _resized(facade: Facade, wishes: Sequence[Size], grid: str) -> tuple[Edited,
         found = [(unedited(facade), replace(plain, missing=(f"no columns or rows were repeated: {error}",)))]
     best = found[0][1]
     start = time.perf_counter()
-    if facade.grids and len(best.facade.leaves) <= _LEAVES and best.energy > _VISIBLE**2 * len(best.facade.leaves):
+    # What contradicts each other mostly does so with any columns, and each of them would have to be explained.
+    if facade.grids and not best.conflict and best.energy > _VISIBLE**2 * len(best.facade.leaves):
         joined, name = _active(facade, grid)
         each = stepwise(joined, wishes, name)
         solved = resize(each.facade, wishes, origin_of(facade, each))
