@@ -86,9 +86,9 @@ def edit(
     """What a facade may become, the best first.
 
     For another size alone, columns and rows are repeated or left out as deforms the facade least (`retarget`), or
-    one by one where that deforms it visibly (`stepwise`); another result keeps all of them. Where columns or rows are given, these are the different variations that have
-    them: the one of least energy, then always one that looks different from all before it (`ranked`). Results without
-    a conflict come first.
+    one by one where that deforms it visibly (`stepwise`); another result keeps all of them. Where columns or rows are
+    given, these are the different variations that have them: the one of least energy, then always one that looks
+    different from all before it (`ranked`). Results without a conflict come first.
 
     Args:
         facade: the facade; grids are proposed where it has none.
