@@ -2,7 +2,7 @@
 # test   everything that must hold: format, lint, types, layers, tests
 # check  the fast, static half of it
 # bench  how fast it is, as ratios within one run
-# facades  make the shipped facades and the family of one again, from their rules
+# facades  make the shipped facades and the family of one again, from their rules, and the picture of one in four widths
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV   := .venv
@@ -49,6 +49,12 @@ facades: $(VENV)/.dev
 	$(FACE) --start School --parts Light,Pilaster,Belt,Cornice,Plinth -o $(FACADES)/school.json
 	$(FACE) --start Flats --parts WideWindow,Balcony,BalconyWindow,StairLight,EntranceDoor,Coping -o $(FACADES)/flats.json
 	$(BIN)/grammarlab facade grammar $(FACADES)/arcade.json --widths 10:27 --heights 10:24 -o $(FACADES)/arcade_family.cga
+	for width in 14.7 21 31.5 42; do \
+		$(BIN)/grammarlab facade edit $(FACADES)/arcade.json --width $$width -n 1 -o out/arcade/$$width && \
+		$(BIN)/grammarlab facade show out/arcade/$$width/001.facade.json --pixels 20 -o out/arcade/$$width.png || exit 1; done
+	$(BIN)/python -c 'import sys; from PIL import Image; from grammarlab.runs.facade.gallery import sheet; \
+		sheet([Image.open(f"out/arcade/{each}.png") for each in sys.argv[1:]]).save("docs/images/arcade_widths.png")' \
+		14.7 21 31.5 42
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix $(CODE)

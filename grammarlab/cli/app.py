@@ -12,6 +12,7 @@ from grammarlab.cli.compare import compare
 from grammarlab.cli.evaluate import evaluate
 from grammarlab.cli.examples import list_examples
 from grammarlab.cli.facade import facade
+from grammarlab.cli.facade_edit import edit
 from grammarlab.cli.facade_grammar import grammar
 from grammarlab.cli.facade_show import show as show_facade
 from grammarlab.cli.format import format_file
@@ -56,6 +57,7 @@ app.command("score")(score)
 app.command("learn")(learn)
 app.command("compare")(compare)
 app.command("evaluate")(evaluate)
+facade.command("edit")(edit)
 facade.command("grammar")(grammar)
 facade.command("show")(show_facade)
 app.add_typer(facade)

@@ -92,8 +92,8 @@ def tree_of(graph: Neighbours) -> Topology:
     A line through the whole wall parts leaves that no vertical neighbourhood connects, and only such a line does: what
     stands on one upright line is connected from the bottom to the top. So the parts of a node along x are the
     components of the vertical edges, along y those of the horizontal ones. This finds every tree, which collapsing
-    chains one after the other does not. Where lines through the whole facade cross, its first division is along x: a
-    graph does not say which it was, and the leaves are the same either way.
+    chains one after the other does not. Where lines through the whole facade cross, its first division is along y, as
+    in `cutting.cut`: a graph does not say which it was, and the leaves are the same either way.
 
     Raises:
         FacadeError: when neither axis has a line: the leaves form a pinwheel; or when the edges are of no facade, for
@@ -122,7 +122,7 @@ def _parts(node: Ints, leaves: Ints, edges: tuple[Ints, Ints], divided: int) -> 
     if len(leaves) == 1:
         return LEAF, np.zeros(1, dtype=np.int64), []
     inside = [np.searchsorted(leaves, links) for links in edges]
-    for along in (X, Y):
+    for along in (Y, X):
         num_parts, part = _components(inside[1 - along], len(leaves))
         if along != divided and num_parts > 1:
             order = _chain(part[inside[along]], num_parts)

@@ -113,11 +113,12 @@ def retarget(
         if options:
             choice, variation = _chosen(options, facade, wish, weights, build, most_tries)
             choices.append(choice)
-    resized = resize(variation.facade, wishes, _origin(facade, variation), weights)
+    resized = resize(variation.facade, wishes, origin_of(facade, variation), weights)
     return Retargeted(variation, resized, tuple(choices))
 
 
-def _origin(facade: Facade, variation: Variation) -> Origin:
+def origin_of(facade: Facade, variation: Variation) -> Origin:
+    """What the nodes of a variation would like to be: as large as wanted, and where their sources in the facade are."""
     return Origin(facade.position[variation.source], variation.wanted, facade.size[0])
 
 
@@ -144,7 +145,7 @@ def _chosen(
                 made = build(options[owner], options[owner].spread(counts))
             except FacadeError:
                 return np.inf
-            energy = _energy(made.facade, _origin(facade, made), wish, weights, held)
+            energy = _energy(made.facade, origin_of(facade, made), wish, weights, held)
             return energy + rows[owner][0].unevenness(counts) + others[owner]
 
         return fewest(boxes, solve, unchanged[0], GAP, slack, most_tries)

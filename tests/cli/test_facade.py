@@ -5,7 +5,8 @@ import json
 import pytest
 from PIL import Image
 
-from grammarlab.facade.file import load_facade
+from grammarlab.facade.file import dumps, load_facade
+from grammarlab.facade.proposals import with_proposals
 from tests.facade.drawings import drawing
 from tests.facade.reading.city import usual
 from tests.facade.reading.formats import as_cmp, as_coco
@@ -34,6 +35,11 @@ def test_an_annotation_becomes_a_facade_with_its_picture(run, folder):
     width, height = drawing(4).size
     assert facade.height == pytest.approx(12.0 * height / width)
     assert [picture.name for picture in facade.pictures] == ["house.jpg"]
+    assert dumps(facade) == dumps(with_proposals(facade))
+    assert values["grids"] == [
+        {"name": grid.name, "rows": grid.num_rows, "columns": grid.num_columns} for grid in facade.grids
+    ]
+    assert values["grids"]
     assert 0.0 < values["snapped"] <= 0.01 * min(facade.width, facade.height)
 
 

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 
 from grammarlab.errors import FacadeError
+from grammarlab.facade.cutting import cut
 from grammarlab.facade.neighbours import Neighbours, neighbours, tree_of
 from grammarlab.facade.tree import LEAF, Facade, X, Y, laid_out, plain
 from tests.facade.strategies import trees
@@ -115,12 +116,16 @@ def test_one_leaf_and_ten_thousand() -> None:
 
 def test_where_lines_cross_the_leaves_are_those_of_the_other_tree() -> None:
     """A window of four panes is two rows as much as two columns."""
-    parent, axis = np.array([-1, 0, 1, 1, 0, 4, 4]), np.array([Y, X, LEAF, LEAF, X, LEAF, LEAF], dtype=np.int8)
-    sizes = np.array([[0, 0], [0, 0], [1, 3], [2, 3], [0, 0], [1, 4], [2, 4]], dtype=np.float64)
+    parent, axis = np.array([-1, 0, 1, 1, 0, 4, 4]), np.array([X, Y, LEAF, LEAF, Y, LEAF, LEAF], dtype=np.int8)
+    sizes = np.array([[0, 0], [0, 0], [1, 3], [1, 4], [0, 0], [2, 3], [2, 4]], dtype=np.float64)
     facade = plain(parent, axis, *laid_out(parent, axis, sizes), [""] * 7)
     graph = neighbours(facade)
     tree = tree_of(graph)
-    assert tree.axis.tolist() == [X, Y, LEAF, LEAF, Y, LEAF, LEAF]
+    assert tree.axis.tolist() == [Y, X, LEAF, LEAF, X, LEAF, LEAF]
+    low = facade.position[facade.leaves]
+    again, _ = cut(low, low + facade.size[facade.leaves], ["pane"] * 4)
+    assert again.axis.tolist() == tree.axis.tolist()
+    assert again.parent.tolist() == tree.parent.tolist()
     node = np.where(tree.leaf >= 0, graph.node[tree.leaf], 0)
     position, size = laid_out(tree.parent, tree.axis, facade.size[node])
     leaves = tree.leaf >= 0

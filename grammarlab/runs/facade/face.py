@@ -13,6 +13,7 @@ from grammarlab.derivation import derive
 from grammarlab.facade.assembling import assemble
 from grammarlab.facade.drawing import front, picture_size
 from grammarlab.facade.file import save_facade
+from grammarlab.facade.proposals import with_proposals
 from grammarlab.facade.reading.face import face_of
 from grammarlab.facade.tree import Picture
 from grammarlab.runs.derive_batch import compiled
@@ -33,7 +34,7 @@ def read_face(
     tolerance: float | None = None,
     split: bool = False,
 ) -> ReadResult:
-    """Make a facade of a side of the first model of a grammar, and a picture of that side for its leaves to show.
+    """Make a facade of a side of the first model of a grammar, with grids, and a picture of that side to show.
 
     Args:
         rules: a rule file, or the name of a shipped grammar.
@@ -68,5 +69,6 @@ def read_face(
     output.parent.mkdir(parents=True, exist_ok=True)
     if output.exists():  # made again, with its picture
         (output.parent / name).unlink(missing_ok=True)
-    save_facade(made.facade, output)
-    return ReadResult(made.facade, output, made.moved, made.notes, time.perf_counter() - start)
+    facade = with_proposals(made.facade)
+    save_facade(facade, output)
+    return ReadResult(facade, output, made.moved, made.notes, time.perf_counter() - start)

@@ -10,6 +10,7 @@ from grammarlab.errors import UsageError
 from grammarlab.facade.assembling import assemble
 from grammarlab.facade.file import save_facade
 from grammarlab.facade.pictures import is_plain, load_picture, picture_size
+from grammarlab.facade.proposals import with_proposals
 from grammarlab.facade.reading.choosing import read_annotation
 from grammarlab.facade.tree import Facade
 
@@ -38,7 +39,7 @@ def read_facade(
     tolerance: float | None = None,
     split: bool = False,
 ) -> ReadResult:
-    """Read the facade of a file, and write it as a file of our own.
+    """Read the facade of a file, propose grids for it, and write it as a file of our own.
 
     Args:
         path: CMP XML, CityGML, COCO or LabelMe JSON, or CSV; see docs/facades.md.
@@ -72,5 +73,6 @@ def read_facade(
         pixels=pixels,
     )
     output.parent.mkdir(parents=True, exist_ok=True)
-    save_facade(made.facade, output)
-    return ReadResult(made.facade, output, made.moved, made.notes, time.perf_counter() - start)
+    facade = with_proposals(made.facade)
+    save_facade(facade, output)
+    return ReadResult(facade, output, made.moved, made.notes, time.perf_counter() - start)

@@ -1,0 +1,92 @@
+"""Several facades as files in one folder, and all of them on one picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from grammarlab.errors import UsageError
+from grammarlab.facade.drawing import draw
+from grammarlab.facade.file import save_facade
+from grammarlab.facade.svg import svg
+from grammarlab.facade.tree import Facade
+from grammarlab.files import write_bytes, write_text
+
+CONTACT = "contact.png"
+_PIXELS_PER_METRE, _LONGEST = 50.0, 640
+"""Of pictures, and pixels of the longest side of all."""
+_SHEET, _MARGIN = 2400, 24
+"""Pixels of the contact picture's width, and between facades."""
+
+
+def save_gallery(facades: Sequence[Facade], folder: Path, source: Path | None = None) -> list[Path]:
+    """Write each facade as ``001.facade.json``, ``001.svg`` and ``001.png``, and all as ``contact.png``.
+
+    Everything is drawn before the first file is written. Pictures have one scale.
+
+    Args:
+        facades: at least one.
+        folder: where to write; made if it is not there.
+        source: a file that is not written over.
+
+    Returns:
+        The files of the facades.
+
+    Raises:
+        UsageError: when one would be written over the source.
+        FacadeError: when a facade cannot be drawn, or another picture of the name of one of theirs is there.
+    """
+    names = [f"{number:03}" for number in range(1, len(facades) + 1)]
+    files = [folder / f"{name}.facade.json" for name in names]
+    if source and any(file.exists() and file.samefile(source) for file in files):
+        raise UsageError(f"{source} would be written over: write to another folder.")
+    longest = max(max(facade.width, facade.height) for facade in facades)
+    scale = min(_PIXELS_PER_METRE, _LONGEST / longest)
+    facades = [_renamed(facade, {CONTACT, *(f"{name}.png" for name in names)}) for facade in facades]
+    drawings = [svg(facade) for facade in facades]
+    pictures = [Image.fromarray(draw(facade, scale)) for facade in facades]
+    contact = sheet(pictures)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, file, facade, drawing, picture in zip(names, files, facades, drawings, pictures, strict=True):
+        save_facade(facade, file)
+        write_text(folder / f"{name}.svg", drawing)
+        write_bytes(folder / f"{name}.png", _png(picture))
+    write_bytes(folder / CONTACT, _png(contact))
+    return files
+
+
+def sheet(pictures: Sequence[Image.Image]) -> Image.Image:
+    """Pictures side by side on white, in as many rows as they need, standing on one line in each."""
+    rows: list[list[Image.Image]] = [[]]
+    for picture in pictures:
+        if rows[-1] and _MARGIN + sum(each.width + _MARGIN for each in (*rows[-1], picture)) > _SHEET:
+            rows.append([])
+        rows[-1].append(picture)
+    width = max(_MARGIN + sum(each.width + _MARGIN for each in row) for row in rows)
+    bottom = np.cumsum([max(each.height for each in row) + _MARGIN for row in rows]).tolist()
+    page = Image.new("RGB", (width, bottom[-1] + _MARGIN), "white")
+    for row, floor in zip(rows, bottom, strict=True):
+        left = _MARGIN
+        for picture in row:
+            page.paste(picture, (left, floor - picture.height))
+            left += picture.width + _MARGIN
+    return page
+
+
+def _renamed(facade: Facade, taken: set[str]) -> Facade:
+    """The facade, its own pictures under names that no drawing has."""
+    pictures = [
+        replace(each, name=f"shown-{each.name}") if each.name.lower() in taken else each for each in facade.pictures
+    ]
+    return replace(facade, pictures=tuple(pictures))
+
+
+def _png(picture: Image.Image) -> bytes:
+    content = BytesIO()
+    picture.save(content, "PNG")
+    return content.getvalue()
