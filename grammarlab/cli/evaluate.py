@@ -35,7 +35,10 @@ def evaluate(
         ),
     ],
     methods: Annotated[
-        str, typer.Option("--methods", help="default,paper,kde,sklearn,lightgbm; those that each scenario names if left out.")
+        str,
+        typer.Option(
+            "--methods", help="default,paper,kde,sklearn,lightgbm; those that each scenario names if left out."
+        ),
     ] = "",
     person: Annotated[str, typer.Option("--person", help=PERSONS_HELP + " Several with commas between.")] = "exact",
     seeds: Annotated[int, typer.Option("--seeds", help="Simulated persons for each method.", min=1, max=1000)] = 10,

@@ -29,9 +29,9 @@ def label(
         int, typer.Option("--seed", help="Which person; others choose and score others.", min=0, max=2**64 - 1)
     ] = 0,
     person: Annotated[str, typer.Option("--person", help=PERSONS_HELP)] = "exact",
-    method: Annotated[str, typer.Option("--method", help="How models are chosen: default, paper, kde, sklearn, lightgbm.")] = (
-        "default"
-    ),
+    method: Annotated[
+        str, typer.Option("--method", help="How models are chosen: default, paper, kde, sklearn, lightgbm.")
+    ] = ("default"),
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the labels.")] = False,
 ) -> None:
     """Let a simulated person score models of a scenario, and save the labels."""

@@ -148,7 +148,8 @@ def _share(
     rows, scores = rows[some], scores[some]
     # Equal rows are held out together: otherwise one would tell the other.
     _, row = np.unique(rows, axis=0, return_inverse=True)
-    fold = randomness.permutation(FOLDS * (1 + int(row.max()) // FOLDS))[row.reshape(-1)] % FOLDS
+    row = row.reshape(-1)
+    fold = randomness.permutation(FOLDS * (1 + int(row.max()) // FOLDS))[row] % FOLDS
     predicted = np.zeros((2, len(scores)))
     for number in range(FOLDS):
         held, known = fold == number, fold != number
@@ -159,12 +160,12 @@ def _share(
                 predicted[1, held] = cells.without(rows[known], scores[known], continuous).predict(rows[held]).mean
     predicted[1] = expected_score(predicted[1], cells.noise, cells.blunders)
     predicted = np.clip(predicted, 0.0, MAX_SCORE)
-    share = _best_share(predicted, scores)
+    share = _best_share(predicted, scores, row)
     missed = share * predicted[0] + (1.0 - share) * predicted[1] - scores
     return share, float(np.median(np.abs(missed))) * _OF_MEDIAN
 
 
-def _best_share(predicted: Floats, scores: Floats) -> float:
+def _best_share(predicted: Floats, scores: Floats, row: Ints) -> float:
     """The smallest share of the process that predicts scores about as well as the best one.
 
     A divergence between densities is, where it is small, a sum of squared errors beside what is expected. About as well
@@ -173,11 +174,12 @@ def _best_share(predicted: Floats, scores: Floats) -> float:
     Args:
         predicted: [2, n] by the process and by the cells, 0-100.
         scores: [n] 0-100.
+        row: [n] number of the design of each, from 0; what is missed of one design counts once.
     """
     expected = predicted.mean(axis=0)
     weights = 1.0 / (expected + _SMALL_PART * max(float(expected.max()), 1.0))
     shares = np.array(SHARES)[:, None]
     losses = weights * (shares * predicted[0] + (1.0 - shares) * predicted[1] - scores) ** 2
-    worse = losses - losses[losses.sum(axis=1).argmin()]
-    error = np.sqrt(len(scores)) * worse.std(axis=1)
+    worse = np.array([np.bincount(row, each) for each in losses - losses[losses.sum(axis=1).argmin()]])
+    error = np.sqrt(worse.shape[1]) * worse.std(axis=1)
     return SHARES[int(np.argmax(worse.sum(axis=1) <= error))]
