@@ -95,10 +95,10 @@ def test_a_facade_without_grids_gets_some(run, tmp_path: Path) -> None:
     ("arguments", "code", "says"),
     [
         ([], 2, "nothing to do"),
-        (["--width", "0"], 1, "above 0"),
-        (["--width", "-3"], 1, "above 0"),
+        (["--width", "0"], 2, "above 0"),
+        (["--width", "-3"], 2, "above 0"),
         (["--height", "1e9"], 1, "at most"),
-        (["--width", "nan"], 1, "above 0"),
+        (["--width", "nan"], 2, "above 0"),
         (["--width", "wide"], 2, "valid number"),
         (["--columns", "21"], 2, "at most 20"),
         (["--columns", "-4"], 1, "no column can be removed: it has one column"),

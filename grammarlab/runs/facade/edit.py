@@ -100,7 +100,7 @@ def edit(
         most: how many results.
 
     Raises:
-        UsageError: when nothing is wished for, or too many columns or rows.
+        UsageError: when nothing is wished for, lengths are not above 0, or for too many columns or rows.
         FacadeError: for lengths that no facade can have, a grid that there is not, and columns and rows that cannot be
             added or removed.
     """
@@ -108,6 +108,9 @@ def edit(
         raise UsageError("nothing to do: give --width, --height, --columns or --rows.")
     if max(abs(columns), abs(rows)) > MOST_STEPS:
         raise UsageError(f"--columns and --rows: expected at most {MOST_STEPS} more or fewer.")
+    for name, metres in (("--width", width), ("--height", height)):
+        if metres is not None and not (isfinite(metres) and metres > 0.0):
+            raise UsageError(f"{name}: expected metres above 0, found {metres:g}.")
     facade = facade if facade.grids else with_proposals(facade)
     wishes = [Size(0, axis, size) for axis, size in ((X, width), (Y, height)) if size is not None]
     checked(wishes, facade)
