@@ -129,3 +129,18 @@ def other(folder: Path) -> Path:
     path = folder / "other.json"
     path.write_text("{}")
     return path
+
+
+def test_a_folder_shows_one_run(run, facade: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run("facade", "edit", facade, "--width", 23, "-o", out)
+    many = {path.name for path in out.iterdir()}
+    assert "002.facade.json" in many
+    (out / "mine.png").write_bytes(b"mine")
+    # What is edited is never removed, by whatever number it goes.
+    run("facade", "edit", out / "002.facade.json", "--width", 23, "-n", 1, "-o", out, code=2)
+    assert {path.name for path in out.iterdir()} == many | {"mine.png"}
+    run("facade", "edit", facade, "--width", 23, "-n", 1, "-o", out)
+    names = {path.name for path in out.iterdir()}
+    assert {"001.facade.json", "001.png", "001.svg", "contact.png", "mine.png"} <= names
+    assert not [name for name in names if name.startswith("002")]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from io import BytesIO
+from itertools import count, takewhile
 from pathlib import Path
 
 import numpy as np
@@ -27,12 +28,13 @@ _SHEET, _MARGIN = 2400, 24
 def save_gallery(facades: Sequence[Facade], folder: Path, source: Path | None = None) -> list[Path]:
     """Write each facade as ``001.facade.json``, ``001.svg`` and ``001.png``, and all as ``contact.png``.
 
-    Everything is drawn before the first file is written. Pictures have one scale.
+    Everything is drawn before the first file is written. Pictures have one scale. Facades of higher numbers, which an
+    earlier run has left there, are removed: a folder shows one run.
 
     Args:
         facades: at least one.
         folder: where to write; made if it is not there.
-        source: a file that is not written over.
+        source: a file that is neither written over nor removed.
 
     Returns:
         The files of the facades.
@@ -43,7 +45,9 @@ def save_gallery(facades: Sequence[Facade], folder: Path, source: Path | None = 
     """
     names = [f"{number:03}" for number in range(1, len(facades) + 1)]
     files = [folder / f"{name}.facade.json" for name in names]
-    if source and any(file.exists() and file.samefile(source) for file in files):
+    earlier = _earlier(folder, len(names))
+    gone = [folder / f"{name}.facade.json" for name in earlier]
+    if source and any(file.exists() and file.samefile(source) for file in (*files, *gone)):
         raise UsageError(f"{source} would be written over: write to another folder.")
     longest = max(max(facade.width, facade.height) for facade in facades)
     scale = min(_PIXELS_PER_METRE, _LONGEST / longest)
@@ -57,7 +61,16 @@ def save_gallery(facades: Sequence[Facade], folder: Path, source: Path | None = 
         write_text(folder / f"{name}.svg", drawing)
         write_bytes(folder / f"{name}.png", _png(picture))
     write_bytes(folder / CONTACT, _png(contact))
+    for name in earlier:
+        for suffix in ("facade.json", "svg", "png"):
+            (folder / f"{name}.{suffix}").unlink(missing_ok=True)
     return files
+
+
+def _earlier(folder: Path, num: int) -> list[str]:
+    """Numbers of facades after the given one, as long as there are files of them."""
+    following = (f"{number:03}" for number in count(num + 1))
+    return list(takewhile(lambda name: (folder / f"{name}.facade.json").is_file(), following))
 
 
 def sheet(pictures: Sequence[Image.Image]) -> Image.Image:
