@@ -6,6 +6,7 @@ import os
 from contextlib import closing
 from pathlib import Path
 
+from grammarlab.runs.scoring.said import Said
 from grammarlab.runs.scoring.store import Store
 
 MANY = int(os.environ.get("GRAMMARLAB_KILLS", "0"))
@@ -17,7 +18,7 @@ class Scores:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.saved: dict[str, float] = {}
+        self.saved: dict[str, Said] = {}
         self.revision = self.number = 0
 
     def next(self) -> dict[str, object]:
@@ -27,7 +28,7 @@ class Scores:
 
     def acknowledge(self, number: int, revision: int) -> None:
         """Somebody was told that a score is saved."""
-        self.saved |= dict.fromkeys(_models(number), float(number % 101))
+        self.saved |= dict.fromkeys(_models(number), Said(float(number % 101)))
         self.revision = max(self.revision, revision)
 
     def check(self, under_way: int) -> None:

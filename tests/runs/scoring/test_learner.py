@@ -12,7 +12,8 @@ from grammarlab.runs.scoring.crew import Handler
 from grammarlab.runs.scoring.knowledge import ModelPool
 from grammarlab.runs.scoring.learner import learner
 from grammarlab.runs.scoring.populate import WAYS
-from grammarlab.runs.scoring.tasks import Choice, Choose, Features, Learned, Prepare, Update
+from grammarlab.runs.scoring.said import Said
+from grammarlab.runs.scoring.tasks import Choice, Choose, Factors, Features, Learned, Prepare, Update
 from tests.runs.scoring.tower import TOWER, kind_of
 
 SEED, SIZE = 3, 150
@@ -35,7 +36,12 @@ def handler() -> Handler:
 
 
 def update(handler: Handler, factors: dict[str, dict[str, float]], choice: Choice | None = None) -> Learned:
-    return handler(Update(factors, NUMBERS, choice), report)
+    return handler(Update(said(factors), NUMBERS, choice), report)
+
+
+def said(factors: dict[str, dict[str, float]]) -> Factors:
+    """Scores of 0 to 100."""
+    return {name: {model: Said(score) for model, score in scores.items()} for name, scores in factors.items()}
 
 
 def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
@@ -44,8 +50,8 @@ def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
     assert features.rows.shape == (SIZE, len(features.names))
     assert len(set(features.names)) == len(features.names)
     scores = {"overall": dict.fromkeys(pool.names[:3], 50.0)}
-    assert handler(Update(scores, NUMBERS, None, features.version), report).features is None
-    again = handler(Update(scores, NUMBERS, None, 0), report).features
+    assert handler(Update(said(scores), NUMBERS, None, features.version), report).features is None
+    again = handler(Update(said(scores), NUMBERS, None, 0), report).features
     assert again.version == features.version
     assert np.array_equal(again.rows, features.rows)
 
@@ -118,10 +124,10 @@ def test_a_mistake_among_models_that_are_not_of_the_pool_is_shown_first(handler:
     scores[elsewhere[13]] = 100.0 - scores[elsewhere[13]]
     choice = Choice("already ranked", "overall", 40, 1)
     update(handler, {"overall": scores})
-    chosen = handler(Choose({"overall": scores}, NUMBERS, choice), report)
+    chosen = handler(Choose(said({"overall": scores}), NUMBERS, choice), report)
     assert chosen[0] == elsewhere[13]
     assert set(chosen) == set(scores)
-    others = handler(Choose({"overall": scores}, NUMBERS, Choice("default", "overall", SIZE, 1)), report)
+    others = handler(Choose(said({"overall": scores}), NUMBERS, Choice("default", "overall", SIZE, 1)), report)
     assert set(others) == set(pool.names[20:])
 
 
@@ -144,7 +150,7 @@ def test_the_density_does_not_move_without_new_scores(handler: Handler, pool: Mo
 def test_models_are_chosen_before_anything_is_learned(pool: ModelPool):
     handler = learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
     for way in WAYS:
-        chosen = handler(Choose({"overall": {pool.names[0]: 5.0}}, NUMBERS, Choice(way, "overall", 4, 2)), report)
+        chosen = handler(Choose(said({"overall": {pool.names[0]: 5.0}}), NUMBERS, Choice(way, "overall", 4, 2)), report)
         assert len(chosen) == (1 if way == "already ranked" else 4)
         assert (pool.names[0] in chosen) == (way == "already ranked")
 
@@ -154,7 +160,7 @@ def test_a_renamed_factor_keeps_what_was_learned(handler: Handler, pool: ModelPo
     update(handler, {"a": scores, "b": scores})
 
     def chosen(factors: dict[str, dict[str, float]], numbers: dict[str, int], factor: str) -> list[str]:
-        return handler(Choose(factors, numbers, Choice("density", factor, 20, 1)), report)
+        return handler(Choose(said(factors), numbers, Choice("density", factor, 20, 1)), report)
 
     for factor, renamed in (("a", "roofs"), ("", "")):
         before = chosen({"a": scores, "b": scores}, NUMBERS, factor)
