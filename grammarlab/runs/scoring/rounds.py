@@ -257,7 +257,11 @@ class Rounds:
             try:
                 if outcome.value is None:
                     raise UsageError(outcome.error)
-                self.do("import", {"scores": outcome.value})
+                entries = {
+                    name: {subject: said.as_json() for subject, said in scores.items()}
+                    for name, scores in outcome.value.items()
+                }
+                self.do("import", {"scores": entries})
                 answer({"added": sum(map(len, outcome.value.values()))}, ())
             except GrammarlabError as error:
                 refuse(str(error))
