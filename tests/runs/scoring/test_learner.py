@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from grammarlab.learning.addresses import Address
+from grammarlab.learning.answers import answers_of
+from grammarlab.learning.pool import Pool
+from grammarlab.learning.round import Study, init, step
+from grammarlab.preference.label_files import read_labels, save_labels
+from grammarlab.preference.labels import Kind, Labels
+from grammarlab.runs.domains import opened
 from grammarlab.runs.scoring.crew import Handler
 from grammarlab.runs.scoring.knowledge import ModelPool
+from grammarlab.runs.scoring.labels import labels_of
 from grammarlab.runs.scoring.learner import learner
 from grammarlab.runs.scoring.populate import WAYS
-from grammarlab.runs.scoring.said import Said
+from grammarlab.runs.scoring.said import Said, compared
 from grammarlab.runs.scoring.tasks import Choice, Choose, Factors, Features, Learned, Prepare, Update
 from tests.runs.scoring.tower import TOWER, kind_of
 
@@ -167,3 +175,43 @@ def test_a_renamed_factor_keeps_what_was_learned(handler: Handler, pool: ModelPo
         numbers = {"roofs": NUMBERS["a"], "b": NUMBERS["b"], "a": 9}
         assert chosen({"roofs": scores, "b": scores, "a": {}}, numbers, renamed) == before
     assert chosen({"roofs": scores, "b": scores, "a": {}}, numbers, "a") != before
+
+
+def test_a_label_file_teaches_what_the_session_learns_to_the_last_bit(
+    handler: Handler, pool: ModelPool, tmp_path: Path
+):
+    """Whatever was said, and in whatever order it stands in the file."""
+    elsewhere = [str(Address(flat, 99, 4)) for flat in (False, True)]
+    liked = {model: kind_of(model) == "Flat" for model in (*pool.names[:60], *elsewhere)}
+    kinds: list[Kind] = ["score", "stars", "thumb"]
+    scores = {model: Said(100.0 * liked[model], kinds[index % 3]) for index, model in enumerate(pool.names[:30])}
+    pairs = [*zip(pool.names[30:44], pool.names[44:58], strict=True), (pool.names[58], elsewhere[0]), tuple(elsewhere)]
+    for one, other in pairs:
+        kind: Kind = "tie" if liked[one] == liked[other] else "rather"
+        scores |= [compared([one, other] if liked[one] else [other, one], kind)]
+    factors: Factors = {"overall": scores, "a": {pool.names[0]: Said(30.0)}}
+    study = Study(opened(".cga", TOWER, "tower", Path()), Pool(SEED, SIZE))
+    labels = labels_of(factors, study.space.hashes[0])
+    save_labels(Labels(labels.rows[::-1]), tmp_path / "all.csv")
+    state = step(study, init(study), answers_of(read_labels(tmp_path / "all.csv"), study.space.hashes))
+    found = handler(Update(factors, NUMBERS, Choice("default", "overall", 4, 1)), report)
+    assert set(found.elsewhere) == set(elsewhere)
+    rows = study.table(state).rows
+    for name in factors:
+        assert np.array_equal(found.factors[name].mean, state.preferences[name].predict(rows).mean.astype(np.float32))
+    flat = np.array([kind_of(model) == "Flat" for model in pool.names])
+    mean = found.factors["overall"].mean[:SIZE]
+    assert mean[flat].min() > mean[~flat].max()
+
+
+@pytest.mark.parametrize("kind", ["rather", "tie"])
+def test_comparisons_alone_can_be_learned_from(handler: Handler, pool: ModelPool, kind: Kind):
+    pairs = list(zip(pool.names[:16:2], pool.names[1:16:2], strict=True))
+    scores = dict(compared(pair, kind) for pair in pairs)
+    for way in WAYS:
+        found = handler(Update({"overall": scores}, NUMBERS, Choice(way, "overall", 6, 1)), report)
+        assert np.isfinite(found.factors["overall"].mean).all()
+        assert (found.product is None) == (kind == "tie")
+        assert len(set(found.chosen)) == (0 if way == "already ranked" else 6)
+    asked = {frozenset(found.chosen[place : place + 2]) for place in range(0, len(found.chosen), 2)}
+    assert not asked & {frozenset(pair) for pair in pairs}

@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source be1c483f5ee544b6 */
+/* Built from source/ by bundle.js; do not edit. Source 968c59bbc6f5e628 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -204,7 +204,6 @@ function makeCompare(page) {
     element("div", { class: "gl-two" }, ...sides.map((side) => side.element)),
     element("div", { class: "gl-row gl-answers" }, back, alike, clear, skip, more)
   );
-  section.addEventListener("keydown", (event) => press(event) && event.preventDefault());
   function makeSide(verdict) {
     const picture = element("div", { class: "gl-picture gl-empty" });
     const choose = element("button", { type: "button", class: "gl-candidate", onclick: () => say(verdict) }, picture);
@@ -287,9 +286,10 @@ function makeCompare(page) {
     skip.disabled = index === pairs().length - 1;
     clear.disabled = said2 === null;
     more.classList.toggle("gl-primary", open === 0);
-    const ahead = pairs().slice(index, index + 2);
+    const here = pair().models.every((model) => (page.pictures.find(model)?.size ?? 0) >= PIXELS);
+    const wanted = pairs().slice(index, index + (here ? 2 : 1));
     page.pictures.want(
-      ahead.flatMap(({ models }) => models),
+      wanted.flatMap(({ models }) => models),
       PIXELS
     );
   }
@@ -1014,7 +1014,7 @@ function hintOf(state) {
   return `${all}; ${known}${more}`;
 }
 function said({ scored, compared }) {
-  return [scored ? `${scored} scores` : "", compared ? `${compared} comparisons` : ""].filter(Boolean).join(" and ");
+  return [scored && `${scored} scores`, compared && `${compared} comparisons`].filter(Boolean).join(" and ");
 }
 function relevanceLine({ name, level, share }) {
   const fill = element("i");
@@ -2288,7 +2288,8 @@ function build(root, channel, first) {
     const command = event.ctrlKey || event.metaKey;
     const key = event.key.toLowerCase();
     if (command && key === "enter") void page.ask("update");
-    else if (typing) return;
+    else if (typing || event.defaultPrevented) return;
+    else if (!inDialog(event) && compare.press(event)) return event.preventDefault();
     else if (key === "?") help.open();
     else if (!command && key === "t") {
       scoring.nextScale();
@@ -2301,9 +2302,7 @@ function build(root, channel, first) {
   };
   root.addEventListener("keydown", everywhere);
   const loose = (event) => {
-    if (event.target !== document.body) return;
-    if (compare.press(event)) event.preventDefault();
-    else everywhere(event);
+    if (event.target === document.body) everywhere(event);
   };
   if (isAlone()) document.addEventListener("keydown", loose);
   const warn = (event) => page.outbox.unsaved && event.preventDefault();

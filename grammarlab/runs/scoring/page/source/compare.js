@@ -38,8 +38,6 @@ export function makeCompare(page) {
     element("div", { class: "gl-row gl-answers" }, back, alike, clear, skip, more),
   );
 
-  section.addEventListener("keydown", (event) => press(event) && event.preventDefault());
-
   /** @param {Verdict} verdict */
   function makeSide(verdict) {
     const picture = element("div", { class: "gl-picture gl-empty" });
@@ -136,9 +134,11 @@ export function makeCompare(page) {
     skip.disabled = index === pairs().length - 1;
     clear.disabled = said === null;
     more.classList.toggle("gl-primary", open === 0);
-    const ahead = pairs().slice(index, index + 2);
+    // The next pair is drawn once this one is there.
+    const here = pair().models.every((model) => (page.pictures.find(model)?.size ?? 0) >= PIXELS);
+    const wanted = pairs().slice(index, index + (here ? 2 : 1));
     page.pictures.want(
-      ahead.flatMap(({ models }) => models),
+      wanted.flatMap(({ models }) => models),
       PIXELS,
     );
   }

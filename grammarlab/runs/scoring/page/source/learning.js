@@ -77,7 +77,7 @@ function hintOf(state) {
 
 /** How much a person has said. @param {State} state */
 function said({ scored, compared }) {
-  return [scored ? `${scored} scores` : "", compared ? `${compared} comparisons` : ""].filter(Boolean).join(" and ");
+  return [scored && `${scored} scores`, compared && `${compared} comparisons`].filter(Boolean).join(" and ");
 }
 
 /** @param {import("./types.js").Relevance} relevance */

@@ -198,7 +198,8 @@ function build(root, channel, first) {
     const command = event.ctrlKey || event.metaKey;
     const key = event.key.toLowerCase();
     if (command && key === "enter") void page.ask("update");
-    else if (typing) return;
+    else if (typing || event.defaultPrevented) return;
+    else if (!inDialog(event) && compare.press(event)) return event.preventDefault();
     else if (key === "?") help.open();
     else if (!command && key === "t") {
       scoring.nextScale();
@@ -212,9 +213,7 @@ function build(root, channel, first) {
   root.addEventListener("keydown", everywhere);
   // Before the first click, keys belong to nothing on the page; in a notebook they are the notebook's.
   const loose = (/** @type {KeyboardEvent} */ event) => {
-    if (event.target !== document.body) return;
-    if (compare.press(event)) event.preventDefault();
-    else everywhere(event);
+    if (event.target === document.body) everywhere(event);
   };
   if (isAlone()) document.addEventListener("keydown", loose);
 
