@@ -10,6 +10,8 @@ from typing import Any
 from grammarlab.errors import UsageError
 from grammarlab.learning.addresses import Address, shown
 
+PAIRS = "pairs"
+"""The way to choose models that shows two at a time: those at one place of two grids."""
 MAX_SIDE, MAX_GRIDS = 10, 2
 """Rows and columns of a grid, and grids, at most."""
 MAX_MODELS = 20_000
@@ -103,3 +105,9 @@ def check_shown(body: Body) -> None:
         if not isinstance(title, str) or len(title) > MAX_NAME:
             raise UsageError(f"grids: expected a title and models for each, found {shown(grid)}.")
         checked_models(grid.get("models"), MAX_SIDE * MAX_SIDE)
+    if way == PAIRS:
+        sides = [grid["models"] for grid in grids]
+        if len(sides) != MAX_GRIDS or len(sides[0]) != len(sides[1]):
+            raise UsageError(f"grids: expected two of as many models for pairs, found {shown(grids)}.")
+        for pair in zip(*sides, strict=True):
+            checked_models(list(pair))

@@ -25,8 +25,8 @@ from grammarlab.preference.fitting import fit
 from grammarlab.preference.queries import Way
 from grammarlab.runs.domains import opened
 from grammarlab.runs.scoring.crew import Handler, Report
+from grammarlab.runs.scoring.grids import PAIRS
 from grammarlab.runs.scoring.labels import labels_of
-from grammarlab.runs.scoring.populate import PAIRS
 from grammarlab.runs.scoring.tasks import Choice, Choose, Factors, Features, Learned, Predicted, Prepare, Update
 
 Floats = NDArray[np.float64]
@@ -183,6 +183,7 @@ def _left_out(factors: Factors, state: State) -> tuple[str, ...]:
     for name, scores in factors.items():
         if name not in state.liked and len(factors) > 1:
             why = "all its scores are 0" if scores else "it has no scores yet"
+            why = "its comparisons are all ties" if any(said.kind == "tie" for said in scores.values()) else why
             reasons.append(f"Factor {name} is left out of the product: {why}.")
     if not state.liked:
         reasons.append("Nothing is liked yet: score at least one model above 0.")

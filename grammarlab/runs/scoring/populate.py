@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from grammarlab.runs.scoring.events import Record
-from grammarlab.runs.scoring.grids import Grid, Layout
+from grammarlab.runs.scoring.grids import PAIRS, Grid, Layout
 from grammarlab.runs.scoring.knowledge import ModelPool
 
-PAIRS = "pairs"
-"""The way that shows two models at a time, to be compared."""
 NUM_PAIRS = 8
 """How many are chosen at once."""
 WAYS = {

@@ -13,9 +13,9 @@ from grammarlab.learning.addresses import shown
 from grammarlab.randomness import derived_seed
 from grammarlab.runs.scoring.crew import Crew, Outcome
 from grammarlab.runs.scoring.events import Record
-from grammarlab.runs.scoring.grids import Body, Grid
+from grammarlab.runs.scoring.grids import PAIRS, Body, Grid
 from grammarlab.runs.scoring.knowledge import Knowledge, ModelPool
-from grammarlab.runs.scoring.populate import PAIRS, WAYS, fresh_samples, laid_out, number_to_choose
+from grammarlab.runs.scoring.populate import WAYS, fresh_samples, laid_out, number_to_choose
 from grammarlab.runs.scoring.sorting import Order, sorted_grids
 from grammarlab.runs.scoring.store import Store
 from grammarlab.runs.scoring.tasks import (
@@ -368,11 +368,12 @@ class Rounds:
         return {name: dict(scores) for name, scores in self.record.factors.items()}
 
     def _show(self, way: str, models: Sequence[str]) -> None:
-        if not models:
+        grids = laid_out(way, models, self.record.layout)
+        if not any(grid.models for grid in grids):
             self.message = "There are no models to show in this way."
             self.is_changed = True
             return
-        self._arrange(laid_out(way, models, self.record.layout), way)
+        self._arrange(grids, way)
 
     def _arrange(self, grids: Sequence[Grid], way: str = "") -> None:
         self._note("shown", {"way": way or self.record.way, "grids": [grid.as_json() for grid in grids]})

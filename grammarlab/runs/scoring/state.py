@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.preference.labels import Kind
-from grammarlab.runs.scoring.populate import PAIRS, WAYS
+from grammarlab.runs.scoring.grids import PAIRS
+from grammarlab.runs.scoring.populate import WAYS
 from grammarlab.runs.scoring.rounds import Rounds
 from grammarlab.runs.scoring.said import Scores, compared
 from grammarlab.runs.scoring.tasks import Predicted, Singles

@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 968c59bbc6f5e628 */
+/* Built from source/ by bundle.js; do not edit. Source 3a6eaba55a6b306d */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -181,6 +181,7 @@ function chooserButton(name) {
 
 // source/compare.js
 var PIXELS = 512;
+var NAMES = { first: "This one", second: "That one", alike: "" };
 var VERDICTS = { ArrowLeft: "first", ArrowRight: "second", ArrowDown: "alike", Delete: null, Backspace: null };
 function makeCompare(page) {
   let index = 0;
@@ -206,8 +207,18 @@ function makeCompare(page) {
   );
   function makeSide(verdict) {
     const picture = element("div", { class: "gl-picture gl-empty" });
-    const choose = element("button", { type: "button", class: "gl-candidate", onclick: () => say(verdict) }, picture);
-    choose.title = verdict === "first" ? "key ←" : "key →";
+    const choose = element(
+      "button",
+      {
+        type: "button",
+        class: "gl-candidate",
+        title: verdict === "first" ? "key ←" : "key →",
+        ariaLabel: NAMES[verdict],
+        // The second click of a double click would be about the next pair.
+        onclick: (event) => event.detail < 2 && say(verdict)
+      },
+      picture
+    );
     const name = element("span");
     const look = element(
       "button",
@@ -278,7 +289,7 @@ function makeCompare(page) {
       const { label } = page.state.models[model];
       page.pictures.draw(picture, model);
       name.textContent = label;
-      choose.ariaLabel = `${verdict === "first" ? "This one" : "That one"}: ${label}`;
+      choose.ariaLabel = `${NAMES[verdict]}: ${label}`;
       mark(choose, said2 === verdict, saved);
     });
     mark(alike, said2 === "alike", saved);
@@ -1655,7 +1666,7 @@ function makeScoring(page, backToGrid) {
     ([scale, { name }]) => textButton(name, () => choose(
       /** @type {Scale} */
       scale
-    ), { class: "gl-tab", title: "T: next scale" })
+    ), { class: "gl-scale", title: "T: next scale" })
   );
   const clear = textButton("No score", () => give(null), {
     title: "Take the score away (Delete)",

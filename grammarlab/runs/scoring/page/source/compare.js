@@ -6,6 +6,7 @@ import { textButton } from "./menu.js";
 /** @typedef {import("./types.js").Verdict} Verdict */
 
 const PIXELS = 512; // along each side of a picture
+const NAMES = { first: "This one", second: "That one", alike: "" };
 /** @type {Record<string, Verdict | null>} */
 const VERDICTS = { ArrowLeft: "first", ArrowRight: "second", ArrowDown: "alike", Delete: null, Backspace: null };
 
@@ -41,8 +42,18 @@ export function makeCompare(page) {
   /** @param {Verdict} verdict */
   function makeSide(verdict) {
     const picture = element("div", { class: "gl-picture gl-empty" });
-    const choose = element("button", { type: "button", class: "gl-candidate", onclick: () => say(verdict) }, picture);
-    choose.title = verdict === "first" ? "key ←" : "key →";
+    const choose = element(
+      "button",
+      {
+        type: "button",
+        class: "gl-candidate",
+        title: verdict === "first" ? "key ←" : "key →",
+        ariaLabel: NAMES[verdict],
+        // The second click of a double click would be about the next pair.
+        onclick: (/** @type {MouseEvent} */ event) => event.detail < 2 && say(verdict),
+      },
+      picture,
+    );
     const name = element("span");
     const look = element(
       "button",
@@ -126,7 +137,7 @@ export function makeCompare(page) {
       const { label } = page.state.models[model];
       page.pictures.draw(picture, model);
       name.textContent = label;
-      choose.ariaLabel = `${verdict === "first" ? "This one" : "That one"}: ${label}`;
+      choose.ariaLabel = `${NAMES[verdict]}: ${label}`;
       mark(choose, said === verdict, saved);
     });
     mark(alike, said === "alike", saved);

@@ -33,7 +33,7 @@ export function makeScoring(page, backToGrid) {
   });
   const steps = makeSteps(page, "Score of the selected models", give);
   const scales = Object.entries(SCALES).map(([scale, { name }]) =>
-    textButton(name, () => choose(/** @type {Scale} */ (scale)), { class: "gl-tab", title: "T: next scale" }),
+    textButton(name, () => choose(/** @type {Scale} */ (scale)), { class: "gl-scale", title: "T: next scale" }),
   );
   const clear = textButton("No score", () => give(null), {
     title: "Take the score away (Delete)",
