@@ -129,7 +129,7 @@ class ScoringSession(anywidget.AnyWidget):
         """Does what the page does, and waits for the answer.
 
         Args:
-            command: such as ``score``, ``compare``, ``populate``, ``update``; `grammarlab.runs.scoring.commands` has all.
+            command: such as ``score``, ``compare``, ``update``; `grammarlab.runs.scoring.commands` has all.
             **arguments: of the command: ``session.do("populate", way="uncertainty")``.
 
         Raises:

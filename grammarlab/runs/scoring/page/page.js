@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 3a6eaba55a6b306d */
+/* Built from source/ by bundle.js; do not edit. Source cc8a0fec4c0b83ad */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -2316,6 +2316,13 @@ function build(root, channel, first) {
     if (event.target === document.body) everywhere(event);
   };
   if (isAlone()) document.addEventListener("keydown", loose);
+  function hasKeyboard() {
+    const { activeElement } = (
+      /** @type {Document | ShadowRoot} */
+      root.getRootNode()
+    );
+    return root.contains(activeElement) && !(activeElement instanceof HTMLInputElement);
+  }
   const warn = (event) => page.outbox.unsaved && event.preventDefault();
   addEventListener("beforeunload", warn);
   return {
@@ -2338,7 +2345,7 @@ function build(root, channel, first) {
       redo.disabled = !state.can_redo;
       const shown = after ? compare : display;
       for (const part of [factors, toolbar, shown, scoring, learning, look, status]) part.update(state);
-      if (before !== after && root.contains(document.activeElement)) shown.focus();
+      if (before !== after && hasKeyboard()) shown.focus();
     },
     /** @param {import("./types.js").Progress} progress */
     progress(progress) {

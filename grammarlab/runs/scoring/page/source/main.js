@@ -217,6 +217,12 @@ function build(root, channel, first) {
   };
   if (isAlone()) document.addEventListener("keydown", loose);
 
+  /** Whether the keyboard is on the page, and nothing is being typed; a notebook may keep the page in a shadow tree. */
+  function hasKeyboard() {
+    const { activeElement } = /** @type {Document | ShadowRoot} */ (root.getRootNode());
+    return root.contains(activeElement) && !(activeElement instanceof HTMLInputElement);
+  }
+
   const warn = (/** @type {BeforeUnloadEvent} */ event) => page.outbox.unsaved && event.preventDefault();
   addEventListener("beforeunload", warn);
 
@@ -240,7 +246,7 @@ function build(root, channel, first) {
       redo.disabled = !state.can_redo;
       const shown = after ? compare : display;
       for (const part of [factors, toolbar, shown, scoring, learning, look, status]) part.update(state);
-      if (before !== after && root.contains(document.activeElement)) shown.focus();
+      if (before !== after && hasKeyboard()) shown.focus();
     },
     /** @param {import("./types.js").Progress} progress */
     progress(progress) {
