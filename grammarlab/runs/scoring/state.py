@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from grammarlab.runs.scoring.populate import WAYS
 from grammarlab.runs.scoring.rounds import Rounds
 from grammarlab.runs.scoring.tasks import Predicted, Singles
-from grammarlab.runs.scoring.windows import Message
+from grammarlab.runs.serving.windows import Message
 
 PROTOCOL = 1
 
