@@ -39,5 +39,5 @@ def open_facade(
             say("ended.")
         finally:
             editor.close()
-            if not editor.desk.is_saved:
+            if editor.desk.is_lost:
                 say(f"what was not saved is in {editor.desk.rescue()}")

@@ -11,7 +11,7 @@ from grammarlab.facade.file import save_facade
 from grammarlab.facade.sizes import Resized, Sizing
 from grammarlab.facade.tree import Facade
 from grammarlab.runs.facade.editor.document import Document, opened
-from grammarlab.runs.facade.editor.exporting import FORMATS, SUFFIX, export, unused_path
+from grammarlab.runs.facade.editor.exporting import FORMATS, SUFFIX, export, stem_of, unused_path
 from grammarlab.runs.facade.editor.history import History
 from grammarlab.runs.facade.editor.suggestions import Suggestions, suggest
 
@@ -24,8 +24,10 @@ class Desk:
     target: Path
     """The file that it is saved to."""
     history: History
-    saved: Document
-    """What is in the file."""
+    first: Document
+    """As it was opened."""
+    saved: Document | None
+    """What is in the target; None for what is not ours to say."""
     revision: int = 0
     chosen: str = ""
     """Name of the grid that was chosen last; it may be gone."""
@@ -35,10 +37,11 @@ class Desk:
     """By format."""
 
     @classmethod
-    def of(cls, facade: Facade, title: str, target: Path) -> Desk:
-        """A desk with a facade from a file."""
+    def of(cls, facade: Facade, file: Path, target: Path) -> Desk:
+        """A desk with the facade of a file."""
         document = opened(facade)
-        return cls(title, target, History(document), document)
+        is_there = target.exists() and target.samefile(file)
+        return cls(stem_of(file), target, History(document), document, document if is_there else None)
 
     @property
     def document(self) -> Document:
@@ -53,8 +56,13 @@ class Desk:
 
     @property
     def is_saved(self) -> bool:
-        """Whether the file holds the facade as it is now."""
+        """Whether the target holds the facade as it is now."""
         return self.saved is self.document
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether no file holds the facade as it is now."""
+        return not self.is_saved and self.document is not self.first
 
     def do(self, words: str, document: Document) -> None:
         """A step that can be undone."""

@@ -47,7 +47,7 @@ class Editor:
                 "grammarlab facade edit takes larger ones."
             )
         target = checked_target(output) if output else unused_path(Path(f"{stem_of(file)}.edited.json"), SUFFIX)
-        self.desk = Desk.of(facade, stem_of(file), target)
+        self.desk = Desk.of(facade, file, target)
         self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._windows: dict[Send, None] = {}
         self._dragged: dict[Send, object] = {}

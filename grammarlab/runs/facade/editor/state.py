@@ -26,6 +26,7 @@ def state_of(desk: Desk) -> tuple[Message, tuple[bytes, bytes]]:
         "title": desk.title,
         "file": str(desk.target),
         "saved": desk.is_saved,
+        "lost": desk.is_lost,
         "undo": past[-1][0] if past else "",
         "redo": future[-1][0] if future else "",
         "labels": list(facade.labels),

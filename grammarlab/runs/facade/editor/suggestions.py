@@ -90,4 +90,4 @@ def none_found(suggestions: Suggestions, grid: str, axis: int, *, more: bool) ->
 
 def _words(steps: tuple[str, ...]) -> str:
     """The steps without the names of the grids, which are those that the person chose."""
-    return "; ".join(step.rpartition(": ")[2] for step in steps)
+    return "; ".join(step.rpartition(": ")[2] for step in steps).capitalize()

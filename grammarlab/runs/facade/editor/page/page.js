@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 25c674457b758148 */
+/* Built from source/ by bundle.js; do not edit. Source 31aa652b7d05b738 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -596,8 +596,8 @@ function sharp(canvas, width, height) {
 }
 
 // ../../facade/editor/page/source/stage.js
-var MARGIN = { left: 48, right: 92, top: 56, bottom: 64 };
-var SHARE = 0.86;
+var MARGIN = { left: 40, right: 84, top: 44, bottom: 56 };
+var SHARE = 0.93;
 function makeStage(page, drag) {
   const canvas = element("canvas", { class: "fe-canvas", "aria-hidden": "true" });
   const over = svg("svg", { class: "fe-over", "aria-hidden": "true" });
@@ -655,6 +655,7 @@ function makeStage(page, drag) {
     place2(handles.height, (view.left + right) / 2, top, drawing.height);
     place2(handles.both, right, top, 0);
     stage.classList.toggle("fe-bad", Boolean(drag.conflict));
+    stage.classList.toggle("fe-moving", drag.active);
     stage.classList.toggle("fe-gridding", page.gridding);
     alert.hidden = !drag.conflict;
     if (alert.textContent !== drag.conflict) alert.textContent = drag.conflict;
@@ -816,7 +817,7 @@ function makePanel(page, acts) {
         )
       )
     );
-    locksTitle.hidden = !state.locks.length;
+    locked.hidden = !state.locks.length;
   }
   let drawnGrids = "";
   function updateGrids() {
@@ -924,7 +925,7 @@ function makePanel(page, acts) {
       )
     );
   }
-  const locksTitle = element("div", { class: "fe-plain" }, element("h2", {}, "Locks"), locks);
+  const locked = card("Locks", locks);
   return {
     element: element(
       "section",
@@ -949,7 +950,7 @@ function makePanel(page, acts) {
         hint
       ),
       card("Selected part", part),
-      element("div", { class: "gl-card" }, locksTitle)
+      locked
     ),
     update
   };
@@ -1302,7 +1303,7 @@ function build(root, channel, first) {
     notes.element,
     help.element
   );
-  addEventListener("beforeunload", (event) => !page.state.saved && event.preventDefault());
+  addEventListener("beforeunload", (event) => page.state.lost && event.preventDefault());
   return {
     /** @param {State} state */
     update(state) {
@@ -1314,8 +1315,8 @@ function build(root, channel, first) {
       title.textContent = state.title;
       title.title = state.file;
       document.title = `${state.title} – grammarlab`;
-      saved.textContent = state.saved ? "saved" : "not saved yet";
-      saved.dataset.state = state.saved ? "saved" : "saving";
+      saved.textContent = state.saved && state.revision ? "saved" : state.lost ? "not saved yet" : "";
+      saved.dataset.state = state.lost ? "saving" : "saved";
       undo.disabled = !state.undo;
       undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
       redo.disabled = !state.redo;

@@ -10,6 +10,8 @@
 export function makeDrag(page, show) {
   /** @type {{ width: number, height: number, sent: boolean } | null} */
   let wanted = null;
+  /** @type {{ boxes: Float64Array, width: number, height: number } | null} as it was before */
+  let before = null;
   let busy = false;
   let ending = false;
   let conflict = "";
@@ -20,10 +22,9 @@ export function makeDrag(page, show) {
     const size = wanted;
     try {
       if (ending) {
-        wanted = null;
         ending = false;
-        conflict = "";
         await page.channel.request("resize", size);
+        stop();
       } else {
         const { result, buffers } = await page.channel.request("drag", size);
         conflict = result.conflict ?? "";
@@ -31,13 +32,24 @@ export function makeDrag(page, show) {
         if (wanted === size) wanted.sent = true;
       }
     } catch (error) {
-      wanted = null;
-      ending = false;
+      restore();
       page.complain(error instanceof Error ? error.message : String(error));
     }
     busy = false;
     page.changed();
     if (wanted && (ending || !wanted.sent)) void go();
+  }
+
+  function stop() {
+    wanted = before = null;
+    ending = false;
+    conflict = "";
+  }
+
+  function restore() {
+    const was = before;
+    stop();
+    if (was) show(was.boxes, was.width, was.height);
   }
 
   return {
@@ -57,6 +69,7 @@ export function makeDrag(page, show) {
       const { drawing } = page.state;
       const clamp = (/** @type {number} */ metres, /** @type {number} */ now) =>
         Math.min(Math.max(metres, now / 50), now * 50);
+      before ??= { boxes: page.state.boxes, width: drawing.width, height: drawing.height };
       wanted = { width: clamp(width, drawing.width), height: clamp(height, drawing.height), sent: false };
       void go();
     },
@@ -68,9 +81,7 @@ export function makeDrag(page, show) {
     },
     /** As it was before. */
     cancel() {
-      wanted = null;
-      ending = false;
-      conflict = "";
+      restore();
       page.changed();
     },
   };

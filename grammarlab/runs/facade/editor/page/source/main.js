@@ -155,7 +155,7 @@ function build(root, channel, first) {
     notes.element,
     help.element,
   );
-  addEventListener("beforeunload", (event) => !page.state.saved && event.preventDefault());
+  addEventListener("beforeunload", (event) => page.state.lost && event.preventDefault());
 
   return {
     /** @param {State} state */
@@ -169,8 +169,8 @@ function build(root, channel, first) {
       title.textContent = state.title;
       title.title = state.file;
       document.title = `${state.title} – grammarlab`;
-      saved.textContent = state.saved ? "saved" : "not saved yet";
-      saved.dataset.state = state.saved ? "saved" : "saving";
+      saved.textContent = state.saved && state.revision ? "saved" : state.lost ? "not saved yet" : "";
+      saved.dataset.state = state.lost ? "saving" : "saved";
       undo.disabled = !state.undo;
       undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
       redo.disabled = !state.redo;

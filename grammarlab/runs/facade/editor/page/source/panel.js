@@ -60,7 +60,7 @@ export function makePanel(page, acts) {
         ),
       ),
     );
-    locksTitle.hidden = !state.locks.length;
+    locked.hidden = !state.locks.length;
   }
 
   let drawnGrids = "";
@@ -178,7 +178,7 @@ export function makePanel(page, acts) {
     );
   }
 
-  const locksTitle = element("div", { class: "fe-plain" }, element("h2", {}, "Locks"), locks);
+  const locked = card("Locks", locks);
   return {
     element: element(
       "section",
@@ -203,7 +203,7 @@ export function makePanel(page, acts) {
         hint,
       ),
       card("Selected part", part),
-      element("div", { class: "gl-card" }, locksTitle),
+      locked,
     ),
     update,
   };

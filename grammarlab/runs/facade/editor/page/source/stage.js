@@ -4,8 +4,8 @@ import { paint, sharp } from "./paint.js";
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {{ left: number, bottom: number, right: number, top: number }} Area in metres */
 
-const MARGIN = { left: 48, right: 92, top: 56, bottom: 64 }; // pixels around the facade, with room to drag into
-const SHARE = 0.86; // part of the rest that it takes
+const MARGIN = { left: 40, right: 84, top: 44, bottom: 56 }; // pixels around the facade, with room to drag into
+const SHARE = 0.93; // part of the rest that it takes
 
 /**
  * The facade, and what lies over it: grid, selection, lasso, measures, handles.
@@ -74,6 +74,7 @@ export function makeStage(page, drag) {
     place(handles.height, (view.left + right) / 2, top, drawing.height);
     place(handles.both, right, top, 0);
     stage.classList.toggle("fe-bad", Boolean(drag.conflict));
+    stage.classList.toggle("fe-moving", drag.active);
     stage.classList.toggle("fe-gridding", page.gridding);
     alert.hidden = !drag.conflict;
     if (alert.textContent !== drag.conflict) alert.textContent = drag.conflict;

@@ -18,7 +18,8 @@
  * @property {number} revision
  * @property {string} title
  * @property {string} file that it is saved to
- * @property {boolean} saved
+ * @property {boolean} saved whether that file holds what is shown
+ * @property {boolean} lost whether no file does
  * @property {string} undo what would be undone, in words
  * @property {string} redo
  * @property {string[]} labels
