@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
+from concurrent.futures import Future
+from contextlib import suppress
 from pathlib import Path
+from threading import Thread
 
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import FloatRect, Locator, Page, expect
 
 from grammarlab.facade.file import load_facade
 from grammarlab.facade.tree import Facade, X, check
+from grammarlab.runs.facade.editor.editor import Editor
+from grammarlab.runs.facade.editor.server import PAGE
+from grammarlab.runs.serving.server import serving
 from tests.browser.driver import Server
 
 
@@ -21,16 +28,35 @@ class EditorServer(Server):
     def arguments(self) -> list[str]:
         return ["facade", "open", self.grammar, "-o", str(self.session)]
 
-    def saved(self) -> Facade:
-        """What is in the file; a facade, or the test fails."""
-        return check(load_facade(self.session))
+
+class EditorThread:
+    """The same in a thread of this process, which is there sooner."""
+
+    def __init__(self, file: Path, output: Path) -> None:
+        self._editor = Editor(file, output)
+        self._loop = asyncio.new_event_loop()
+        address: Future[str] = Future()
+        self._task = self._loop.create_task(serving(self._editor, PAGE, 0, address.set_result))
+        self._thread = Thread(target=self._run)
+        self._thread.start()
+        self.address = address.result()
+
+    def _run(self) -> None:
+        with suppress(asyncio.CancelledError):
+            self._loop.run_until_complete(self._task)
+
+    def close(self) -> None:
+        self._loop.call_soon_threadsafe(self._task.cancel)
+        self._thread.join()
+        self._loop.close()
+        self._editor.close()
 
 
 class EditorPage:
     """The page: what one reads on it, and a few things that one does often."""
 
-    def __init__(self, page: Page, server: EditorServer) -> None:
-        self.page, self.server = page, server
+    def __init__(self, page: Page, file: Path) -> None:
+        self.page, self.file = page, file
         self.width = page.get_by_role("slider", name="Width")
         self.height = page.get_by_role("slider", name="Height")
         self.face = page.get_by_role("application")
@@ -64,11 +90,20 @@ class EditorPage:
         """Saves, and what is in the file then."""
         self.press("Control+s")
         expect(self.status).to_have_text("saved")
-        return self.server.saved()
+        return self.saved()
+
+    def saved(self) -> Facade:
+        """What is in the file; a facade, or the test fails."""
+        return check(load_facade(self.file))
+
+    def box(self, locator: Locator) -> FloatRect:
+        """Where something is on the screen; what lies over the facade is drawn anew now and then."""
+        while not (box := locator.bounding_box()):
+            expect(locator).to_be_visible()
+        return box
 
     def middle(self, locator: Locator) -> tuple[float, float]:
-        box = locator.bounding_box()
-        assert box
+        box = self.box(locator)
         return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
     def element(self, index: int) -> tuple[float, float]:
@@ -84,6 +119,4 @@ class EditorPage:
 
     def metre(self) -> float:
         """Pixels of a metre."""
-        box = self.page.locator(".fe-measure").first.bounding_box()
-        assert box
-        return box["width"] / self.size()[X]
+        return self.box(self.page.locator(".fe-measure").first)["width"] / self.size()[X]

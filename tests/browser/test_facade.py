@@ -16,7 +16,7 @@ from grammarlab.facade.file import load_facade, save_facade
 from grammarlab.facade.grids import grid_of
 from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.runs.examples import examples_folder
-from tests.browser.editing import EditorPage, EditorServer
+from tests.browser.editing import EditorPage, EditorServer, EditorThread
 from tests.browser.test_page import contrast
 from tests.browser.test_touch import Hand
 
@@ -27,17 +27,16 @@ WINDOWS = "french window"
 @pytest.fixture
 def edited(windows: Any, tmp_path: Path) -> Iterator[Callable[..., EditorPage]]:
     """Opens a shipped facade on a page of its own: ``edited("townhouse", color_scheme="dark")``."""
-    servers: list[EditorServer] = []
+    servers: list[EditorThread] = []
 
     def open_page(name: str = "townhouse", **options: Any) -> EditorPage:
         file = Path(name) if name.endswith(".json") else FACADES / f"{name}.json"
-        servers.append(EditorServer(file, tmp_path / "saved.facade.json"))
-        server = servers[-1].start()
-        return EditorPage(windows(server.address, **options), server)
+        servers.append(EditorThread(file, tmp_path / "saved.facade.json"))
+        return EditorPage(windows(servers[-1].address, **options), tmp_path / "saved.facade.json")
 
     yield open_page
     for server in servers:
-        server.kill()
+        server.close()
 
 
 @pytest.fixture
@@ -158,7 +157,7 @@ def test_locked_sizes_stay_and_what_contradicts_them_is_said_and_not_done(house:
     locks = house.page.get_by_role("list", name="Locks")
     expect(locks.get_by_role("listitem")).to_have_count(1)
     before = grid_of(load_facade(FACADES / "townhouse.json"), WINDOWS)
-    width = house.page.get_by_label("Width in metres", exact=True)
+    width = house.page.get_by_label("width in metres", exact=True)
     width.fill("14")
     width.press("Enter")
     house.expect_size(14, 15.2)
@@ -181,29 +180,31 @@ def test_locked_sizes_stay_and_what_contradicts_them_is_said_and_not_done(house:
     expect(locks).to_be_hidden()
 
 
-def test_what_is_saved_is_there_after_the_server_was_killed(windows: Any, house: EditorPage):
-    house.tiles.first.click()
-    house.expect_grid(WINDOWS, 3, 5)
-    size = house.size()
-    facade = house.save()
-    house.server.kill()
-    expect(house.page.locator(".gl-banner")).to_contain_text("connection")
-    again = EditorServer(house.server.session, house.server.session)
+def test_what_is_saved_is_there_after_the_server_was_killed(windows: Any, tmp_path: Path):
+    file = tmp_path / "saved.facade.json"
+    servers = [EditorServer(FACADES / "townhouse.json", file), EditorServer(file, file)]
     try:
-        page = EditorPage(windows(again.start().address), again)
-        page.expect_size(*size)
-        page.expect_grid(WINDOWS, 3, 5)
-        page.tiles.nth(0).click()
-        page.expect_grid(WINDOWS, 3, 6)
+        house = EditorPage(windows(servers[0].start().address), file)
+        house.tiles.first.click()
+        house.expect_grid(WINDOWS, 3, 5)
+        size, facade = house.size(), house.save()
+        servers[0].kill()
+        expect(house.page.locator(".gl-banner")).to_contain_text("connection")
+        again = EditorPage(windows(servers[1].start().address), file)
+        again.expect_size(*size)
+        again.expect_grid(WINDOWS, 3, 5)
+        again.tiles.first.click()
+        again.expect_grid(WINDOWS, 3, 6)
         assert len(again.saved()) == len(facade)  # not before it is saved
-        assert len(page.save()) > len(facade)
+        assert len(again.save()) > len(facade)
     finally:
-        again.kill()
+        for server in servers:
+            server.kill()
 
 
 def test_the_file_that_was_opened_stays_as_it_is_and_exports_take_new_names(house: EditorPage):
     original = (FACADES / "townhouse.json").read_bytes()
-    (house.server.session.parent / "saved.svg").write_text("mine")
+    (house.file.parent / "saved.svg").write_text("mine")
     house.tiles.first.click()
     house.expect_grid(WINDOWS, 3, 5)
     house.save()
@@ -212,8 +213,8 @@ def test_the_file_that_was_opened_stays_as_it_is_and_exports_take_new_names(hous
         house.button("Export").click()
         house.page.get_by_role("button", name=re.compile(f"^{kind}")).click()
         expect(house.page.locator(".gl-note").last).to_contain_text(name)
-        assert (house.server.session.parent / name).stat().st_size > 100
-    assert (house.server.session.parent / "saved.svg").read_text() == "mine"
+        assert (house.file.parent / name).stat().st_size > 100
+    assert (house.file.parent / "saved.svg").read_text() == "mine"
 
 
 def test_everything_can_be_done_with_keys_alone(house: EditorPage):

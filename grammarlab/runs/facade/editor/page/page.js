@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 31aa652b7d05b738 */
+/* Built from source/ by bundle.js; do not edit. Source cf8e687732ff18df */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -229,33 +229,49 @@ function assembler(done) {
 // ../../facade/editor/page/source/drag.js
 function makeDrag(page, show) {
   let wanted = null;
-  let busy = false;
+  let before = null;
+  let running = null;
   let ending = false;
   let conflict = "";
-  async function go() {
-    if (busy || !wanted) return;
-    busy = true;
-    const size = wanted;
-    try {
-      if (ending) {
-        wanted = null;
-        ending = false;
-        conflict = "";
-        await page.channel.request("resize", size);
-      } else {
-        const { result, buffers } = await page.channel.request("drag", size);
-        conflict = result.conflict ?? "";
-        if (buffers.length && wanted) show(new Float64Array(buffers[0]), result.width, result.height);
-        if (wanted === size) wanted.sent = true;
+  function go() {
+    running ??= run().finally(() => running = null);
+  }
+  async function run() {
+    while (wanted && (ending || !wanted.sent)) {
+      const size = wanted;
+      try {
+        if (ending) await settle(size);
+        else await solve(size);
+      } catch (error) {
+        restore();
+        page.complain(error instanceof Error ? error.message : String(error));
       }
-    } catch (error) {
-      wanted = null;
-      ending = false;
-      page.complain(error instanceof Error ? error.message : String(error));
+      page.changed();
     }
-    busy = false;
-    page.changed();
-    if (wanted && (ending || !wanted.sent)) void go();
+  }
+  async function solve(size) {
+    const { result, buffers } = await page.channel.request("drag", size);
+    conflict = result.conflict ?? "";
+    if (buffers.length && wanted) show(new Float64Array(buffers[0]), result.width, result.height);
+    size.sent = true;
+  }
+  async function settle(size) {
+    ending = false;
+    size.sent = true;
+    const { result } = await page.channel.request("resize", size);
+    if (wanted !== size) return;
+    if (result.revision === page.state.revision) restore();
+    else stop();
+  }
+  function stop() {
+    wanted = before = null;
+    ending = false;
+    conflict = "";
+  }
+  function restore() {
+    const was = before;
+    stop();
+    if (was) show(was.boxes, was.width, was.height);
   }
   return {
     get active() {
@@ -273,20 +289,26 @@ function makeDrag(page, show) {
     to(width, height) {
       const { drawing } = page.state;
       const clamp = (metres2, now) => Math.min(Math.max(metres2, now / 50), now * 50);
+      before ??= { boxes: page.state.boxes, width: drawing.width, height: drawing.height };
       wanted = { width: clamp(width, drawing.width), height: clamp(height, drawing.height), sent: false };
-      void go();
+      go();
     },
     /** What was reached stays. */
     end() {
       if (!wanted) return;
       ending = true;
-      void go();
+      go();
+    },
+    /** Once nothing is under way. */
+    idle: () => running ?? Promise.resolve(),
+    /** What is shown now is what a cancelled drag goes back to. */
+    rebase() {
+      const { boxes, drawing } = page.state;
+      if (before) before = { boxes, width: drawing.width, height: drawing.height };
     },
     /** As it was before. */
     cancel() {
-      wanted = null;
-      ending = false;
-      conflict = "";
+      restore();
       page.changed();
     }
   };
@@ -1096,7 +1118,10 @@ function makeStrip(page) {
   }
   function show(found, total, none) {
     list.classList.remove("fe-old");
-    tiles = found.map((variation) => ({ variation, canvas: element("canvas", { class: "fe-small" }) }));
+    tiles = found.map((variation) => ({
+      variation,
+      canvas: element("canvas", { class: "fe-small", "aria-hidden": "true" })
+    }));
     list.replaceChildren(...tiles.map(tile));
     if (total > found.length && most < 60)
       list.append(
@@ -1215,13 +1240,16 @@ function build(root, channel, first) {
     selected: -1,
     gridding: false,
     tied: false,
-    ask: (command, parameters) => channel.request(command, parameters).then(
-      ({ result }) => {
+    async ask(command, parameters) {
+      await drag.idle();
+      try {
+        const { result } = await channel.request(command, parameters);
         notes.calm();
         return result;
-      },
-      (error) => void notes.complain(error.message)
-    ),
+      } catch (error) {
+        notes.complain(error instanceof Error ? error.message : String(error));
+      }
+    },
     select(node) {
       page.selected = node;
       page.changed();
@@ -1309,6 +1337,7 @@ function build(root, channel, first) {
     update(state) {
       const resized = state.drawing.width !== page.state.drawing.width || state.drawing.height !== page.state.drawing.height;
       page.state = state;
+      drag.rebase();
       if (page.selected >= state.parent.length) page.selected = -1;
       page.gridding &&= Boolean(state.active);
       void page.pictures.want(state.pictures);

@@ -12,32 +12,45 @@ export function makeDrag(page, show) {
   let wanted = null;
   /** @type {{ boxes: Float64Array, width: number, height: number } | null} as it was before */
   let before = null;
-  let busy = false;
+  /** @type {Promise<void> | null} */
+  let running = null;
   let ending = false;
   let conflict = "";
 
-  async function go() {
-    if (busy || !wanted) return;
-    busy = true;
-    const size = wanted;
-    try {
-      if (ending) {
-        ending = false;
-        await page.channel.request("resize", size);
-        stop();
-      } else {
-        const { result, buffers } = await page.channel.request("drag", size);
-        conflict = result.conflict ?? "";
-        if (buffers.length && wanted) show(new Float64Array(buffers[0]), result.width, result.height);
-        if (wanted === size) wanted.sent = true;
+  function go() {
+    running ??= run().finally(() => (running = null));
+  }
+
+  async function run() {
+    while (wanted && (ending || !wanted.sent)) {
+      const size = wanted;
+      try {
+        if (ending) await settle(size);
+        else await solve(size);
+      } catch (error) {
+        restore();
+        page.complain(error instanceof Error ? error.message : String(error));
       }
-    } catch (error) {
-      restore();
-      page.complain(error instanceof Error ? error.message : String(error));
+      page.changed();
     }
-    busy = false;
-    page.changed();
-    if (wanted && (ending || !wanted.sent)) void go();
+  }
+
+  /** @param {NonNullable<typeof wanted>} size */
+  async function solve(size) {
+    const { result, buffers } = await page.channel.request("drag", size);
+    conflict = result.conflict ?? "";
+    if (buffers.length && wanted) show(new Float64Array(buffers[0]), result.width, result.height);
+    size.sent = true;
+  }
+
+  /** @param {NonNullable<typeof wanted>} size */
+  async function settle(size) {
+    ending = false;
+    size.sent = true;
+    const { result } = await page.channel.request("resize", size);
+    if (wanted !== size) return; // the next drag has begun
+    if (result.revision === page.state.revision) restore();
+    else stop();
   }
 
   function stop() {
@@ -71,13 +84,20 @@ export function makeDrag(page, show) {
         Math.min(Math.max(metres, now / 50), now * 50);
       before ??= { boxes: page.state.boxes, width: drawing.width, height: drawing.height };
       wanted = { width: clamp(width, drawing.width), height: clamp(height, drawing.height), sent: false };
-      void go();
+      go();
     },
     /** What was reached stays. */
     end() {
       if (!wanted) return;
       ending = true;
-      void go();
+      go();
+    },
+    /** Once nothing is under way. */
+    idle: () => running ?? Promise.resolve(),
+    /** What is shown now is what a cancelled drag goes back to. */
+    rebase() {
+      const { boxes, drawing } = page.state;
+      if (before) before = { boxes, width: drawing.width, height: drawing.height };
     },
     /** As it was before. */
     cancel() {

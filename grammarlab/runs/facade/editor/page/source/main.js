@@ -63,14 +63,16 @@ function build(root, channel, first) {
     selected: -1,
     gridding: false,
     tied: false,
-    ask: (command, parameters) =>
-      channel.request(command, parameters).then(
-        ({ result }) => {
-          notes.calm();
-          return result;
-        },
-        (error) => void notes.complain(error.message),
-      ),
+    async ask(command, parameters) {
+      await drag.idle();
+      try {
+        const { result } = await channel.request(command, parameters);
+        notes.calm();
+        return result;
+      } catch (error) {
+        notes.complain(error instanceof Error ? error.message : String(error));
+      }
+    },
     select(node) {
       page.selected = node;
       page.changed();
@@ -163,6 +165,7 @@ function build(root, channel, first) {
       const resized =
         state.drawing.width !== page.state.drawing.width || state.drawing.height !== page.state.drawing.height;
       page.state = state;
+      drag.rebase();
       if (page.selected >= state.parent.length) page.selected = -1;
       page.gridding &&= Boolean(state.active);
       void page.pictures.want(state.pictures);

@@ -62,7 +62,10 @@ export function makeStrip(page) {
   /** @param {Variation[]} found @param {number} total @param {string} none */
   function show(found, total, none) {
     list.classList.remove("fe-old");
-    tiles = found.map((variation) => ({ variation, canvas: element("canvas", { class: "fe-small" }) }));
+    tiles = found.map((variation) => ({
+      variation,
+      canvas: element("canvas", { class: "fe-small", "aria-hidden": "true" }),
+    }));
     list.replaceChildren(...tiles.map(tile));
     if (total > found.length && most < 60)
       list.append(
