@@ -75,7 +75,8 @@ class EditorPage:
 
     def size(self) -> tuple[float, float]:
         """Metres, as the handles say."""
-        return tuple(float(each.get_attribute("aria-valuenow") or 0) for each in (self.width, self.height))
+        width, height = (float(each.get_attribute("aria-valuenow") or 0) for each in (self.width, self.height))
+        return width, height
 
     def expect_size(self, width: float, height: float) -> None:
         expect(self.width).to_have_attribute("aria-valuenow", f"{width:.2f}")

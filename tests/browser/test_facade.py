@@ -176,7 +176,7 @@ def test_locked_sizes_stay_and_what_contradicts_them_is_said_and_not_done(house:
     house.page.mouse.up()
     house.expect_size(14, 15.2)
     expect(house.page.locator(".fe-conflict")).to_be_hidden()
-    locks.get_by_role("button").click()
+    locks.get_by_role("button", name=re.compile("^Unlock")).click()
     expect(locks).to_be_hidden()
 
 

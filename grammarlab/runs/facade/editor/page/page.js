@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source cf8e687732ff18df */
+/* Built from source/ by bundle.js; do not edit. Source 3f269fafc4b98318 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -288,9 +288,8 @@ function makeDrag(page, show) {
     /** @param {number} width @param {number} height */
     to(width, height) {
       const { drawing } = page.state;
-      const clamp = (metres2, now) => Math.min(Math.max(metres2, now / 50), now * 50);
       before ??= { boxes: page.state.boxes, width: drawing.width, height: drawing.height };
-      wanted = { width: clamp(width, drawing.width), height: clamp(height, drawing.height), sent: false };
+      wanted = { width: round(width, drawing.width), height: round(height, drawing.height), sent: false };
       go();
     },
     /** What was reached stays. */
@@ -312,6 +311,11 @@ function makeDrag(page, show) {
       page.changed();
     }
   };
+}
+function round(metres2, now) {
+  if (metres2 === now) return now;
+  const step = 10 ** (Math.floor(Math.log10(now)) - 3);
+  return Number((Math.round(Math.min(Math.max(metres2, now / 50), now * 50) / step) * step).toPrecision(9));
 }
 
 // ../../facade/editor/page/source/gestures.js
@@ -474,8 +478,7 @@ function listenToKeys(page, root, stage, drag, acts) {
     const step = event.shiftKey ? 1 : event.altKey ? 0.01 : 0.1;
     const { width, height } = drag.size;
     nudging = true;
-    const by = (now, way) => way ? Math.round((now + way * step) * 1e6) / 1e6 : now;
-    const [w, h] = [by(width, x), by(height, y)];
+    const [w, h] = [width + x * step, height + y * step];
     if (!page.tied) drag.to(w, h);
     else if (x) drag.to(w, height * w / width);
     else drag.to(width * h / height, h);
@@ -834,7 +837,7 @@ function makePanel(page, acts) {
         ({ node, what, words }) => element(
           "li",
           { class: "gl-row" },
-          element("span", { class: "fe-name" }, words),
+          textButton(words, () => page.select(node), { class: "gl-choice fe-name" }),
           iconButton("close", `Unlock: ${words}`, () => void page.ask("unlock", { node, what }))
         )
       )

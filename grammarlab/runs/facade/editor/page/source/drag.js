@@ -80,10 +80,8 @@ export function makeDrag(page, show) {
     /** @param {number} width @param {number} height */
     to(width, height) {
       const { drawing } = page.state;
-      const clamp = (/** @type {number} */ metres, /** @type {number} */ now) =>
-        Math.min(Math.max(metres, now / 50), now * 50);
       before ??= { boxes: page.state.boxes, width: drawing.width, height: drawing.height };
-      wanted = { width: clamp(width, drawing.width), height: clamp(height, drawing.height), sent: false };
+      wanted = { width: round(width, drawing.width), height: round(height, drawing.height), sent: false };
       go();
     },
     /** What was reached stays. */
@@ -105,4 +103,15 @@ export function makeDrag(page, show) {
       page.changed();
     },
   };
+}
+
+/**
+ * A length that reads well, and that a facade can have.
+ * @param {number} metres
+ * @param {number} now what it is; a hand cannot mean one much smaller or larger, nor more than four digits
+ */
+function round(metres, now) {
+  if (metres === now) return now;
+  const step = 10 ** (Math.floor(Math.log10(now)) - 3);
+  return Number((Math.round(Math.min(Math.max(metres, now / 50), now * 50) / step) * step).toPrecision(9));
 }

@@ -84,10 +84,7 @@ export function listenToKeys(page, root, stage, drag, acts) {
     const step = event.shiftKey ? 1 : event.altKey ? 0.01 : 0.1;
     const { width, height } = drag.size;
     nudging = true;
-    // A length on the way to the next tenth reads better than 21.03.
-    const by = (/** @type {number} */ now, /** @type {number} */ way) =>
-      way ? Math.round((now + way * step) * 1e6) / 1e6 : now;
-    const [w, h] = [by(width, x), by(height, y)];
+    const [w, h] = [width + x * step, height + y * step];
     if (!page.tied) drag.to(w, h);
     else if (x) drag.to(w, (height * w) / width);
     else drag.to((width * h) / height, h);

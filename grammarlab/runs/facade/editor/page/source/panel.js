@@ -55,7 +55,7 @@ export function makePanel(page, acts) {
         element(
           "li",
           { class: "gl-row" },
-          element("span", { class: "fe-name" }, words),
+          textButton(words, () => page.select(node), { class: "gl-choice fe-name" }),
           iconButton("close", `Unlock: ${words}`, () => void page.ask("unlock", { node, what })),
         ),
       ),
