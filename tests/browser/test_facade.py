@@ -180,6 +180,25 @@ def test_locked_sizes_stay_and_what_contradicts_them_is_said_and_not_done(house:
     expect(locks).to_be_hidden()
 
 
+def test_a_part_that_is_dragged_takes_its_column_along(house: EditorPage):
+    grid = grid_of(load_facade(FACADES / "townhouse.json"), WINDOWS)
+    nodes = grid.node[grid.column == 1].tolist()
+    before = load_facade(FACADES / "townhouse.json").position[nodes, X]
+    index = grid.node.tolist().index(nodes[0])
+    x, y = house.element(index)
+    house.page.mouse.click(x, y)
+    expect(house.page.locator(".fe-selected")).to_have_count(1)
+    metre = house.metre()
+    house.page.mouse.move(x, y)
+    house.page.mouse.down()
+    house.page.mouse.move(x + 0.25 * metre, y, steps=5)
+    house.page.mouse.up()
+    expect(house.page.get_by_role("list", name="Locks").get_by_role("listitem")).to_have_count(2)
+    facade = house.save()
+    assert facade.position[nodes, X] == pytest.approx(before + 0.25, abs=0.05)
+    expect_aligned(facade, WINDOWS)
+
+
 def test_what_is_saved_is_there_after_the_server_was_killed(windows: Any, tmp_path: Path):
     file = tmp_path / "saved.facade.json"
     servers = [EditorServer(FACADES / "townhouse.json", file), EditorServer(file, file)]

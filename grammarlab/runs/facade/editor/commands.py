@@ -13,7 +13,7 @@ from grammarlab.facade.sizes import Resized
 from grammarlab.facade.tree import X, Y
 from grammarlab.runs.facade.editor.columns import boxes, drawing
 from grammarlab.runs.facade.editor.desk import Desk
-from grammarlab.runs.facade.editor.document import ASPECT, contradiction, locked, sized, unlocked
+from grammarlab.runs.facade.editor.document import LOCKS, Document, arranged, contradiction, locked, unlocked
 from grammarlab.runs.facade.editor.gridding import renamed, with_lasso, with_pressed
 from grammarlab.runs.facade.editor.suggestions import none_found
 from grammarlab.runs.serving.requests import Request, answered
@@ -28,8 +28,8 @@ def run(desk: Desk, message: object, buffers: Sequence[bytes], window: Send) -> 
 
 
 def _drag(desk: Desk, request: Request) -> None:
-    """Sizes while a side is dragged: nothing is kept, and where wishes contradict each other nothing is shown."""
-    resized = _resized(desk, request)
+    """Sizes while a side or a part is dragged: nothing is kept, nor shown where wishes contradict each other."""
+    resized = _moved(desk, request)[1] if "node" in request.values else _resized(desk, request)
     if resized.conflict:
         request.answer({"conflict": contradiction(resized.conflict)}, ())
     else:
@@ -56,11 +56,19 @@ def _resized(desk: Desk, request: Request) -> Resized:
     return desk.resized(width, height)
 
 
-def _size(desk: Desk, request: Request) -> Message:
-    node, what = _place(desk, request), _what(request)
-    if what == ASPECT:
-        raise UsageError("what: expected width or height; an aspect can be locked, not given.")
-    desk.do("set size", sized(desk.document, node, what, _metres(request, "metres")))
+def _move(desk: Desk, request: Request) -> Message:
+    moved, resized = _moved(desk, request)
+    desk.do("move", moved.settled(resized))
+    return _done(desk)
+
+
+def _moved(desk: Desk, request: Request) -> tuple[Document, Resized]:
+    return desk.moved(_place(desk, request), request.number("left"), request.number("bottom"))
+
+
+def _give(desk: Desk, request: Request) -> Message:
+    what = _what(request)
+    desk.do(f"set {what}", arranged(desk.document, _place(desk, request), {what: request.number("value")}))
     return _done(desk)
 
 
@@ -180,25 +188,26 @@ def _place(desk: Desk, request: Request) -> int:
 
 
 def _axis(request: Request) -> int:
-    return _named(request, "axis", {"x": X, "y": Y})
+    return {"x": X, "y": Y}[_one_of(request, "axis", ("x", "y"))]
 
 
-def _what(request: Request) -> int:
-    return _named(request, "what", {"width": X, "height": Y, "aspect": ASPECT})
+def _what(request: Request) -> str:
+    return _one_of(request, "what", LOCKS)
 
 
-def _named(request: Request, name: str, values: dict[str, int]) -> int:
+def _one_of(request: Request, name: str, values: Sequence[str]) -> str:
     text = request.text(name)
     if text not in values:
-        raise UsageError(f"{name}: expected {' or '.join(values)}, found {text!r}.")
-    return values[text]
+        raise UsageError(f"{name}: expected one of {', '.join(values)}, found {text!r}.")
+    return text
 
 
 COMMANDS: dict[str, Callable[[Desk, Request], Message | None]] = {
     "drag": _drag,
     "skip": _skip,
     "resize": _resize,
-    "size": _size,
+    "move": _move,
+    "give": _give,
     "lock": _lock,
     "unlock": _unlock,
     "undo": _undo,

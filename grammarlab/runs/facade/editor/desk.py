@@ -10,7 +10,7 @@ from grammarlab.errors import UsageError
 from grammarlab.facade.file import save_facade
 from grammarlab.facade.sizes import Resized, Sizing
 from grammarlab.facade.tree import Facade
-from grammarlab.runs.facade.editor.document import Document, opened
+from grammarlab.runs.facade.editor.document import Document, opened, with_locks
 from grammarlab.runs.facade.editor.exporting import FORMATS, SUFFIX, export, stem_of, unused_path
 from grammarlab.runs.facade.editor.history import History
 from grammarlab.runs.facade.editor.suggestions import Suggestions, suggest
@@ -32,7 +32,7 @@ class Desk:
     chosen: str = ""
     """Name of the grid that was chosen last; it may be gone."""
     suggestions: Suggestions | None = None
-    _sizing: tuple[Document, Sizing] | None = None
+    _sizing: tuple[Document, int, Sizing] | None = None
     _exported: dict[str, Path] = field(default_factory=dict)
     """By format."""
 
@@ -86,10 +86,20 @@ class Desk:
         self.revision += 1
 
     def resized(self, width: float, height: float) -> Resized:
-        """The facade for another size; the programme is prepared once for each document, as while a side is dragged."""
-        if self._sizing is None or self._sizing[0] is not self.document:
-            self._sizing = (self.document, self.document.sizing())
-        return self._sizing[1].resized(self.document.wishes(width, height))
+        """The facade for another size."""
+        return self._solved(self.document, -1, width, height)
+
+    def moved(self, node: int, left: float, bottom: float) -> tuple[Document, Resized]:
+        """A node at another place, where it is locked, and how sizes were solved for."""
+        facade = self.document.facade
+        wished = with_locks(self.document, node, {"left": left, "bottom": bottom})
+        return wished, self._solved(wished, node, facade.width, facade.height)
+
+    def _solved(self, wished: Document, node: int, width: float, height: float) -> Resized:
+        """The programme is prepared once for each document and node, as while something is dragged."""
+        if self._sizing is None or self._sizing[0] is not self.document or self._sizing[1] != node:
+            self._sizing = (self.document, node, wished.sizing())
+        return self._sizing[2].resized(wished.wishes(width, height))
 
     def suggest(self, axis: int, *, more: bool, most: int) -> Suggestions:
         """Variations of the active grid.

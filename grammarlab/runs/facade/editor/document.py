@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,10 +13,10 @@ from grammarlab.facade.proposals import with_proposals
 from grammarlab.facade.sizes import Resized, Sizing, prepare
 from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.facade.variations import Variation
-from grammarlab.facade.wishes import Aspect, Size, Wish, checked
+from grammarlab.facade.wishes import Aspect, Position, Size, Wish, checked
 
-ASPECT = 2
-"""What is locked of a node beside its width (`X`) and its height (`Y`)."""
+LOCKS = ("width", "height", "left", "bottom", "aspect")
+"""What can be locked of a node: metres, those of places from the left or the bottom of the facade; width by height."""
 _WHOLE = [0.0, 0.0, 1.0, 1.0]
 
 
@@ -28,10 +28,10 @@ class Document:
     origin: Origin
     """From which deviations count: sizes before any side was dragged, so that a side dragged back undoes it."""
     locks: tuple[Wish, ...] = ()
-    """Sizes and aspects that stay, at most one per node and axis."""
+    """What stays, each at most once per node."""
 
     def sizing(self) -> Sizing:
-        """Ready to be solved for any width and height."""
+        """Ready to be solved for any metres of these locks and of the whole."""
         return prepare(self.facade, self.wishes(self.facade.width, self.facade.height), self.origin)
 
     def wishes(self, width: float, height: float) -> tuple[Wish, ...]:
@@ -60,30 +60,45 @@ def contradiction(conflict: Sequence[str]) -> str:
     return f"These cannot all be met: {'; '.join(conflict)}."
 
 
-def locked(document: Document, node: int, what: int) -> Document:
-    """The size of a node, or its aspect, stays as it is from now on."""
-    facade = document.facade
-    checked([Aspect(node, 1.0, 1.0)], facade)
-    if what == ASPECT:
-        aspect = float(facade.size[node, X] / facade.size[node, Y])
-        return _with_lock(document, Aspect(node, aspect, aspect))
-    return _with_lock(document, Size(node, what, float(facade.size[node, what])))
+def locked(document: Document, node: int, what: str) -> Document:
+    """What one of `LOCKS` says of a node stays as it is from now on."""
+    return with_locks(document, node, {what: _value(document.facade, node, what)})
 
 
-def unlocked(document: Document, node: int, what: int) -> Document:
-    """A node without a lock of this kind."""
-    return replace(document, locks=tuple(lock for lock in document.locks if _key(lock) != (node, what)))
+def unlocked(document: Document, node: int, what: str) -> Document:
+    """A node without this lock."""
+    return replace(document, locks=tuple(lock for lock in document.locks if (lock.node, kind_of(lock)) != (node, what)))
 
 
-def sized(document: Document, node: int, axis: int, metres: float) -> Document:
-    """A node that has a size, and keeps it; the facade as large as before.
+def with_locks(document: Document, node: int, values: Mapping[str, float]) -> Document:
+    """A node with these locks; sizes are not solved for.
+
+    Raises:
+        FacadeError: for what no node can have.
+    """
+    for what, value in values.items():
+        document = unlocked(document, node, what)
+        document = replace(document, locks=(*document.locks, _lock(node, what, value)))
+    checked(document.locks, document.facade)
+    return document
+
+
+def arranged(document: Document, node: int, values: Mapping[str, float]) -> Document:
+    """A node that is so large, or lies there, and stays so; the facade as large as before.
 
     Raises:
         FacadeError: when that contradicts other locks, or what is alike and aligned: which.
     """
-    wished = _with_lock(document, Size(node, axis, metres))
-    checked(wished.locks, document.facade)
+    wished = with_locks(document, node, values)
     return wished.settled(wished.sizing().resized(wished.wishes(document.facade.width, document.facade.height)))
+
+
+def kind_of(lock: Wish) -> str:
+    """Which of `LOCKS` it is."""
+    if isinstance(lock, Aspect):
+        return "aspect"
+    names = ("width", "height") if isinstance(lock, Size) else ("left", "bottom")
+    return names[lock.axis]
 
 
 def varied(document: Document, variation: Variation, along: int) -> tuple[Document, Resized]:
@@ -98,18 +113,25 @@ def varied(document: Document, variation: Variation, along: int) -> tuple[Docume
 
 
 def _inherited(locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
-    """Locks of what is still there, and of its copies; what was cut has none."""
+    """Locks of what is still there, and of its copies; what was cut has none, and places have changed."""
     whole = np.isclose(variation.shown, _WHOLE).all(axis=1)
     inherited: list[Wish] = []
     for lock in locks:
+        if isinstance(lock, Position):
+            continue
         nodes = np.flatnonzero(whole & (variation.source == lock.node)).tolist() if lock.node else [0]
         inherited += [replace(lock, node=node) for node in nodes]
     return tuple(inherited)
 
 
-def _with_lock(document: Document, lock: Wish) -> Document:
-    return replace(unlocked(document, *_key(lock)), locks=(*unlocked(document, *_key(lock)).locks, lock))
+def _lock(node: int, what: str, value: float) -> Wish:
+    if what == "aspect":
+        return Aspect(node, value, value)
+    axis = X if what in {"width", "left"} else Y
+    return Size(node, axis, value) if what in {"width", "height"} else Position(node, axis, value)
 
 
-def _key(lock: Wish) -> tuple[int, int]:
-    return lock.node, ASPECT if isinstance(lock, Aspect) else lock.axis
+def _value(facade: Facade, node: int, what: str) -> float:
+    (left, bottom), (width, height) = facade.position[node] - facade.position[0], facade.size[node]
+    values = {"width": width, "height": height, "left": left, "bottom": bottom, "aspect": width / height}
+    return float(values[what])

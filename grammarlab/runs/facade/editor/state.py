@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from grammarlab.facade.wishes import Aspect, in_words
+from grammarlab.facade.wishes import in_words
 from grammarlab.runs.facade.editor.columns import boxes, colors, drawing
 from grammarlab.runs.facade.editor.desk import Desk
+from grammarlab.runs.facade.editor.document import kind_of
 from grammarlab.runs.facade.editor.exporting import FORMATS
 from grammarlab.runs.serving.windows import Message
 
 PROTOCOL = 1
-_NAMES = ("width", "height")
 
 
 def state_of(desk: Desk) -> tuple[Message, tuple[bytes, bytes]]:
@@ -46,12 +46,7 @@ def state_of(desk: Desk) -> tuple[Message, tuple[bytes, bytes]]:
         ],
         "active": desk.active,
         "locks": [
-            {
-                "node": lock.node,
-                "what": "aspect" if isinstance(lock, Aspect) else _NAMES[lock.axis],
-                "words": in_words(lock, facade),
-            }
-            for lock in document.locks
+            {"node": lock.node, "what": kind_of(lock), "words": in_words(lock, facade)} for lock in document.locks
         ],
         "formats": FORMATS,
         "drawing": values,

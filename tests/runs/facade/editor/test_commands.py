@@ -45,7 +45,7 @@ def test_widths_that_are_none_are_answered_with_a_message(window: Window, comman
     with pytest.raises(RefusedError, match=r"expected .*(number|metres|length)"):
         window.ask(command, width=width, height=5.0)
     with pytest.raises(RefusedError, match=r"expected .*(number|metres|length)"):
-        window.ask("size", node=1, what="width", metres=width)
+        window.ask("give", node=1, what="width", value=width)
     assert window.state == before
 
 
@@ -66,6 +66,21 @@ def test_wishes_that_contradict_each_other_change_nothing(window: Window):
     window.ask("unlock", node=node, what="width")
     window.ask("resize", width=1.0, height=state["drawing"]["height"])
     assert window.state["drawing"]["width"] == pytest.approx(1.0)
+
+
+def test_a_part_that_is_dragged_is_kept_where_it_was_shown(window: Window):
+    node = window.state["grids"][0]["nodes"][1]
+    left, bottom = window.boxes[node, :2].tolist()
+    shown, (columns,) = window.ask("drag", node=node, left=left + 0.1, bottom=bottom)
+    assert shown["conflict"] == ""
+    assert not window.state["locks"]
+    window.ask("move", node=node, left=left + 0.1, bottom=bottom)
+    assert np.array_equal(window.boxes, np.frombuffer(columns, dtype="<f8").reshape(-1, 4))
+    assert window.boxes[node, 0] == pytest.approx(left + 0.1)
+    assert [lock["what"] for lock in window.state["locks"]] == ["left", "bottom"]
+    shown, buffers = window.ask("drag", node=node, left=99.0, bottom=bottom)
+    assert "99 m from that of the facade" in shown["conflict"]
+    assert not buffers
 
 
 def test_variations_are_pictures_of_what_accepting_them_gives(window: Window):
@@ -153,7 +168,22 @@ VALUES = st.one_of(
     st.sampled_from(["x", "width", "window", "json", ""]),
     st.lists(st.integers(), max_size=2),
 )
-NAMES = ["width", "height", "node", "what", "metres", "grid", "to", "axis", "change", "most", "number", "left", "top"]
+NAMES = [
+    "width",
+    "height",
+    "node",
+    "what",
+    "value",
+    "bottom",
+    "grid",
+    "to",
+    "axis",
+    "change",
+    "most",
+    "number",
+    "left",
+    "top",
+]
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150, deadline=None)

@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 3f269fafc4b98318 */
+/* Built from source/ by bundle.js; do not edit. Source 1a1f34dc4c6f0353 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -238,10 +238,10 @@ function makeDrag(page, show) {
   }
   async function run() {
     while (wanted && (ending || !wanted.sent)) {
-      const size = wanted;
+      const next = wanted;
       try {
-        if (ending) await settle(size);
-        else await solve(size);
+        if (ending) await settle(next);
+        else await solve(next);
       } catch (error) {
         restore();
         page.complain(error instanceof Error ? error.message : String(error));
@@ -249,19 +249,25 @@ function makeDrag(page, show) {
       page.changed();
     }
   }
-  async function solve(size) {
-    const { result, buffers } = await page.channel.request("drag", size);
+  async function solve(next) {
+    const { result, buffers } = await page.channel.request("drag", next.values);
     conflict = result.conflict ?? "";
     if (buffers.length && wanted) show(new Float64Array(buffers[0]), result.width, result.height);
-    size.sent = true;
+    next.sent = true;
   }
-  async function settle(size) {
+  async function settle(next) {
     ending = false;
-    size.sent = true;
-    const { result } = await page.channel.request("resize", size);
-    if (wanted !== size) return;
+    next.sent = true;
+    const { result } = await page.channel.request(next.command, next.values);
+    if (wanted !== next) return;
     if (result.revision === page.state.revision) restore();
     else stop();
+  }
+  function want(command, values) {
+    const { boxes, drawing } = page.state;
+    before ??= { boxes, width: drawing.width, height: drawing.height };
+    wanted = { command, values, sent: false };
+    go();
   }
   function stop() {
     wanted = before = null;
@@ -283,14 +289,17 @@ function makeDrag(page, show) {
     },
     /** The size on the way, or as it is. */
     get size() {
-      return wanted ?? { width: page.state.drawing.width, height: page.state.drawing.height };
+      const { width, height } = page.state.drawing;
+      return wanted?.command === "resize" ? { width: wanted.values.width, height: wanted.values.height } : { width, height };
     },
     /** @param {number} width @param {number} height */
     to(width, height) {
       const { drawing } = page.state;
-      before ??= { boxes: page.state.boxes, width: drawing.width, height: drawing.height };
-      wanted = { width: round(width, drawing.width), height: round(height, drawing.height), sent: false };
-      go();
+      want("resize", { width: round(width, drawing.width), height: round(height, drawing.height) });
+    },
+    /** @param {number} node @param {number} left @param {number} bottom metres from the lower left of the facade */
+    move(node, left, bottom) {
+      want("move", { node, left: Math.max(0, left), bottom: Math.max(0, bottom) });
     },
     /** What was reached stays. */
     end() {
@@ -325,27 +334,40 @@ function listenToPointer(page, stage, drag) {
   let press = null;
   face.addEventListener("pointerdown", (event) => {
     if (event.button) return;
-    press = { ...stage.metresAt(event), event, moved: false };
+    const box = stage.isOnSelected(event) && !page.gridding ? stage.boxOf(page.selected).slice() : null;
+    press = { ...stage.metresAt(event), event, moved: false, box };
     face.setPointerCapture(event.pointerId);
   });
   face.addEventListener("pointermove", (event) => {
-    if (!press) return stage.hover(event.pointerType === "touch" ? -1 : stage.leafAt(event));
+    if (!press) {
+      face.classList.toggle("fe-movable", stage.isOnSelected(event) && !page.gridding);
+      return stage.hover(event.pointerType === "touch" ? -1 : stage.leafAt(event));
+    }
     const { event: start } = press;
     press.moved ||= Math.hypot(event.clientX - start.clientX, event.clientY - start.clientY) >= SLACK;
-    if (press.moved) stage.lasso(areaTo(event));
+    if (!press.moved) return;
+    if (!press.box) return stage.lasso(areaTo(event));
+    const { x, y } = stage.metresAt(event);
+    drag.move(page.selected, press.box[0] + x - press.x, press.box[1] + y - press.y);
   });
   face.addEventListener("pointerleave", () => stage.hover(-1));
   face.addEventListener("pointerup", (event) => {
     if (!press) return;
-    const area = press.moved ? areaTo(event) : null;
+    const { moved, box } = press;
+    const area = areaTo(event);
     stop();
-    if (area) void page.ask("lasso", area);
+    if (moved && box) drag.end();
+    else if (moved) void page.ask("lasso", area);
     else click(stage.leafAt(event));
   });
-  face.addEventListener("pointercancel", stop);
+  face.addEventListener("pointercancel", cancel);
   face.addEventListener("keydown", (event) => {
-    if (event.key === "Escape" && press) stop();
+    if (event.key === "Escape" && press) cancel();
   });
+  function cancel() {
+    if (press?.box) drag.cancel();
+    stop();
+  }
   function stop() {
     press = null;
     stage.lasso(null);
@@ -416,6 +438,7 @@ var KEYS = [
   ["Arrows", "wider, narrower, higher, lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
   ["Tab", "to the facade, its handles, the variations and the panel"],
   ["Arrows on the facade", "from part to part"],
+  ["Alt and arrows there", "move the part by 0.05 m, with Shift by 0.5 m"],
   ["Space on the facade", "put the part into the grid, or take it out"],
   ["W, H, A", "lock or unlock width, height, aspect of the selected part"],
   ["P", "select the part around the selected one"],
@@ -458,7 +481,7 @@ function listenToKeys(page, root, stage, drag, acts) {
   function plain(event) {
     const on = event.target instanceof Element ? event.target : root;
     if (on.closest("dialog, [popover]")) return false;
-    if (event.key in WAYS) return on === stage.face ? go(event.key) : nudge(event, on);
+    if (event.key in WAYS) return on !== stage.face ? nudge(event, on) : event.altKey ? move(event) : go(event.key);
     const key = event.key.toLowerCase();
     if (key === "?") acts.help();
     else if (key === "w") acts.toggleLock("width");
@@ -484,10 +507,19 @@ function listenToKeys(page, root, stage, drag, acts) {
     else drag.to(width * h / height, h);
     return true;
   }
+  function move(event) {
+    if (page.selected <= 0) return false;
+    const [x, y] = WAYS[event.key];
+    const step = event.shiftKey ? 0.5 : 0.05;
+    const [left, bottom] = stage.boxOf(page.selected);
+    nudging = true;
+    drag.move(page.selected, left + x * step, bottom + y * step);
+    return true;
+  }
   function go(key) {
-    const { leaves, boxes } = page.state;
+    const { leaves } = page.state;
     const middle = (node) => {
-      const [x2, y2, width, height] = boxes.subarray(4 * node, 4 * node + 4);
+      const [x2, y2, width, height] = stage.boxOf(node);
       return [x2 + width / 2, y2 + height / 2];
     };
     if (page.selected < 0) {
@@ -711,7 +743,7 @@ function makeStage(page, drag) {
     over.replaceChildren(...marks);
   }
   function box(node, style) {
-    const [x, y, width, height] = page.state.boxes.subarray(4 * node, 4 * node + 4);
+    const [x, y, width, height] = boxOf(node);
     const [left, top] = [view.left + x * view.scale, view.bottom - (y + height) * view.scale];
     return svg("rect", {
       class: style,
@@ -730,12 +762,15 @@ function makeStage(page, drag) {
     where.setAttribute("aria-valuetext", `${metres(metresNow)} metres`);
   }
   function leafAt(event) {
+    return page.state.leaves.find((node) => isOn(node, event)) ?? -1;
+  }
+  function isOn(node, event) {
     const { x, y } = metresAt(event);
-    const { leaves, boxes } = page.state;
-    return leaves.find((node) => {
-      const [left, bottom, width, height] = boxes.subarray(4 * node, 4 * node + 4);
-      return x >= left && x < left + width && y >= bottom && y < bottom + height;
-    }) ?? -1;
+    const [left, bottom, width, height] = boxOf(node);
+    return x >= left && x < left + width && y >= bottom && y < bottom + height;
+  }
+  function boxOf(node) {
+    return page.state.boxes.subarray(4 * node, 4 * node + 4);
   }
   function metresAt({ clientX, clientY }) {
     const room = stage.getBoundingClientRect();
@@ -750,7 +785,10 @@ function makeStage(page, drag) {
     draw,
     drawSoon,
     leafAt,
+    boxOf,
     metresAt,
+    /** Whether a place of the screen lies in the selected part, which is not the whole. @param {PointerEvent} event */
+    isOnSelected: (event) => page.selected > 0 && isOn(page.selected, event),
     /** @param {Area | null} area */
     lasso(area) {
       lasso = area;
@@ -912,25 +950,32 @@ function makePanel(page, acts) {
     if (now === drawnPart) return;
     drawnPart = now;
     if (selected < 0) {
-      part.replaceChildren(element("p", { class: "gl-hint" }, "Click a part to see its size, and to lock it."));
+      part.replaceChildren(
+        element(
+          "p",
+          { class: "gl-hint" },
+          "Click a part to see its size and to lock it; then drag it to move it with all that is aligned."
+        )
+      );
       return;
     }
     const [w, h] = state.boxes.subarray(4 * selected + 2, 4 * selected + 4);
-    const set = (what) => (value) => page.ask("size", { node: selected, what, metres: value });
-    const rows = [
-      sizeRow("Width", "part width", set("width"), () => acts.toggleLock("width")),
-      sizeRow("Height", "part height", set("height"), () => acts.toggleLock("height"))
-    ];
-    rows[0].set(w, isLocked(page, selected, "width"));
-    rows[1].set(h, isLocked(page, selected, "height"));
-    const aspect = lockButton("aspect", () => acts.toggleLock("aspect"));
+    const set = (what) => (value) => page.ask("give", { node: selected, what, value });
+    const row = (name, what, value) => {
+      const made = sizeRow(name, `part ${what}`, set(what), () => acts.toggleLock(what));
+      made.set(value, isLocked(page, selected, what));
+      return made.element;
+    };
+    const [left, bottom] = state.boxes.subarray(4 * selected, 4 * selected + 2);
+    const rows = [row("Width", "width", w), row("Height", "height", h)];
+    if (selected) rows.push(row("From the left", "left", left), row("From the ground", "bottom", bottom));
+    const aspect = lockButton("part aspect", () => acts.toggleLock("aspect"));
     aspect.set(isLocked(page, selected, "aspect"));
     const grid = state.grids.find(({ name }) => name === state.active);
     const inside = grid?.nodes.includes(selected);
     part.replaceChildren(
       element("p", { class: "fe-label" }, nameOf(page, selected)),
-      rows[0].element,
-      rows[1].element,
+      ...rows,
       element(
         "div",
         { class: "gl-row" },
@@ -988,14 +1033,14 @@ function sizeRow(name, label, typed, lock) {
   const input = element("input", {
     class: "gl-input fe-number",
     type: "number",
-    min: "0.01",
+    min: "0",
     step: "any",
     "aria-label": `${label} in metres`
   });
   const apply = async () => {
     const value = Number(input.value);
     if (input.value === metres(now)) return;
-    if (!(value > 0) || !await typed(value)) input.value = metres(now);
+    if (!(value >= 0) || !await typed(value)) input.value = metres(now);
   };
   input.addEventListener("change", () => void apply());
   const button = lockButton(label, lock);

@@ -1,14 +1,14 @@
 /** @typedef {import("./types.js").Page} Page */
 
 /**
- * Sizes on the way, while a side is dragged or an arrow key held.
+ * Sizes on the way, while a side or a part is dragged or an arrow key held.
  *
  * At most one request is under way, and the latest size goes next: what the server cannot follow is left out.
  * @param {Page} page
  * @param {(boxes: Float64Array, width: number, height: number) => void} show
  */
 export function makeDrag(page, show) {
-  /** @type {{ width: number, height: number, sent: boolean } | null} */
+  /** @type {{ command: "resize" | "move", values: Record<string, number>, sent: boolean } | null} */
   let wanted = null;
   /** @type {{ boxes: Float64Array, width: number, height: number } | null} as it was before */
   let before = null;
@@ -23,10 +23,10 @@ export function makeDrag(page, show) {
 
   async function run() {
     while (wanted && (ending || !wanted.sent)) {
-      const size = wanted;
+      const next = wanted;
       try {
-        if (ending) await settle(size);
-        else await solve(size);
+        if (ending) await settle(next);
+        else await solve(next);
       } catch (error) {
         restore();
         page.complain(error instanceof Error ? error.message : String(error));
@@ -35,22 +35,30 @@ export function makeDrag(page, show) {
     }
   }
 
-  /** @param {NonNullable<typeof wanted>} size */
-  async function solve(size) {
-    const { result, buffers } = await page.channel.request("drag", size);
+  /** @param {NonNullable<typeof wanted>} next */
+  async function solve(next) {
+    const { result, buffers } = await page.channel.request("drag", next.values);
     conflict = result.conflict ?? "";
     if (buffers.length && wanted) show(new Float64Array(buffers[0]), result.width, result.height);
-    size.sent = true;
+    next.sent = true;
   }
 
-  /** @param {NonNullable<typeof wanted>} size */
-  async function settle(size) {
+  /** @param {NonNullable<typeof wanted>} next */
+  async function settle(next) {
     ending = false;
-    size.sent = true;
-    const { result } = await page.channel.request("resize", size);
-    if (wanted !== size) return; // the next drag has begun
+    next.sent = true;
+    const { result } = await page.channel.request(next.command, next.values);
+    if (wanted !== next) return; // the next drag has begun
     if (result.revision === page.state.revision) restore();
     else stop();
+  }
+
+  /** @param {"resize" | "move"} command @param {Record<string, number>} values */
+  function want(command, values) {
+    const { boxes, drawing } = page.state;
+    before ??= { boxes, width: drawing.width, height: drawing.height };
+    wanted = { command, values, sent: false };
+    go();
   }
 
   function stop() {
@@ -75,14 +83,19 @@ export function makeDrag(page, show) {
     },
     /** The size on the way, or as it is. */
     get size() {
-      return wanted ?? { width: page.state.drawing.width, height: page.state.drawing.height };
+      const { width, height } = page.state.drawing;
+      return wanted?.command === "resize"
+        ? { width: wanted.values.width, height: wanted.values.height }
+        : { width, height };
     },
     /** @param {number} width @param {number} height */
     to(width, height) {
       const { drawing } = page.state;
-      before ??= { boxes: page.state.boxes, width: drawing.width, height: drawing.height };
-      wanted = { width: round(width, drawing.width), height: round(height, drawing.height), sent: false };
-      go();
+      want("resize", { width: round(width, drawing.width), height: round(height, drawing.height) });
+    },
+    /** @param {number} node @param {number} left @param {number} bottom metres from the lower left of the facade */
+    move(node, left, bottom) {
+      want("move", { node, left: Math.max(0, left), bottom: Math.max(0, bottom) });
     },
     /** What was reached stays. */
     end() {

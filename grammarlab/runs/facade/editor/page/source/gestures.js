@@ -5,39 +5,54 @@
 const SLACK = 4; // pixels that a hand may shake in a click
 
 /**
- * Mouse, pen and finger on the facade: a press selects a part or changes the grid, a rectangle makes a grid, handles size.
+ * Mouse, pen and finger on the facade: a press selects a part or changes the grid, a rectangle
+ * makes a grid, the selected part is moved, handles size.
  * @param {Page} page
  * @param {Stage} stage
  * @param {Drag} drag
  */
 export function listenToPointer(page, stage, drag) {
   const { face } = stage;
-  /** @type {{ x: number, y: number, event: PointerEvent, moved: boolean } | null} */
-  let press = null;
+  /** @type {{ x: number, y: number, event: PointerEvent, moved: boolean, box: Float64Array | null } | null} */
+  let press = null; // `box` of the selected part, which follows
 
   face.addEventListener("pointerdown", (event) => {
     if (event.button) return;
-    press = { ...stage.metresAt(event), event, moved: false };
+    const box = stage.isOnSelected(event) && !page.gridding ? stage.boxOf(page.selected).slice() : null;
+    press = { ...stage.metresAt(event), event, moved: false, box };
     face.setPointerCapture(event.pointerId);
   });
   face.addEventListener("pointermove", (event) => {
-    if (!press) return stage.hover(event.pointerType === "touch" ? -1 : stage.leafAt(event));
+    if (!press) {
+      face.classList.toggle("fe-movable", stage.isOnSelected(event) && !page.gridding);
+      return stage.hover(event.pointerType === "touch" ? -1 : stage.leafAt(event));
+    }
     const { event: start } = press;
     press.moved ||= Math.hypot(event.clientX - start.clientX, event.clientY - start.clientY) >= SLACK;
-    if (press.moved) stage.lasso(areaTo(event));
+    if (!press.moved) return;
+    if (!press.box) return stage.lasso(areaTo(event));
+    const { x, y } = stage.metresAt(event);
+    drag.move(page.selected, press.box[0] + x - press.x, press.box[1] + y - press.y);
   });
   face.addEventListener("pointerleave", () => stage.hover(-1));
   face.addEventListener("pointerup", (event) => {
     if (!press) return;
-    const area = press.moved ? areaTo(event) : null;
+    const { moved, box } = press;
+    const area = areaTo(event);
     stop();
-    if (area) void page.ask("lasso", area);
+    if (moved && box) drag.end();
+    else if (moved) void page.ask("lasso", area);
     else click(stage.leafAt(event));
   });
-  face.addEventListener("pointercancel", stop);
+  face.addEventListener("pointercancel", cancel);
   face.addEventListener("keydown", (event) => {
-    if (event.key === "Escape" && press) stop();
+    if (event.key === "Escape" && press) cancel();
   });
+
+  function cancel() {
+    if (press?.box) drag.cancel();
+    stop();
+  }
 
   function stop() {
     press = null;

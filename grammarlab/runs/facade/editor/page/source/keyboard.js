@@ -5,6 +5,7 @@ export const KEYS = [
   ["Arrows", "wider, narrower, higher, lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
   ["Tab", "to the facade, its handles, the variations and the panel"],
   ["Arrows on the facade", "from part to part"],
+  ["Alt and arrows there", "move the part by 0.05 m, with Shift by 0.5 m"],
   ["Space on the facade", "put the part into the grid, or take it out"],
   ["W, H, A", "lock or unlock width, height, aspect of the selected part"],
   ["P", "select the part around the selected one"],
@@ -62,7 +63,7 @@ export function listenToKeys(page, root, stage, drag, acts) {
   function plain(event) {
     const on = event.target instanceof Element ? event.target : root;
     if (on.closest("dialog, [popover]")) return false;
-    if (event.key in WAYS) return on === stage.face ? go(event.key) : nudge(event, on);
+    if (event.key in WAYS) return on !== stage.face ? nudge(event, on) : event.altKey ? move(event) : go(event.key);
     const key = event.key.toLowerCase();
     if (key === "?") acts.help();
     else if (key === "w") acts.toggleLock("width");
@@ -91,11 +92,22 @@ export function listenToKeys(page, root, stage, drag, acts) {
     return true;
   }
 
+  /** The selected part a little. @param {KeyboardEvent} event */
+  function move(event) {
+    if (page.selected <= 0) return false;
+    const [x, y] = WAYS[event.key];
+    const step = event.shiftKey ? 0.5 : 0.05;
+    const [left, bottom] = stage.boxOf(page.selected);
+    nudging = true;
+    drag.move(page.selected, left + x * step, bottom + y * step);
+    return true;
+  }
+
   /** To the nearest leaf on a side. @param {string} key */
   function go(key) {
-    const { leaves, boxes } = page.state;
+    const { leaves } = page.state;
     const middle = (/** @type {number} */ node) => {
-      const [x, y, width, height] = boxes.subarray(4 * node, 4 * node + 4);
+      const [x, y, width, height] = stage.boxOf(node);
       return [x + width / 2, y + height / 2];
     };
     if (page.selected < 0) {

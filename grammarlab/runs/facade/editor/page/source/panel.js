@@ -136,26 +136,33 @@ export function makePanel(page, acts) {
     if (now === drawnPart) return;
     drawnPart = now;
     if (selected < 0) {
-      part.replaceChildren(element("p", { class: "gl-hint" }, "Click a part to see its size, and to lock it."));
+      part.replaceChildren(
+        element(
+          "p",
+          { class: "gl-hint" },
+          "Click a part to see its size and to lock it; then drag it to move it with all that is aligned.",
+        ),
+      );
       return;
     }
     const [w, h] = state.boxes.subarray(4 * selected + 2, 4 * selected + 4);
     const set = (/** @type {What} */ what) => (/** @type {number} */ value) =>
-      page.ask("size", { node: selected, what, metres: value });
-    const rows = [
-      sizeRow("Width", "part width", set("width"), () => acts.toggleLock("width")),
-      sizeRow("Height", "part height", set("height"), () => acts.toggleLock("height")),
-    ];
-    rows[0].set(w, isLocked(page, selected, "width"));
-    rows[1].set(h, isLocked(page, selected, "height"));
-    const aspect = lockButton("aspect", () => acts.toggleLock("aspect"));
+      page.ask("give", { node: selected, what, value });
+    const row = (/** @type {string} */ name, /** @type {What} */ what, /** @type {number} */ value) => {
+      const made = sizeRow(name, `part ${what}`, set(what), () => acts.toggleLock(what));
+      made.set(value, isLocked(page, selected, what));
+      return made.element;
+    };
+    const [left, bottom] = state.boxes.subarray(4 * selected, 4 * selected + 2);
+    const rows = [row("Width", "width", w), row("Height", "height", h)];
+    if (selected) rows.push(row("From the left", "left", left), row("From the ground", "bottom", bottom));
+    const aspect = lockButton("part aspect", () => acts.toggleLock("aspect"));
     aspect.set(isLocked(page, selected, "aspect"));
     const grid = state.grids.find(({ name }) => name === state.active);
     const inside = grid?.nodes.includes(selected);
     part.replaceChildren(
       element("p", { class: "fe-label" }, nameOf(page, selected)),
-      rows[0].element,
-      rows[1].element,
+      ...rows,
       element(
         "div",
         { class: "gl-row" },
@@ -226,14 +233,14 @@ function sizeRow(name, label, typed, lock) {
   const input = element("input", {
     class: "gl-input fe-number",
     type: "number",
-    min: "0.01",
+    min: "0",
     step: "any",
     "aria-label": `${label} in metres`,
   });
   const apply = async () => {
     const value = Number(input.value);
     if (input.value === metres(now)) return;
-    if (!(value > 0) || !(await typed(value))) input.value = metres(now);
+    if (!(value >= 0) || !(await typed(value))) input.value = metres(now);
   };
   input.addEventListener("change", () => void apply());
   const button = lockButton(label, lock);

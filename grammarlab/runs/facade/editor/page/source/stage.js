@@ -109,7 +109,7 @@ export function makeStage(page, drag) {
 
   /** @param {number} node @param {string} style */
   function box(node, style) {
-    const [x, y, width, height] = page.state.boxes.subarray(4 * node, 4 * node + 4);
+    const [x, y, width, height] = boxOf(node);
     const [left, top] = [view.left + x * view.scale, view.bottom - (y + height) * view.scale];
     return svg("rect", {
       class: style,
@@ -132,14 +132,19 @@ export function makeStage(page, drag) {
 
   /** The leaf at a place of the screen, as its node, or -1. @param {{ clientX: number, clientY: number }} event */
   function leafAt(event) {
+    return page.state.leaves.find((node) => isOn(node, event)) ?? -1;
+  }
+
+  /** @param {number} node @param {{ clientX: number, clientY: number }} event */
+  function isOn(node, event) {
     const { x, y } = metresAt(event);
-    const { leaves, boxes } = page.state;
-    return (
-      leaves.find((node) => {
-        const [left, bottom, width, height] = boxes.subarray(4 * node, 4 * node + 4);
-        return x >= left && x < left + width && y >= bottom && y < bottom + height;
-      }) ?? -1
-    );
+    const [left, bottom, width, height] = boxOf(node);
+    return x >= left && x < left + width && y >= bottom && y < bottom + height;
+  }
+
+  /** Left, bottom, width and height in metres. @param {number} node */
+  function boxOf(node) {
+    return page.state.boxes.subarray(4 * node, 4 * node + 4);
   }
 
   /** @param {{ clientX: number, clientY: number }} event */
@@ -157,7 +162,10 @@ export function makeStage(page, drag) {
     draw,
     drawSoon,
     leafAt,
+    boxOf,
     metresAt,
+    /** Whether a place of the screen lies in the selected part, which is not the whole. @param {PointerEvent} event */
+    isOnSelected: (event) => page.selected > 0 && isOn(page.selected, event),
     /** @param {Area | null} area */
     lasso(area) {
       lasso = area;

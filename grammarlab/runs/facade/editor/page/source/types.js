@@ -10,7 +10,7 @@
  * @property {Float64Array} columns of each leaf left, bottom, width, height in metres; left, bottom, right, top of its part of a picture
  *
  * @typedef {{ name: string, rows: number, columns: number, nodes: number[] }} Grid
- * @typedef {"width" | "height" | "aspect"} What
+ * @typedef {"width" | "height" | "left" | "bottom" | "aspect"} What
  * @typedef {{ node: number, what: What, words: string }} Lock
  *
  * @typedef {object} State
