@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 1a1f34dc4c6f0353 */
+/* Built from source/ by bundle.js; do not edit. Source eeb955d6e4e02962 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -227,41 +227,44 @@ function assembler(done) {
 }
 
 // ../../facade/editor/page/source/drag.js
-function makeDrag(page, show) {
+function makeDrag(page, show, ended) {
   let wanted = null;
+  let reached = [];
   let before = null;
   let running = null;
-  let ending = false;
+  let told = () => {
+  };
   let conflict = "";
   function go() {
     running ??= run().finally(() => running = null);
   }
   async function run() {
-    while (wanted && (ending || !wanted.sent)) {
-      const next = wanted;
+    while (reached.length || wanted && !wanted.sent) {
       try {
-        if (ending) await settle(next);
-        else await solve(next);
+        if (reached.length) await settle(reached[0]);
+        else if (wanted) await solve(wanted);
       } catch (error) {
-        restore();
+        cancel();
         page.complain(error instanceof Error ? error.message : String(error));
       }
       page.changed();
     }
   }
-  async function solve(next) {
-    const { result, buffers } = await page.channel.request("drag", next.values);
+  async function solve(wish) {
+    wish.sent = true;
+    const { result, buffers } = await page.channel.request("drag", wish.values);
+    if (!wanted && !reached.length) return;
     conflict = result.conflict ?? "";
-    if (buffers.length && wanted) show(new Float64Array(buffers[0]), result.width, result.height);
-    next.sent = true;
+    if (buffers.length) show(new Float64Array(buffers[0]), result.width, result.height);
   }
-  async function settle(next) {
-    ending = false;
-    next.sent = true;
-    const { result } = await page.channel.request(next.command, next.values);
-    if (wanted !== next) return;
-    if (result.revision === page.state.revision) restore();
-    else stop();
+  async function settle(wish) {
+    const { result } = await page.channel.request(wish.command, wish.values);
+    const changed = result.revision !== page.state.revision;
+    if (changed) await new Promise((resolve) => told = () => resolve(void 0));
+    reached = reached.filter((each) => each !== wish);
+    if (reached.length || wanted) return;
+    if (changed) before = null;
+    cancel();
   }
   function want(command, values) {
     const { boxes, drawing } = page.state;
@@ -269,19 +272,18 @@ function makeDrag(page, show) {
     wanted = { command, values, sent: false };
     go();
   }
-  function stop() {
-    wanted = before = null;
-    ending = false;
-    conflict = "";
-  }
-  function restore() {
+  function cancel() {
     const was = before;
-    stop();
+    wanted = before = null;
+    reached = [];
+    conflict = "";
+    told();
     if (was) show(was.boxes, was.width, was.height);
+    ended();
   }
   return {
     get active() {
-      return wanted !== null;
+      return wanted !== null || reached.length > 0;
     },
     /** What contradicts what, while it does. */
     get conflict() {
@@ -289,8 +291,9 @@ function makeDrag(page, show) {
     },
     /** The size on the way, or as it is. */
     get size() {
-      const { width, height } = page.state.drawing;
-      return wanted?.command === "resize" ? { width: wanted.values.width, height: wanted.values.height } : { width, height };
+      const wish = wanted ?? reached.at(-1);
+      const { width, height } = wish?.command === "resize" ? wish.values : page.state.drawing;
+      return { width, height };
     },
     /** @param {number} width @param {number} height */
     to(width, height) {
@@ -304,19 +307,21 @@ function makeDrag(page, show) {
     /** What was reached stays. */
     end() {
       if (!wanted) return;
-      ending = true;
+      reached.push(wanted);
+      wanted = null;
       go();
     },
     /** Once nothing is under way. */
     idle: () => running ?? Promise.resolve(),
-    /** What is shown now is what a cancelled drag goes back to. */
-    rebase() {
+    /** A state was told; it is what a cancelled drag goes back to. */
+    told() {
       const { boxes, drawing } = page.state;
       if (before) before = { boxes, width: drawing.width, height: drawing.height };
+      told();
     },
     /** As it was before. */
     cancel() {
-      restore();
+      cancel();
       page.changed();
     }
   };
@@ -1307,16 +1312,21 @@ function build(root, channel, first) {
     changed() {
       stage.drawSoon();
       panel.update();
+      if (!drag.active) strip.update();
     }
   };
-  const drag = makeDrag(page, (boxes, width, height) => {
-    const { state } = page;
-    if (boxes.length !== state.boxes.length) return;
-    state.boxes = boxes;
-    Object.assign(state.drawing, { width, height });
-    state.leaves.forEach((node, leaf) => state.drawing.columns.set(boxes.subarray(4 * node, 4 * node + 4), 8 * leaf));
-    page.changed();
-  });
+  const drag = makeDrag(
+    page,
+    (boxes, width, height) => {
+      const { state } = page;
+      if (boxes.length !== state.boxes.length) return;
+      state.boxes = boxes;
+      Object.assign(state.drawing, { width, height });
+      state.leaves.forEach((node, leaf) => state.drawing.columns.set(boxes.subarray(4 * node, 4 * node + 4), 8 * leaf));
+      page.changed();
+    },
+    () => stage.fit()
+  );
   const stage = makeStage(page, drag);
   const strip = makeStrip(page);
   const acts = {
@@ -1383,9 +1393,8 @@ function build(root, channel, first) {
   return {
     /** @param {State} state */
     update(state) {
-      const resized = state.drawing.width !== page.state.drawing.width || state.drawing.height !== page.state.drawing.height;
       page.state = state;
-      drag.rebase();
+      drag.told();
       if (page.selected >= state.parent.length) page.selected = -1;
       page.gridding &&= Boolean(state.active);
       void page.pictures.want(state.pictures);
@@ -1398,9 +1407,8 @@ function build(root, channel, first) {
       undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
       redo.disabled = !state.redo;
       redo.title = state.redo ? `Redo: ${state.redo} (Ctrl Y)` : "Nothing to redo";
-      if (!drag.active || resized) stage.fit();
+      if (!drag.active) stage.fit();
       page.changed();
-      if (!drag.active) strip.update();
     },
     /** @param {boolean} connected */
     connection(connected) {

@@ -1,20 +1,25 @@
 /** @typedef {import("./types.js").Page} Page */
+/** @typedef {{ command: "resize" | "move", values: Record<string, number>, sent: boolean }} Wish */
 
 /**
  * Sizes on the way, while a side or a part is dragged or an arrow key held.
  *
- * At most one request is under way, and the latest size goes next: what the server cannot follow is left out.
+ * At most one request is under way, and the latest size goes next: what the server cannot follow is left out. What was
+ * reached at the end of a drag is never left out, and becomes a step of its own.
  * @param {Page} page
  * @param {(boxes: Float64Array, width: number, height: number) => void} show
+ * @param {() => void} ended
  */
-export function makeDrag(page, show) {
-  /** @type {{ command: "resize" | "move", values: Record<string, number>, sent: boolean } | null} */
+export function makeDrag(page, show, ended) {
+  /** @type {Wish | null} */
   let wanted = null;
+  /** @type {Wish[]} of drags that have ended */
+  let reached = [];
   /** @type {{ boxes: Float64Array, width: number, height: number } | null} as it was before */
   let before = null;
   /** @type {Promise<void> | null} */
   let running = null;
-  let ending = false;
+  let told = () => {};
   let conflict = "";
 
   function go() {
@@ -22,35 +27,36 @@ export function makeDrag(page, show) {
   }
 
   async function run() {
-    while (wanted && (ending || !wanted.sent)) {
-      const next = wanted;
+    while (reached.length || (wanted && !wanted.sent)) {
       try {
-        if (ending) await settle(next);
-        else await solve(next);
+        if (reached.length) await settle(reached[0]);
+        else if (wanted) await solve(wanted);
       } catch (error) {
-        restore();
+        cancel();
         page.complain(error instanceof Error ? error.message : String(error));
       }
       page.changed();
     }
   }
 
-  /** @param {NonNullable<typeof wanted>} next */
-  async function solve(next) {
-    const { result, buffers } = await page.channel.request("drag", next.values);
+  /** @param {Wish} wish */
+  async function solve(wish) {
+    wish.sent = true;
+    const { result, buffers } = await page.channel.request("drag", wish.values);
+    if (!wanted && !reached.length) return; // cancelled
     conflict = result.conflict ?? "";
-    if (buffers.length && wanted) show(new Float64Array(buffers[0]), result.width, result.height);
-    next.sent = true;
+    if (buffers.length) show(new Float64Array(buffers[0]), result.width, result.height);
   }
 
-  /** @param {NonNullable<typeof wanted>} next */
-  async function settle(next) {
-    ending = false;
-    next.sent = true;
-    const { result } = await page.channel.request(next.command, next.values);
-    if (wanted !== next) return; // the next drag has begun
-    if (result.revision === page.state.revision) restore();
-    else stop();
+  /** @param {Wish} wish */
+  async function settle(wish) {
+    const { result } = await page.channel.request(wish.command, wish.values);
+    const changed = result.revision !== page.state.revision;
+    if (changed) await new Promise((resolve) => (told = () => resolve(undefined)));
+    reached = reached.filter((each) => each !== wish);
+    if (reached.length || wanted) return;
+    if (changed) before = null;
+    cancel();
   }
 
   /** @param {"resize" | "move"} command @param {Record<string, number>} values */
@@ -61,21 +67,19 @@ export function makeDrag(page, show) {
     go();
   }
 
-  function stop() {
-    wanted = before = null;
-    ending = false;
-    conflict = "";
-  }
-
-  function restore() {
+  function cancel() {
     const was = before;
-    stop();
+    wanted = before = null;
+    reached = [];
+    conflict = "";
+    told();
     if (was) show(was.boxes, was.width, was.height);
+    ended();
   }
 
   return {
     get active() {
-      return wanted !== null;
+      return wanted !== null || reached.length > 0;
     },
     /** What contradicts what, while it does. */
     get conflict() {
@@ -83,10 +87,9 @@ export function makeDrag(page, show) {
     },
     /** The size on the way, or as it is. */
     get size() {
-      const { width, height } = page.state.drawing;
-      return wanted?.command === "resize"
-        ? { width: wanted.values.width, height: wanted.values.height }
-        : { width, height };
+      const wish = wanted ?? reached.at(-1);
+      const { width, height } = wish?.command === "resize" ? wish.values : page.state.drawing;
+      return { width, height };
     },
     /** @param {number} width @param {number} height */
     to(width, height) {
@@ -100,19 +103,21 @@ export function makeDrag(page, show) {
     /** What was reached stays. */
     end() {
       if (!wanted) return;
-      ending = true;
+      reached.push(wanted);
+      wanted = null;
       go();
     },
     /** Once nothing is under way. */
     idle: () => running ?? Promise.resolve(),
-    /** What is shown now is what a cancelled drag goes back to. */
-    rebase() {
+    /** A state was told; it is what a cancelled drag goes back to. */
+    told() {
       const { boxes, drawing } = page.state;
       if (before) before = { boxes, width: drawing.width, height: drawing.height };
+      told();
     },
     /** As it was before. */
     cancel() {
-      restore();
+      cancel();
       page.changed();
     },
   };

@@ -82,16 +82,21 @@ function build(root, channel, first) {
     changed() {
       stage.drawSoon();
       panel.update();
+      if (!drag.active) strip.update();
     },
   };
-  const drag = makeDrag(page, (boxes, width, height) => {
-    const { state } = page;
-    if (boxes.length !== state.boxes.length) return; // of the facade before
-    state.boxes = boxes;
-    Object.assign(state.drawing, { width, height });
-    state.leaves.forEach((node, leaf) => state.drawing.columns.set(boxes.subarray(4 * node, 4 * node + 4), 8 * leaf));
-    page.changed();
-  });
+  const drag = makeDrag(
+    page,
+    (boxes, width, height) => {
+      const { state } = page;
+      if (boxes.length !== state.boxes.length) return; // of the facade before
+      state.boxes = boxes;
+      Object.assign(state.drawing, { width, height });
+      state.leaves.forEach((node, leaf) => state.drawing.columns.set(boxes.subarray(4 * node, 4 * node + 4), 8 * leaf));
+      page.changed();
+    },
+    () => stage.fit(),
+  );
   const stage = makeStage(page, drag);
   const strip = makeStrip(page);
   const acts = {
@@ -162,10 +167,8 @@ function build(root, channel, first) {
   return {
     /** @param {State} state */
     update(state) {
-      const resized =
-        state.drawing.width !== page.state.drawing.width || state.drawing.height !== page.state.drawing.height;
       page.state = state;
-      drag.rebase();
+      drag.told();
       if (page.selected >= state.parent.length) page.selected = -1;
       page.gridding &&= Boolean(state.active);
       void page.pictures.want(state.pictures);
@@ -178,9 +181,8 @@ function build(root, channel, first) {
       undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
       redo.disabled = !state.redo;
       redo.title = state.redo ? `Redo: ${state.redo} (Ctrl Y)` : "Nothing to redo";
-      if (!drag.active || resized) stage.fit();
+      if (!drag.active) stage.fit();
       page.changed();
-      if (!drag.active) strip.update();
     },
     /** @param {boolean} connected */
     connection(connected) {
