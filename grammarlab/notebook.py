@@ -17,7 +17,7 @@ from grammarlab.runs import scoring
 from grammarlab.runs.examples import find_rules
 from grammarlab.runs.scoring.labels import read_labels_or_session
 from grammarlab.runs.scoring.session import Session
-from grammarlab.runs.scoring.windows import Message
+from grammarlab.runs.serving.windows import Message
 
 with named_extras():
     import anywidget

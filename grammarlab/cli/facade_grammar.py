@@ -39,7 +39,7 @@ def grammar(
         if as_json:
             print_json({"file": str(target), "rules": result.rules, "exact": result.exact, "choices": result.choices})
             return
-        if result.exact is not None:
+        if not result.choices:
             say(f"{result.rules} rules; leaves are off by {result.exact:.2g} m at most")
         else:
             fewest, most = result.choices["columns"]

@@ -13,7 +13,7 @@ from grammarlab.cli.sample import complete_grammar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from grammarlab.runs.scoring.windows import Message, Send
+    from grammarlab.runs.serving.windows import Message, Send
 
 
 def score(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Request, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Request, expect, sync_playwright
 
 from tests.browser.chromium import ARGUMENTS, CHROMIUM, needs_chromium
 from tests.browser.driver import ScoringPage, Server
@@ -43,8 +43,8 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 
 @pytest.fixture
-def opened(browser: Browser) -> Iterator[Any]:
-    """Opens the page of a server in a window of its own: ``opened(server.address, color_scheme="dark")``.
+def windows(browser: Browser) -> Iterator[Any]:
+    """Opens a page in a window of its own: ``windows(address, color_scheme="dark")``.
 
     Whatever the page says wrong, and every request that would leave this machine, fails the test.
     """
@@ -59,7 +59,7 @@ def opened(browser: Browser) -> Iterator[Any]:
         if message.type == "error":
             wrong.append(message.text)
 
-    def open_page(address: str, **options: Any) -> ScoringPage:
+    def open_page(address: str, **options: Any) -> Page:
         width, height = options.pop("size", SIZE)
         script = options.pop("script", "")
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
@@ -71,15 +71,25 @@ def opened(browser: Browser) -> Iterator[Any]:
         page.on("request", check_request)
         page.on("console", check_message)
         page.goto(address)
-        shown = ScoringPage(page)
-        expect(shown.cell(0)).to_be_visible()
-        return shown
+        return page
 
     yield open_page
     for context in contexts:
         context.close()
     # A server that was killed in a test is missed, and the page goes on trying.
     assert [text for text in wrong if "ERR_CONNECTION_REFUSED" not in text and "WebSocket" not in text] == []
+
+
+@pytest.fixture
+def opened(windows: Any) -> Any:
+    """Opens the page of a server: ``opened(server.address, color_scheme="dark")``."""
+
+    def open_page(address: str, **options: Any) -> ScoringPage:
+        shown = ScoringPage(windows(address, **options))
+        expect(shown.cell(0)).to_be_visible()
+        return shown
+
+    return open_page
 
 
 def is_local(url: str) -> bool:

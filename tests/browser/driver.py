@@ -36,8 +36,8 @@ class Server:
 
     def start(self, port: int = 0) -> Server:
         """Starts, and waits for the address."""
-        command = [str(Path(sys.executable).parent / "grammarlab"), "score", self.grammar]
-        command += ["--session", str(self.session), "--no-browser", "--port", str(port)]
+        command = [str(Path(sys.executable).parent / "grammarlab"), *self.arguments()]
+        command += ["--no-browser", "--port", str(port)]
         with (self.session.parent / "log.txt").open("a") as log:
             self.process = subprocess.Popen(
                 command,
@@ -53,6 +53,10 @@ class Server:
             self.kill()
             raise RuntimeError((self.session.parent / "log.txt").read_text())
         return self
+
+    def arguments(self) -> list[str]:
+        """The command, less what it says about its server."""
+        return ["score", self.grammar, "--session", str(self.session)]
 
     @property
     def port(self) -> int:

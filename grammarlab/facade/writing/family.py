@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence as Listed
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from math import isfinite
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.looks import THICKNESS, is_door, look_of
 from grammarlab.facade.tree import LEAF, Facade
 from grammarlab.facade.writing.cells import Cell
 from grammarlab.facade.writing.kinds import Pattern, pattern_of
+from grammarlab.facade.writing.leaf_error import thing_error
+from grammarlab.facade.writing.member import own_member
 from grammarlab.facade.writing.rule_text import Names, leaf_body, number, rule_name, split_body
 from grammarlab.facade.writing.storeys import Storeys, storeys_of
 from grammarlab.facade.writing.walks import LONGEST, State, Walks, shortest, walks
@@ -37,6 +40,9 @@ class WrittenFamily:
     """By attribute, how often a run of rows may come: at least and at most."""
     facades: float
     """How many different ones there are."""
+    error: float | None = None
+    """Metres by which a side of a thing of the facade itself is missed at most when its own columns and rows are drawn;
+    None if these are not among the choices."""
 
 
 def write_family(facade: Facade, widths: Range, heights: Range, stretch: float = STRETCH) -> WrittenFamily:
@@ -66,7 +72,17 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
                 f"its columns make widths from {min(some):.4g} m to {max(some):.4g} m, with {LONGEST} columns at most"
             )
         raise FacadeError(f"no facade of this family is {widths[0]:g} to {widths[1]:g} m wide: {told}.")
-    return _Writer(pattern, storeys, found).write()
+    return replace(_Writer(pattern, storeys, found).write(), error=_own_error(facade, pattern, storeys, found))
+
+
+def _own_error(facade: Facade, pattern: Pattern, storeys: Storeys, found: Walks) -> float | None:
+    member = own_member(pattern, storeys, found)
+    if member is None:
+        return None
+    writer = _Writer(pattern, *member)
+    grammar = Grammar.parse(writer.write().text)
+    error = thing_error(facade, grammar, {name: cell.label for cell, name in writer.cells.items() if cell.axis == LEAF})
+    return error if isfinite(error) else None
 
 
 @dataclass

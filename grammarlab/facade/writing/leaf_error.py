@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+import shapely
 from scipy.spatial import KDTree
 
 from grammarlab.derivation import derive
-from grammarlab.facade.tree import Facade
+from grammarlab.facade.looks import look_of
+from grammarlab.facade.tree import Facade, Floats
 from grammarlab.language.grammar import Grammar
 
 
@@ -23,21 +25,61 @@ def leaf_error(facade: Facade, grammar: Grammar, labels: Mapping[str, str]) -> f
     Returns:
         Infinity where leaves are missing, too many, or of other labels.
     """
-    forest = derive(grammar, 1, seed=0)
-    leaves = forest.leaves
-    if len(leaves) != len(facade.leaves):
+    found, called = _derived(grammar, labels)
+    if len(found) != len(facade.leaves):
         return np.inf
-    found = np.concatenate([leaves.position[:, :2], leaves.size[:, :2]], axis=1)
-    low = facade.position[facade.leaves] - facade.position[0]
-    expected = np.concatenate([low, facade.size[facade.leaves]], axis=1)
+    expected = _expected(facade)
     nearest = np.asarray(KDTree(found).query(expected)[1])
     if len(np.unique(nearest)) != len(nearest):
         return np.inf
-    symbols = forest.nodes.symbol[leaves.node[nearest]].tolist()
-    if any(
-        labels.get(forest.symbols[symbol]) != facade.name_of(leaf)
-        for symbol, leaf in zip(symbols, facade.leaves.tolist(), strict=True)
-    ):
+    if any(called[near] != facade.name_of(leaf) for near, leaf in zip(nearest, facade.leaves.tolist(), strict=True)):
         return np.inf
-    corners = [np.concatenate([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]], axis=1) for boxes in (found, expected)]
-    return float(np.abs(corners[0][nearest] - corners[1]).max())
+    return float(np.abs(_corners(found)[nearest] - _corners(expected)).max())
+
+
+def thing_error(facade: Facade, grammar: Grammar, labels: Mapping[str, str]) -> float:
+    """Metres by which a side of a leaf that is no wall is missed at most, when rules may cut it.
+
+    A derived leaf is a piece of the leaf of its label that holds its middle.
+
+    Args:
+        facade: the leaves that are expected.
+        grammar: what derives them; of its models the first counts.
+        labels: what the symbols of derived leaves stand for.
+
+    Returns:
+        Infinity where things are missing or too many; 0 where there are none.
+    """
+    found, called = _derived(grammar, labels)
+    things = np.array([not look_of(facade.name_of(leaf)).gives for leaf in facade.leaves.tolist()], dtype=bool)
+    pieces = np.array([not look_of(label).gives for label in called], dtype=bool)
+    expected, names = _expected(facade)[things], [facade.name_of(leaf) for leaf in facade.leaves[things].tolist()]
+    found, called = found[pieces], [label for label, piece in zip(called, pieces, strict=True) if piece]
+    middle = shapely.points(found[:, :2] + found[:, 2:] / 2.0)
+    piece, thing = shapely.STRtree(shapely.box(*_corners(expected).T)).query(middle, predicate="intersects")
+    same = np.array([called[a] == names[b] for a, b in zip(piece, thing, strict=True)], dtype=bool)
+    piece, thing = piece[same], thing[same]
+    if len(np.unique(piece)) < len(found) or len(np.unique(thing)) < len(expected):
+        return np.inf
+    reach = np.full((len(expected), 4), np.inf)
+    low, high = np.split(_corners(found)[piece], 2, axis=1)
+    np.minimum.at(reach, thing, np.hstack([low, -high]))
+    return float(np.abs(reach * [1.0, 1.0, -1.0, -1.0] - _corners(expected)).max(initial=0.0))
+
+
+def _derived(grammar: Grammar, labels: Mapping[str, str]) -> tuple[Floats, list[str]]:
+    """[D, 4] left, bottom, width and height of the leaves of the first model, and their labels."""
+    forest = derive(grammar, 1, seed=0)
+    leaves = forest.leaves
+    called = [labels.get(forest.symbols[symbol], "") for symbol in forest.nodes.symbol[leaves.node].tolist()]
+    return np.concatenate([leaves.position[:, :2], leaves.size[:, :2]], axis=1), called
+
+
+def _expected(facade: Facade) -> Floats:
+    """[L, 4] likewise, of the leaves of a facade."""
+    return np.concatenate([facade.position - facade.position[0], facade.size], axis=1)[facade.leaves]
+
+
+def _corners(boxes: Floats) -> Floats:
+    """[K, 4] left, bottom, right and top of boxes."""
+    return np.concatenate([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]], axis=1)

@@ -24,7 +24,7 @@ class GrammarResult:
     """CGA."""
     rules: int
     exact: float | None
-    """Metres by which the derivation misses a side of a leaf at most; None for a family."""
+    """Metres by which the derivation misses a side of a leaf at most; of a family, `WrittenFamily.error`."""
     choices: dict[str, Any] = field(default_factory=dict)
     """What a family varies; empty for one facade."""
 
@@ -59,7 +59,7 @@ def grammar_of(
         "rows": {name: list(often) for name, often in family.rows.items()},
         "facades": family.facades,
     }
-    return GrammarResult(family.text, family.rules, None, choices)
+    return GrammarResult(family.text, family.rules, family.error, choices)
 
 
 def save_grammar(result: GrammarResult, facade: Facade, path: Path) -> None:
@@ -69,7 +69,7 @@ def save_grammar(result: GrammarResult, facade: Facade, path: Path) -> None:
         FacadeError: when another picture of such a name is there.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    if result.exact is not None and facade.pictures:
+    if not result.choices and facade.pictures:
         assets = path.parent / "assets"
         assets.mkdir(exist_ok=True)
         store_as_assets(facade, assets)

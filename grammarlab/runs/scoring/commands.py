@@ -1,28 +1,25 @@
 """The protocol: what windows may ask for, checked, and what they get.
 
-A request is ``{"id": 7, "command": "score", …}`` with binary buffers; the answer has the same id and either
-``"ok": true, "result": {…}`` with buffers, or ``"ok": false, "error": "…"``. Requests are foreign: every value is
-checked.
+See `grammarlab.runs.serving.requests` for their form.
 """
 
 from __future__ import annotations
 
-import traceback
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
-from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.errors import UsageError
 from grammarlab.learning.addresses import Address, shown
 from grammarlab.runs.scoring.events import Record
 from grammarlab.runs.scoring.grids import Body, checked_models
-from grammarlab.runs.scoring.rounds import Answer, Refuse, Rounds
+from grammarlab.runs.scoring.rounds import Rounds
 from grammarlab.runs.scoring.sorting import Order
 from grammarlab.runs.scoring.state import state_of
 from grammarlab.runs.scoring.tasks import FindPart, MakeGlb
 from grammarlab.runs.scoring.thumbnails import LARGEST, SMALLEST
-from grammarlab.runs.scoring.windows import Message, Send
+from grammarlab.runs.serving.requests import Request, answered
+from grammarlab.runs.serving.windows import Message, Send
 
 MAX_PICTURES = 400
 """Models that one request for pictures may name."""
@@ -32,80 +29,13 @@ MAX_FILE_BYTES = 32 << 20
 """Of a label file."""
 FORMATS = ("csv", "jsonl", "parquet")
 VIEWER = Path(__file__).parent / "page" / "viewer.js"
-MAX_TEXT = 200
-"""Characters of a name or a search."""
-
-
-@dataclass(frozen=True)
-class Request:
-    """One thing that a window asks for."""
-
-    values: Mapping[str, Any]
-    buffers: Sequence[bytes]
-    window: Send
-    answer: Answer
-    refuse: Refuse
-
-    def text(self, name: str, default: str | None = None) -> str:
-        """A text argument.
-
-        Raises:
-            UsageError: when it is none.
-        """
-        value = self.values.get(name, default)
-        if not isinstance(value, str) or len(value) > MAX_TEXT:
-            raise UsageError(f"{name}: expected a text of at most {MAX_TEXT} characters, found {shown(value)}.")
-        return value
-
-    def whole(self, name: str, low: int, high: int, default: int) -> int:
-        """A whole number.
-
-        Raises:
-            UsageError: when it is none, or out of range.
-        """
-        value = self.values.get(name, default)
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise UsageError(f"{name}: expected a whole number from {low} to {high}, found {shown(value)}.")
-        return value
-
 
 Command = Callable[[Rounds, Request], Message | None]
 
 
 def run(rounds: Rounds, message: object, buffers: Sequence[bytes], window: Send) -> None:
-    """Does what a window asks for, and answers, now or later.
-
-    Args:
-        rounds: the session.
-        message: anything at all.
-        buffers: that came with it.
-        window: gets the answer.
-    """
-    values = message if isinstance(message, dict) else {}
-    number = values.get("id") if isinstance(values.get("id"), int | str | None) else None
-
-    def answer(result: Message, answer_buffers: Sequence[bytes] = ()) -> None:
-        window({"id": number, "ok": True, "result": result}, answer_buffers)
-
-    def refuse(error: str) -> None:
-        window({"id": number, "ok": False, "error": error}, ())
-
-    try:
-        result = _command(values)(rounds, Request(values, buffers, window, answer, refuse))
-        if result is not None:
-            answer(result)
-    except (GrammarlabError, OSError) as error:
-        refuse(str(error))
-    except Exception as error:  # a mistake of ours must not end the session
-        traceback.print_exc()
-        refuse(f"unexpected {type(error).__name__}: {error}. Please report it.")
-
-
-def _command(values: Mapping[str, Any]) -> Command:
-    name = values.get("command")
-    if not isinstance(name, str) or name not in COMMANDS:
-        raise UsageError(f"command: expected one of {', '.join(COMMANDS)}, found {shown(name)}.")
-    return COMMANDS[name]
+    """Does what a window asks for, and answers, now or later; `message` may be anything at all."""
+    answered(COMMANDS, rounds, message, buffers, window)
 
 
 def _state(rounds: Rounds, _request: Request) -> Message:

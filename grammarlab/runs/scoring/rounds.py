@@ -34,12 +34,8 @@ from grammarlab.runs.scoring.tasks import (
     WriteLabels,
 )
 from grammarlab.runs.scoring.thumbnails import Thumbnails
-from grammarlab.runs.scoring.windows import Message
+from grammarlab.runs.serving.windows import Answer, Message, Refuse
 
-Answer = Callable[[Message, Sequence[bytes]], None]
-"""Gives the result of a command."""
-Refuse = Callable[[str], None]
-"""Says why there is none."""
 Result = Callable[[Any], tuple[Message, Sequence[bytes]]]
 """What an answer says of a value, with its buffers."""
 

@@ -1,213 +1,27 @@
-"""The page of a session over HTTP and a WebSocket, for this machine and this person only.
-
-Bound to 127.0.0.1. Everything needs the token of the run, compared in constant time; hosts other than this machine's
-own names are refused, so that no other site can be made to point here; other origins get no socket.
-"""
+"""The page of a scoring session over HTTP and a WebSocket."""
 
 from __future__ import annotations
 
-import asyncio
-import json
-import os
-import re
-import secrets
-import socket
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-from tornado.httpserver import HTTPServer
-from tornado.ioloop import IOLoop
-from tornado.web import Application, HTTPError, RequestHandler
-from tornado.websocket import WebSocketClosedError, WebSocketHandler
-
-from grammarlab.errors import UsageError
 from grammarlab.runs.scoring.session import Session
-from grammarlab.runs.scoring.windows import Message
+from grammarlab.runs.serving import server
 
-ADDRESS = "127.0.0.1"
-PAGE = Path(__file__).parent / "page"
-FILES = {"page.js": "text/javascript", "page.css": "text/css"}
-"""What the page consists of, beside index.html."""
-KEPT = "GRAMMARLAB_TOKEN"
-"""Environment variable with the token to use."""
-MAX_BYTES = 64 << 20
-"""Of one message."""
-MAX_BUFFERS = 4
-_HOSTS = {ADDRESS, "localhost"}
-_POLICY = (
-    "default-src 'none'; script-src 'self' blob:; style-src 'self'; "
-    "img-src 'self' blob: data:; connect-src 'self' ws://{host} blob: data:; worker-src blob:; font-src 'self'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+_FOLDER = Path(__file__).parent / "page"
+PAGE = server.Page(
+    index=_FOLDER / "index.html",
+    files={name: _FOLDER / name for name in ("page.js", "page.css")},
+    command="grammarlab score",
+    max_bytes=64 << 20,
 )
 
 
 def serve(session: Session, port: int, on_ready: Callable[[str], None]) -> None:
-    """Serves a session until the process is interrupted.
-
-    Args:
-        session: what to serve; not closed here.
-        port: to listen on; 0 for any that is free.
-        on_ready: gets the address of the page once it can be opened.
-
-    Raises:
-        UsageError: when the port is in use.
-        KeyboardInterrupt: when the person ends it.
-    """
-    asyncio.run(serving(session, port, on_ready))
+    """Serves a session until the process is interrupted; arguments and errors as of `server.serve`."""
+    server.serve(session, PAGE, port, on_ready)
 
 
 async def serving(session: Session, port: int, on_ready: Callable[[str], None]) -> None:
     """The same on a loop that runs already, until it is cancelled."""
-    token = _token()
-    listening = _listening(port)
-    shared = {"session": session, "token": token}
-    application = Application(
-        [
-            (r"/", _IndexHandler, shared),
-            (r"/socket", _SocketHandler, shared),
-            (rf"/({'|'.join(map(_escaped, FILES))})", _FileHandler, shared),
-        ],
-        default_handler_class=_NothingHandler,
-        default_handler_args=shared,
-        websocket_max_message_size=MAX_BYTES,
-        websocket_ping_interval=30,
-        log_function=lambda handler: None,
-    )
-    server = HTTPServer(application, max_body_size=1024, max_header_size=16_384)
-    server.add_socket(listening)
-    on_ready(f"http://{ADDRESS}:{listening.getsockname()[1]}/?token={token}")
-    try:
-        await asyncio.Event().wait()
-    finally:
-        server.stop()
-        await server.close_all_connections()
-
-
-def _token() -> str:
-    """A new one for each run, unless the person wants pages that are open to find the next run."""
-    given = os.environ.get(KEPT, "")
-    if given and not re.fullmatch(r"[\w-]{16,128}", given, re.ASCII):
-        raise UsageError(f"{KEPT}: expected 16 to 128 letters, digits, - and _.")
-    return given or secrets.token_urlsafe(24)
-
-
-def _listening(port: int) -> socket.socket:
-    try:
-        listening = socket.create_server((ADDRESS, port))
-    except (OSError, OverflowError) as error:
-        raise UsageError(
-            f"port {port} cannot be used ({error}). Give another one, or leave --port out for any that is free."
-        ) from error
-    listening.setblocking(False)
-    return listening
-
-
-def _escaped(name: str) -> str:
-    return name.replace(".", r"\.")
-
-
-class _GuardedHandler(RequestHandler):
-    """Refuses everybody but the person who was told the address."""
-
-    def initialize(self, session: Session, token: str) -> None:
-        self.session, self.token = session, token
-
-    def prepare(self) -> None:
-        if self.request.host_name not in _HOSTS:
-            raise HTTPError(403, reason="Unknown host")
-        given = self.get_query_argument("token", "")
-        if not secrets.compare_digest(given.encode(), self.token.encode()):
-            raise HTTPError(403, reason="Wrong or missing token")
-
-    def set_default_headers(self) -> None:
-        self.set_header("Server", "grammarlab")
-        self.set_header("Content-Security-Policy", _POLICY.format(host=self.request.host))
-        self.set_header("X-Content-Type-Options", "nosniff")
-        self.set_header("Referrer-Policy", "no-referrer")
-        self.set_header("Cross-Origin-Resource-Policy", "same-origin")
-        self.set_header("Cache-Control", "no-store")
-
-    def write_error(self, status_code: int, **_: Any) -> None:
-        self.set_header("Content-Type", "text/plain; charset=utf-8")
-        self.finish(f"{status_code} {self._reason}. Open the address that grammarlab score printed.\n")
-
-
-class _NothingHandler(_GuardedHandler):
-    """All other addresses."""
-
-    def prepare(self) -> None:
-        super().prepare()
-        raise HTTPError(404)
-
-
-class _IndexHandler(_GuardedHandler):
-    def get(self) -> None:
-        text = (PAGE / "index.html").read_text(encoding="utf-8")
-        for name in FILES:
-            text = text.replace(f'"{name}"', f'"{name}?token={self.token}"')
-        self.finish(text)
-
-
-class _FileHandler(_GuardedHandler):
-    def get(self, name: str) -> None:
-        self.set_header("Content-Type", f"{FILES[name]}; charset=utf-8")
-        self.finish((PAGE / name).read_bytes())
-
-
-class _SocketHandler(_GuardedHandler, WebSocketHandler):
-    """One window."""
-
-    def check_origin(self, origin: str) -> bool:
-        return origin == f"http://{self.request.host}"
-
-    def open(self) -> None:
-        self.set_nodelay(True)
-        self._loop = IOLoop.current()
-        self._message: object = None
-        self._missing = 0
-        self._buffers: list[bytes] = []
-        self._unlisten = self.session.listen(self.send)
-
-    def on_message(self, message: str | bytes) -> None:
-        if isinstance(message, bytes):
-            self._buffers.append(message)
-            self._missing -= 1
-        elif not self._begin(message):
-            self.close(1007, "expected JSON")
-            return
-        if self._missing < 0:
-            self.close(1002, "unexpected buffer")
-        elif not self._missing:
-            self.session.handle(self._message, tuple(self._buffers), self.send)
-
-    def _begin(self, text: str) -> bool:
-        """The first frame of a message; whether it is one."""
-        if self._missing:
-            return False
-        try:
-            self._message = json.loads(text)
-        except (ValueError, RecursionError):
-            return False
-        number = self._message.get("buffers", 0) if isinstance(self._message, dict) else 0
-        if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= MAX_BUFFERS:
-            return False
-        self._missing, self._buffers = number, []
-        return True
-
-    def send(self, message: Message, buffers: Sequence[bytes]) -> None:
-        """Sends a message to the page; called on the session's thread."""
-        text = json.dumps(message | {"buffers": len(buffers)}, allow_nan=False)
-        self._loop.add_callback(partial(self._write, text, tuple(buffers)))
-
-    def _write(self, text: str, buffers: Sequence[bytes]) -> None:
-        try:
-            self.write_message(text)
-            for buffer in buffers:
-                self.write_message(buffer, binary=True)
-        except WebSocketClosedError:
-            pass
-
-    def on_close(self) -> None:
-        self._unlisten()
+    await server.serving(session, PAGE, port, on_ready)

@@ -26,7 +26,7 @@ from grammarlab.runs.scoring.rounds import Rounds
 from grammarlab.runs.scoring.state import state_of
 from grammarlab.runs.scoring.store import Store
 from grammarlab.runs.scoring.tasks import Begin
-from grammarlab.runs.scoring.windows import Message, Send
+from grammarlab.runs.serving.windows import Message, Send
 from grammarlab.runs.workers import available_cores
 
 CLOSED = "The session has been closed; what was scored is saved. Open it again to go on."

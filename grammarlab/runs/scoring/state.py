@@ -11,7 +11,7 @@ from grammarlab.runs.scoring.populate import WAYS
 from grammarlab.runs.scoring.rounds import Rounds
 from grammarlab.runs.scoring.said import Scores, compared
 from grammarlab.runs.scoring.tasks import Predicted, Singles
-from grammarlab.runs.scoring.windows import Message
+from grammarlab.runs.serving.windows import Message
 
 PROTOCOL = 1
 _VERDICTS: tuple[tuple[Kind, int, str], ...] = (("rather", 1, "first"), ("rather", -1, "second"), ("tie", 1, "alike"))

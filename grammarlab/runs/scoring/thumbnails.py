@@ -16,7 +16,7 @@ from PIL import Image
 from grammarlab.errors import Finding
 from grammarlab.runs.scoring.crew import Crew, Outcome
 from grammarlab.runs.scoring.tasks import Draw
-from grammarlab.runs.scoring.windows import Send
+from grammarlab.runs.serving.windows import Send
 
 SMALLEST, LARGEST = 32, 512
 """Pixels along each side of a picture."""

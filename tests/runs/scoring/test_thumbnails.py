@@ -15,7 +15,7 @@ from grammarlab.runs.scoring import thumbnails as module
 from grammarlab.runs.scoring.crew import Crew, Outcome
 from grammarlab.runs.scoring.tasks import Draw, Drawn
 from grammarlab.runs.scoring.thumbnails import CHUNK, GOOD, QUICK, SHEET, Thumbnails, sprite_sheet
-from grammarlab.runs.scoring.windows import Message
+from grammarlab.runs.serving.windows import Message
 
 
 class Easel(Crew):

@@ -8,7 +8,7 @@ from threading import Condition
 from typing import Any
 
 from grammarlab.runs.scoring.session import Session
-from grammarlab.runs.scoring.windows import Message
+from grammarlab.runs.serving.windows import Message
 from tests.waiting import PATIENCE
 
 

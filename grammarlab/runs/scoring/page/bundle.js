@@ -1,27 +1,40 @@
 /**
- * Builds page.js from source/ and viewer.js from viewer/ and three.js: `npm install && npm run build`.
+ * Builds page.js from source/ and viewer.js from viewer/ and three.js, and the page that edits facades from its own
+ * source and some modules of this one: `npm install && npm run build`.
  *
  * Each built file begins with the hash of what it was built from, so that a test can tell when one was forgotten.
  */
 import { createHash } from "node:crypto";
 import { readdirSync, readFileSync } from "node:fs";
+import { basename } from "node:path";
 import { build } from "esbuild";
 
 const here = new URL(".", import.meta.url);
 process.chdir(here.pathname);
 
-/** @param {string} folder */
-function hashOf(folder) {
+/** What the page that edits facades takes from this one. */
+const SHARED = ["channel.js", "element.js", "menu.js", "transports.js"];
+const EDITOR = "../../facade/editor/page";
+
+/** @param {string} folder @param {string[]} shared */
+function hashOf(folder, shared) {
   const files = readdirSync(folder)
     .sort()
     .map((file) => `${folder}/${file}`);
+  files.push(...shared.map((file) => `source/${file}`));
   const hash = createHash("sha256");
   for (const file of [...files, "package.json"]) hash.update(readFileSync(file));
   return hash.digest("hex").slice(0, 16);
 }
 
-/** @param {string} folder @param {string} entry @param {string} outfile @param {import("esbuild").BuildOptions} options */
-async function bundle(folder, entry, outfile, options) {
+/**
+ * @param {string} folder
+ * @param {string} entry
+ * @param {string} outfile
+ * @param {import("esbuild").BuildOptions} [options]
+ * @param {string[]} [shared]
+ */
+async function bundle(folder, entry, outfile, options, shared = []) {
   await build({
     entryPoints: [`${folder}/${entry}`],
     outfile,
@@ -30,10 +43,11 @@ async function bundle(folder, entry, outfile, options) {
     target: "es2022",
     charset: "utf8",
     logLevel: "info",
-    banner: { js: `/* Built from ${folder}/ by bundle.js; do not edit. Source ${hashOf(folder)} */` },
+    banner: { js: `/* Built from ${basename(folder)}/ by bundle.js; do not edit. Source ${hashOf(folder, shared)} */` },
     ...options,
   });
 }
 
-await bundle("source", "main.js", "page.js", {});
+await bundle("source", "main.js", "page.js");
+await bundle(`${EDITOR}/source`, "main.js", `${EDITOR}/page.js`, {}, SHARED);
 await bundle("viewer", "viewer.js", "viewer.js", { minify: true, legalComments: "inline" });

@@ -8,3 +8,7 @@ from typing import Any
 Message = dict[str, Any]
 Send = Callable[[Message, Sequence[bytes]], None]
 """Sends a message and binary buffers to one window. Called on the session's thread; it must not block."""
+Answer = Callable[[Message, Sequence[bytes]], None]
+"""Gives the result of a command."""
+Refuse = Callable[[str], None]
+"""Says why there is none."""

@@ -1,0 +1,37 @@
+"""The facade itself as one of its family: its own columns and rows among all choices."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+from grammarlab.facade.writing.kinds import Pattern, Sequence
+from grammarlab.facade.writing.storeys import Storeys
+from grammarlab.facade.writing.walks import State, Step, Walks
+
+
+def own_member(pattern: Pattern, storeys: Storeys, walks: Walks) -> tuple[Storeys, Walks] | None:
+    """The choices of a family narrowed to those of the facade that it is the family of; None if it is not in it."""
+    times = tuple(run.turns for run in storeys.runs)
+    walk = _own_walk(pattern.columns, walks)
+    if times not in storeys.times or walk is None:
+        return None
+    return Storeys(storeys.runs, (times,), (storeys.heights[storeys.times.index(times)],)), walk
+
+
+def _own_walk(columns: Sequence, walks: Walks) -> Walks | None:
+    states, gaps, gap, doors = [], [], -1, 0
+    for kind in columns.kind:
+        if not columns.stands[kind]:
+            gap = kind
+            continue
+        doors += columns.doors[kind]
+        states.append(State(kind, doors, len(states) + 1))
+        gaps.append(gap)
+        gap = -1
+    steps = {state: (Step(1.0, between, to),) for (state, to), between in zip(pairwise(states), gaps[1:], strict=True)}
+    known = {(state, step.gap, step.to) for state, found in walks.steps.items() for step in found}
+    if states[-1] not in walks.end or any((state, step.gap, step.to) not in known for state, (step,) in steps.items()):
+        return None
+    size = sum(columns.size[kind] for kind in columns.kind)
+    end = states[-1]
+    return Walks(walks.before, walks.after, states[0], steps | {end: ()}, {end: 1.0}, {end.columns: (size, size)}, 1.0)

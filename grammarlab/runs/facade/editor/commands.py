@@ -1,0 +1,227 @@
+"""The protocol of the page that edits a facade; see `grammarlab.runs.serving.requests` for the form of requests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from grammarlab.errors import FacadeError, UsageError
+from grammarlab.facade.grids import without_grid
+from grammarlab.facade.proposals import with_proposals
+from grammarlab.facade.sizes import Resized
+from grammarlab.facade.tree import X, Y
+from grammarlab.runs.facade.editor.columns import boxes, drawing
+from grammarlab.runs.facade.editor.desk import Desk
+from grammarlab.runs.facade.editor.document import LOCKS, Document, arranged, contradiction, locked, unlocked
+from grammarlab.runs.facade.editor.gridding import renamed, with_lasso, with_pressed
+from grammarlab.runs.facade.editor.suggestions import none_found
+from grammarlab.runs.serving.requests import Request, answered
+from grammarlab.runs.serving.windows import Message, Send
+
+MOST_SUGGESTIONS = 60
+
+
+def run(desk: Desk, message: object, buffers: Sequence[bytes], window: Send) -> None:
+    """Does what a window asks for, and answers; `message` may be anything at all."""
+    answered(COMMANDS, desk, message, buffers, window)
+
+
+def _drag(desk: Desk, request: Request) -> None:
+    """Sizes while a side or a part is dragged: nothing is kept, nor shown where wishes contradict each other."""
+    resized = _moved(desk, request)[1] if "node" in request.values else _resized(desk, request)
+    if resized.conflict:
+        request.answer({"conflict": contradiction(resized.conflict)}, ())
+    else:
+        sizes = {"width": resized.facade.width, "height": resized.facade.height, "conflict": ""}
+        request.answer(sizes, (boxes(resized.facade).astype("<f8").tobytes(),))
+
+
+def _skip(_desk: Desk, _request: Request) -> Message:
+    """The answer to a drag that a later one has overtaken."""
+    return {"skipped": True}
+
+
+def _resize(desk: Desk, request: Request) -> Message:
+    facade = desk.document.facade
+    made = desk.document.settled(_resized(desk, request))
+    if np.array_equal(made.facade.size, facade.size) and np.array_equal(made.facade.position, facade.position):
+        return _done(desk)
+    desk.do(f"{made.facade.width:.2f} × {made.facade.height:.2f} m", made)
+    return _done(desk)
+
+
+def _resized(desk: Desk, request: Request) -> Resized:
+    width, height = (_metres(request, name) for name in ("width", "height"))
+    return desk.resized(width, height)
+
+
+def _move(desk: Desk, request: Request) -> Message:
+    moved, resized = _moved(desk, request)
+    desk.do("move", moved.settled(resized))
+    return _done(desk)
+
+
+def _moved(desk: Desk, request: Request) -> tuple[Document, Resized]:
+    return desk.moved(_place(desk, request), request.number("left"), request.number("bottom"))
+
+
+def _give(desk: Desk, request: Request) -> Message:
+    what = _what(request)
+    desk.do(f"set {what}", arranged(desk.document, _place(desk, request), {what: request.number("value")}))
+    return _done(desk)
+
+
+def _lock(desk: Desk, request: Request) -> Message:
+    desk.do("lock", locked(desk.document, _place(desk, request), _what(request)))
+    return _done(desk)
+
+
+def _unlock(desk: Desk, request: Request) -> Message:
+    desk.do("unlock", unlocked(desk.document, _place(desk, request), _what(request)))
+    return _done(desk)
+
+
+def _undo(desk: Desk, _request: Request) -> Message:
+    return {"words": desk.step(desk.history.undo), **_done(desk)}
+
+
+def _redo(desk: Desk, _request: Request) -> Message:
+    return {"words": desk.step(desk.history.redo), **_done(desk)}
+
+
+def _choose(desk: Desk, request: Request) -> Message:
+    desk.choose(request.text("grid"))
+    return _done(desk)
+
+
+def _press(desk: Desk, request: Request) -> Message:
+    node, facade = _place(desk, request), desk.document.facade
+    if not desk.active:
+        raise UsageError("There is no grid: draw a rectangle around some windows to make one.")
+    desk.regrid(f"change {desk.active}", with_pressed(facade, desk.active, node))
+    return _done(desk)
+
+
+def _lasso(desk: Desk, request: Request) -> Message:
+    sides = [request.number(name) for name in ("left", "bottom", "right", "top")]
+    facade, name = with_lasso(desk.document.facade, np.array(sides[:2]), np.array(sides[2:]))
+    desk.regrid(f"new grid {name}", facade, name)
+    return {"grid": name, **_done(desk)}
+
+
+def _rename(desk: Desk, request: Request) -> Message:
+    name, to = request.text("grid"), request.text("to")
+    desk.regrid(f"rename {name}", renamed(desk.document.facade, name, to), to.strip())
+    return _done(desk)
+
+
+def _delete(desk: Desk, request: Request) -> Message:
+    name = request.text("grid")
+    desk.regrid(f"delete {name}", without_grid(desk.document.facade, name))
+    return _done(desk)
+
+
+def _propose(desk: Desk, _request: Request) -> Message:
+    desk.regrid("propose grids", with_proposals(desk.document.facade))
+    return _done(desk)
+
+
+def _vary(desk: Desk, request: Request) -> None:
+    axis, more = _axis(request), request.whole("change", -1, 1, 1) > 0
+    suggestions = desk.suggest(axis, more=more, most=request.whole("most", 1, MOST_SUGGESTIONS, 12))
+    found, buffers = [], []
+    for each in suggestions.found:
+        values, columns = drawing(each.document.facade)
+        told = [contradiction(each.resized.conflict)] if each.resized.conflict else list(each.missing)
+        found.append({"words": each.words, "told": told, **values})
+        buffers.append(columns)
+    result = {
+        "revision": desk.revision,
+        "variations": found,
+        "total": suggestions.total,
+        "none": none_found(suggestions, desk.active, axis, more=more),
+    }
+    request.answer(result, buffers)
+
+
+def _accept(desk: Desk, request: Request) -> Message:
+    suggestions = desk.suggestions
+    if suggestions is None or suggestions.of is not desk.document:
+        raise UsageError("The facade has changed since these variations were made; choose from the new ones.")
+    chosen = suggestions.found[request.whole("number", 0, len(suggestions.found) - 1, 0)]
+    if chosen.resized.conflict:
+        raise FacadeError(contradiction(chosen.resized.conflict))
+    desk.chosen = desk.active
+    desk.do(chosen.words, chosen.document)
+    return _done(desk)
+
+
+def _save(desk: Desk, _request: Request) -> Message:
+    desk.save()
+    return {"file": str(desk.target), **_done(desk)}
+
+
+def _export(desk: Desk, request: Request) -> Message:
+    return {"file": str(desk.export(request.text("format")))}
+
+
+def _picture(desk: Desk, request: Request) -> None:
+    pictures = desk.document.facade.pictures
+    picture = pictures[request.whole("number", 0, len(pictures) - 1, 0)]
+    request.answer({"name": picture.name}, (picture.content,))
+
+
+def _done(desk: Desk) -> Message:
+    return {"revision": desk.revision}
+
+
+def _metres(request: Request, name: str) -> float:
+    metres = request.number(name)
+    if metres <= 0.0:
+        raise UsageError(f"{name}: expected metres above 0, found {metres:g}.")
+    return metres
+
+
+def _place(desk: Desk, request: Request) -> int:
+    return request.whole("node", 0, len(desk.document.facade) - 1, -1)
+
+
+def _axis(request: Request) -> int:
+    return {"x": X, "y": Y}[_one_of(request, "axis", ("x", "y"))]
+
+
+def _what(request: Request) -> str:
+    return _one_of(request, "what", LOCKS)
+
+
+def _one_of(request: Request, name: str, values: Sequence[str]) -> str:
+    text = request.text(name)
+    if text not in values:
+        raise UsageError(f"{name}: expected one of {', '.join(values)}, found {text!r}.")
+    return text
+
+
+COMMANDS: dict[str, Callable[[Desk, Request], Message | None]] = {
+    "drag": _drag,
+    "skip": _skip,
+    "resize": _resize,
+    "move": _move,
+    "give": _give,
+    "lock": _lock,
+    "unlock": _unlock,
+    "undo": _undo,
+    "redo": _redo,
+    "choose": _choose,
+    "press": _press,
+    "lasso": _lasso,
+    "rename": _rename,
+    "delete": _delete,
+    "propose": _propose,
+    "vary": _vary,
+    "accept": _accept,
+    "save": _save,
+    "export": _export,
+    "picture": _picture,
+}
+"""What each command does; those without a result answer by themselves."""

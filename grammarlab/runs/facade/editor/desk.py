@@ -1,0 +1,136 @@
+"""What is on a person's desk: the document with its history, the active grid, variations to choose from, its file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from grammarlab.errors import UsageError
+from grammarlab.facade.file import save_facade
+from grammarlab.facade.sizes import Resized, Sizing
+from grammarlab.facade.tree import Facade
+from grammarlab.runs.facade.editor.document import Document, opened, with_locks
+from grammarlab.runs.facade.editor.exporting import FORMATS, SUFFIX, export, stem_of, unused_path
+from grammarlab.runs.facade.editor.history import History
+from grammarlab.runs.facade.editor.suggestions import Suggestions, suggest
+
+
+@dataclass
+class Desk:
+    """Where everything lies; commands change it, and count up `revision` when they do."""
+
+    title: str
+    target: Path
+    """The file that it is saved to."""
+    history: History
+    first: Document
+    """As it was opened."""
+    saved: Document | None
+    """What is in the target; None for what is not ours to say."""
+    revision: int = 0
+    chosen: str = ""
+    """Name of the grid that was chosen last; it may be gone."""
+    suggestions: Suggestions | None = None
+    _sizing: tuple[Document, int, Sizing] | None = None
+    _exported: dict[str, Path] = field(default_factory=dict)
+    """By format."""
+
+    @classmethod
+    def of(cls, facade: Facade, file: Path, target: Path) -> Desk:
+        """A desk with the facade of a file."""
+        document = opened(facade)
+        is_there = target.exists() and target.samefile(file)
+        return cls(stem_of(file), target, History(document), document, document if is_there else None)
+
+    @property
+    def document(self) -> Document:
+        """As it is now."""
+        return self.history.present
+
+    @property
+    def active(self) -> str:
+        """Name of the active grid: the chosen one, else that of most elements; empty when there is none."""
+        grids = {grid.name: len(grid.node) for grid in self.document.facade.grids}
+        return self.chosen if self.chosen in grids else max(grids, key=lambda name: grids[name], default="")
+
+    @property
+    def is_saved(self) -> bool:
+        """Whether the target holds the facade as it is now."""
+        return self.saved is self.document
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether no file holds the facade as it is now."""
+        return not self.is_saved and self.document is not self.first
+
+    def do(self, words: str, document: Document) -> None:
+        """A step that can be undone."""
+        self.history.do(words, document)
+        self.revision += 1
+
+    def regrid(self, words: str, facade: Facade, chosen: str | None = None) -> None:
+        """A step that only changes grids."""
+        self.chosen = self.active if chosen is None else chosen
+        self.do(words, replace(self.document, facade=facade))
+
+    def step(self, take: Callable[[], str]) -> str:
+        """Undo or redo, and its words."""
+        words = take()
+        self.revision += 1
+        return words
+
+    def choose(self, grid: str) -> None:
+        """Makes a grid the active one."""
+        self.chosen = grid
+        self.revision += 1
+
+    def resized(self, width: float, height: float) -> Resized:
+        """The facade for another size."""
+        return self._solved(self.document, -1, width, height)
+
+    def moved(self, node: int, left: float, bottom: float) -> tuple[Document, Resized]:
+        """A node at another place, where it is locked, and how sizes were solved for."""
+        facade = self.document.facade
+        wished = with_locks(self.document, node, {"left": left, "bottom": bottom})
+        return wished, self._solved(wished, node, facade.width, facade.height)
+
+    def _solved(self, wished: Document, node: int, width: float, height: float) -> Resized:
+        """The programme is prepared once for each document and node, as while something is dragged."""
+        if self._sizing is None or self._sizing[0] is not self.document or self._sizing[1] != node:
+            self._sizing = (self.document, node, wished.sizing())
+        return self._sizing[2].resized(wished.wishes(width, height))
+
+    def suggest(self, axis: int, *, more: bool, most: int) -> Suggestions:
+        """Variations of the active grid.
+
+        Raises:
+            UsageError: when there is none.
+        """
+        if not self.active:
+            raise UsageError("There is no grid: draw a rectangle around some windows to make one.")
+        self.suggestions = suggest(self.document, self.active, axis, more=more, most=most)
+        return self.suggestions
+
+    def save(self) -> None:
+        """On disk when it returns, whole or not at all."""
+        document = self.document
+        save_facade(document.facade, self.target)
+        self.saved = document
+        self.revision += 1
+
+    def export(self, kind: str) -> Path:
+        """A file of another kind beside the target; only what was exported before is replaced.
+
+        Raises:
+            UsageError: for an unknown kind.
+        """
+        if kind not in FORMATS:
+            raise UsageError(f"format: expected one of {', '.join(FORMATS)}, found {kind!r}.")
+        path = self._exported.get(kind) or unused_path(self.target, SUFFIX if kind == "json" else f".{kind}")
+        self._exported[kind] = export(self.document.facade, path)
+        return self._exported[kind]
+
+    def rescue(self) -> Path:
+        """Writes what is not saved into a new file beside the target."""
+        return save_facade(self.document.facade, unused_path(self.target, f".unsaved{SUFFIX}"))

@@ -1,0 +1,137 @@
+"""What a person edits: a facade, the sizes that it would like to have, and those that are locked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.axes import Origin
+from grammarlab.facade.proposals import with_proposals
+from grammarlab.facade.sizes import Resized, Sizing, prepare
+from grammarlab.facade.tree import Facade, X, Y
+from grammarlab.facade.variations import Variation
+from grammarlab.facade.wishes import Aspect, Position, Size, Wish, checked
+
+LOCKS = ("width", "height", "left", "bottom", "aspect")
+"""What can be locked of a node: metres, those of places from the left or the bottom of the facade; width by height."""
+_WHOLE = [0.0, 0.0, 1.0, 1.0]
+
+
+@dataclass(frozen=True, eq=False)
+class Document:
+    """One state of what is edited; every change makes another one."""
+
+    facade: Facade
+    origin: Origin
+    """From which deviations count: sizes before any side was dragged, so that a side dragged back undoes it."""
+    locks: tuple[Wish, ...] = ()
+    """What stays, each at most once per node."""
+
+    def sizing(self) -> Sizing:
+        """Ready to be solved for any metres of these locks and of the whole."""
+        return prepare(self.facade, self.wishes(self.facade.width, self.facade.height), self.origin)
+
+    def wishes(self, width: float, height: float) -> tuple[Wish, ...]:
+        """What a facade of that size has to fulfil."""
+        return (Size(0, X, width), Size(0, Y, height), *self.locks)
+
+    def settled(self, resized: Resized) -> Document:
+        """The facade with sizes that were solved for.
+
+        Raises:
+            FacadeError: when wishes contradict each other: which.
+        """
+        if resized.conflict:
+            raise FacadeError(contradiction(resized.conflict))
+        return replace(self, facade=resized.facade)
+
+
+def opened(facade: Facade) -> Document:
+    """A facade as it is in its file; grids are proposed where it has none."""
+    facade = facade if facade.grids else with_proposals(facade)
+    return Document(facade, Origin(facade.position, facade.size, facade.size[0]))
+
+
+def contradiction(conflict: Sequence[str]) -> str:
+    """Wishes that contradict each other as a sentence."""
+    return f"These cannot all be met: {'; '.join(conflict)}."
+
+
+def locked(document: Document, node: int, what: str) -> Document:
+    """What one of `LOCKS` says of a node stays as it is from now on."""
+    return with_locks(document, node, {what: _value(document.facade, node, what)})
+
+
+def unlocked(document: Document, node: int, what: str) -> Document:
+    """A node without this lock."""
+    return replace(document, locks=tuple(lock for lock in document.locks if (lock.node, kind_of(lock)) != (node, what)))
+
+
+def with_locks(document: Document, node: int, values: Mapping[str, float]) -> Document:
+    """A node with these locks; sizes are not solved for.
+
+    Raises:
+        FacadeError: for what no node can have.
+    """
+    for what, value in values.items():
+        document = unlocked(document, node, what)
+        document = replace(document, locks=(*document.locks, _lock(node, what, value)))
+    checked(document.locks, document.facade)
+    return document
+
+
+def arranged(document: Document, node: int, values: Mapping[str, float]) -> Document:
+    """A node that is so large, or lies there, and stays so; the facade as large as before.
+
+    Raises:
+        FacadeError: when that contradicts other locks, or what is alike and aligned: which.
+    """
+    wished = with_locks(document, node, values)
+    return wished.settled(wished.sizing().resized(wished.wishes(document.facade.width, document.facade.height)))
+
+
+def kind_of(lock: Wish) -> str:
+    """Which of `LOCKS` it is."""
+    if isinstance(lock, Aspect):
+        return "aspect"
+    names = ("width", "height") if isinstance(lock, Size) else ("left", "bottom")
+    return names[lock.axis]
+
+
+def varied(document: Document, variation: Variation, along: int) -> tuple[Document, Resized]:
+    """The document of a variation, as long along one axis as that makes it, and how its sizes were solved for."""
+    size = document.facade.size[0]
+    # Where it comes from is the facade as it is now: a column copies what a person sees.
+    origin = Origin(document.facade.position[variation.source], variation.wanted, size)
+    made = Document(variation.facade, origin, _inherited(document.locks, variation))
+    wishes = (Size(0, 1 - along, float(size[1 - along])), *made.locks)
+    resized = prepare(made.facade, wishes, origin).resized(wishes)
+    return replace(made, facade=resized.facade), resized
+
+
+def _inherited(locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
+    """Locks of what is still there, and of its copies; what was cut has none, and places have changed."""
+    whole = np.isclose(variation.shown, _WHOLE).all(axis=1)
+    inherited: list[Wish] = []
+    for lock in locks:
+        if isinstance(lock, Position):
+            continue
+        nodes = np.flatnonzero(whole & (variation.source == lock.node)).tolist() if lock.node else [0]
+        inherited += [replace(lock, node=node) for node in nodes]
+    return tuple(inherited)
+
+
+def _lock(node: int, what: str, value: float) -> Wish:
+    if what == "aspect":
+        return Aspect(node, value, value)
+    axis = X if what in {"width", "left"} else Y
+    return Size(node, axis, value) if what in {"width", "height"} else Position(node, axis, value)
+
+
+def _value(facade: Facade, node: int, what: str) -> float:
+    (left, bottom), (width, height) = facade.position[node] - facade.position[0], facade.size[node]
+    values = {"width": width, "height": height, "left": left, "bottom": bottom, "aspect": width / height}
+    return float(values[what])

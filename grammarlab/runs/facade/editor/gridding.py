@@ -1,0 +1,77 @@
+"""Grids of a facade by hand: what a click and a lasso mean, and names."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.grids import grid_of, lasso, toggled, with_grid
+from grammarlab.facade.proposals import unused
+from grammarlab.facade.tree import Facade, Ints
+
+
+def pressed(facade: Facade, grid: str, node: int) -> int:
+    """Which node a press on a leaf means for a grid.
+
+    The element of the grid that holds it; else the topmost node around it that is called like an element and holds
+    none of the others; else the leaf.
+
+    Raises:
+        FacadeError: for a node that the facade lacks.
+    """
+    if not 0 <= node < len(facade):
+        raise FacadeError(f"Node {node}: expected 0 to {len(facade) - 1}.")
+    elements = grid_of(facade, grid).node
+    around = _around(facade, node)
+    holding = np.intersect1d(around, elements)
+    if holding.size:
+        return int(holding[0])
+    called = set(facade.label[elements].tolist()) - {-1}
+    free = [
+        each
+        for each in around.tolist()
+        if facade.label[each] in called and not ((elements > each) & (elements < facade.end[each])).any()
+    ]
+    return free[0] if free else node
+
+
+def with_pressed(facade: Facade, grid: str, node: int) -> Facade:
+    """A facade after a press on a leaf: what it means is in the grid if it was not, and the other way round."""
+    return toggled(facade, grid, [pressed(facade, grid, node)])
+
+
+def with_lasso(facade: Facade, low: ArrayLike, high: ArrayLike) -> tuple[Facade, str]:
+    """A facade with a new grid of what lies in a rectangle, and the name of the grid.
+
+    Raises:
+        FacadeError: when nothing but background lies wholly in it.
+    """
+    nodes = lasso(facade, low, high)
+    if not nodes.size:
+        raise FacadeError("Nothing lies wholly in this rectangle: draw it around windows, doors or other elements.")
+    names = {facade.name_of(node) for node in nodes.tolist()}
+    name = unused(names.pop() if len(names) == 1 else "grid", [grid.name for grid in facade.grids])
+    return with_grid(facade, name, nodes), name
+
+
+def renamed(facade: Facade, name: str, to: str) -> Facade:
+    """A facade with a grid of another name.
+
+    Raises:
+        FacadeError: for no name, and for that of another grid.
+    """
+    grid, to = grid_of(facade, name), to.strip()
+    if not to or to in {other.name for other in facade.grids if other is not grid}:
+        raise FacadeError(f"{to!r}: expected a name that no other grid has.")
+    return replace(facade, grids=tuple(replace(each, name=to) if each is grid else each for each in facade.grids))
+
+
+def _around(facade: Facade, node: int) -> Ints:
+    """The nodes that hold a node, and itself, the topmost first."""
+    found = [node]
+    while facade.parent[found[-1]] >= 0:
+        found.append(int(facade.parent[found[-1]]))
+    return np.array(found[::-1])

@@ -1,0 +1,1425 @@
+/* Built from source/ by bundle.js; do not edit. Source eeb955d6e4e02962 */
+
+// source/channel.js
+var ConnectionLost = class extends Error {
+};
+var Refusal = class extends Error {
+};
+var Channel = class {
+  connected = false;
+  #transport;
+  /** Several views of one widget hear each other's answers, so every page marks its own requests. */
+  #mark = Math.random().toString(36).slice(2, 8);
+  #count = 0;
+  /** @type {Map<string, { resolve: (answer: any) => void, reject: (error: Error) => void }>} */
+  #waiting = /* @__PURE__ */ new Map();
+  /** @type {Map<string, (message: any, buffers: ArrayBuffer[]) => void>} */
+  #listeners = /* @__PURE__ */ new Map();
+  /** @param {Transport} transport */
+  constructor(transport) {
+    this.#transport = transport;
+    transport.listen((message, buffers) => this.#hear(message, buffers));
+  }
+  /** @param {string} event @param {(message: any, buffers: ArrayBuffer[]) => void} listener */
+  on(event, listener) {
+    this.#listeners.set(event, listener);
+  }
+  /** Begins; `changed` hears of every connection won or lost. @param {(connected: boolean) => void} changed */
+  open(changed) {
+    this.#transport.watch((connected) => {
+      if (!connected) this.#abandon();
+      if (connected === this.connected) return;
+      this.connected = connected;
+      changed(connected);
+    });
+  }
+  /**
+   * @param {string} command
+   * @param {object} [parameters]
+   * @param {ArrayBuffer[]} [buffers]
+   * @returns {Promise<{ result: any, buffers: ArrayBuffer[] }>}
+   * @throws {Refusal | ConnectionLost}
+   */
+  request(command, parameters = {}, buffers = []) {
+    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python now."));
+    const id = `${this.#mark}-${this.#count += 1}`;
+    return new Promise((resolve, reject) => {
+      this.#waiting.set(id, { resolve, reject });
+      this.#transport.send({ ...parameters, id, command }, buffers);
+    });
+  }
+  close() {
+    this.#abandon();
+    this.#transport.close();
+  }
+  /** @param {any} message @param {ArrayBuffer[]} buffers */
+  #hear(message, buffers) {
+    if (message.event) return this.#listeners.get(message.event)?.(message, buffers);
+    const asked = this.#waiting.get(message.id);
+    if (!asked) return;
+    this.#waiting.delete(message.id);
+    if (message.ok) asked.resolve({ result: message.result, buffers });
+    else asked.reject(new Refusal(message.error));
+  }
+  #abandon() {
+    const lost = [...this.#waiting.values()];
+    this.#waiting.clear();
+    for (const { reject } of lost) reject(new ConnectionLost("The connection to Python was lost before it answered."));
+  }
+};
+
+// source/element.js
+function element(tag, properties = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (value === void 0 || value === null) continue;
+    if (name === "class") made.className = value;
+    else if (name in made) Reflect.set(made, name, value);
+    else made.setAttribute(name, value);
+  }
+  made.append(...children.filter((child) => child !== null && child !== void 0));
+  return made;
+}
+function svg(tag, attributes = {}, ...children) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, String(value));
+  made.append(...children);
+  return made;
+}
+var ICONS = {
+  undo: "M6 3 2.5 6.5 6 10M3 6.5h6.5a3.5 3.5 0 0 1 0 7H6",
+  redo: "M10 3l3.5 3.5L10 10M13 6.5H6.5a3.5 3.5 0 0 0 0 7H10",
+  plus: "M8 3v10M3 8h10",
+  minus: "M3 8h10",
+  close: "M4 4l8 8M12 4l-8 8",
+  fit: "M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10",
+  hand: "M5 8V4.2a1 1 0 0 1 2 0V7m0-3.8a1 1 0 0 1 2 0V7m0-2.8a1 1 0 0 1 2 0V8m0-1.8a1 1 0 0 1 2 0V10a4 4 0 0 1-4 4H8.4a3 3 0 0 1-2.3-1.1L3 9.2a1 1 0 0 1 1.5-1.3L5 8.4",
+  bars: "M2.5 5.5h11M2.5 10.5h7",
+  more: "M4 8h.01M8 8h.01M12 8h.01",
+  down: "M4.5 6.5 8 10l3.5-3.5",
+  previous: "M10 3 5 8l5 5",
+  next: "M6 3l5 5-5 5",
+  cube: "M8 2l5.2 3v6L8 14l-5.2-3V5zM8 8l5.2-3M8 8v6M8 8 2.8 5",
+  keys: "M2 4.5h12v7H2zM4.5 7h.01M7 7h.01M9.5 7h.01M11.8 7h.01M5 9.3h6"
+};
+function icon(name) {
+  return svg("svg", { class: "gl-icon", viewBox: "0 0 16 16", "aria-hidden": "true" }, svg("path", { d: ICONS[name] }));
+}
+function iconButton(name, label, onclick, keys) {
+  const title = keys ? `${label} (${keys})` : label;
+  return element(
+    "button",
+    { type: "button", class: "gl-button gl-quiet", title, "aria-label": label, onclick },
+    icon(name)
+  );
+}
+
+// source/menu.js
+function menu(button, label, build2) {
+  const panel = element("div", { class: "gl-menu", role: "group", "aria-label": label, popover: "auto" });
+  button.setAttribute("aria-haspopup", "true");
+  button.setAttribute("aria-expanded", "false");
+  button.addEventListener("click", () => panel.matches(":popover-open") ? close() : open());
+  panel.addEventListener("toggle", (event) => {
+    const closed = (
+      /** @type {ToggleEvent} */
+      event.newState === "closed"
+    );
+    button.setAttribute("aria-expanded", String(!closed));
+    if (closed) panel.replaceChildren();
+  });
+  panel.addEventListener("keydown", (event) => {
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (!step || event.target instanceof HTMLInputElement && event.target.type === "number") return;
+    event.preventDefault();
+    const items = (
+      /** @type {HTMLElement[]} */
+      [...panel.querySelectorAll("button:not(:disabled), input")]
+    );
+    const here = items.indexOf(
+      /** @type {HTMLElement} */
+      event.target
+    );
+    items[(here + step + items.length) % items.length]?.focus();
+  });
+  function open() {
+    panel.replaceChildren(...build2(close).filter((node) => node !== null));
+    panel.showPopover({ source: button });
+    place2();
+    panel.querySelector("input, [aria-checked=true], button:not(:disabled)")?.focus();
+  }
+  function close() {
+    panel.hidePopover();
+    button.focus();
+  }
+  function place2() {
+    const [from, { width, height }] = [button.getBoundingClientRect(), panel.getBoundingClientRect()];
+    const below = from.bottom + 4 + height <= innerHeight || from.top < height;
+    panel.style.left = `${Math.max(8, Math.min(from.left, innerWidth - width - 8))}px`;
+    panel.style.top = `${below ? Math.max(8, Math.min(from.bottom + 4, innerHeight - height - 8)) : from.top - 4 - height}px`;
+  }
+  return element("span", { class: "gl-holder" }, button, panel);
+}
+function choice(title, says, onclick, { checked, disabled = false } = {}) {
+  const ticked = checked === void 0 ? {} : { role: "radio", "aria-checked": String(checked) };
+  return element(
+    "button",
+    { type: "button", class: "gl-choice", disabled, onclick, ...ticked },
+    element("b", {}, title),
+    says ? element("small", {}, says) : null
+  );
+}
+function textButton(text, onclick, properties = {}) {
+  return element("button", { type: "button", class: "gl-button", onclick, ...properties }, text);
+}
+
+// source/transports.js
+var SHORTEST_PAUSE = 300;
+var LONGEST_PAUSE = 4e3;
+function socketTransport(url) {
+  let heard = () => {
+  };
+  let changed = () => {
+  };
+  let socket;
+  let pause = SHORTEST_PAUSE;
+  let timer = 0;
+  function open() {
+    socket = new WebSocket(url);
+    socket.binaryType = "arraybuffer";
+    const take = assembler((message, buffers) => heard(message, buffers));
+    socket.onmessage = ({ data }) => take(data);
+    socket.onopen = () => {
+      pause = SHORTEST_PAUSE;
+      changed(true);
+    };
+    socket.onclose = () => {
+      changed(false);
+      timer = window.setTimeout(open, pause);
+      pause = Math.min(2 * pause, LONGEST_PAUSE);
+    };
+  }
+  return {
+    send(message, buffers) {
+      socket.send(JSON.stringify({ ...message, buffers: buffers.length }));
+      for (const buffer of buffers) socket.send(buffer);
+    },
+    listen: (callback) => void (heard = callback),
+    watch(callback) {
+      changed = callback;
+      open();
+    },
+    close() {
+      clearTimeout(timer);
+      socket.onclose = null;
+      socket.close();
+    }
+  };
+}
+function assembler(done) {
+  let message = null;
+  let buffers = [];
+  return (frame) => {
+    if (typeof frame === "string") [message, buffers] = [JSON.parse(frame), []];
+    else buffers.push(frame);
+    if (buffers.length === (message.buffers ?? 0)) done(message, buffers);
+  };
+}
+
+// ../../facade/editor/page/source/drag.js
+function makeDrag(page, show, ended) {
+  let wanted = null;
+  let reached = [];
+  let before = null;
+  let running = null;
+  let told = () => {
+  };
+  let conflict = "";
+  function go() {
+    running ??= run().finally(() => running = null);
+  }
+  async function run() {
+    while (reached.length || wanted && !wanted.sent) {
+      try {
+        if (reached.length) await settle(reached[0]);
+        else if (wanted) await solve(wanted);
+      } catch (error) {
+        cancel();
+        page.complain(error instanceof Error ? error.message : String(error));
+      }
+      page.changed();
+    }
+  }
+  async function solve(wish) {
+    wish.sent = true;
+    const { result, buffers } = await page.channel.request("drag", wish.values);
+    if (!wanted && !reached.length) return;
+    conflict = result.conflict ?? "";
+    if (buffers.length) show(new Float64Array(buffers[0]), result.width, result.height);
+  }
+  async function settle(wish) {
+    const { result } = await page.channel.request(wish.command, wish.values);
+    const changed = result.revision !== page.state.revision;
+    if (changed) await new Promise((resolve) => told = () => resolve(void 0));
+    reached = reached.filter((each) => each !== wish);
+    if (reached.length || wanted) return;
+    if (changed) before = null;
+    cancel();
+  }
+  function want(command, values) {
+    const { boxes, drawing } = page.state;
+    before ??= { boxes, width: drawing.width, height: drawing.height };
+    wanted = { command, values, sent: false };
+    go();
+  }
+  function cancel() {
+    const was = before;
+    wanted = before = null;
+    reached = [];
+    conflict = "";
+    told();
+    if (was) show(was.boxes, was.width, was.height);
+    ended();
+  }
+  return {
+    get active() {
+      return wanted !== null || reached.length > 0;
+    },
+    /** What contradicts what, while it does. */
+    get conflict() {
+      return conflict;
+    },
+    /** The size on the way, or as it is. */
+    get size() {
+      const wish = wanted ?? reached.at(-1);
+      const { width, height } = wish?.command === "resize" ? wish.values : page.state.drawing;
+      return { width, height };
+    },
+    /** @param {number} width @param {number} height */
+    to(width, height) {
+      const { drawing } = page.state;
+      want("resize", { width: round(width, drawing.width), height: round(height, drawing.height) });
+    },
+    /** @param {number} node @param {number} left @param {number} bottom metres from the lower left of the facade */
+    move(node, left, bottom) {
+      want("move", { node, left: Math.max(0, left), bottom: Math.max(0, bottom) });
+    },
+    /** What was reached stays. */
+    end() {
+      if (!wanted) return;
+      reached.push(wanted);
+      wanted = null;
+      go();
+    },
+    /** Once nothing is under way. */
+    idle: () => running ?? Promise.resolve(),
+    /** A state was told; it is what a cancelled drag goes back to. */
+    told() {
+      const { boxes, drawing } = page.state;
+      if (before) before = { boxes, width: drawing.width, height: drawing.height };
+      told();
+    },
+    /** As it was before. */
+    cancel() {
+      cancel();
+      page.changed();
+    }
+  };
+}
+function round(metres2, now) {
+  if (metres2 === now) return now;
+  const step = 10 ** (Math.floor(Math.log10(now)) - 3);
+  return Number((Math.round(Math.min(Math.max(metres2, now / 50), now * 50) / step) * step).toPrecision(9));
+}
+
+// ../../facade/editor/page/source/gestures.js
+var SLACK = 4;
+function listenToPointer(page, stage, drag) {
+  const { face } = stage;
+  let press = null;
+  face.addEventListener("pointerdown", (event) => {
+    if (event.button) return;
+    const box = stage.isOnSelected(event) && !page.gridding ? stage.boxOf(page.selected).slice() : null;
+    press = { ...stage.metresAt(event), event, moved: false, box };
+    face.setPointerCapture(event.pointerId);
+  });
+  face.addEventListener("pointermove", (event) => {
+    if (!press) {
+      face.classList.toggle("fe-movable", stage.isOnSelected(event) && !page.gridding);
+      return stage.hover(event.pointerType === "touch" ? -1 : stage.leafAt(event));
+    }
+    const { event: start } = press;
+    press.moved ||= Math.hypot(event.clientX - start.clientX, event.clientY - start.clientY) >= SLACK;
+    if (!press.moved) return;
+    if (!press.box) return stage.lasso(areaTo(event));
+    const { x, y } = stage.metresAt(event);
+    drag.move(page.selected, press.box[0] + x - press.x, press.box[1] + y - press.y);
+  });
+  face.addEventListener("pointerleave", () => stage.hover(-1));
+  face.addEventListener("pointerup", (event) => {
+    if (!press) return;
+    const { moved, box } = press;
+    const area = areaTo(event);
+    stop();
+    if (moved && box) drag.end();
+    else if (moved) void page.ask("lasso", area);
+    else click(stage.leafAt(event));
+  });
+  face.addEventListener("pointercancel", cancel);
+  face.addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && press) cancel();
+  });
+  function cancel() {
+    if (press?.box) drag.cancel();
+    stop();
+  }
+  function stop() {
+    press = null;
+    stage.lasso(null);
+  }
+  function click(node) {
+    if (node >= 0 && page.gridding) void page.ask("press", { node });
+    else page.select(node === page.selected ? -1 : node);
+  }
+  function areaTo(event) {
+    const { x, y } = stage.metresAt(event);
+    const from = press ?? { x, y };
+    return {
+      left: Math.min(from.x, x),
+      right: Math.max(from.x, x),
+      bottom: Math.min(from.y, y),
+      top: Math.max(from.y, y)
+    };
+  }
+  listenToHandle(stage.handles.width, (start, dx, _dy, tied) => scaled(start, start.width + dx, null, tied));
+  listenToHandle(stage.handles.height, (start, _dx, dy, tied) => scaled(start, null, start.height + dy, tied));
+  listenToHandle(stage.handles.both, (start, dx, dy, tied) => {
+    if (!tied) return drag.to(start.width + dx, start.height + dy);
+    scaled(start, start.width + dx, null, true);
+  });
+  function scaled(start, width, height, tied) {
+    const factor = tied ? width !== null ? width / start.width : (height ?? start.height) / start.height : 1;
+    drag.to(width ?? start.width * factor, height ?? start.height * factor);
+  }
+  function listenToHandle(handle2, move) {
+    let held = null;
+    handle2.addEventListener("pointerdown", (event) => {
+      if (event.button) return;
+      event.preventDefault();
+      handle2.focus();
+      handle2.setPointerCapture(event.pointerId);
+      const { width, height } = page.state.drawing;
+      held = { x: event.clientX, y: event.clientY, size: { width, height } };
+    });
+    handle2.addEventListener("pointermove", (event) => {
+      if (!held) return;
+      const { scale } = stage.view;
+      move(held.size, (event.clientX - held.x) / scale, (held.y - event.clientY) / scale, event.shiftKey || page.tied);
+    });
+    for (
+      const end of
+      /** @type {const} */
+      ["pointerup", "lostpointercapture"]
+    ) {
+      handle2.addEventListener(end, () => {
+        if (held) drag.end();
+        held = null;
+      });
+    }
+    handle2.addEventListener("pointercancel", () => {
+      held = null;
+      drag.cancel();
+    });
+    handle2.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape" || !held) return;
+      held = null;
+      drag.cancel();
+    });
+  }
+}
+
+// ../../facade/editor/page/source/keyboard.js
+var KEYS = [
+  ["Arrows", "wider, narrower, higher, lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
+  ["Tab", "to the facade, its handles, the variations and the panel"],
+  ["Arrows on the facade", "from part to part"],
+  ["Alt and arrows there", "move the part by 0.05 m, with Shift by 0.5 m"],
+  ["Space on the facade", "put the part into the grid, or take it out"],
+  ["W, H, A", "lock or unlock width, height, aspect of the selected part"],
+  ["P", "select the part around the selected one"],
+  ["G", "clicks change the grid, or select"],
+  ["V", "to the variations; Enter accepts one"],
+  ["Ctrl Z, Ctrl Y", "undo, redo"],
+  ["Ctrl S", "save"],
+  ["Escape", "select nothing, end a drag"],
+  ["?", "show or hide these keys"]
+];
+var WAYS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+function listenToKeys(page, root, stage, drag, acts) {
+  let nudging = false;
+  const down = (event) => {
+    const command = event.ctrlKey || event.metaKey;
+    const typing = event.target instanceof HTMLInputElement && event.target.type !== "checkbox";
+    if (!(command ? withCommand(event, typing) : !typing && plain(event))) return;
+    event.preventDefault();
+  };
+  const up = (event) => {
+    if (!nudging || !(event.key in WAYS)) return;
+    nudging = false;
+    drag.end();
+  };
+  document.addEventListener("keydown", down);
+  document.addEventListener("keyup", up);
+  addEventListener("blur", () => {
+    if (nudging) drag.end();
+    nudging = false;
+  });
+  function withCommand(event, typing) {
+    const key = event.key.toLowerCase();
+    if (key === "s") acts.save();
+    else if (typing) return false;
+    else if (key === "z" && event.shiftKey || key === "y") void page.ask("redo");
+    else if (key === "z") void page.ask("undo");
+    else return false;
+    return true;
+  }
+  function plain(event) {
+    const on = event.target instanceof Element ? event.target : root;
+    if (on.closest("dialog, [popover]")) return false;
+    if (event.key in WAYS) return on !== stage.face ? nudge(event, on) : event.altKey ? move(event) : go(event.key);
+    const key = event.key.toLowerCase();
+    if (key === "?") acts.help();
+    else if (key === "w") acts.toggleLock("width");
+    else if (key === "h") acts.toggleLock("height");
+    else if (key === "a") acts.toggleLock("aspect");
+    else if (key === "g") acts.toggleGridding();
+    else if (key === "v") acts.variations();
+    else if (key === "p" && page.selected > 0) page.select(page.state.parent[page.selected]);
+    else if (key === " " && on === stage.face && page.selected >= 0) void page.ask("press", { node: page.selected });
+    else if (key === "escape") page.select(-1);
+    else return false;
+    return true;
+  }
+  function nudge(event, on) {
+    if (on.closest(".fe-strip")) return false;
+    const [x, y] = WAYS[event.key];
+    const step = event.shiftKey ? 1 : event.altKey ? 0.01 : 0.1;
+    const { width, height } = drag.size;
+    nudging = true;
+    const [w, h] = [width + x * step, height + y * step];
+    if (!page.tied) drag.to(w, h);
+    else if (x) drag.to(w, height * w / width);
+    else drag.to(width * h / height, h);
+    return true;
+  }
+  function move(event) {
+    if (page.selected <= 0) return false;
+    const [x, y] = WAYS[event.key];
+    const step = event.shiftKey ? 0.5 : 0.05;
+    const [left, bottom] = stage.boxOf(page.selected);
+    nudging = true;
+    drag.move(page.selected, left + x * step, bottom + y * step);
+    return true;
+  }
+  function go(key) {
+    const { leaves } = page.state;
+    const middle = (node) => {
+      const [x2, y2, width, height] = stage.boxOf(node);
+      return [x2 + width / 2, y2 + height / 2];
+    };
+    if (page.selected < 0) {
+      page.select(leaves[0]);
+      return true;
+    }
+    const [dx, dy] = WAYS[key];
+    const [x, y] = middle(page.selected);
+    let [best, least] = [-1, Infinity];
+    for (const leaf of leaves) {
+      const [u, v] = middle(leaf);
+      const ahead = (u - x) * dx + (v - y) * dy;
+      const beside = Math.abs((u - x) * dy) + Math.abs((v - y) * dx);
+      if (leaf !== page.selected && ahead > 1e-6 && ahead + 3 * beside < least)
+        [best, least] = [leaf, ahead + 3 * beside];
+    }
+    if (best >= 0) page.select(best);
+    return true;
+  }
+  return () => {
+    document.removeEventListener("keydown", down);
+    document.removeEventListener("keyup", up);
+  };
+}
+
+// ../../facade/editor/page/source/help.js
+function makeHelp() {
+  const dialog = element("dialog", { class: "gl-help", "aria-label": "Keys" });
+  const list = KEYS.flatMap(([key, does]) => [element("dt", {}, key), element("dd", {}, does)]);
+  dialog.append(
+    element(
+      "div",
+      { class: "gl-row" },
+      element("h2", {}, "Keys"),
+      element("span", { class: "gl-space" }),
+      iconButton("close", "Close", () => dialog.close())
+    ),
+    element(
+      "p",
+      { class: "gl-hint" },
+      "Drag the handles at the right and at the top to change the size. Click a part to select it, draw a rectangle to make a grid. Click a picture below to accept a variation."
+    ),
+    element("dl", { class: "gl-keys" }, ...list)
+  );
+  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+  dialog.addEventListener("keydown", (event) => event.key === "?" && dialog.close());
+  const open = () => {
+    if (!dialog.open) dialog.showModal();
+  };
+  return { element: dialog, open, button: iconButton("keys", "Keys", open, "?") };
+}
+
+// ../../facade/editor/page/source/notes.js
+var PASSING = 6e3;
+var MOST = 3;
+function makeNotes() {
+  const notes = element("div", { class: "gl-notes", "aria-live": "polite" });
+  const complaints = element("div", { class: "gl-notes", role: "alert" });
+  const banner = element("div", { class: "gl-banner", role: "alert", hidden: true });
+  function note(where, text, style) {
+    for (const box2 of where.children) if (box2.textContent === text) box2.remove();
+    const box = element(
+      "div",
+      { class: `gl-note ${style}` },
+      element("span", {}, text),
+      iconButton("close", "Dismiss", () => box.remove())
+    );
+    where.append(box);
+    while (where.childElementCount > MOST) where.firstElementChild?.remove();
+    return box;
+  }
+  return {
+    banner,
+    element: element("div", { class: "gl-corner fe-corner" }, notes, complaints),
+    /** @param {string} text */
+    say(text) {
+      const box = note(notes, text, "");
+      setTimeout(() => box.remove(), PASSING);
+    },
+    /** @param {string} text */
+    complain: (text) => void note(complaints, text, "gl-bad"),
+    /** What is complained about is over. */
+    calm: () => complaints.replaceChildren(),
+    /** @param {boolean} connected */
+    connection(connected) {
+      banner.hidden = connected;
+      banner.textContent = connected ? "" : "The connection to Python is lost. Trying again; is grammarlab still running?";
+    }
+  };
+}
+
+// ../../facade/editor/page/source/paint.js
+function paint(context, drawing, { images, colors }, { left, bottom, scale }) {
+  const { columns, label, picture } = drawing;
+  const outlines = new Map(drawing.outlines.map(({ leaf, corners }) => [leaf, corners]));
+  const colorOf = (leaf) => colors[label[leaf] < 0 ? colors.length - 1 : label[leaf]];
+  context.imageSmoothingQuality = "high";
+  for (let leaf = 0; leaf < label.length; leaf += 1) {
+    const [x, y, width, height, u, v, right, top] = columns.subarray(8 * leaf, 8 * leaf + 8);
+    const [x0, x1] = [Math.round(left + x * scale), Math.round(left + (x + width) * scale)];
+    const [y0, y1] = [Math.round(bottom - (y + height) * scale), Math.round(bottom - y * scale)];
+    const image = images[picture[leaf]];
+    const corners = outlines.get(leaf);
+    if (image && right > u && top > v) {
+      const { width: w, height: h } = image;
+      context.drawImage(image, u * w, (1 - top) * h, (right - u) * w, (top - v) * h, x0, y0, x1 - x0, y1 - y0);
+    } else if (corners && !image) {
+      context.fillStyle = colors[colors.length - 1];
+      context.fillRect(x0, y0, x1 - x0, y1 - y0);
+      context.fillStyle = colorOf(leaf);
+      context.beginPath();
+      for (const [across, up] of corners) context.lineTo(x0 + across * (x1 - x0), y1 - up * (y1 - y0));
+      context.fill();
+    } else {
+      context.fillStyle = colorOf(leaf);
+      context.fillRect(x0, y0, x1 - x0, y1 - y0);
+    }
+  }
+}
+function sharp(canvas, width, height) {
+  const ratio = Math.min(globalThis.devicePixelRatio || 1, 3);
+  const [w, h] = [Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio))];
+  if (canvas.width !== w) canvas.width = w;
+  if (canvas.height !== h) canvas.height = h;
+  const context = (
+    /** @type {CanvasRenderingContext2D} */
+    canvas.getContext("2d")
+  );
+  context.clearRect(0, 0, w, h);
+  return { context, ratio };
+}
+
+// ../../facade/editor/page/source/stage.js
+var MARGIN = { left: 40, right: 84, top: 44, bottom: 56 };
+var SHARE = 0.93;
+function makeStage(page, drag) {
+  const canvas = element("canvas", { class: "fe-canvas", "aria-hidden": "true" });
+  const over = svg("svg", { class: "fe-over", "aria-hidden": "true" });
+  const face = element("div", {
+    class: "fe-face",
+    tabIndex: 0,
+    role: "application",
+    "aria-label": "Facade: arrow keys go from part to part"
+  });
+  const handles = { width: handle("Width"), height: handle("Height"), both: corner() };
+  const alert = element("p", { class: "fe-conflict", role: "alert", hidden: true });
+  const stage = element(
+    "div",
+    { class: "fe-stage" },
+    canvas,
+    over,
+    face,
+    handles.width,
+    handles.height,
+    handles.both,
+    alert
+  );
+  const view = { left: 0, bottom: 0, scale: 1 };
+  let lasso = null;
+  let hovered = -1;
+  let frame = 0;
+  const resizes = new ResizeObserver(() => {
+    if (!drag.active) fit();
+    draw();
+  });
+  resizes.observe(stage);
+  function fit() {
+    const { clientWidth, clientHeight } = stage;
+    const { width, height } = page.state.drawing;
+    const room = [clientWidth - MARGIN.left - MARGIN.right, clientHeight - MARGIN.top - MARGIN.bottom];
+    view.scale = Math.max(0.01, SHARE * Math.min(room[0] / width, room[1] / height));
+    view.left = MARGIN.left + (room[0] - width * view.scale) / 2;
+    view.bottom = clientHeight - MARGIN.bottom - Math.max(0, (room[1] - height * view.scale) / 2);
+  }
+  function drawSoon() {
+    frame ||= requestAnimationFrame(draw);
+  }
+  function draw() {
+    frame = 0;
+    const { clientWidth, clientHeight } = stage;
+    if (!clientWidth) return;
+    const { context, ratio } = sharp(canvas, clientWidth, clientHeight);
+    const { drawing, colors } = page.state;
+    const looks = { images: page.pictures.images, colors };
+    const at = { left: view.left * ratio, bottom: view.bottom * ratio, scale: view.scale * ratio };
+    paint(context, drawing, looks, at);
+    const [right, top] = [view.left + drawing.width * view.scale, view.bottom - drawing.height * view.scale];
+    drawOver(right, top);
+    place2(handles.width, right, (top + view.bottom) / 2, drawing.width);
+    place2(handles.height, (view.left + right) / 2, top, drawing.height);
+    place2(handles.both, right, top, 0);
+    stage.classList.toggle("fe-bad", Boolean(drag.conflict));
+    stage.classList.toggle("fe-moving", drag.active);
+    stage.classList.toggle("fe-gridding", page.gridding);
+    alert.hidden = !drag.conflict;
+    if (alert.textContent !== drag.conflict) alert.textContent = drag.conflict;
+  }
+  function drawOver(right, top) {
+    const { state } = page;
+    const grid = state.grids.find(({ name }) => name === state.active);
+    const marks = [
+      svg("line", {
+        class: "fe-ground",
+        x1: 12,
+        x2: stage.clientWidth - 12,
+        y1: view.bottom + 0.5,
+        y2: view.bottom + 0.5
+      }),
+      ...measure(view.left, view.bottom + 22, right, view.bottom + 22, `${metres(state.drawing.width)} m`),
+      ...measure(right + 30, view.bottom, right + 30, top, `${metres(state.drawing.height)} m`)
+    ];
+    for (const node of grid?.nodes ?? []) marks.push(box(node, "fe-element"));
+    for (const { node } of state.locks) if (node) marks.push(box(node, "fe-locked"));
+    if (hovered >= 0 && hovered < state.parent.length) marks.push(box(hovered, "fe-hovered"));
+    if (page.selected >= 0) marks.push(box(page.selected, "fe-selected"));
+    if (lasso) {
+      const [x, y] = [view.left + lasso.left * view.scale, view.bottom - lasso.top * view.scale];
+      const [width, height] = [(lasso.right - lasso.left) * view.scale, (lasso.top - lasso.bottom) * view.scale];
+      marks.push(svg("rect", { class: "fe-lasso", x, y, width, height }));
+    }
+    over.replaceChildren(...marks);
+  }
+  function box(node, style) {
+    const [x, y, width, height] = boxOf(node);
+    const [left, top] = [view.left + x * view.scale, view.bottom - (y + height) * view.scale];
+    return svg("rect", {
+      class: style,
+      "data-node": node,
+      x: left,
+      y: top,
+      width: width * view.scale,
+      height: height * view.scale,
+      rx: 1.5
+    });
+  }
+  function place2(where, x, y, metresNow) {
+    where.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
+    if (!metresNow) return;
+    where.setAttribute("aria-valuenow", metresNow.toFixed(2));
+    where.setAttribute("aria-valuetext", `${metres(metresNow)} metres`);
+  }
+  function leafAt(event) {
+    return page.state.leaves.find((node) => isOn(node, event)) ?? -1;
+  }
+  function isOn(node, event) {
+    const { x, y } = metresAt(event);
+    const [left, bottom, width, height] = boxOf(node);
+    return x >= left && x < left + width && y >= bottom && y < bottom + height;
+  }
+  function boxOf(node) {
+    return page.state.boxes.subarray(4 * node, 4 * node + 4);
+  }
+  function metresAt({ clientX, clientY }) {
+    const room = stage.getBoundingClientRect();
+    return { x: (clientX - room.left - view.left) / view.scale, y: (view.bottom - (clientY - room.top)) / view.scale };
+  }
+  return {
+    element: stage,
+    face,
+    handles,
+    view,
+    fit,
+    draw,
+    drawSoon,
+    leafAt,
+    boxOf,
+    metresAt,
+    /** Whether a place of the screen lies in the selected part, which is not the whole. @param {PointerEvent} event */
+    isOnSelected: (event) => page.selected > 0 && isOn(page.selected, event),
+    /** @param {Area | null} area */
+    lasso(area) {
+      lasso = area;
+      drawSoon();
+    },
+    /** @param {number} node */
+    hover(node) {
+      if (node === hovered) return;
+      hovered = node;
+      drawSoon();
+    },
+    close: () => resizes.disconnect()
+  };
+}
+function metres(value) {
+  return value.toFixed(2);
+}
+function handle(name) {
+  return element("div", {
+    class: `fe-handle fe-handle-${name.toLowerCase()}`,
+    tabIndex: 0,
+    role: "slider",
+    "aria-label": name,
+    "aria-orientation": name === "Width" ? "horizontal" : "vertical",
+    "aria-valuemin": "0",
+    title: `${name}: drag, or use the arrow keys. Shift keeps the shape while dragging`
+  });
+}
+function corner() {
+  return element("div", { class: "fe-handle fe-handle-both", title: "Drag to scale", "aria-hidden": "true" });
+}
+function measure(x1, y1, x2, y2, text) {
+  const flat = y1 === y2;
+  const [dx, dy] = flat ? [0, 4] : [4, 0];
+  const [x, y] = [(x1 + x2) / 2, (y1 + y2) / 2];
+  const turned = flat ? {} : { transform: `rotate(-90 ${x + 18} ${y})` };
+  return [
+    svg("path", {
+      class: "fe-measure",
+      d: `M${x1} ${y1}L${x2} ${y2}M${x1 - dx} ${y1 - dy}L${x1 + dx} ${y1 + dy}M${x2 - dx} ${y2 - dy}L${x2 + dx} ${y2 + dy}`
+    }),
+    svg("text", { class: "fe-length", x: flat ? x : x + 18, y: flat ? y + 20 : y + 4, ...turned }, new Text(text))
+  ];
+}
+
+// ../../facade/editor/page/source/panel.js
+function makePanel(page, acts) {
+  const width = sizeRow(
+    "Width",
+    "width",
+    (value) => resize(value, null),
+    () => acts.toggleLock("width", 0)
+  );
+  const height = sizeRow(
+    "Height",
+    "height",
+    (value) => resize(null, value),
+    () => acts.toggleLock("height", 0)
+  );
+  const tied = element("input", { type: "checkbox", onchange: () => page.tied = tied.checked });
+  const grids = element("ul", { class: "fe-grids", "aria-label": "Grids" });
+  const gridding = textButton("Change by clicking", acts.toggleGridding, {
+    title: "A click puts a part into the active grid, or takes it out (G)"
+  });
+  const hint = element("p", { class: "gl-hint" });
+  const part = element("div", { class: "fe-part" });
+  const locks = element("ul", { class: "fe-locks", "aria-label": "Locks" });
+  function resize(wide, high) {
+    const { width: w, height: h } = page.state.drawing;
+    const factor = page.tied ? wide !== null ? wide / w : (high ?? h) / h : 1;
+    return page.ask("resize", { width: wide ?? w * factor, height: high ?? h * factor });
+  }
+  function update() {
+    const { state } = page;
+    width.set(state.drawing.width, isLocked(page, 0, "width"));
+    height.set(state.drawing.height, isLocked(page, 0, "height"));
+    gridding.setAttribute("aria-pressed", String(page.gridding));
+    gridding.disabled = !state.active;
+    hint.textContent = page.gridding ? `Click parts to put them into “${state.active}”, or to take them out.` : "Draw a rectangle on the facade to make a grid of what lies in it.";
+    updateGrids();
+    updatePart();
+    locks.replaceChildren(
+      ...state.locks.map(
+        ({ node, what, words }) => element(
+          "li",
+          { class: "gl-row" },
+          textButton(words, () => page.select(node), { class: "gl-choice fe-name" }),
+          iconButton("close", `Unlock: ${words}`, () => void page.ask("unlock", { node, what }))
+        )
+      )
+    );
+    locked.hidden = !state.locks.length;
+  }
+  let drawnGrids = "";
+  function updateGrids() {
+    const { grids: found, active } = page.state;
+    const now = JSON.stringify([
+      found.map(({ name, rows, columns, nodes }) => [name, rows, columns, nodes.length]),
+      active
+    ]);
+    if (now === drawnGrids) return;
+    drawnGrids = now;
+    grids.replaceChildren(
+      ...found.map(({ name, rows, columns, nodes }) => {
+        const size = `${rows} × ${columns}`;
+        const empty = rows * columns - nodes.length;
+        const label = `${name}, ${rows} rows, ${columns} columns${empty ? `, ${empty} places empty` : ""}`;
+        return element(
+          "li",
+          { class: "fe-grid" },
+          element(
+            "button",
+            {
+              type: "button",
+              class: "gl-choice fe-choose",
+              "aria-label": label,
+              title: label,
+              "aria-pressed": String(name === active),
+              onclick: () => void page.ask("choose", { grid: name })
+            },
+            element("b", { class: "fe-name" }, name),
+            element("small", {}, size)
+          ),
+          name === active ? iconButton("more", `Rename ${name}`, () => rename(name)) : null,
+          name === active ? iconButton("close", `Delete grid ${name}`, () => void page.ask("delete", { grid: name })) : null
+        );
+      })
+    );
+  }
+  function rename(name) {
+    const input = element("input", {
+      class: "gl-input",
+      value: name,
+      maxLength: 100,
+      "aria-label": `New name of ${name}`
+    });
+    let done = false;
+    const end = async (keep) => {
+      if (done) return;
+      done = true;
+      drawnGrids = "";
+      if (keep && input.value.trim() && input.value !== name) await page.ask("rename", { grid: name, to: input.value });
+      updateGrids();
+    };
+    input.addEventListener("keydown", (event) => {
+      if (event.key === "Enter") void end(true);
+      if (event.key === "Escape") void end(false);
+    });
+    input.addEventListener("blur", () => void end(true));
+    const row = [...grids.children][page.state.grids.findIndex((grid) => grid.name === name)];
+    row.replaceChildren(input);
+    input.focus();
+    input.select();
+  }
+  let drawnPart = "";
+  function updatePart() {
+    const { state, selected } = page;
+    const now = JSON.stringify([selected, state.revision]);
+    if (now === drawnPart) return;
+    drawnPart = now;
+    if (selected < 0) {
+      part.replaceChildren(
+        element(
+          "p",
+          { class: "gl-hint" },
+          "Click a part to see its size and to lock it; then drag it to move it with all that is aligned."
+        )
+      );
+      return;
+    }
+    const [w, h] = state.boxes.subarray(4 * selected + 2, 4 * selected + 4);
+    const set = (what) => (value) => page.ask("give", { node: selected, what, value });
+    const row = (name, what, value) => {
+      const made = sizeRow(name, `part ${what}`, set(what), () => acts.toggleLock(what));
+      made.set(value, isLocked(page, selected, what));
+      return made.element;
+    };
+    const [left, bottom] = state.boxes.subarray(4 * selected, 4 * selected + 2);
+    const rows = [row("Width", "width", w), row("Height", "height", h)];
+    if (selected) rows.push(row("From the left", "left", left), row("From the ground", "bottom", bottom));
+    const aspect = lockButton("part aspect", () => acts.toggleLock("aspect"));
+    aspect.set(isLocked(page, selected, "aspect"));
+    const grid = state.grids.find(({ name }) => name === state.active);
+    const inside = grid?.nodes.includes(selected);
+    part.replaceChildren(
+      element("p", { class: "fe-label" }, nameOf(page, selected)),
+      ...rows,
+      element(
+        "div",
+        { class: "gl-row" },
+        element("span", { class: "fe-unit" }, "Width to height"),
+        element("span", { class: "gl-space" }),
+        element("span", {}, (w / h).toFixed(2)),
+        aspect.element
+      ),
+      element(
+        "div",
+        { class: "gl-row gl-wrap" },
+        grid ? textButton(
+          inside ? `Take out of ${grid.name}` : `Put into ${grid.name}`,
+          () => void page.ask("press", { node: selected })
+        ) : null,
+        selected > 0 ? textButton("Part around it", () => page.select(state.parent[selected])) : null
+      )
+    );
+  }
+  const locked = card("Locks", locks);
+  return {
+    element: element(
+      "section",
+      { class: "gl-side fe-side", "aria-label": "Sizes and grids" },
+      card(
+        "Facade",
+        width.element,
+        height.element,
+        element("label", { class: "gl-check" }, tied, "Keep the shape of the whole")
+      ),
+      card(
+        "Grids",
+        grids,
+        element(
+          "div",
+          { class: "gl-row gl-wrap" },
+          gridding,
+          textButton("Propose", () => void page.ask("propose"), {
+            title: "Grids from labels, places and sizes, in place of these"
+          })
+        ),
+        hint
+      ),
+      card("Selected part", part),
+      locked
+    ),
+    update
+  };
+}
+function card(title, ...children) {
+  return element("div", { class: "gl-card" }, element("h2", {}, title), ...children);
+}
+function sizeRow(name, label, typed, lock) {
+  let now = 0;
+  const input = element("input", {
+    class: "gl-input fe-number",
+    type: "number",
+    min: "0",
+    step: "any",
+    "aria-label": `${label} in metres`
+  });
+  const apply = async () => {
+    const value = Number(input.value);
+    if (input.value === metres(now)) return;
+    if (!(value >= 0) || !await typed(value)) input.value = metres(now);
+  };
+  input.addEventListener("change", () => void apply());
+  const button = lockButton(label, lock);
+  return {
+    element: element(
+      "label",
+      { class: "gl-row" },
+      element("span", { class: "fe-unit" }, name),
+      element("span", { class: "gl-space" }),
+      input,
+      "m",
+      button.element
+    ),
+    /** @param {number} value @param {boolean} locked */
+    set(value, locked) {
+      now = value;
+      if (document.activeElement !== input || input.value === "") input.value = metres(value);
+      button.set(locked);
+    }
+  };
+}
+var LOCKED = "M4 7.5h8v6H4zM5.5 7.5V5a2.5 2.5 0 0 1 5 0v2.5";
+var OPEN = "M4 7.5h8v6H4zM5.5 7.5V5a2.5 2.5 0 0 1 4.8-1";
+function lockButton(label, onclick) {
+  const button = iconButton("close", `Lock ${label}`, (event) => {
+    event.preventDefault();
+    onclick();
+  });
+  return {
+    element: button,
+    /** @param {boolean} locked */
+    set(locked) {
+      button.querySelector("path")?.setAttribute("d", locked ? LOCKED : OPEN);
+      button.setAttribute("aria-pressed", String(locked));
+      button.classList.toggle("fe-open", !locked);
+    }
+  };
+}
+function isLocked(page, node, what) {
+  return page.state.locks.some((lock) => lock.node === node && lock.what === what);
+}
+function nameOf({ state }, node) {
+  if (node === 0) return "the whole facade";
+  return state.names[node] < 0 ? "part without a name" : state.labels[state.names[node]];
+}
+
+// ../../facade/editor/page/source/pictures.js
+var Pictures = class {
+  /** @type {(ImageBitmap | undefined)[]} */
+  images = [];
+  #channel;
+  #arrived;
+  #asked = 0;
+  /**
+   * @param {import("../../../../scoring/page/source/channel.js").Channel} channel
+   * @param {() => void} arrived
+   */
+  constructor(channel, arrived) {
+    this.#channel = channel;
+    this.#arrived = arrived;
+  }
+  /** @param {number} count */
+  async want(count) {
+    for (; this.#asked < count; this.#asked += 1) {
+      const number = this.#asked;
+      this.#channel.request("picture", { number }).then(({ buffers }) => createImageBitmap(new Blob([buffers[0]]))).then((image) => {
+        this.images[number] = image;
+        this.#arrived();
+      }).catch(() => {
+      });
+    }
+  }
+  /** Whatever was under way is asked for anew. */
+  again() {
+    this.#asked = this.images.filter(Boolean).length === this.#asked ? this.#asked : 0;
+  }
+};
+
+// ../../facade/editor/page/source/strip.js
+var KINDS = [
+  { name: "One column more", axis: "x", change: 1 },
+  { name: "One column less", axis: "x", change: -1 },
+  { name: "One row more", axis: "y", change: 1 },
+  { name: "One row less", axis: "y", change: -1 }
+];
+var ROOM = { width: 196, height: 104 };
+var AT_ONCE = 12;
+function makeStrip(page) {
+  let kind = KINDS[0];
+  let most = AT_ONCE;
+  let shown = "";
+  let tiles = [];
+  const list = element("div", { class: "fe-strip", role: "group", "aria-label": "Variations" });
+  const about = element("p", { class: "fe-about", role: "status" });
+  const tabs = KINDS.map(
+    (each) => element("button", { type: "button", class: "gl-tab", onclick: () => choose(each) }, each.name)
+  );
+  function choose(each) {
+    kind = each;
+    most = AT_ONCE;
+    update();
+  }
+  function update() {
+    tabs.forEach((tab, index) => tab.setAttribute("aria-pressed", String(KINDS[index] === kind)));
+    const { active, revision } = page.state;
+    const wanted = JSON.stringify([active, revision, KINDS.indexOf(kind), most]);
+    if (wanted === shown) return;
+    shown = wanted;
+    list.classList.add("fe-old");
+    if (!active)
+      return show([], 0, "Draw a rectangle around some windows to make a grid; then its variations are here.");
+    page.channel.request("vary", { axis: kind.axis, change: kind.change, most }).then(
+      ({ result, buffers }) => {
+        if (wanted !== shown) return;
+        const found = result.variations.map((each, number) => ({
+          ...each,
+          columns: new Float64Array(buffers[number])
+        }));
+        show(found, result.total, result.none);
+      },
+      (error) => wanted === shown && show([], 0, error.message)
+    );
+  }
+  function show(found, total, none) {
+    list.classList.remove("fe-old");
+    tiles = found.map((variation) => ({
+      variation,
+      canvas: element("canvas", { class: "fe-small", "aria-hidden": "true" })
+    }));
+    list.replaceChildren(...tiles.map(tile));
+    if (total > found.length && most < 60)
+      list.append(
+        element(
+          "button",
+          { type: "button", class: "gl-button fe-more", onclick: more },
+          `${total - found.length} more`
+        )
+      );
+    about.textContent = none;
+    draw();
+  }
+  function more() {
+    most = 60;
+    update();
+  }
+  function tile({ variation, canvas }, number) {
+    const { words, told, width, height } = variation;
+    const size = `${width.toFixed(2)} × ${height.toFixed(2)} m`;
+    return element(
+      "button",
+      {
+        type: "button",
+        class: `fe-tile${told.length ? " fe-flawed" : ""}`,
+        title: [words, size, ...told].join("\n"),
+        "aria-label": [words, size, ...told].join(", "),
+        onclick: () => accept(number)
+      },
+      canvas,
+      element("span", { class: "fe-words" }, words),
+      element("small", {}, told.length ? "incomplete" : size)
+    );
+  }
+  async function accept(number) {
+    if (await page.ask("accept", { number }) && list.contains(document.activeElement)) first();
+  }
+  function draw() {
+    const [width, height] = [
+      Math.max(...tiles.map((each) => each.variation.width)),
+      Math.max(...tiles.map((each) => each.variation.height))
+    ];
+    const scale = Math.min(ROOM.width / width, ROOM.height / height);
+    for (const { variation, canvas } of tiles) {
+      const [w, h] = [variation.width * scale, variation.height * scale];
+      canvas.style.width = `${w}px`;
+      canvas.style.height = `${h}px`;
+      const { context, ratio } = sharp(canvas, w, h);
+      const looks = { images: page.pictures.images, colors: page.state.colors };
+      paint(context, variation, looks, { left: 0, bottom: canvas.height, scale: scale * ratio });
+    }
+  }
+  function first() {
+    list.querySelector("button")?.focus();
+  }
+  return {
+    element: element(
+      "section",
+      { class: "fe-variations", "aria-label": "Variations of the active grid" },
+      element(
+        "div",
+        { class: "gl-row gl-wrap fe-kinds", role: "group", "aria-label": "Kind of variation" },
+        ...tabs,
+        about
+      ),
+      list
+    ),
+    update,
+    draw,
+    first,
+    /** Asks anew. */
+    again() {
+      shown = "";
+      update();
+    }
+  };
+}
+
+// ../../facade/editor/page/source/main.js
+var PROTOCOL = 1;
+var KINDS2 = {
+  json: "facade, to open again",
+  svg: "drawing",
+  png: "picture",
+  glb: "model",
+  obj: "model",
+  cga: "rules that derive it"
+};
+function mount(host2, url) {
+  const root = element(
+    "div",
+    { class: "gl-page fe-page" },
+    element("p", { class: "gl-wait", role: "status" }, "Opening the facade…")
+  );
+  host2.append(root);
+  const channel = new Channel(socketTransport(url));
+  let built = null;
+  channel.on("state", ({ state }, buffers) => {
+    if (state.protocol !== PROTOCOL)
+      return void (root.textContent = "This page and Python speak different versions. Reload the page.");
+    state.drawing.columns = new Float64Array(buffers[0]);
+    state.boxes = new Float64Array(buffers[1]);
+    built ??= build(root, channel, state);
+    built.update(state);
+  });
+  channel.open((connected) => built?.connection(connected));
+}
+function build(root, channel, first) {
+  const notes = makeNotes();
+  const page = {
+    state: first,
+    channel,
+    pictures: new Pictures(channel, () => {
+      stage.drawSoon();
+      strip.draw();
+    }),
+    selected: -1,
+    gridding: false,
+    tied: false,
+    async ask(command, parameters) {
+      await drag.idle();
+      try {
+        const { result } = await channel.request(command, parameters);
+        notes.calm();
+        return result;
+      } catch (error) {
+        notes.complain(error instanceof Error ? error.message : String(error));
+      }
+    },
+    select(node) {
+      page.selected = node;
+      page.changed();
+    },
+    say: notes.say,
+    complain: notes.complain,
+    changed() {
+      stage.drawSoon();
+      panel.update();
+      if (!drag.active) strip.update();
+    }
+  };
+  const drag = makeDrag(
+    page,
+    (boxes, width, height) => {
+      const { state } = page;
+      if (boxes.length !== state.boxes.length) return;
+      state.boxes = boxes;
+      Object.assign(state.drawing, { width, height });
+      state.leaves.forEach((node, leaf) => state.drawing.columns.set(boxes.subarray(4 * node, 4 * node + 4), 8 * leaf));
+      page.changed();
+    },
+    () => stage.fit()
+  );
+  const stage = makeStage(page, drag);
+  const strip = makeStrip(page);
+  const acts = {
+    async save() {
+      const saved2 = await page.ask("save");
+      if (saved2) page.say(`Saved to ${saved2.file}`);
+    },
+    /** @param {What} what @param {number} [node] */
+    toggleLock(what, node = page.selected) {
+      if (node < 0) return page.say("Select a part first, to lock its size.");
+      void page.ask(isLocked(page, node, what) ? "unlock" : "lock", { node, what });
+    },
+    toggleGridding() {
+      page.gridding = !page.gridding && Boolean(page.state.active);
+      page.changed();
+    },
+    variations: () => strip.first(),
+    help: () => help.open()
+  };
+  const panel = makePanel(page, acts);
+  const help = makeHelp();
+  listenToPointer(page, stage, drag);
+  listenToKeys(page, root, stage, drag, acts);
+  const title = element("h1", { class: "gl-name" });
+  const saved = element("span", { class: "gl-saved", role: "status" });
+  const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "Ctrl Z");
+  const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Y");
+  const save = textButton("Save", acts.save, { class: "gl-button gl-primary", title: "Save (Ctrl S)" });
+  const exports = menu(
+    element("button", { type: "button", class: "gl-button gl-chooser" }, "Export"),
+    "Export",
+    (close) => page.state.formats.map(
+      (format) => choice(format.toUpperCase(), KINDS2[format] ?? "", async () => {
+        close();
+        const written = await page.ask("export", { format });
+        if (written) page.say(`Written to ${written.file}`);
+      })
+    )
+  );
+  root.replaceChildren(
+    element(
+      "header",
+      { class: "gl-header" },
+      title,
+      element("span", { class: "gl-space" }),
+      saved,
+      undo,
+      redo,
+      exports,
+      save,
+      help.button
+    ),
+    notes.banner,
+    element(
+      "div",
+      { class: "gl-main" },
+      element("div", { class: "gl-left" }, stage.element, strip.element),
+      panel.element
+    ),
+    notes.element,
+    help.element
+  );
+  addEventListener("beforeunload", (event) => page.state.lost && event.preventDefault());
+  return {
+    /** @param {State} state */
+    update(state) {
+      page.state = state;
+      drag.told();
+      if (page.selected >= state.parent.length) page.selected = -1;
+      page.gridding &&= Boolean(state.active);
+      void page.pictures.want(state.pictures);
+      title.textContent = state.title;
+      title.title = state.file;
+      document.title = `${state.title} – grammarlab`;
+      saved.textContent = state.saved && state.revision ? "saved" : state.lost ? "not saved yet" : "";
+      saved.dataset.state = state.lost ? "saving" : "saved";
+      undo.disabled = !state.undo;
+      undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
+      redo.disabled = !state.redo;
+      redo.title = state.redo ? `Redo: ${state.redo} (Ctrl Y)` : "Nothing to redo";
+      if (!drag.active) stage.fit();
+      page.changed();
+    },
+    /** @param {boolean} connected */
+    connection(connected) {
+      notes.connection(connected);
+      if (!connected) return void drag.cancel();
+      page.pictures.again();
+      void page.pictures.want(page.state.pictures);
+      strip.again();
+    }
+  };
+}
+var { protocol, host, search } = location;
+var place = document.getElementById("grammarlab");
+if (place) mount(place, `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`);
