@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -17,6 +16,8 @@ from grammarlab.facade.layers.weights import Weights
 
 _PRICE = 1_000_000
 """Weights become whole numbers: this is 1 for each unit of length."""
+_DEAREST = 1 << 200
+"""More than any alignment costs."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,20 @@ class Alignment:
         return named_columns(self.words, self.cells)
 
 
+@dataclass(frozen=True)
+class Aligned:
+    """What a search for alignments came to."""
+
+    best: tuple[Alignment, ...]
+    """The best first."""
+    bound: float
+    """All that are not among `best` have at least this energy."""
+    done: bool
+    """Whether there are no more, or they are as many as were asked for: false when effort ran out."""
+    steps: int = 0
+    """That the search took."""
+
+
 def alignments(
     words: Sequence[Word],
     canvas: float,
@@ -62,9 +77,22 @@ def alignments(
     *,
     tolerance: float,
     effort: int = 200_000,
-    cutoff: float = math.inf,
 ) -> list[Alignment]:
-    """The best different alignments of some words, best first; fewer where there are not that many.
+    """The best different alignments of some words, best first; see `align`."""
+    return list(align(words, canvas, weights, count, tolerance=tolerance, effort=effort).best)
+
+
+def align(
+    words: Sequence[Word],
+    canvas: float,
+    weights: Weights,
+    count: int = 1,
+    *,
+    tolerance: float,
+    effort: int = 200_000,
+    cutoff: float = math.inf,
+) -> Aligned:
+    """The best different alignments of some words.
 
     Columns satisfy the constraints of section 5.2. Besides, an empty element counts as one of size 0 unless an opaque
     letter above explains it; none stands beside a transparent letter, which is wider instead; and layers with equal
@@ -75,8 +103,8 @@ def alignments(
         canvas: metres, > 0.
         weights: of omega and merged letters.
         count: how many.
-        tolerance: mu, metres that the span may miss of the canvas, >= 0.
-        effort: steps of the search at most, each some microseconds; then what is returned may not be proven.
+        tolerance: mu, metres that the span may miss of the canvas, and the error of a column at most, >= 0.
+        effort: steps of the search at most, each about a microsecond; then what is returned may not be proven.
         cutoff: alignments of more energy are not wanted.
 
     Raises:
@@ -88,12 +116,12 @@ def alignments(
             f"{canvas}, {tolerance} and {count}."
         )
     if not any(words):
-        return []
+        return Aligned((), math.inf, done=True)
     unit = unit_of(canvas)
     prices = Prices(round(weights.omega * _PRICE), max(round(weights.merge / unit * _PRICE), 1))
     least, most = math.floor((canvas - tolerance) / unit), math.ceil((canvas + tolerance) / unit)
-    problem = Problem(build_rows(words, unit), prices, least, most)
-    highest = sys.maxsize if cutoff == math.inf else math.floor(cutoff * _PRICE / unit)
+    problem = Problem(build_rows(words, unit), prices, least, most, math.ceil(tolerance / unit))
+    highest = _DEAREST if cutoff == math.inf else math.floor(cutoff / unit * _PRICE) + 1
     found = search(problem, count, effort, highest)
     bound = found.bound * unit / _PRICE
     made = []
@@ -101,7 +129,7 @@ def alignments(
         for _, path in paths:
             one = _alignment(problem, tuple(words), path, canvas, unit, weights)
             made.append(replace(one, bound=one.energy if proven else min(bound, one.energy), proven=proven))
-    return made
+    return Aligned(tuple(made), bound, found.done, found.steps)
 
 
 def _alignment(

@@ -41,6 +41,8 @@ class Found:
     """Whether there are no more than `paths`, or they are as many as were asked for."""
     guessed: tuple[tuple[int, Path], ...] = ()
     """Another path where effort ran out before there was any: not the cheapest for certain."""
+    steps: int = 0
+    """That were looked at."""
 
 
 class _Node(NamedTuple):
@@ -86,29 +88,31 @@ def search(problem: Problem, count: int, effort: int, cutoff: int) -> Found:
     letters = sum(len(row.layers) * len(row.word) for row in rows)
     ceiling = min(prices.error * sum(sum(row.sizes) for row in rows) + 2 * prices.merge * letters, cutoff)
     limit = min(prices.error * problem.most // 50 + 3 * prices.merge * max(len(row.layers) for row in rows), ceiling)
-    left, best = effort, Found((), 0, done=False)
+    looked, bound, paths = 0, 0, ()
     while True:
-        tree = _Tree(problem, limit, count, left)
+        tree = _Tree(problem, limit, count, effort - looked)
         found = tree.run()
-        left -= tree.looked
-        bound = max(found.bound, best.bound)
-        best = Found(max(found.paths, best.paths, key=len), bound, found.done and found.bound <= limit)
-        if best.done or (found.done and limit == ceiling):
-            return Found(best.paths, best.bound, done=True)
-        if not found.done or left <= 0:
-            return best if best.paths else _guess(problem, limit, ceiling, effort, best)
+        looked += tree.looked
+        bound, paths = max(found.bound, bound), max(found.paths, paths, key=len)
+        if found.done and (len(found.paths) == count or limit == ceiling):
+            return Found(paths, bound, done=True, steps=looked)
+        if not found.done or looked >= effort:
+            guessed, more = ((), 0) if paths else _guess(problem, limit, ceiling, effort)
+            return Found(paths, bound, done=False, guessed=guessed, steps=looked + more)
         limit = min(limit * _GROWTH, ceiling)
 
 
-def _guess(problem: Problem, limit: int, ceiling: int, effort: int, best: Found) -> Found:
-    """What a search that goes ahead wherever it can comes upon."""
+def _guess(problem: Problem, limit: int, ceiling: int, effort: int) -> tuple[tuple[tuple[int, Path], ...], int]:
+    """What a search that goes ahead wherever it can comes upon, and the steps it looked at."""
+    looked = 0
     for _ in range(_GUESSES):
         tree = _Tree(problem, limit, 1, effort // _GUESSES, hasty=True)
         found = tree.run()
+        looked += tree.looked
         if found.paths or limit == ceiling:
-            return Found((), best.bound, done=False, guessed=found.paths)
+            return found.paths, looked
         limit = min(limit * _GROWTH, ceiling)
-    return best
+    return (), looked
 
 
 class _Tree:
@@ -230,7 +234,7 @@ class _Tree:
             self.looked += 1
             wider = self._with(column, step, at)
             still = max(left, self.rows[at].left[step.state])
-            if wider is None or wider.high + still > room:
+            if wider is None or wider.high + still > room or self._error(wider) > self.problem.tolerance:
                 continue
             after = (*states, step.state)
             further = self._rest_of(at, after)
@@ -246,8 +250,10 @@ class _Tree:
         if steps.empty is not None:
             yield steps.empty
         first, last, last_elastic = 0, len(steps.fixed), len(steps.elastic)
-        if column.low >= 0 and self.prices.error:
-            widest = (self.limit - node.cost - column.price) // self.prices.error
+        if column.low >= 0:
+            widest = self.problem.tolerance
+            if self.prices.error:
+                widest = min(widest, (self.limit - node.cost - column.price) // self.prices.error)
             first = bisect_left(steps.fixed_sizes, column.high - widest)
             last = bisect_right(steps.fixed_sizes, column.low + widest)
             last_elastic = bisect_right(steps.elastic_sizes, column.low + widest)
