@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from grammarlab.facade.layers.pairs import Bounds, Problem, pair_bounds
 from grammarlab.facade.layers.rows import EMPTY, OPAQUE, PARTIAL, Step
+from grammarlab.facade.layers.spreads import Spreads, Widths
 
 Path = tuple[tuple[Step, ...], ...]
 """[n][m] the elements of columns."""
@@ -58,6 +59,7 @@ class _Node(NamedTuple):
     states: tuple[int, ...]
     elastic: bool
     """Whether a column is as wide as what is left."""
+    widths: Widths
     before: _Node | None
     column: tuple[Step, ...]
 
@@ -124,6 +126,7 @@ class _Tree:
         self.rows, self.prices = problem.rows, problem.prices
         self.num = len(self.rows)
         self.looked = 0
+        self.spreads = Spreads(problem)
         self.over = [
             sum(1 << above for above in range(self.num) if problem.over(above, below)) for below in range(self.num)
         ]
@@ -149,8 +152,11 @@ class _Tree:
         if root is None:
             return Found((), self.limit + 1, done=True)
         end = tuple(row.last for row in self.rows)
-        heap = [_Node(0 if self.hasty else root, 0, 0, 0, 0, start, elastic=False, before=None, column=())]
-        closed: dict[tuple[tuple[int, ...], bool], list[tuple[int, int]]] = {}
+        first = _Node(
+            0 if self.hasty else root, 0, 0, 0, 0, start, elastic=False, widths=self.spreads.start, before=None, column=()
+        )
+        heap = [first]
+        closed: dict[tuple[tuple[int, ...], bool, Widths], list[tuple[int, int]]] = {}
         paths: list[tuple[int, Path]] = []
         number = 0
         while heap:
@@ -163,18 +169,22 @@ class _Tree:
                     if len(paths) == self.count:
                         return Found(tuple(paths), node.cost, done=True)
                 continue
-            if self._dominated(closed.setdefault((node.states, node.elastic), []), node):
+            if self._dominated(closed.setdefault((node.states, node.elastic, node.widths), []), node):
                 continue
             for column, states, guess in self._columns(node):
                 self.looked += 1
                 number += 1
+                widths, span = node.widths, node.span + column.high
+                elastic = node.elastic or not column.fixed
+                if self.spreads.rows:
+                    after = self.spreads.after(widths, column.steps, column.high, elastic=not column.fixed, span=span)
+                    if after is None:
+                        continue
+                    widths = after
                 cost = node.cost + column.price + self.prices.error * self._error(column)
                 heapq.heappush(
                     heap,
-                    _Node(
-                        guess, -sum(states), number, cost, node.span + column.high, states,
-                        node.elastic or not column.fixed, node, column.steps,
-                    ),
+                    _Node(guess, -sum(states), number, cost, span, states, elastic, widths, node, column.steps),
                 )
         return Found(tuple(paths), self.limit + 1, done=True)
 
