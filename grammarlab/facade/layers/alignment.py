@@ -12,6 +12,7 @@ from grammarlab.facade.layers.naming import Element, named_columns
 from grammarlab.facade.layers.pairs import Prices, Problem
 from grammarlab.facade.layers.rows import EMPTY, Step, build_rows, unit_of
 from grammarlab.facade.layers.search import Path, column_size, search
+from grammarlab.facade.layers.strains import Strains
 from grammarlab.facade.layers.weights import Weights
 
 _PRICE = 1_000_000
@@ -36,6 +37,8 @@ class Alignment:
     """Letters of elements beyond their first."""
     energy: float
     """Of omega and merged letters, weighted."""
+    strain: float
+    """Square metres: sizes of symbols deviate at least so much from what is preferred; 0 where nobody asked."""
     bound: float
     """No alignment that comes after those before it in the list has less energy than this."""
     proven: bool
@@ -91,6 +94,8 @@ def align(
     tolerance: float,
     effort: int = 200_000,
     cutoff: float = math.inf,
+    sizing: float = 0.0,
+    gaps: bool = False,
 ) -> Aligned:
     """The best different alignments of some words.
 
@@ -106,6 +111,8 @@ def align(
         tolerance: mu, metres that the span may miss of the canvas, and the error of a column at most, >= 0.
         effort: steps of the search at most, each about a microsecond; then what is returned may not be proven.
         cutoff: alignments of more energy are not wanted.
+        sizing: weight of `Alignment.strain`, which then counts for what is best.
+        gaps: see `size_letters`; only for `sizing`.
 
     Raises:
         FacadeError: for a canvas, a tolerance or a count that means nothing.
@@ -118,9 +125,9 @@ def align(
     if not any(words):
         return Aligned((), math.inf, done=True)
     unit = unit_of(canvas)
-    prices = Prices(round(weights.omega * _PRICE), max(round(weights.merge / unit * _PRICE), 1))
+    prices = Prices(round(weights.omega * _PRICE), max(round(weights.merge / unit * _PRICE), 1), sizing * unit * _PRICE)
     least, most = math.floor((canvas - tolerance) / unit), math.ceil((canvas + tolerance) / unit)
-    problem = Problem(build_rows(words, unit), prices, least, most, math.ceil(tolerance / unit))
+    problem = Problem(build_rows(words, unit), prices, least, most, math.ceil(tolerance / unit), gaps)
     highest = _DEAREST if cutoff == math.inf else math.floor(cutoff / unit * _PRICE) + 1
     found = search(problem, count, effort, highest)
     bound = found.bound * unit / _PRICE
@@ -128,7 +135,7 @@ def align(
     for paths, proven in ((found.paths, True), (found.guessed, False)):
         for _, path in paths:
             one = _alignment(problem, tuple(words), path, canvas, unit, weights)
-            made.append(replace(one, bound=one.energy if proven else min(bound, one.energy), proven=proven))
+            made.append(one if proven else replace(one, bound=min(bound, one.energy), proven=False))
     return Aligned(tuple(made), bound, found.done, found.steps)
 
 
@@ -137,7 +144,10 @@ def _alignment(
 ) -> Alignment:
     """The matrix that a path stands for, with its numbers."""
     errors, span, elastic = 0, 0, False
+    strains, states, worst = Strains(problem), [0] * len(problem.rows), 0
     for column in path:
+        worst = max(worst, strains.of(states, column)) if problem.prices.strain else 0
+        states = [step.state for step in column]
         error, high, fixed = column_size(column)
         errors, span, elastic = errors + error, span + high, elastic or not fixed
     cells: list[tuple[Element, ...]] = [()] * len(words)
@@ -150,7 +160,8 @@ def _alignment(
     omega = errors * unit
     width = max(span * unit, canvas) if elastic else span * unit
     energy = weights.omega * omega + weights.merge * merged
-    return Alignment(words, tuple(cells), omega, width, merged, energy, bound=energy, proven=True)
+    strain = worst / problem.prices.strain * unit**2 if worst else 0.0
+    return Alignment(words, tuple(cells), omega, width, merged, energy, strain, bound=energy, proven=True)
 
 
 def _elements(steps: Sequence[Step]) -> tuple[Element, ...]:

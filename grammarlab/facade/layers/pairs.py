@@ -17,6 +17,8 @@ class Prices:
     """For a unit of length."""
     merge: int
     """For a letter, >= 1: so of what costs the same the finer is better."""
+    strain: float = 0.0
+    """For a square unit by which sizes are to be changed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +34,8 @@ class Problem:
     """Units that they have at most."""
     tolerance: int
     """Units that the error of a column is at most."""
+    gaps: bool = False
+    """Whether elements with letters that are not opaque need not fill their column."""
 
     def over(self, above: int, below: int) -> bool:
         """Whether a layer of one row lies over a layer of another one."""

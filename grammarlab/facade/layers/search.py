@@ -18,6 +18,7 @@ from typing import NamedTuple
 from grammarlab.facade.layers.pairs import Bounds, Problem, pair_bounds
 from grammarlab.facade.layers.rows import EMPTY, OPAQUE, PARTIAL, Step
 from grammarlab.facade.layers.spreads import Spreads, Widths
+from grammarlab.facade.layers.strains import Strains
 
 Path = tuple[tuple[Step, ...], ...]
 """[n][m] the elements of columns."""
@@ -60,6 +61,8 @@ class _Node(NamedTuple):
     elastic: bool
     """Whether a column is as wide as what is left."""
     widths: Widths
+    strain: int
+    """Units of cost that sizes are at least to be changed for, for the worst column alone; in `cost`."""
     before: _Node | None
     column: tuple[Step, ...]
 
@@ -127,6 +130,7 @@ class _Tree:
         self.num = len(self.rows)
         self.looked = 0
         self.spreads = Spreads(problem)
+        self.strains = Strains(problem) if problem.prices.strain else None
         self.over = [
             sum(1 << above for above in range(self.num) if problem.over(above, below)) for below in range(self.num)
         ]
@@ -153,10 +157,11 @@ class _Tree:
             return Found((), self.limit + 1, done=True)
         end = tuple(row.last for row in self.rows)
         first = _Node(
-            0 if self.hasty else root, 0, 0, 0, 0, start, elastic=False, widths=self.spreads.start, before=None, column=()
+            0 if self.hasty else root, 0, 0, 0, 0, start, elastic=False, widths=self.spreads.start, strain=0, before=None,
+            column=(),
         )
         heap = [first]
-        closed: dict[tuple[tuple[int, ...], bool, Widths], list[tuple[int, int]]] = {}
+        closed: dict[tuple[tuple[int, ...], bool, Widths], list[tuple[int, int, int]]] = {}
         paths: list[tuple[int, Path]] = []
         number = 0
         while heap:
@@ -182,21 +187,29 @@ class _Tree:
                         continue
                     widths = after
                 cost = node.cost + column.price + self.prices.error * self._error(column)
+                strain = node.strain
+                if self.strains is not None:
+                    more = max(self.strains.of(node.states, column.steps) - strain, 0)
+                    strain, cost, guess = strain + more, cost + more, guess + (0 if self.hasty else more)
+                    if guess > self.limit:
+                        continue
                 heapq.heappush(
                     heap,
-                    _Node(guess, -sum(states), number, cost, span, states, elastic, widths, node, column.steps),
+                    _Node(guess, -sum(states), number, cost, span, states, elastic, widths, strain, node, column.steps),
                 )
         return Found(tuple(paths), self.limit + 1, done=True)
 
-    def _dominated(self, reached: list[tuple[int, int]], node: _Node) -> bool:
+    def _dominated(self, reached: list[tuple[int, int, int]], node: _Node) -> bool:
         """Whether as many ways as are asked for came here that can do all that this one can; else it is noted."""
         easy = self.wide or node.elastic
+        paid = node.cost - node.strain
         better = sum(
-            cost <= node.cost and (span <= node.span if easy else span == node.span) for cost, span in reached
+            cost <= paid and strain <= node.strain and (span <= node.span if easy else span == node.span)
+            for cost, strain, span in reached
         )
         if better >= self.count:
             return True
-        reached.append((node.cost, node.span))
+        reached.append((paid, node.strain, node.span))
         return False
 
     def _fills(self, node: _Node) -> bool:

@@ -118,7 +118,7 @@ class _Branches:
     tolerance: float
     gaps: bool
     budget: Budget
-    shelves: dict[tuple[int, tuple[Word, ...]], Shelf] = field(default_factory=dict)
+    shelves: dict[tuple[int, tuple[Word, ...], int], Shelf] = field(default_factory=dict)
     sized: dict[tuple[int, Places], Sizing | None] = field(default_factory=dict)
     best: list[tuple[float, int, Places]] = field(default_factory=list)
     heap: list[tuple[float, int, Places]] = field(default_factory=list)
@@ -154,15 +154,23 @@ class _Branches:
             if places:
                 self._next(bound, number, places)
             else:
-                self._open(bound, number)
+                self._open(number)
 
     def _shelf(self, number: int, group: Group) -> Shelf:
         words = self.candidates[number].words[group]
-        key = group[0], words
+        key = group[0], words, self._sharing(number, group)
         if key not in self.shelves:
             canvas = self.canvas[group[0]]
-            self.shelves[key] = Shelf(words, canvas, self.weights, self.tolerance, self.budget)
+            share = self.weights.sizing / self._sharing(number, group)
+            self.shelves[key] = Shelf(words, canvas, self.weights, self.tolerance, self.budget, share, self.gaps)
         return self.shelves[key]
+
+    def _sharing(self, number: int, group: Group) -> int:
+        """How many groups may be about the same symbols: what sizes cost at least is divided between them."""
+        words = self.candidates[number].words
+        symbols = {each: {letter.symbol for word in rows for letter in word} for each, rows in words.items()}
+        alone = all(symbols[group].isdisjoint(other) for each, other in symbols.items() if each != group)
+        return 1 if alone else len(words)
 
     def _take(self, number: int, group: Group, place: int, rest: float) -> Alignment | None:
         """An alignment of a group that is cheap enough beside what else is to pay."""
@@ -172,14 +180,15 @@ class _Branches:
             self.unsure = min(self.unsure, rest + shelf.known.bound)
         return found
 
-    def _open(self, bound: float, number: int) -> None:
+    def _open(self, number: int) -> None:
         """The best alignment of each group of a candidate."""
         groups = self.candidates[number].words
+        # Strains take the place of what is known without an alignment: both are about the same sizes.
+        bound = 0.0
         for group in groups:
-            found = self._take(number, group, 0, bound)
-            if found is None:
+            if self._take(number, group, 0, bound) is None:
                 return
-            bound += found.energy
+            bound += self._shelf(number, group).energy(0)
         self._push(bound, number, (0,) * len(groups))
 
     def _next(self, bound: float, number: int, places: Places) -> None:
@@ -187,11 +196,11 @@ class _Branches:
         groups = tuple(self.candidates[number].words)
         last = max((at for at, place in enumerate(places) if place), default=0)
         for at in range(last, len(groups)):
-            now = self._shelf(number, groups[at]).known.best[places[at]]
-            found = self._take(number, groups[at], places[at] + 1, bound - now.energy)
-            if found is not None:
+            shelf = self._shelf(number, groups[at])
+            rest = bound - shelf.energy(places[at])
+            if self._take(number, groups[at], places[at] + 1, rest) is not None:
                 after = (*places[:at], places[at] + 1, *places[at + 1 :])
-                self._push(bound - now.energy + found.energy, number, after)
+                self._push(rest + shelf.energy(places[at] + 1), number, after)
 
     def _push(self, bound: float, number: int, places: Places) -> None:
         heapq.heappush(self.heap, (bound, number, places))
