@@ -159,7 +159,16 @@ class _Tree:
             return Found((), self.limit + 1, done=True)
         end = tuple(row.last for row in self.rows)
         first = _Node(
-            0 if self.hasty else root, 0, 0, 0, 0, start, elastic=False, widths=self.spreads.start, strain=0, before=None,
+            0 if self.hasty else root,
+            0,
+            0,
+            0,
+            0,
+            start,
+            elastic=False,
+            widths=self.spreads.start,
+            strain=0,
+            before=None,
             column=(),
         )
         heap = [first]
