@@ -13,36 +13,30 @@ from dataclasses import dataclass
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.design import Design
 from grammarlab.facade.layers.letters import Word
-from grammarlab.facade.layers.words import STRETCH, Instance, counter_ranges, instances
+from grammarlab.facade.layers.solving import Candidate
+from grammarlab.facade.layers.words import STRETCH, Instance, Range, choices_of, counter_ranges, instance, instances
 from grammarlab.facade.tree import X, Y
 
 MOST = 5_000
-"""Candidates of one tolerance."""
-_PARTS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0, STRETCH - 1.0)
-"""Tolerances as parts of the canvas."""
+"""Candidates within one tolerance."""
+_PARTS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0, STRETCH - 1.0)
+"""Tolerances as parts of the longer side of the canvas."""
+_USUAL = 1 / 2
+"""Words that miss more are looked for only when there are no others."""
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
-    """One word for each layer and axis."""
+class Fit:
+    """One word for each pattern, and how well they fit."""
 
     counters: Mapping[str, int]
-    words: tuple[tuple[Word, ...], tuple[Word, ...]]
-    """Along x and y: of each layer that is on, from the topmost down."""
+    words: Mapping[str, Instance]
+    """By pattern."""
     bound: float
     """Square metres: the least sum of squares by which symbols deviate from their sizes, whatever the alignment; where
     every row fills the canvas, but for what letters above it hide."""
     gap: float
     """Metres by which a word is too long or too short at most."""
-
-
-@dataclass(frozen=True, slots=True)
-class Candidates:
-    """Candidates by ascending bound."""
-
-    found: tuple[Candidate, ...]
-    rest: float
-    """Bound of all that are not listed; infinite when there are no others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,50 +49,61 @@ class _Row:
     """Rows of the same group that lie over it."""
 
 
-def candidates(design: Design, width: float, height: float, enough: int = 64) -> Candidates:
-    """Words that fit a canvas, the best first.
+class Fits:
+    """Words that fit a canvas."""
 
-    Args:
-        design: the design.
-        width: metres.
-        height: metres.
-        enough: candidates after which the tolerance grows no more.
+    def __init__(self, design: Design, width: float, height: float) -> None:
+        """Look up the words of all patterns.
 
-    Raises:
-        FacadeError: when nothing fits, and which patterns contradict each other; or when there are too many.
-    """
-    canvas = (width, height)
-    rows = _rows(design)
-    problem = _Problem(design, canvas, rows, 1.0 + _PARTS[3])
-    part, found = _PARTS[0], problem.within(_PARTS[0])
-    if found is None:
-        while found is None and part > 1e-4:
-            part /= 4.0
-            found = problem.within(part)
-        if not found:
-            raise FacadeError(
-                f"more than {MOST:,} combinations of words fit {width:g} x {height:g} m: bound some of the counters "
-                f"{', '.join(problem.ranges)}, such as [counters] {next(iter(problem.ranges), 'k')} = {{ most = 9 }}."
-            )
-        return _sorted(found, problem.floor(part))
-    for wider in _PARTS[1:]:
-        if len(found) >= enough:
-            break
-        if wider > _PARTS[3]:
-            if found:
-                break
-            problem = _Problem(design, canvas, rows, 1.0 + wider)
-        more = problem.within(wider)
-        if more is None:
-            break
-        part, found = wider, more
-    if not found:
-        raise FacadeError(_explained(design, canvas, rows))
-    return _sorted(found, problem.floor(part))
+        Raises:
+            FacadeError: for a counter that nothing bounds, and too many words.
+        """
+        self.design, self.canvas = design, (width, height)
+        self.rows = _rows(design)
+        self.problem = _Problem(design, self.canvas, self.rows, 1.0 + _USUAL)
 
+    def __call__(self, tolerance: float) -> list[Candidate]:
+        """Candidates whose words miss the canvas by so much at most, metres, in the order of their bounds."""
+        found = self.within(tolerance)
+        return [self._candidate(fit) for fit in found or ()]
 
-def _sorted(found: list[Candidate], rest: float) -> Candidates:
-    return Candidates(tuple(sorted(found, key=lambda each: (each.bound, each.gap))), rest)
+    def within(self, tolerance: float) -> list[Fit] | None:
+        """Words that miss the canvas by so much at most, by their bounds; None when there are more than `MOST`."""
+        if tolerance > _USUAL * max(self.canvas) and self.problem.stretch < STRETCH:
+            self.problem = _Problem(self.design, self.canvas, self.rows, STRETCH)
+        found = self.problem.within(tolerance)
+        return None if found is None else sorted(found, key=lambda fit: (fit.bound, fit.gap))
+
+    def tolerances(self, enough: int) -> tuple[float, ...]:
+        """Growing tolerances, metres; with the first there are enough candidates, if there are that many that fit well.
+
+        Raises:
+            FacadeError: when nothing fits, and which patterns contradict each other; or when there are too many.
+        """
+        longest = max(self.canvas)
+        most = 0
+        for place, part in enumerate(_PARTS):
+            found = self.within(part * longest)
+            if found is None and not most:
+                raise FacadeError(
+                    f"more than {MOST:,} combinations of words fit {self.canvas[X]:g} x {self.canvas[Y]:g} m: bound "
+                    f"some of the counters {', '.join(self.problem.ranges)}, such as "
+                    f"[counters] {next(iter(self.problem.ranges), 'k')} = {{ most = 9 }}."
+                )
+            if found is None:
+                return (_PARTS[place - 1] * longest,)
+            most = len(found)
+            if most >= enough or (most and part >= _USUAL):
+                return tuple(each * longest for each in _PARTS[place:] if each <= max(part, _USUAL))
+        raise FacadeError(_explained(self.design, self.canvas, self.rows))
+
+    def _candidate(self, fit: Fit) -> Candidate:
+        words: dict[tuple[int, str], tuple[Word, ...]] = {}
+        for axis in (X, Y):
+            for layer in self.design.visible_layers:
+                group = (axis, layer.groups[axis])
+                words[group] = (*words.get(group, ()), fit.words[layer.patterns[axis]].word)
+        return Candidate(fit.counters, words)
 
 
 def _rows(design: Design) -> list[_Row]:
@@ -117,7 +122,7 @@ class _Problem:
     """The words of all patterns up to a length, and how they go together."""
 
     def __init__(self, design: Design, canvas: tuple[float, float], rows: Sequence[_Row], stretch: float) -> None:
-        self.design, self.canvas, self.rows = design, canvas, rows
+        self.design, self.canvas, self.rows, self.stretch = design, canvas, rows, stretch
         self.names = tuple(dict.fromkeys(row.pattern for row in rows))
         length = {name: max(canvas[row.axis] for row in rows if row.pattern == name) for name in self.names}
         try:
@@ -127,45 +132,35 @@ class _Problem:
         self.words = {name: instances(design, name, self.ranges, STRETCH * length[name]) for name in self.names}
         of_axis = [{symbol for row in rows if row.axis == axis for symbol in self._sized(row)} for axis in (X, Y)]
         self.apart = not of_axis[X] & of_axis[Y]
-        self.smallest = min((design.symbols[each].size or math.inf for each in of_axis[X] | of_axis[Y]), default=1.0)
 
     def _sized(self, row: _Row) -> Iterator[str]:
         symbols = self.design.symbols
         return (each for each in self.design.patterns[row.pattern].symbols() if symbols[each].size is not None)
 
-    def floor(self, part: float) -> float:
-        """A bound of all candidates whose words miss a canvas by more than a part of it.
-
-        A word that is too long by g has (canvas + g) / smallest letters at most; of all ways to shrink them the least
-        sum of squares is g^2 over the sum of the squares of how often each symbol occurs.
-        """
-        if part >= _PARTS[-1]:
-            return math.inf
-        return min((part * self.smallest / (1.0 + part)) ** 2, min((part * side) ** 2 for side in self.canvas))
-
-    def within(self, part: float) -> list[Candidate] | None:
-        """Candidates whose words miss their canvas by a part of it at most; None when there are too many."""
-        found: list[Candidate] = []
-        for chosen in self._joined(part):
-            candidate = self._candidate(chosen, part)
-            if candidate is not None:
-                found.append(candidate)
+    def within(self, tolerance: float) -> list[Fit] | None:
+        """Words that miss their canvas by a tolerance at most; None when there are too many."""
+        found: list[Fit] = []
+        for chosen in self._joined(tolerance):
+            fit = self._fit(chosen, tolerance)
+            if fit is not None:
+                found.append(fit)
                 if len(found) > MOST:
                     return None
         return found
 
-    def _joined(self, part: float) -> Iterator[dict[str, Instance]]:
+    def _joined(self, tolerance: float) -> Iterator[dict[str, Instance]]:
         """One word per pattern, with one value per counter, none too long and none that cannot be long enough."""
-        words = {name: [each for each in self.words[name] if self._fits(name, each, part)] for name in self.names}
+        words = {name: [each for each in self.words[name] if self.fits(name, each, tolerance)] for name in self.names}
         order = sorted(self.names, key=lambda name: len(words[name]))
         yield from _join(order, words, {}, {})
 
-    def _fits(self, name: str, instance: Instance, part: float) -> bool:
-        rows = [row for row in self.rows if row.pattern == name]
+    def fits(self, name: str, instance: Instance, tolerance: float) -> bool:
+        """Whether a word of a pattern may be one of a candidate within a tolerance."""
         return all(
-            instance.size <= (1.0 + part) * self.canvas[row.axis]
-            and (row.above or self._short(row, instance, math.inf) <= part * self.canvas[row.axis])
-            for row in rows
+            instance.size <= self.canvas[row.axis] + tolerance
+            and (row.above or self._short(row, instance, math.inf) <= tolerance)
+            for row in self.rows
+            if row.pattern == name
         )
 
     def _short(self, row: _Row, instance: Instance, hidden: float) -> float:
@@ -176,7 +171,7 @@ class _Problem:
         short = max(0.0, canvas - instance.size - (hidden if row.above else 0.0))
         return short if short <= canvas - canvas / STRETCH + 1e-9 else math.inf
 
-    def _candidate(self, chosen: Mapping[str, Instance], part: float) -> Candidate | None:
+    def _fit(self, chosen: Mapping[str, Instance], tolerance: float) -> Fit | None:
         gaps, bounds = 0.0, [0.0, 0.0]
         for row in self.rows:
             each, canvas = chosen[row.pattern], self.canvas[row.axis]
@@ -187,15 +182,13 @@ class _Problem:
                 for other in over if gap else ():
                     for symbol, often in other.opaque.items():
                         counts[symbol] = counts.get(symbol, 0) + often
-            if gap > part * canvas:
+            if gap > tolerance:
                 return None
             gaps = max(gaps, gap)
             if gap > 0.0:
                 bounds[row.axis] = max(bounds[row.axis], gap**2 / sum(often**2 for often in counts.values()))
         counters = {name: value for name in self.names for name, value in chosen[name].counters}
-        layers = range(len(self.rows) // 2)
-        words = [tuple(chosen[self.rows[2 * layer + axis].pattern].word for layer in layers) for axis in (X, Y)]
-        return Candidate(counters, (words[X], words[Y]), sum(bounds) if self.apart else max(bounds), gaps)
+        return Fit(counters, chosen, sum(bounds) if self.apart else max(bounds), gaps)
 
 
 def _join(
@@ -223,25 +216,27 @@ def _explained(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]
             needed = fewer
     told = [_told(design, canvas, rows[row]) for row in needed]
     if len(told) == 1:
-        return f"no word fits {told[0]}"
+        return f"no word fits: {told[0]}"
     return "these patterns contradict each other: " + "; ".join(dict.fromkeys(told)) + ". Counters are the same in all."
 
 
 def _possible(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]) -> bool:
     alone = [_Row(row.axis, row.pattern, ()) for row in rows]
     problem = _Problem(design, canvas, alone, STRETCH)
-    return problem.within(_PARTS[-1]) != []
+    return problem.within(math.inf) != []
 
 
 def _told(design: Design, canvas: tuple[float, float], row: _Row) -> str:
     """A pattern, and which values of its counters let it fit alone."""
     side = canvas[row.axis]
     problem = _Problem(design, canvas, [_Row(row.axis, row.pattern, ())], STRETCH)
-    fitting = [each for each in problem.words[row.pattern] if problem._fits(row.pattern, each, _PARTS[-1])]
+    fitting = [each for each in problem.words[row.pattern] if problem.fits(row.pattern, each, math.inf)]
     text = f"{row.pattern} = {design.patterns[row.pattern].text!r} over {side:g} m"
     if not fitting:
-        nearest = min(problem.words[row.pattern], key=lambda each: abs(each.size - side))
-        return f"{text}, whose nearest word is {nearest.size:g} m long"
+        sizes = [each.size for each in problem.words[row.pattern]]
+        if not sizes:
+            sizes = [_shortest(design, row.pattern, problem.ranges)]
+        return f"{text}, whose nearest word is {min(sizes, key=lambda size: abs(size - side)):g} m long"
     if not fitting[0].counters:
         return text
     ranges = []
@@ -249,3 +244,13 @@ def _told(design: Design, canvas: tuple[float, float], row: _Row) -> str:
         values = [each.counters[place][1] for each in fitting]
         ranges.append(f"{name} = {min(values)}" + (f" to {max(values)}" if max(values) > min(values) else ""))
     return f"{text} with {', '.join(ranges)}"
+
+
+def _shortest(design: Design, name: str, ranges: Mapping[str, Range]) -> float:
+    """Metres of the shortest word of a pattern."""
+    found = [
+        instance(design, name, {counter: low + more for counter, (low, _) in ranges.items()}, choices)
+        for choices in choices_of(design.patterns[name])
+        for more in (0, 1)
+    ]
+    return min((each.size for each in found if each is not None and each.word), default=0.0)

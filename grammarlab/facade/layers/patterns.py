@@ -1,4 +1,4 @@
-"""Patterns: regular expressions over symbols in which counters say how often, the same everywhere (paper 003, section 3.2)."""
+"""Patterns: regular expressions over symbols, with counters that are the same everywhere (paper 003, section 3.2)."""
 
 from __future__ import annotations
 
