@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.letters import Word
+from grammarlab.facade.layers.naming import Element, named_columns
+from grammarlab.facade.layers.pairs import Prices, Problem
+from grammarlab.facade.layers.rows import EMPTY, Step, build_rows, unit_of
+from grammarlab.facade.layers.search import Path, column_size, search
 from grammarlab.facade.layers.weights import Weights
 
-Part = tuple[int, int]
-"""A letter's index in its word, and which of its parts this is: 0, unless columns split the letter."""
-Element = tuple[Part, ...]
-"""What stands in one row and one column; empty where the row makes space."""
+_PRICE = 1_000_000
+"""Weights become whole numbers: this is 1 for each unit of length."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +46,12 @@ class Alignment:
         return len(self.cells[0]) if self.cells else 0
 
     def columns(self) -> list[list[str]]:
-        """[n][m] each element as text, from the top layer down; an empty one is 'ε'."""
-        raise NotImplementedError
+        """[n][m] each element as text, from the top layer down; an empty one is 'ε'.
+
+        Parts of a letter are numbered where numbers tell something, for a letter with a size or a symbol that occurs
+        several times: parts of one symbol have the same number where what stands in their column is the same.
+        """
+        return named_columns(self.words, self.cells)
 
 
 def alignments(
@@ -53,8 +62,13 @@ def alignments(
     *,
     tolerance: float,
     effort: int = 200_000,
+    cutoff: float = math.inf,
 ) -> list[Alignment]:
     """The best different alignments of some words, best first; fewer where there are not that many.
+
+    Columns satisfy the constraints of section 5.2. Besides, an empty element counts as one of size 0 unless an opaque
+    letter above explains it; none stands beside a transparent letter, which is wider instead; and layers with equal
+    words have equal elements. A transparent letter may be split over columns, and its parts are of any size.
 
     Args:
         words: m words, from the top layer down.
@@ -62,6 +76,68 @@ def alignments(
         weights: of omega and merged letters.
         count: how many.
         tolerance: mu, metres that the span may miss of the canvas, >= 0.
-        effort: columns that are tried at most.
+        effort: steps of the search at most, each some microseconds; then what is returned may not be proven.
+        cutoff: alignments of more energy are not wanted.
+
+    Raises:
+        FacadeError: for a canvas, a tolerance or a count that means nothing.
     """
-    raise NotImplementedError
+    if not (math.isfinite(canvas) and canvas > 0.0 and math.isfinite(tolerance) and tolerance >= 0.0 and count >= 1):
+        raise FacadeError(
+            "Alignment: expected a canvas above 0, a tolerance of at least 0 and a count of at least 1, found "
+            f"{canvas}, {tolerance} and {count}."
+        )
+    if not any(words):
+        return []
+    unit = unit_of(canvas)
+    prices = Prices(round(weights.omega * _PRICE), max(round(weights.merge / unit * _PRICE), 1))
+    least, most = math.floor((canvas - tolerance) / unit), math.ceil((canvas + tolerance) / unit)
+    problem = Problem(build_rows(words, unit), prices, least, most)
+    highest = sys.maxsize if cutoff == math.inf else math.floor(cutoff * _PRICE / unit)
+    found = search(problem, count, effort, highest)
+    bound = found.bound * unit / _PRICE
+    made = []
+    for paths, proven in ((found.paths, True), (found.guessed, False)):
+        for _, path in paths:
+            one = _alignment(problem, tuple(words), path, canvas, unit, weights)
+            made.append(replace(one, bound=one.energy if proven else min(bound, one.energy), proven=proven))
+    return made
+
+
+def _alignment(
+    problem: Problem, words: tuple[Word, ...], path: Path, canvas: float, unit: float, weights: Weights
+) -> Alignment:
+    """The matrix that a path stands for, with its numbers."""
+    errors, span, elastic = 0, 0, False
+    for column in path:
+        error, high, fixed = column_size(column)
+        errors, span, elastic = errors + error, span + high, elastic or not fixed
+    cells: list[tuple[Element, ...]] = [()] * len(words)
+    merged = 0
+    for at, row in enumerate(problem.rows):
+        elements = _elements([column[at] for column in path])
+        merged += len(row.layers) * sum(len(element) - 1 for element in elements if element)
+        for layer in row.layers:
+            cells[layer] = elements
+    omega = errors * unit
+    width = max(span * unit, canvas) if elastic else span * unit
+    energy = weights.omega * omega + weights.merge * merged
+    return Alignment(words, tuple(cells), omega, width, merged, energy, bound=energy, proven=True)
+
+
+def _elements(steps: Sequence[Step]) -> tuple[Element, ...]:
+    """The letters of the elements of a row."""
+    elements: list[Element] = []
+    state, part = 0, 0
+    for step in steps:
+        if step.kind == EMPTY:
+            elements.append(())
+            continue
+        is_open, read, until = bool(state % 2), (state + 1) // 2, (step.state + 1) // 2
+        part = part + 1 if is_open else 0
+        continued = ((read - 1, part),) if is_open else ()
+        elements.append((*continued, *((at, 0) for at in range(read, until))))
+        if until > read:
+            part = 0
+        state = step.state
+    return tuple(elements)
