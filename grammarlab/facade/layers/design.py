@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from grammarlab.facade.layers.letters import Letter, Word
 from grammarlab.facade.layers.patterns import Pattern, Reflection, Slots
+from grammarlab.facade.layers.weights import Weights
 
 WILDCARD = "*"
 """Any symbol, in the table of shapes."""
@@ -89,8 +90,10 @@ class Design:
     layers: tuple[Layer, ...]
     """From the topmost down."""
     shapes: Shapes = field(default_factory=dict)
-    weights: Mapping[str, float] = field(default_factory=dict)
-    """Of the solver, where they are not its own."""
+    weights: Weights = Weights()
+    """What the solver minimizes."""
+    overhang: bool = False
+    """Whether letters that are not opaque keep their sizes, centred in their columns (supplement 002, section 3.4)."""
 
     @property
     def visible_layers(self) -> tuple[Layer, ...]:

@@ -9,7 +9,7 @@ import math
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
@@ -19,13 +19,14 @@ from grammarlab.facade.layers.design import WILDCARD, Counter, Design, Layer, Sh
 from grammarlab.facade.layers.parsing import PatternError, parse_pattern
 from grammarlab.facade.layers.patterns import REFLECTIONS, Pattern, Sign
 from grammarlab.facade.layers.places import place_of
+from grammarlab.facade.layers.weights import Weights
 from grammarlab.facade.values import read_bounded, shown
 
 MOST_BYTES = 2**20
 LARGEST = 10_000.0
 """Metres of a canvas or a symbol."""
 MOST_LAYERS, _MOST_NAMES, _MOST_TIMES = 64, 1_000, 10_000
-_TABLES = ("title", "canvas", "symbols", "counters", "patterns", "shapes", "weights", "layers")
+_TABLES = ("title", "canvas", "symbols", "counters", "patterns", "shapes", "solver", "layers")
 _FLAGS = ("opaque", "attached", "unoccludable", "transparent")
 _AXES = ("x", "y")
 
@@ -100,11 +101,18 @@ class _Reader:
         for pattern in self.patterns.values():
             for name in pattern.counters():
                 counters.setdefault(name, Counter(name))
-        weights = {
-            name: self._number(value, "weights", None, (name,)) for name, value in self._named(values, "weights")
-        }
+        weights, overhang = self._solver(self._table(values.get("solver", {}), "solver", None, ()))
         shapes = self._shapes(values.get("shapes", {}), "shapes", None, ())
-        return Design(title, width, height, self.symbols, counters, self.patterns, made, shapes, weights)
+        return Design(title, width, height, self.symbols, counters, self.patterns, made, shapes, weights, overhang)
+
+    def _solver(self, table: dict[str, Any]) -> tuple[Weights, bool]:
+        known = [field.name for field in fields(Weights)]
+        self._check_keys(table, (*known, "overhang"), "solver", None, ())
+        numbers = {name: self._number(table[name], "solver", None, (name,)) for name in known if name in table}
+        for name, number in numbers.items():
+            if number < 0.0:
+                self._fail(f"expected a weight from 0, found {number:g}", "solver", None, (name,))
+        return Weights(**numbers), self._truth(table.get("overhang", False), "solver", None, ("overhang",))
 
     def _named(self, values: dict[str, Any], table: str) -> Iterable[tuple[str, Any]]:
         found = self._table(values.get(table, {}), table, None, ())
