@@ -5,7 +5,6 @@ A file may come from a stranger: what it says is bounded and looked at before an
 
 from __future__ import annotations
 
-import math
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
@@ -182,7 +181,7 @@ class _Reader:
         names = []
         for key in _AXES:
             name = table.get(key)
-            if name not in self.patterns:
+            if not isinstance(name, str) or name not in self.patterns:
                 self.patterns[name] = self._pattern(name, "layers", number, (key,))
             names.append(name)
         groups = self._table(table.get("group", {}), "layers", number, ("group",))
@@ -243,7 +242,7 @@ class _Reader:
         return value
 
     def _length(self, value: Any, table: str, index: int | None, keys: Sequence[str]) -> float:
-        number = self._number(value, table, index, keys, within=math.inf)
+        number = self._number(value, table, index, keys, within=1e300)
         if not 0.0 < number <= LARGEST:
             self._fail(f"expected metres above 0 and at most {LARGEST:,.0f}, found {number:g}", table, index, keys)
         return number
@@ -253,7 +252,7 @@ class _Reader:
     ) -> float:
         if not isinstance(value, int | float) or isinstance(value, bool) or not -within <= value <= within:
             self._fail(f"expected a number, found {shown(value)}", table, index, keys)
-        return float(value) if abs(value) < 1e300 else math.copysign(math.inf, value)
+        return float(value)
 
     def _truth(self, value: Any, table: str, index: int | None, keys: Sequence[str]) -> bool:
         if not isinstance(value, bool):
