@@ -223,14 +223,14 @@ def _explained(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]
 def _possible(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]) -> bool:
     alone = [_Row(row.axis, row.pattern, ()) for row in rows]
     problem = _Problem(design, canvas, alone, STRETCH)
-    return problem.within(math.inf) != []
+    return problem.within(STRETCH * max(canvas)) != []
 
 
 def _told(design: Design, canvas: tuple[float, float], row: _Row) -> str:
     """A pattern, and which values of its counters let it fit alone."""
     side = canvas[row.axis]
     problem = _Problem(design, canvas, [_Row(row.axis, row.pattern, ())], STRETCH)
-    fitting = [each for each in problem.words[row.pattern] if problem.fits(row.pattern, each, math.inf)]
+    fitting = [each for each in problem.words[row.pattern] if problem.fits(row.pattern, each, STRETCH * side)]
     text = f"{row.pattern} = {design.patterns[row.pattern].text!r} over {side:g} m"
     if not fitting:
         sizes = [each.size for each in problem.words[row.pattern]]

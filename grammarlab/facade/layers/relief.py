@@ -36,10 +36,11 @@ def relief(design: Design, panels: Panels) -> Scene:
     material = np.array([distinct.index(look) for look in looks], dtype=np.int32)
     order = np.argsort(material, kind="stable")
     num = len(looks)
+    channels = np.array([_channels(look) for look in distinct]).reshape(-1, len(CHANNELS))
     return Scene(
         num_models=1,
         meshes=box(),
-        materials=Materials(np.array([_channels(look) for look in distinct]).reshape(-1, len(CHANNELS)), ("",) * len(distinct)),
+        materials=Materials(channels, ("",) * len(distinct)),
         model=np.zeros(num, dtype=np.int32),
         mesh=np.zeros(num, dtype=np.int32),
         material=material[order],

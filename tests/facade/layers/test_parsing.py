@@ -95,12 +95,12 @@ def test_mistakes_have_places(text: str, place: int, message: str) -> None:
 
 @given(st.text(alphabet="AB(){}^|;:=k-+2 \n", max_size=24))
 def test_any_text_is_a_pattern_or_a_mistake_in_it(text: str) -> None:
+    error, pattern = None, None
     try:
         pattern = parse_pattern(text)
-    except PatternError as error:
-        assert 0 <= error.place <= len(text)
-    else:
-        assert pattern.text == text
+    except PatternError as caught:
+        error = caught
+    assert (pattern.text == text) if pattern else error is not None and 0 <= error.place <= len(text)
 
 
 def test_words_that_are_too_long_are_not_made() -> None:
