@@ -29,7 +29,7 @@ def layers(
 ) -> None:
     """Lay out a design of overlaid patterns on a canvas of any size, so that all layers fit each other."""
     with friendly_errors():
-        from grammarlab.facade.layers.file import LARGEST, load_design
+        from grammarlab.facade.layers.designs.file import LARGEST, load_design
         from grammarlab.runs.facade.layers import save_layouts, solve_design
 
         for option, value in (("--width", width), ("--height", height)):

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.layers.design import Design
+from grammarlab.facade.layers.designs.design import Design
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.solving import Candidate
 from grammarlab.facade.layers.words import STRETCH, Instance, Range, choices_of, counter_ranges, instance, instances

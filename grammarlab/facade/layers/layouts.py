@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.candidates import Fits
-from grammarlab.facade.layers.design import Design
+from grammarlab.facade.layers.designs.design import Design
 from grammarlab.facade.layers.solving import Layout, solve
 
 MOST_COUNT = 100

@@ -1,7 +1,7 @@
-"""What patterns of one group say about their counters and sizes: what they do not share has one length (supplement 3.1).
+"""Equations of counters and sizes: what two patterns of one group do not share is equally long (supplement 3.1).
 
-All layers span the canvas. Where a word begins and ends as another one does, what is left of both is as long; that gives
-an equation of counters and of sizes. It holds where no layer leaves room for one above it.
+All layers span the canvas. Where a word begins and ends as another one does, what is left of both is as long; that
+gives an equation of counters and of sizes. It holds where no layer leaves room for one above it.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from grammarlab.facade.layers.patterns import Linear, Node, Pattern, Power, Row, Sign
+from grammarlab.facade.layers.designs.patterns import Linear, Node, Pattern, Power, Row, Sign
 
 _ONE = Linear(1, ())
 
@@ -24,7 +24,7 @@ class Relation:
     def __str__(self) -> str:
         """The equation, with one side for each pattern.
 
-        >>> from grammarlab.facade.layers.parsing import parse_pattern
+        >>> from grammarlab.facade.layers.designs.parsing import parse_pattern
         >>> print(relation(parse_pattern("A^kcC^mcA^k; c := C"), parse_pattern("A^kC^lA^k")))
         m + 2 = l
         >>> print(relation(parse_pattern("cec; c := C"), parse_pattern("A(BA)^k")))

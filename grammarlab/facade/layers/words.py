@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from itertools import product
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.layers.design import Counter, Design
+from grammarlab.facade.layers.designs.design import Counter, Design
+from grammarlab.facade.layers.designs.patterns import Pattern, Power, Values, expand
 from grammarlab.facade.layers.letters import Word
-from grammarlab.facade.layers.patterns import Pattern, Power, Values, expand
 
 MOST_LETTERS = 400
 """Of a word."""

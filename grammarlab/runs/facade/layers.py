@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab.export.save import save
-from grammarlab.facade.layers.design import Design
-from grammarlab.facade.layers.flattening import flattened
+from grammarlab.facade.layers.designs.design import Design
 from grammarlab.facade.layers.layouts import layouts
-from grammarlab.facade.layers.panels import Panels, panels_of
-from grammarlab.facade.layers.relief import relief
+from grammarlab.facade.layers.showing.flattening import flattened
+from grammarlab.facade.layers.showing.panels import Panels, panels_of
+from grammarlab.facade.layers.showing.relief import relief
 from grammarlab.facade.layers.solving import Layout
 from grammarlab.facade.tree import Facade
 from grammarlab.facade.writing.exact import write_exact

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from grammarlab.facade.layers.design import Design
-from grammarlab.facade.layers.file import parse_design
+from grammarlab.facade.layers.designs.design import Design
+from grammarlab.facade.layers.designs.file import parse_design
 
 DESIGNS = Path(__file__).parents[3] / "grammars" / "facades"
 RESIDENTIAL = (DESIGNS / "residential.toml").read_text(encoding="utf-8")

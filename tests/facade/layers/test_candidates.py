@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.candidates import Fits
-from grammarlab.facade.layers.file import parse_design
+from grammarlab.facade.layers.designs.file import parse_design
 from tests.facade.layers.samples import design, residential
 
 HOUSE = "A = 1.0\nB = 1.6"

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.facade.layers.parsing import MOST_CHARACTERS, PatternError, parse_pattern
-from grammarlab.facade.layers.patterns import Values, expand
+from grammarlab.facade.layers.designs.parsing import MOST_CHARACTERS, PatternError, parse_pattern
+from grammarlab.facade.layers.designs.patterns import Values, expand
 
 
 def word(text: str, *choices: int, **counters: int) -> str:

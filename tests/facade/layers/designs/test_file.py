@@ -3,7 +3,7 @@
 import pytest
 
 from grammarlab.errors import FacadeError, LanguageError
-from grammarlab.facade.layers.file import MOST_LAYERS, load_design, parse_design
+from grammarlab.facade.layers.designs.file import MOST_LAYERS, load_design, parse_design
 from tests.facade.layers.samples import DESIGNS, RESIDENTIAL, residential
 
 LAYER = '[[layers]]\nx = "A"\ny = "P"\n'

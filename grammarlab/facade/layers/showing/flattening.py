@@ -7,7 +7,7 @@ import numpy as np
 from grammarlab.facade.assembling import OUTSIDE
 from grammarlab.facade.cutting import cut
 from grammarlab.facade.filling import WALL, fill
-from grammarlab.facade.layers.panels import Panels, rectangles
+from grammarlab.facade.layers.showing.panels import Panels, rectangles
 from grammarlab.facade.overlaps import Pieces
 from grammarlab.facade.tree import Facade, X, Y
 

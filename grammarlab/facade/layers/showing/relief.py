@@ -1,4 +1,4 @@
-"""A solved layout as a scene: every shape of every layer that is not hidden, as deep as its label, shape and layer say."""
+"""A solved layout as a scene: all shapes that are not hidden, as deep as their label, shape and layer say."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from grammarlab.derivation.functions.colors import parse_color
 from grammarlab.derivation.materials import CHANNELS, Materials
-from grammarlab.facade.layers.design import Design
-from grammarlab.facade.layers.panels import Panels
+from grammarlab.facade.layers.designs.design import Design
+from grammarlab.facade.layers.showing.panels import Panels
 from grammarlab.facade.looks import THICKNESS, Look, look_of
 from grammarlab.facade.tree import X, Y
 from grammarlab.geometry.primitives import box

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from grammarlab.facade.layers.designs.patterns import Pattern, Reflection, Slots
 from grammarlab.facade.layers.letters import Letter, Word
-from grammarlab.facade.layers.patterns import Pattern, Reflection, Slots
 from grammarlab.facade.layers.weights import Weights
 
 WILDCARD = "*"
@@ -90,7 +90,7 @@ class Design:
     layers: tuple[Layer, ...]
     """From the topmost down."""
     shapes: Shapes = field(default_factory=dict)
-    weights: Weights = Weights()
+    weights: Weights = field(default_factory=Weights)
     """What the solver minimizes."""
     overhang: bool = False
     """Whether letters that are not opaque keep their sizes, centred in their columns (supplement 002, section 3.4)."""

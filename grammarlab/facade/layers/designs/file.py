@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from grammarlab.errors import Finding, LanguageError, Location
-from grammarlab.facade.layers.design import WILDCARD, Counter, Design, Layer, Shape, Symbol
-from grammarlab.facade.layers.parsing import PatternError, parse_pattern
-from grammarlab.facade.layers.patterns import REFLECTIONS, Pattern, Sign
-from grammarlab.facade.layers.places import place_of
+from grammarlab.facade.layers.designs.design import WILDCARD, Counter, Design, Layer, Shape, Symbol
+from grammarlab.facade.layers.designs.parsing import PatternError, parse_pattern
+from grammarlab.facade.layers.designs.patterns import REFLECTIONS, Pattern, Sign
+from grammarlab.facade.layers.designs.places import place_of
 from grammarlab.facade.layers.weights import Weights
 from grammarlab.facade.values import read_bounded, shown
 

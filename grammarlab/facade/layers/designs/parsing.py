@@ -11,7 +11,7 @@ from typing import Any, cast
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedEOF, UnexpectedInput, UnexpectedToken
 
-from grammarlab.facade.layers.patterns import Choice, Linear, Node, Pattern, Power, Row, Sign
+from grammarlab.facade.layers.designs.patterns import Choice, Linear, Node, Pattern, Power, Row, Sign
 
 MOST_CHARACTERS = 2_000
 """Of one pattern."""

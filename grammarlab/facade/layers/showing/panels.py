@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.facade.layers.design import Design, Layer, Shape
+from grammarlab.facade.layers.designs.design import Design, Layer, Shape
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.solving import Layout
 from grammarlab.facade.tree import Floats, Ints, X, Y
@@ -72,7 +72,7 @@ def panels_of(design: Design, layout: Layout, width: float, height: float) -> Pa
     """
     canvas = (width, height)
     along = [_places(design, layout, axis) for axis in (X, Y)]
-    lines = tuple(_merged([end for each in along[axis] for end in each[1].ravel()], canvas[axis]) for axis in (X, Y))
+    lines = tuple(_merged(np.concatenate([each[1].ravel() for each in along[axis]]), canvas[axis]) for axis in (X, Y))
     panels: list[Panel] = []
     for number, layer in enumerate(design.visible_layers):
         across, up = (_seen(layer, axis, *along[axis][number], lines[axis]) for axis in (X, Y))
@@ -91,8 +91,8 @@ def panels_of(design: Design, layout: Layout, width: float, height: float) -> Pa
 
 
 def rectangles(shown: NDArray[np.bool_], lines: Rectangle) -> list[Rectangle]:
-    """Rectangles that cover the true cells [rows, columns] of a panel: runs of each row, those that are alike as one."""
-    left, bottom, right, top = lines
+    """Rectangles that cover the true cells [rows, columns] of a panel: runs of rows, like ones above each other as one."""
+    left, bottom, _, top = lines
     if shown.all():
         return [lines]
     found: list[Rectangle] = []
@@ -128,9 +128,9 @@ def _places(design: Design, layout: Layout, axis: int) -> list[tuple[Word, Float
     return found
 
 
-def _merged(ends: list[float], canvas: float) -> Floats:
+def _merged(ends: Floats, canvas: float) -> Floats:
     """Different coordinates within the canvas; those that are nearly the same are one."""
-    inside = np.sort(np.clip(np.array([0.0, canvas, *ends]), 0.0, canvas))
+    inside = np.sort(np.clip(np.concatenate([[0.0, canvas], ends]), 0.0, canvas))
     kept = inside[np.concatenate([[True], np.diff(inside) > _SLIVER * canvas])]
     kept[-1] = canvas
     return kept
