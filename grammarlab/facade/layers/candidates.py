@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.designs.design import Design
@@ -45,8 +45,10 @@ class _Row:
 
     axis: int
     pattern: str
-    above: tuple[int, ...]
+    above: tuple[int, ...] = ()
     """Rows of the same group that lie over it."""
+    covering: frozenset[str] = frozenset()
+    """Symbols for which rows below may leave room."""
 
 
 class Fits:
@@ -98,12 +100,16 @@ class Fits:
         raise FacadeError(_explained(self.design, self.canvas, self.rows))
 
     def _candidate(self, fit: Fit) -> Candidate:
-        words: dict[tuple[int, str], tuple[Word, ...]] = {}
+        words: dict[tuple[int, str], list[Word]] = {}
         for axis in (X, Y):
             for layer in self.design.visible_layers:
-                group = (axis, layer.groups[axis])
-                words[group] = (*words.get(group, ()), fit.words[layer.patterns[axis]].word)
-        return Candidate(fit.counters, words)
+                covering = self.design.covering(layer, axis)
+                word = fit.words[layer.patterns[axis]].word
+                seen = tuple(replace(letter, covers=letter.symbol in covering) for letter in word)
+                words.setdefault((axis, layer.groups[axis]), []).append(seen)
+        for rows in words.values():  # below the lowest one there is nothing to hide
+            rows[-1] = tuple(replace(letter, covers=True) for letter in rows[-1])
+        return Candidate(fit.counters, {group: tuple(rows) for group, rows in words.items()})
 
 
 def _rows(design: Design) -> list[_Row]:
@@ -113,7 +119,7 @@ def _rows(design: Design) -> list[_Row]:
     for layer in design.visible_layers:
         for axis in (X, Y):
             group = (axis, layer.groups[axis])
-            rows.append(_Row(axis, layer.patterns[axis], above.get(group, ())))
+            rows.append(_Row(axis, layer.patterns[axis], above.get(group, ()), design.covering(layer, axis)))
             above[group] = (*rows[-1].above, len(rows) - 1)
     return rows
 
@@ -171,17 +177,26 @@ class _Problem:
         short = max(0.0, canvas - instance.size - (hidden if row.above else 0.0))
         return short if short <= canvas - canvas / STRETCH + 1e-9 else math.inf
 
+    def _hidden(self, row: _Row, chosen: Mapping[str, Instance]) -> dict[str, int]:
+        """How often each symbol occurs for which a row may leave room."""
+        counts: dict[str, int] = {}
+        for above in (self.rows[number] for number in row.above):
+            for name, often in chosen[above.pattern].opaque.items():
+                if name in above.covering:
+                    counts[name] = counts.get(name, 0) + often
+        return counts
+
     def _fit(self, chosen: Mapping[str, Instance], tolerance: float) -> Fit | None:
         gaps, bounds = 0.0, [0.0, 0.0]
         for row in self.rows:
             each, canvas = chosen[row.pattern], self.canvas[row.axis]
             counts, gap = dict(each.counts), each.size - canvas
             if gap < 0.0:
-                over = [chosen[self.rows[above].pattern] for above in row.above]
-                gap = self._short(row, each, sum(other.opaque_size for other in over))
-                for other in over if gap else ():
-                    for symbol, often in other.opaque.items():
-                        counts[symbol] = counts.get(symbol, 0) + often
+                hidden = self._hidden(row, chosen)
+                symbols = self.design.symbols
+                gap = self._short(row, each, sum((symbols[name].size or math.inf) * n for name, n in hidden.items()))
+                for name, often in hidden.items():
+                    counts[name] = counts.get(name, 0) + often
             if gap > tolerance:
                 return None
             gaps = max(gaps, gap)
@@ -221,7 +236,7 @@ def _explained(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]
 
 
 def _possible(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]) -> bool:
-    alone = [_Row(row.axis, row.pattern, ()) for row in rows]
+    alone = [_Row(row.axis, row.pattern) for row in rows]
     problem = _Problem(design, canvas, alone, STRETCH)
     return problem.within(STRETCH * max(canvas)) != []
 
@@ -229,7 +244,7 @@ def _possible(design: Design, canvas: tuple[float, float], rows: Sequence[_Row])
 def _told(design: Design, canvas: tuple[float, float], row: _Row) -> str:
     """A pattern, and which values of its counters let it fit alone."""
     side = canvas[row.axis]
-    problem = _Problem(design, canvas, [_Row(row.axis, row.pattern, ())], STRETCH)
+    problem = _Problem(design, canvas, [_Row(row.axis, row.pattern)], STRETCH)
     fitting = [each for each in problem.words[row.pattern] if problem.fits(row.pattern, each, STRETCH * side)]
     text = f"{row.pattern} = {design.patterns[row.pattern].text!r} over {side:g} m"
     if not fitting:

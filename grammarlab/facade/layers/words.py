@@ -39,8 +39,6 @@ class Instance:
     """Whether some letter takes what is left."""
     opaque: Mapping[str, int]
     """How often each symbol that hides what is below occurs."""
-    opaque_size: float
-    """Metres of these; infinite if one has no size."""
 
 
 Range = tuple[int, int]
@@ -170,7 +168,6 @@ def instance(design: Design, name: str, counters: Mapping[str, int], choices: tu
         return None
     word = design.word(slots)
     sized = Counts(letter.symbol for letter in word if letter.size is not None)
-    hiding = [letter for letter in word if letter.opaque]
     return Instance(
         counters=tuple(own.items()),
         choices=choices,
@@ -178,8 +175,7 @@ def instance(design: Design, name: str, counters: Mapping[str, int], choices: tu
         size=sum(letter.size for letter in word if letter.size is not None),
         counts=dict(sized),
         unsized=any(letter.size is None for letter in word),
-        opaque=dict(Counts(letter.symbol for letter in hiding if letter.size is not None)),
-        opaque_size=sum(math.inf if letter.size is None else letter.size for letter in hiding),
+        opaque=dict(Counts(letter.symbol for letter in word if letter.opaque)),
     )
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab.export.save import save
-from grammarlab.facade.layers.designs.design import Design
+from grammarlab.facade.layers.designs.design import Design, word_text
 from grammarlab.facade.layers.layouts import layouts
 from grammarlab.facade.layers.showing.flattening import flattened
 from grammarlab.facade.layers.showing.panels import Panels, panels_of
@@ -67,7 +67,7 @@ class Solved:
         }
 
     def _words(self) -> list[dict[str, Any]]:
-        """Of each layer its words as lists of symbols."""
+        """Of each layer its words as patterns without operations."""
         rows: dict[tuple[int, str], int] = {}
         found = []
         for layer in self.design.visible_layers:
@@ -75,7 +75,7 @@ class Solved:
             for axis, name in enumerate(_AXES):
                 group = (axis, layer.groups[axis])
                 rows[group] = rows.get(group, -1) + 1
-                words[name] = [letter.symbol for letter in self.layout.alignments[group].words[rows[group]]]
+                words[name] = word_text(self.layout.alignments[group].words[rows[group]])
             found.append(words)
         return found
 

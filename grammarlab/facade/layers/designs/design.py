@@ -116,6 +116,23 @@ class Design:
             for symbol in (self.symbols[slot.symbol],)
         )
 
+    def covering(self, layer: Layer, axis: int) -> frozenset[str]:
+        """Symbols of a layer that are seen all along the other axis, and hide what is below them there."""
+        if not self._seen(layer, 1 - axis) >= set(self.patterns[layer.patterns[1 - axis]].symbols()):
+            return frozenset()
+        return self._seen(layer, axis)
+
+    def _seen(self, layer: Layer, axis: int) -> frozenset[str]:
+        """Opaque symbols of a layer that neither its mask nor its pattern hides."""
+        pattern, mask = self.patterns[layer.patterns[axis]], layer.masks[axis]
+        return frozenset(
+            name
+            for name in pattern.symbols()
+            if (mask is None or name in mask)
+            and self.symbols[name].opaque
+            and not (self.symbols[name].transparent or name in pattern.placeholders())
+        )
+
     def shape(self, layer: Layer, across: str, up: str) -> Shape:
         """What is seen of a layer where two symbols meet; by default it is called after both."""
         for shapes in (layer.shapes, self.shapes):
@@ -123,3 +140,12 @@ class Design:
                 if key in shapes:
                     return shapes[key]
         return Shape(f"{across} {up}")
+
+
+def word_text(word: Word) -> str:
+    """A word as a pattern writes it.
+
+    >>> word_text((Letter("A", 1.0), Letter("wall", None)))
+    'A{wall}'
+    """
+    return "".join(letter.symbol if len(letter.symbol.rstrip("'")) == 1 else f"{{{letter.symbol}}}" for letter in word)

@@ -100,11 +100,14 @@ class Pattern:
     def symbols(self) -> tuple[str, ...]:
         """What its words are made of, as it first occurs."""
         replaced = {sign.symbol for sign, _ in self.contents}
-        inside = [*_within(self.body)]
-        found = [node.symbol for node in inside if isinstance(node, Sign) and node.symbol not in replaced]
-        for _, content in self.contents:
-            found += [node.symbol for node in _within(content) if isinstance(node, Sign)]
-        return tuple(dict.fromkeys(found))
+        signs = [node.symbol for node in self.nodes() if isinstance(node, Sign)]
+        return tuple(dict.fromkeys(symbol for symbol in signs if symbol not in replaced))
+
+    def placeholders(self) -> frozenset[str]:
+        """Symbols of a control pattern that nothing stands for."""
+        replaced = {sign.symbol for sign, _ in self.contents}
+        signs = {node.symbol for node in _within(self.body) if isinstance(node, Sign)}
+        return frozenset(signs - replaced) if replaced else frozenset()
 
 
 def _within(node: Node) -> Iterator[Node]:
