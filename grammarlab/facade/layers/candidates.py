@@ -83,20 +83,22 @@ class Fits:
             FacadeError: when nothing fits, and which patterns contradict each other; or when there are too many.
         """
         longest = max(self.canvas)
-        most = 0
-        for place, part in enumerate(_PARTS):
-            found = self.within(part * longest)
-            if found is None and not most:
+        largest = max((symbol.size or 0.0 for symbol in self.design.symbols.values()), default=0.0)
+        growing = [part * longest for part in _PARTS if part * longest > largest or part >= _USUAL]
+        found: list[Fit] | None = []
+        for place, tolerance in enumerate(growing):
+            more = self.within(tolerance)
+            if more is None and not found:
                 raise FacadeError(
                     f"more than {MOST:,} combinations of words fit {self.canvas[X]:g} x {self.canvas[Y]:g} m: bound "
                     f"some of the counters {', '.join(self.problem.ranges)}, such as "
                     f"[counters] {next(iter(self.problem.ranges), 'k')} = {{ most = 9 }}."
                 )
-            if found is None:
-                return (_PARTS[place - 1] * longest,)
-            most = len(found)
-            if most >= enough or (most and part >= _USUAL):
-                return tuple(each * longest for each in _PARTS[place:] if each <= max(part, _USUAL))
+            if more is None:
+                return (growing[place - 1],)
+            found = more
+            if len(found) >= enough or (found and tolerance >= _USUAL * longest):
+                return tuple(each for each in growing[place:] if each <= max(tolerance, _USUAL * longest))
         raise FacadeError(_explained(self.design, self.canvas, self.rows))
 
     def _candidate(self, fit: Fit) -> Candidate:
