@@ -43,12 +43,18 @@ class Fit:
 class _Row:
     """A pattern of a layer along one axis."""
 
-    axis: int
+    group: tuple[int, str]
+    """Axis and alignment group."""
     pattern: str
     above: tuple[int, ...] = ()
     """Rows of the same group that lie over it."""
     covering: frozenset[str] = frozenset()
     """Symbols for which rows below may leave room."""
+
+    @property
+    def axis(self) -> int:
+        """Along which it lies."""
+        return self.group[0]
 
 
 class Fits:
@@ -62,12 +68,12 @@ class Fits:
         """
         self.design, self.canvas = design, (width, height)
         self.rows = _rows(design)
+        self._known: dict[tuple[int, tuple[tuple[str, int], ...], tuple[int, ...]], Word] = {}
         self.problem = _Problem(design, self.canvas, self.rows, 1.0 + _USUAL)
 
-    def __call__(self, tolerance: float) -> list[Candidate]:
+    def __call__(self, tolerance: float) -> Iterator[Candidate]:
         """Candidates whose words miss the canvas by so much at most, metres, in the order of their bounds."""
-        found = self.within(tolerance)
-        return [self._candidate(fit) for fit in found or ()]
+        return map(self._candidate, self.within(tolerance) or ())
 
     def within(self, tolerance: float) -> list[Fit] | None:
         """Words that miss the canvas by so much at most, by their bounds; None when there are more than `MOST`."""
@@ -103,15 +109,20 @@ class Fits:
 
     def _candidate(self, fit: Fit) -> Candidate:
         words: dict[tuple[int, str], list[Word]] = {}
-        for axis in (X, Y):
-            for layer in self.design.visible_layers:
-                covering = self.design.covering(layer, axis)
-                word = fit.words[layer.patterns[axis]].word
-                seen = tuple(replace(letter, covers=letter.symbol in covering) for letter in word)
-                words.setdefault((axis, layer.groups[axis]), []).append(seen)
-        for rows in words.values():  # below the lowest one there is nothing to hide
-            rows[-1] = tuple(replace(letter, covers=True) for letter in rows[-1])
-        return Candidate(fit.counters, {group: tuple(rows) for group, rows in words.items()})
+        for number, row in enumerate(self.rows):
+            words.setdefault(row.group, []).append(self._word(number, fit.words[row.pattern]))
+        return Candidate(fit.counters, {group: tuple(rows) for group, rows in sorted(words.items())})
+
+    def _word(self, number: int, instance: Instance) -> Word:
+        """The word of a row; below the lowest one of a group there is nothing to hide."""
+        key = number, instance.counters, instance.choices
+        if key not in self._known:
+            row = self.rows[number]
+            lowest = all(number not in other.above for other in self.rows)
+            self._known[key] = tuple(
+                replace(letter, covers=lowest or letter.symbol in row.covering) for letter in instance.word
+            )
+        return self._known[key]
 
 
 def _rows(design: Design) -> list[_Row]:
@@ -121,7 +132,7 @@ def _rows(design: Design) -> list[_Row]:
     for layer in design.visible_layers:
         for axis in (X, Y):
             group = (axis, layer.groups[axis])
-            rows.append(_Row(axis, layer.patterns[axis], above.get(group, ()), design.covering(layer, axis)))
+            rows.append(_Row(group, layer.patterns[axis], above.get(group, ()), design.covering(layer, axis)))
             above[group] = (*rows[-1].above, len(rows) - 1)
     return rows
 
@@ -238,7 +249,7 @@ def _explained(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]
 
 
 def _possible(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]) -> bool:
-    alone = [_Row(row.axis, row.pattern) for row in rows]
+    alone = [_Row(row.group, row.pattern) for row in rows]
     problem = _Problem(design, canvas, alone, STRETCH)
     return problem.within(STRETCH * max(canvas)) != []
 
@@ -246,7 +257,7 @@ def _possible(design: Design, canvas: tuple[float, float], rows: Sequence[_Row])
 def _told(design: Design, canvas: tuple[float, float], row: _Row) -> str:
     """A pattern, and which values of its counters let it fit alone."""
     side = canvas[row.axis]
-    problem = _Problem(design, canvas, [_Row(row.axis, row.pattern)], STRETCH)
+    problem = _Problem(design, canvas, [_Row(row.group, row.pattern)], STRETCH)
     fitting = [each for each in problem.words[row.pattern] if problem.fits(row.pattern, each, STRETCH * side)]
     text = f"{row.pattern} = {design.patterns[row.pattern].text!r} over {side:g} m"
     if not fitting:
