@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -13,10 +12,13 @@ from grammarlab.facade.layers.naming import Element, named_columns
 from grammarlab.facade.layers.pairs import Prices, Problem
 from grammarlab.facade.layers.rows import EMPTY, Step, build_rows, unit_of
 from grammarlab.facade.layers.search import Path, column_size, search
+from grammarlab.facade.layers.strains import Strains
 from grammarlab.facade.layers.weights import Weights
 
 _PRICE = 1_000_000
 """Weights become whole numbers: this is 1 for each unit of length."""
+_DEAREST = 1 << 200
+"""More than any alignment costs."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,8 @@ class Alignment:
     """Letters of elements beyond their first."""
     energy: float
     """Of omega and merged letters, weighted."""
+    strain: float
+    """Square metres: sizes of symbols deviate at least so much from what is preferred; 0 where nobody asked."""
     bound: float
     """No alignment that comes after those before it in the list has less energy than this."""
     proven: bool
@@ -54,6 +58,20 @@ class Alignment:
         return named_columns(self.words, self.cells)
 
 
+@dataclass(frozen=True)
+class Aligned:
+    """What a search for alignments came to."""
+
+    best: tuple[Alignment, ...]
+    """The best first."""
+    bound: float
+    """All that are not among `best` have at least this energy."""
+    done: bool
+    """Whether there are no more, or they are as many as were asked for: false when effort ran out."""
+    steps: int = 0
+    """That the search took."""
+
+
 def alignments(
     words: Sequence[Word],
     canvas: float,
@@ -62,9 +80,24 @@ def alignments(
     *,
     tolerance: float,
     effort: int = 200_000,
-    cutoff: float = math.inf,
 ) -> list[Alignment]:
-    """The best different alignments of some words, best first; fewer where there are not that many.
+    """The best different alignments of some words, best first; see `align`."""
+    return list(align(words, canvas, weights, count, tolerance=tolerance, effort=effort).best)
+
+
+def align(
+    words: Sequence[Word],
+    canvas: float,
+    weights: Weights,
+    count: int = 1,
+    *,
+    tolerance: float,
+    effort: int = 200_000,
+    cutoff: float = math.inf,
+    sizing: float = 0.0,
+    gaps: bool = False,
+) -> Aligned:
+    """The best different alignments of some words.
 
     Columns satisfy the constraints of section 5.2. Besides, an empty element counts as one of size 0 unless an opaque
     letter above explains it; none stands beside a transparent letter, which is wider instead; and layers with equal
@@ -75,9 +108,11 @@ def alignments(
         canvas: metres, > 0.
         weights: of omega and merged letters.
         count: how many.
-        tolerance: mu, metres that the span may miss of the canvas, >= 0.
-        effort: steps of the search at most, each some microseconds; then what is returned may not be proven.
+        tolerance: mu, metres that the span may miss of the canvas, and the error of a column at most, >= 0.
+        effort: steps of the search at most, each about a microsecond; then what is returned may not be proven.
         cutoff: alignments of more energy are not wanted.
+        sizing: weight of `Alignment.strain`, which then counts for what is best.
+        gaps: see `size_letters`; only for `sizing`.
 
     Raises:
         FacadeError: for a canvas, a tolerance or a count that means nothing.
@@ -88,20 +123,20 @@ def alignments(
             f"{canvas}, {tolerance} and {count}."
         )
     if not any(words):
-        return []
+        return Aligned((), math.inf, done=True)
     unit = unit_of(canvas)
-    prices = Prices(round(weights.omega * _PRICE), max(round(weights.merge / unit * _PRICE), 1))
+    prices = Prices(round(weights.omega * _PRICE), max(round(weights.merge / unit * _PRICE), 1), sizing * unit * _PRICE)
     least, most = math.floor((canvas - tolerance) / unit), math.ceil((canvas + tolerance) / unit)
-    problem = Problem(build_rows(words, unit), prices, least, most)
-    highest = sys.maxsize if cutoff == math.inf else math.floor(cutoff * _PRICE / unit)
+    problem = Problem(build_rows(words, unit), prices, least, most, math.ceil(tolerance / unit), gaps)
+    highest = _DEAREST if cutoff == math.inf else math.floor(cutoff / unit * _PRICE) + 1
     found = search(problem, count, effort, highest)
     bound = found.bound * unit / _PRICE
     made = []
     for paths, proven in ((found.paths, True), (found.guessed, False)):
         for _, path in paths:
             one = _alignment(problem, tuple(words), path, canvas, unit, weights)
-            made.append(replace(one, bound=one.energy if proven else min(bound, one.energy), proven=proven))
-    return made
+            made.append(one if proven else replace(one, bound=min(bound, one.energy), proven=False))
+    return Aligned(tuple(made), bound, found.done, found.steps)
 
 
 def _alignment(
@@ -109,7 +144,10 @@ def _alignment(
 ) -> Alignment:
     """The matrix that a path stands for, with its numbers."""
     errors, span, elastic = 0, 0, False
+    strains, states, worst = Strains(problem), [0] * len(problem.rows), 0
     for column in path:
+        worst = max(worst, strains.of(states, column)) if problem.prices.strain else 0
+        states = [step.state for step in column]
         error, high, fixed = column_size(column)
         errors, span, elastic = errors + error, span + high, elastic or not fixed
     cells: list[tuple[Element, ...]] = [()] * len(words)
@@ -122,7 +160,8 @@ def _alignment(
     omega = errors * unit
     width = max(span * unit, canvas) if elastic else span * unit
     energy = weights.omega * omega + weights.merge * merged
-    return Alignment(words, tuple(cells), omega, width, merged, energy, bound=energy, proven=True)
+    strain = worst / problem.prices.strain * unit**2 if worst else 0.0
+    return Alignment(words, tuple(cells), omega, width, merged, energy, strain, bound=energy, proven=True)
 
 
 def _elements(steps: Sequence[Step]) -> tuple[Element, ...]:

@@ -19,7 +19,7 @@ def violations(alignment: Alignment, canvas: float, tolerance: float) -> list[st
     Args:
         alignment: of any origin.
         canvas: metres.
-        tolerance: metres that its span may miss of the canvas.
+        tolerance: metres that its span may miss of the canvas, and the error of a column at most.
     """
     words, cells = alignment.words, alignment.cells
     if len(words) != len(cells) or len({len(row) for row in cells}) > 1:
@@ -117,8 +117,9 @@ def _numbers(alignment: Alignment, canvas: float, tolerance: float) -> list[str]
     omega, span = math.fsum(error for error, _, _ in columns), math.fsum(width for _, width, _ in columns)
     if not all(exact for _, _, exact in columns):
         span = max(span, canvas)
+    exact = _EXACT * max(canvas, omega, span)
+    found = [f"the error of column {at + 1} is {error}" for at, (error, _, _) in enumerate(columns) if error > tolerance + exact]
     merged = sum(len(element) - 1 for row in alignment.cells for element in row if element)
-    found, exact = [], _EXACT * max(canvas, omega, span)
     if abs(span - canvas) > tolerance + exact:
         found.append(f"the span of {span} misses the canvas of {canvas} by more than {tolerance}")
     for name, stated, measured in (("omega", alignment.omega, omega), ("span", alignment.span, span)):

@@ -17,6 +17,8 @@ class Prices:
     """For a unit of length."""
     merge: int
     """For a letter, >= 1: so of what costs the same the finer is better."""
+    strain: float = 0.0
+    """For a square unit by which sizes are to be changed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +32,10 @@ class Problem:
     """Units that the columns have at least in all."""
     most: int
     """Units that they have at most."""
+    tolerance: int
+    """Units that the error of a column is at most."""
+    gaps: bool = False
+    """Whether elements with letters that are not opaque need not fill their column."""
 
     def over(self, above: int, below: int) -> bool:
         """Whether a layer of one row lies over a layer of another one."""
@@ -82,7 +88,7 @@ class _Pair:
 
     def __init__(self, problem: Problem, one: int, other: int) -> None:
         self.first, self.second = problem.rows[one], problem.rows[other]
-        self.prices = problem.prices
+        self.prices, self.tolerance = problem.prices, problem.tolerance
         self.alone = len(problem.rows) == 2
         self.slack = problem.slack(one), problem.slack(other)
         self.over = problem.over(one, other), problem.over(other, one)
@@ -97,7 +103,7 @@ class _Pair:
         """Cost of a column and the states after it, for columns of at most a limit."""
         ones, others = self.first.steps(at), self.second.steps(to)
         error, merge = self.prices.error, self.prices.merge
-        widest = limit // error if error else None
+        widest = min(limit // error, self.tolerance) if error else self.tolerance
         for one in (*((ones.empty,) if ones.empty else ()), *ones.fixed, *ones.elastic):
             base = merge * self.counts[0] * one.merged
             if base > limit:
@@ -105,7 +111,7 @@ class _Pair:
             if others.empty is not None:
                 yield from self._priced(one, others.empty, base, limit)
             fixed, elastic = others.fixed, others.elastic
-            if widest is not None and one.kind != EMPTY:
+            if one.kind != EMPTY:
                 first = bisect_left(others.fixed_sizes, one.size - widest) if one.fixed else 0
                 fixed = fixed[first : bisect_right(others.fixed_sizes, one.size + widest)]
                 if one.fixed:
@@ -118,8 +124,9 @@ class _Pair:
     def _priced(self, one: Step, other: Step, base: int, limit: int) -> Iterator[tuple[int, int, int]]:
         if not self._allowed(one, other):
             return
-        cost = base + self.prices.merge * self.counts[1] * other.merged + self.prices.error * self._error(one, other)
-        if cost <= limit:
+        error = self._error(one, other)
+        cost = base + self.prices.merge * self.counts[1] * other.merged + self.prices.error * error
+        if cost <= limit and error <= self.tolerance:
             yield cost, one.state, other.state
 
     def _allowed(self, one: Step, other: Step) -> bool:

@@ -30,8 +30,13 @@ class Step(NamedTuple):
     """Whether a letter of it is unoccludable."""
     merged: int
     """Letters beyond its first."""
-    fixed: bool
-    """Whether it has no letter that is unsized or split."""
+    loose: tuple[int, ...] = ()
+    """Letters that are unsized or split: how wide they are is open."""
+
+    @property
+    def fixed(self) -> bool:
+        """Whether all of its letters have their sizes."""
+        return not self.loose
 
 
 class Steps(NamedTuple):
@@ -104,7 +109,7 @@ def may_be_empty(word: Word, read: int) -> bool:
 
 def _steps(row: Row, state: int) -> Steps:
     word, read, is_open = row.word, (state + 1) // 2, bool(state % 2)
-    empty = Step(0, state, EMPTY, False, 0, True) if not is_open and may_be_empty(word, read) else None
+    empty = Step(0, state, EMPTY, False, 0) if not is_open and may_be_empty(word, read) else None
     transparent = is_open or (read < len(word) and word[read].transparent)
     found = _transparent(row, read, is_open) if transparent else _seen(row, read)
     found.sort(key=lambda step: (step.size, step.merged, step.state))
@@ -118,32 +123,33 @@ def _steps(row: Row, state: int) -> Steps:
 def _transparent(row: Row, read: int, is_open: bool) -> list[Step]:
     """Elements of transparent letters, the first and the last of which may be parts."""
     found: list[Step] = []
-    size, letters, elastic = 0, int(is_open), is_open
+    size, letters = 0, int(is_open)
+    loose: tuple[int, ...] = (read - 1,) if is_open else ()
     if is_open:
-        found += [Step(0, 2 * read, TRANSPARENT, False, 0, False), Step(0, 2 * read - 1, TRANSPARENT, False, 0, False)]
+        found += [Step(0, state, TRANSPARENT, False, 0, loose) for state in (2 * read, 2 * read - 1)]
     for at in range(read, len(row.word)):
-        if not row.word[at].transparent:
+        if not row.word[at].transparent or letters >= row.most:
             break
         # Open, the letter goes on in the next column; closed, it ends in this one.
-        found.append(Step(size, 2 * at + 1, TRANSPARENT, False, letters, False))
-        size, elastic = size + row.sizes[at], elastic or row.word[at].size is None
-        found.append(Step(size, 2 * at + 2, TRANSPARENT, False, letters, not elastic))
+        found.append(Step(size, 2 * at + 1, TRANSPARENT, False, letters, (*loose, at)))
+        size += row.sizes[at]
+        loose = (*loose, at) if row.word[at].size is None else loose
+        found.append(Step(size, 2 * at + 2, TRANSPARENT, False, letters, loose))
         letters += 1
-        if letters >= row.most:
-            break
     return found
 
 
 def _seen(row: Row, read: int) -> list[Step]:
     """Elements of letters that are not transparent."""
     found: list[Step] = []
-    size, kind, protected, fixed = 0, OPAQUE, False, True
+    size, kind, protected = 0, OPAQUE, False
+    loose: tuple[int, ...] = ()
     for at in range(read, min(len(row.word), read + row.most)):
         letter: Letter = row.word[at]
         if letter.transparent:
             break
         size += row.sizes[at]
         kind = kind if letter.hides else PARTIAL
-        protected, fixed = protected or letter.unoccludable, fixed and letter.size is not None
-        found.append(Step(size, 2 * at + 2, kind, protected, at - read, fixed))
+        protected, loose = protected or letter.unoccludable, (*loose, at) if letter.size is None else loose
+        found.append(Step(size, 2 * at + 2, kind, protected, at - read, loose))
     return found

@@ -17,6 +17,8 @@ from typing import NamedTuple
 
 from grammarlab.facade.layers.pairs import Bounds, Problem, pair_bounds
 from grammarlab.facade.layers.rows import EMPTY, OPAQUE, PARTIAL, Step
+from grammarlab.facade.layers.spreads import Spreads, Widths
+from grammarlab.facade.layers.strains import Strains
 
 Path = tuple[tuple[Step, ...], ...]
 """[n][m] the elements of columns."""
@@ -41,6 +43,8 @@ class Found:
     """Whether there are no more than `paths`, or they are as many as were asked for."""
     guessed: tuple[tuple[int, Path], ...] = ()
     """Another path where effort ran out before there was any: not the cheapest for certain."""
+    steps: int = 0
+    """That were looked at."""
 
 
 class _Node(NamedTuple):
@@ -56,6 +60,9 @@ class _Node(NamedTuple):
     states: tuple[int, ...]
     elastic: bool
     """Whether a column is as wide as what is left."""
+    widths: Widths
+    strain: int
+    """Units of cost that sizes are at least to be changed for, for the worst column alone; in `cost`."""
     before: _Node | None
     column: tuple[Step, ...]
 
@@ -86,29 +93,31 @@ def search(problem: Problem, count: int, effort: int, cutoff: int) -> Found:
     letters = sum(len(row.layers) * len(row.word) for row in rows)
     ceiling = min(prices.error * sum(sum(row.sizes) for row in rows) + 2 * prices.merge * letters, cutoff)
     limit = min(prices.error * problem.most // 50 + 3 * prices.merge * max(len(row.layers) for row in rows), ceiling)
-    left, best = effort, Found((), 0, done=False)
+    looked, bound, paths = 0, 0, ()
     while True:
-        tree = _Tree(problem, limit, count, left)
+        tree = _Tree(problem, limit, count, effort - looked)
         found = tree.run()
-        left -= tree.looked
-        bound = max(found.bound, best.bound)
-        best = Found(max(found.paths, best.paths, key=len), bound, found.done and found.bound <= limit)
-        if best.done or (found.done and limit == ceiling):
-            return Found(best.paths, best.bound, done=True)
-        if not found.done or left <= 0:
-            return best if best.paths else _guess(problem, limit, ceiling, effort, best)
+        looked += tree.looked
+        bound, paths = max(found.bound, bound), max(found.paths, paths, key=len)
+        if found.done and (len(found.paths) == count or limit == ceiling):
+            return Found(paths, bound, done=True, steps=looked)
+        if not found.done or looked >= effort:
+            guessed, more = ((), 0) if paths else _guess(problem, limit, ceiling, effort)
+            return Found(paths, bound, done=False, guessed=guessed, steps=looked + more)
         limit = min(limit * _GROWTH, ceiling)
 
 
-def _guess(problem: Problem, limit: int, ceiling: int, effort: int, best: Found) -> Found:
-    """What a search that goes ahead wherever it can comes upon."""
+def _guess(problem: Problem, limit: int, ceiling: int, effort: int) -> tuple[tuple[tuple[int, Path], ...], int]:
+    """What a search that goes ahead wherever it can comes upon, and the steps it looked at."""
+    looked = 0
     for _ in range(_GUESSES):
         tree = _Tree(problem, limit, 1, effort // _GUESSES, hasty=True)
         found = tree.run()
+        looked += tree.looked
         if found.paths or limit == ceiling:
-            return Found((), best.bound, done=False, guessed=found.paths)
+            return found.paths, looked
         limit = min(limit * _GROWTH, ceiling)
-    return best
+    return (), looked
 
 
 class _Tree:
@@ -120,6 +129,8 @@ class _Tree:
         self.rows, self.prices = problem.rows, problem.prices
         self.num = len(self.rows)
         self.looked = 0
+        self.spreads = Spreads(problem)
+        self.strains = Strains(problem) if problem.prices.strain else None
         self.over = [
             sum(1 << above for above in range(self.num) if problem.over(above, below)) for below in range(self.num)
         ]
@@ -145,8 +156,12 @@ class _Tree:
         if root is None:
             return Found((), self.limit + 1, done=True)
         end = tuple(row.last for row in self.rows)
-        heap = [_Node(0 if self.hasty else root, 0, 0, 0, 0, start, elastic=False, before=None, column=())]
-        closed: dict[tuple[tuple[int, ...], bool], list[tuple[int, int]]] = {}
+        first = _Node(
+            0 if self.hasty else root, 0, 0, 0, 0, start, elastic=False, widths=self.spreads.start, strain=0, before=None,
+            column=(),
+        )
+        heap = [first]
+        closed: dict[tuple[tuple[int, ...], bool, Widths], list[tuple[int, int, int]]] = {}
         paths: list[tuple[int, Path]] = []
         number = 0
         while heap:
@@ -159,30 +174,42 @@ class _Tree:
                     if len(paths) == self.count:
                         return Found(tuple(paths), node.cost, done=True)
                 continue
-            if self._dominated(closed.setdefault((node.states, node.elastic), []), node):
+            if self._dominated(closed.setdefault((node.states, node.elastic, node.widths), []), node):
                 continue
             for column, states, guess in self._columns(node):
                 self.looked += 1
                 number += 1
+                widths, span = node.widths, node.span + column.high
+                elastic = node.elastic or not column.fixed
+                if self.spreads.rows:
+                    after = self.spreads.after(widths, column.steps, column.high, elastic=not column.fixed, span=span)
+                    if after is None:
+                        continue
+                    widths = after
                 cost = node.cost + column.price + self.prices.error * self._error(column)
+                strain = node.strain
+                if self.strains is not None:
+                    more = max(self.strains.of(node.states, column.steps) - strain, 0)
+                    strain, cost, guess = strain + more, cost + more, guess + (0 if self.hasty else more)
+                    if guess > self.limit:
+                        continue
                 heapq.heappush(
                     heap,
-                    _Node(
-                        guess, -sum(states), number, cost, node.span + column.high, states,
-                        node.elastic or not column.fixed, node, column.steps,
-                    ),
+                    _Node(guess, -sum(states), number, cost, span, states, elastic, widths, strain, node, column.steps),
                 )
         return Found(tuple(paths), self.limit + 1, done=True)
 
-    def _dominated(self, reached: list[tuple[int, int]], node: _Node) -> bool:
+    def _dominated(self, reached: list[tuple[int, int, int]], node: _Node) -> bool:
         """Whether as many ways as are asked for came here that can do all that this one can; else it is noted."""
         easy = self.wide or node.elastic
+        paid = node.cost - node.strain
         better = sum(
-            cost <= node.cost and (span <= node.span if easy else span == node.span) for cost, span in reached
+            cost <= paid and strain <= node.strain and (span <= node.span if easy else span == node.span)
+            for cost, strain, span in reached
         )
         if better >= self.count:
             return True
-        reached.append((node.cost, node.span))
+        reached.append((paid, node.strain, node.span))
         return False
 
     def _fills(self, node: _Node) -> bool:
@@ -230,7 +257,7 @@ class _Tree:
             self.looked += 1
             wider = self._with(column, step, at)
             still = max(left, self.rows[at].left[step.state])
-            if wider is None or wider.high + still > room:
+            if wider is None or wider.high + still > room or self._error(wider) > self.problem.tolerance:
                 continue
             after = (*states, step.state)
             further = self._rest_of(at, after)
@@ -246,8 +273,10 @@ class _Tree:
         if steps.empty is not None:
             yield steps.empty
         first, last, last_elastic = 0, len(steps.fixed), len(steps.elastic)
-        if column.low >= 0 and self.prices.error:
-            widest = (self.limit - node.cost - column.price) // self.prices.error
+        if column.low >= 0:
+            widest = self.problem.tolerance
+            if self.prices.error:
+                widest = min(widest, (self.limit - node.cost - column.price) // self.prices.error)
             first = bisect_left(steps.fixed_sizes, column.high - widest)
             last = bisect_right(steps.fixed_sizes, column.low + widest)
             last_elastic = bisect_right(steps.elastic_sizes, column.low + widest)

@@ -18,8 +18,9 @@ class Row:
     size: list  # [column]
 
 
-def optimum(words, least, most, error_price, merge_price):
+def optimum(words, canvas, tolerance, error_price, merge_price):
     """The least cost of an alignment of letters with whole sizes; None when there is none."""
+    least, most = canvas - tolerance, canvas + tolerance
     columns = sum(letter.opaque and not letter.transparent for word in words for letter in word)
     if columns == 0:
         return None
@@ -38,7 +39,7 @@ def optimum(words, least, most, error_price, merge_price):
     top = most + 1
     for at in range(columns):
         model.add_bool_or([row.opaque[at] for row in rows] + [used[at].negated()])
-        high, error = model.new_int_var(0, top, ""), model.new_int_var(0, top, "")
+        high, error = model.new_int_var(0, top, ""), model.new_int_var(0, tolerance, "")
         model.add_max_equality(high, [row.size[at] for row in rows])
         wide = model.new_bool_var("")
         model.add(sum(row.fixed[at] for row in rows) == 0).only_enforce_if(wide)
