@@ -33,8 +33,7 @@ class Fit:
     words: Mapping[str, Instance]
     """By pattern."""
     bound: float
-    """Square metres: the least sum of squares by which symbols deviate from their sizes, whatever the alignment; where
-    every row fills the canvas, but for what letters above it hide."""
+    """What each layout of them costs at least, whatever the alignment."""
     gap: float
     """Metres by which a word is too long or too short at most."""
 
@@ -111,7 +110,7 @@ class Fits:
         words: dict[tuple[int, str], list[Word]] = {}
         for number, row in enumerate(self.rows):
             words.setdefault(row.group, []).append(self._word(number, fit.words[row.pattern]))
-        return Candidate(fit.counters, {group: tuple(rows) for group, rows in sorted(words.items())})
+        return Candidate(fit.counters, {group: tuple(rows) for group, rows in sorted(words.items())}, fit.bound)
 
     def _word(self, number: int, instance: Instance) -> Word:
         """The word of a row; below the lowest one of a group there is nothing to hide."""
@@ -149,8 +148,19 @@ class _Problem:
         except FacadeError:
             self.ranges = counter_ranges(design, self.names, length)
         self.words = {name: instances(design, name, self.ranges, STRETCH * length[name]) for name in self.names}
-        of_axis = [{symbol for row in rows if row.axis == axis for symbol in self._sized(row)} for axis in (X, Y)]
-        self.apart = not of_axis[X] & of_axis[Y]
+        self.shared = self._shared()
+
+    def _shared(self) -> list[list[tuple[int, str]]]:
+        """Groups that are about the same symbols."""
+        found: list[tuple[set[str], list[tuple[int, str]]]] = []
+        for group in dict.fromkeys(row.group for row in self.rows):
+            symbols = {each for row in self.rows if row.group == group for each in self._sized(row)}
+            groups = [group]
+            for other in [other for other in found if other[0] & symbols]:
+                found.remove(other)
+                symbols, groups = symbols | other[0], groups + other[1]
+            found.append((symbols, groups))
+        return [groups for _, groups in found]
 
     def _sized(self, row: _Row) -> Iterator[str]:
         symbols = self.design.symbols
@@ -200,23 +210,46 @@ class _Problem:
         return counts
 
     def _fit(self, chosen: Mapping[str, Instance], tolerance: float) -> Fit | None:
-        gaps, bounds = 0.0, [0.0, 0.0]
+        gaps, bounds = 0.0, dict[tuple[int, str], float]()
         for row in self.rows:
             each, canvas = chosen[row.pattern], self.canvas[row.axis]
-            counts, gap = dict(each.counts), each.size - canvas
+            gap = each.size - canvas
             if gap < 0.0:
                 hidden = self._hidden(row, chosen)
                 symbols = self.design.symbols
                 gap = self._short(row, each, sum((symbols[name].size or math.inf) * n for name, n in hidden.items()))
-                for name, often in hidden.items():
-                    counts[name] = counts.get(name, 0) + often
+                bound = self._short_bound(row, chosen, gap)
+            else:
+                bound = self.design.weights.sizing * gap**2 / (sum(often**2 for often in each.counts.values()) or 1.0)
             if gap > tolerance:
                 return None
             gaps = max(gaps, gap)
-            if gap > 0.0:
-                bounds[row.axis] = max(bounds[row.axis], gap**2 / sum(often**2 for often in counts.values()))
+            bounds[row.group] = max(bounds.get(row.group, 0.0), 0.0 if each.transparent and gap > 0.0 else bound)
         counters = {name: value for name in self.names for name, value in chosen[name].counters}
-        return Fit(counters, chosen, sum(bounds) if self.apart else max(bounds), gaps)
+        total = sum(max(bounds[group] for group in groups) for groups in self.shared)
+        return Fit(counters, chosen, 0.0 if self.design.overhang else total, gaps)
+
+    def _short_bound(self, row: _Row, chosen: Mapping[str, Instance], gap: float) -> float:
+        """What a word costs that is so much too short, with all that may be hidden above it.
+
+        A part of the gap may be space beside letters of other rows, which counts as an error of columns; the rest is
+        made up for by larger symbols. Least squares of these are the square of the rest over the sum of the squares of
+        how often each symbol occurs, in all of these rows.
+        """
+        own = chosen[row.pattern]
+        others = {other.pattern for other in self.rows if other.group == row.group} - {row.pattern}
+        if not gap or any(chosen[name].loose for name in others):
+            return 0.0
+        counts = dict(own.counts)
+        for name in others:
+            for symbol, often in chosen[name].counts.items():
+                counts[symbol] = counts.get(symbol, 0) + often
+        squares = sum(often**2 for often in counts.values())
+        weights = self.design.weights
+        if not others or 2.0 * weights.sizing * gap <= weights.omega * squares:
+            return weights.sizing * gap**2 / squares
+        rest = weights.omega * squares / (2.0 * weights.sizing)
+        return weights.omega * (gap - rest) + weights.sizing * rest**2 / squares
 
 
 def _join(

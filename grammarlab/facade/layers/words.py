@@ -37,6 +37,10 @@ class Instance:
     """How often each symbol that has a size occurs."""
     unsized: bool
     """Whether some letter takes what is left."""
+    loose: bool
+    """Whether some letter without a size is not transparent."""
+    transparent: bool
+    """Whether some letter is transparent."""
     opaque: Mapping[str, int]
     """How often each symbol that hides what is below occurs."""
 
@@ -175,6 +179,8 @@ def instance(design: Design, name: str, counters: Mapping[str, int], choices: tu
         size=sum(letter.size for letter in word if letter.size is not None),
         counts=dict(sized),
         unsized=any(letter.size is None for letter in word),
+        loose=any(letter.size is None and not letter.transparent for letter in word),
+        transparent=any(letter.transparent for letter in word),
         opaque=dict(Counts(letter.symbol for letter in word if letter.opaque)),
     )
 
