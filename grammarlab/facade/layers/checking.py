@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 
 from grammarlab.facade.layers.alignment import Alignment
@@ -33,7 +34,7 @@ def violations(alignment: Alignment, canvas: float, tolerance: float) -> list[st
     columns = list(zip(*cells, strict=True))
     for number, column in enumerate(columns):
         found += [f"column {number + 1}: {text}" for text in _column(words, cells, column, number)]
-    return found + _numbers(alignment, canvas, tolerance)
+    return found + _numbers(alignment, canvas, tolerance) + _spreads(alignment, canvas, tolerance)
 
 
 def _row(word: Word, row: Sequence[Element]) -> list[str]:
@@ -128,3 +129,34 @@ def _numbers(alignment: Alignment, canvas: float, tolerance: float) -> list[str]
     if merged != alignment.merged:
         found.append(f"{merged} letters are merged, not {alignment.merged}")
     return found
+
+
+def _spreads(alignment: Alignment, canvas: float, tolerance: float) -> list[str]:
+    """Whether letters of one symbol that have no width of their own cover about as much of the canvas."""
+    words, cells = alignment.words, alignment.cells
+    rows = {word: row for row, word in enumerate(words)}
+    often = Counter(letter.symbol for word in rows for letter in word if letter.size is None)
+    least: dict[str, list[float]] = {}
+    most: dict[str, list[float]] = {}
+    for word, row in rows.items():
+        split = {at for element in cells[row] for at, part in element if part}
+        for at, letter in enumerate(word):
+            if not (at in split and letter.size is not None) and (letter.size is not None or often[letter.symbol] < 2):
+                continue
+            low = high = 0.0
+            for column, element in enumerate(cells[row]):
+                if at not in {other for other, _ in element}:
+                    continue
+                loose = [other for other, _ in element if other in split or word[other].size is None]
+                _, width, exact = column_widths(words, cells, column)
+                share = width - math.fsum(word[other].size or 0.0 for other, _ in element if other not in loose)
+                low += share if len(loose) == 1 else 0.0
+                high += share if exact else math.inf
+            preferred = [] if letter.size is None else [letter.size]
+            least.setdefault(letter.symbol, list(preferred)).append(low)
+            most.setdefault(letter.symbol, list(preferred)).append(high)
+    return [
+        f"letters {symbol} spread over {min(most[symbol])} and over {max(least[symbol])}"
+        for symbol in least
+        if max(least[symbol]) - min(most[symbol]) > tolerance + _EXACT * canvas
+    ]

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import NamedTuple
 
 from grammarlab.facade.layers.pairs import Problem
@@ -39,6 +40,8 @@ class Tracked:
     """By letter."""
     strict: tuple[bool, ...]
     """[2n + 1] whether after a state every letter has a size or is tracked, and none can make space."""
+    apart: bool
+    """Whether no two letters without a width of their own can share an element."""
 
 
 class Spreads:
@@ -61,7 +64,9 @@ class Spreads:
                 if letter.symbol in sized and letter.size is not None:
                     start[number[letter.symbol]] = (row.sizes[place], row.sizes[place])
             if of:
-                self.rows.append(Tracked(at, of, _strict(row, of)))
+                self.rows.append(Tracked(at, of, _strict(row, of), _apart(row)))
+        # Where a column may be as wide as what is left, spans say nothing about what is still to come.
+        self.bounded = not any(letter.size is None and not letter.transparent for letter in letters)
         self.start = Widths(tuple(start), (_NONE,) * len(problem.rows))
 
     def after(
@@ -101,7 +106,10 @@ class Spreads:
                 if letter != goes_on:
                     symbols[number] = known
         after = Widths(tuple(symbols), tuple(opened))
-        return after if all(self._reaches(tracked, column, after, span) for tracked in self.rows) else None
+        reaches = not self.bounded or all(
+            self._reaches(tracked, column, after, span) for tracked in self.rows if tracked.apart
+        )
+        return after if reaches else None
 
     def _reaches(self, tracked: Tracked, column: Sequence[Step], widths: Widths, span: int) -> bool:
         """Whether what is left of a row may be as long as what is left of the canvas."""
@@ -110,13 +118,13 @@ class Spreads:
         least, most = row.left[state], 0
         for at in range(state // 2, len(row.word)):
             number = tracked.symbol.get(at)
-            if number is None or (at == state // 2 and not state % 2 and False):
+            if number is None:
                 most += row.sizes[at] + tolerance
                 continue
             low, high = widths.symbols[number]
             done = widths.opened[tracked.row] if state % 2 and at == state // 2 else _NONE
             least += max(low - tolerance - done[1], 0)
-            most += high + tolerance - done[0]
+            most += max(high, row.sizes[at]) + tolerance - done[0]
         if span + least > self.problem.most:
             return False
         return not tracked.strict[state] or span + most >= self.problem.least
@@ -129,3 +137,8 @@ def _strict(row: Row, tracked: dict[int, int]) -> tuple[bool, ...]:
         known = all(letter.size is not None or at in tracked for at, letter in enumerate(row.word) if at >= state // 2)
         strict.append(known and not any(may_be_empty(row.word, at) for at in range(read, len(row.word) + 1)))
     return tuple(strict)
+
+
+def _apart(row: Row) -> bool:
+    runs = [list(run) for _, run in groupby(row.word, key=lambda letter: letter.transparent)]
+    return all(sum(letter.transparent or letter.size is None for letter in run) <= 1 for run in runs)

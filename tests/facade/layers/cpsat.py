@@ -1,6 +1,8 @@
 """Alignments by CP-SAT: the model of the specification, written down without regard to how the package solves it."""
 
+from collections import Counter
 from dataclasses import dataclass
+from itertools import combinations
 
 from ortools.sat.python import cp_model
 
@@ -16,6 +18,7 @@ class Row:
     partial: list  # [column]
     fixed: list  # [column]
     size: list  # [column]
+    loose: list  # [column] how many letters have no width of their own
 
 
 def optimum(words, canvas, tolerance, error_price, merge_price):
@@ -66,6 +69,7 @@ def optimum(words, canvas, tolerance, error_price, merge_price):
         elastic.append(open_end)
         total.append(high)
         errors.append(error)
+    _spread(model, words, rows, total, elastic, tolerance, top)
     model.add(sum(total) <= most)
     some = model.new_bool_var("")
     model.add_bool_or([some.negated(), *elastic])
@@ -79,6 +83,44 @@ def optimum(words, canvas, tolerance, error_price, merge_price):
         return None
     assert status == cp_model.OPTIMAL
     return round(solver.objective_value)
+
+
+def _spread(model, words, rows, total, elastic, tolerance, top):
+    """Letters without a width of their own may be given shares of their columns that differ little by symbol."""
+    distinct = {word: row for word, row in zip(words, rows, strict=True)}
+    often = Counter(letter.symbol for word in distinct for letter in word if letter.size is None)
+    spreads = {}
+    for word, row in distinct.items():
+        for at, letter in enumerate(word):
+            if letter.size is None and often[letter.symbol] < 2:
+                continue
+            if letter.size is not None and not letter.transparent:
+                continue
+            torn = letter.size is None or row.whole[at].negated()
+            parts = []
+            for column, high in enumerate(total):
+                part, wide = model.new_int_var(0, 4 * top, ""), model.new_int_var(0, 4 * top, "")
+                inside = row.inside[at][column]
+                model.add(part == 0).only_enforce_if(inside.negated())
+                model.add(wide <= high - row.size[column]).only_enforce_if(elastic[column].negated())
+                model.add(part <= wide)
+                single = model.new_bool_var("")
+                model.add(row.loose[column] <= 1).only_enforce_if(single)
+                model.add(row.loose[column] >= 2).only_enforce_if(single.negated())
+                model.add(part >= high - row.size[column]).only_enforce_if([inside, single])
+                parts.append(part)
+            spread = model.new_int_var(0, 4 * top * len(total), "")
+            if torn is True:
+                model.add(spread == sum(parts))
+            else:
+                model.add(spread == sum(parts)).only_enforce_if(torn)
+                model.add(spread == round(letter.size)).only_enforce_if(torn.negated())
+                spreads.setdefault(letter.symbol, []).append(round(letter.size))
+            spreads.setdefault(letter.symbol, []).append(spread)
+    for each in spreads.values():
+        for one, other in combinations(each, 2):
+            model.add(one - other <= tolerance)
+            model.add(other - one <= tolerance)
 
 
 def _row(model, word, used):
@@ -124,7 +166,7 @@ def _row(model, word, used):
 
 
 def _elements(model, word, begun, ended, inside, whole, columns):
-    filled, opaque, partial, fixed, size = [], [], [], [], []
+    filled, opaque, partial, fixed, size, many = [], [], [], [], [], []
     for column in columns:
         some = _any(model, [cells[column] for cells in inside])
         weak = [inside[at][column] for at, letter in enumerate(word) if letter.transparent or not letter.opaque]
@@ -157,7 +199,8 @@ def _elements(model, word, begun, ended, inside, whole, columns):
         partial.append(part)
         fixed.append(exact)
         size.append(sum(terms))
-    return Row(begun, ended, inside, whole, filled, opaque, partial, fixed, size)
+        many.append(sum(loose))
+    return Row(begun, ended, inside, whole, filled, opaque, partial, fixed, size, many)
 
 
 def _any(model, literals):
