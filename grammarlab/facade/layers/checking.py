@@ -68,7 +68,7 @@ def _letters(word: Word, element: Element) -> list[Letter]:
 
 
 def _opaque(letters: Sequence[Letter]) -> bool:
-    return bool(letters) and all(letter.opaque and not letter.transparent for letter in letters)
+    return bool(letters) and all(letter.hides for letter in letters)
 
 
 def _column(

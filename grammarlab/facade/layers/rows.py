@@ -72,7 +72,7 @@ class Row:
     @property
     def hides(self) -> bool:
         """Whether an element of it may explain an empty one below."""
-        return any(letter.opaque and not letter.transparent for letter in self.word)
+        return any(letter.hides for letter in self.word)
 
     def steps(self, state: int) -> Steps:
         """What the row may have next, in this state."""
@@ -147,7 +147,7 @@ def _seen(row: Row, read: int) -> list[Step]:
         if letter.transparent:
             break
         size += row.sizes[at]
-        kind = kind if letter.opaque else PARTIAL
+        kind = kind if letter.hides else PARTIAL
         protected, loose = protected or letter.unoccludable, (*loose, at) if letter.size is None else loose
         found.append(Step(size, 2 * at + 2, kind, protected, at - read, loose))
     return found

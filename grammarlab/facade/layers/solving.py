@@ -31,6 +31,8 @@ class Candidate:
     counters: Mapping[str, int]
     words: Mapping[Group, tuple[Word, ...]]
     """Of each group, from its top layer down."""
+    bound: float = 0.0
+    """Energy that each of its layouts has at least, as far as is known."""
 
     def sizing_bound(self, canvas: tuple[float, float]) -> float:
         """Square metres: no sizes that fit deviate less, as words that are too long have to shrink."""
@@ -147,7 +149,7 @@ class _Branches:
         self.heap = []
         for number, candidate in enumerate(self.candidates):
             bound = 0.0 if self.gaps else self.weights.sizing * candidate.sizing_bound(self.canvas)
-            self.heap.append((bound, number, ()))
+            self.heap.append((max(bound, candidate.bound), number, ()))
         heapq.heapify(self.heap)
         while self.heap and self.heap[0][0] <= self.threshold:
             bound, number, places = heapq.heappop(self.heap)
