@@ -5,15 +5,13 @@ from __future__ import annotations
 import bisect
 import heapq
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-
-import numpy as np
 
 from grammarlab.facade.layers.alignment import Alignment
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.shelves import Budget, Shelf
+from grammarlab.facade.layers.demands import least_error
 from grammarlab.facade.layers.sizing import Sizing, size_letters
 from grammarlab.facade.layers.weights import Weights
 
@@ -180,10 +178,7 @@ class _Branches:
             if self._take(shelf, 0, bound) is None:
                 return
             bound += shelf.energy(0)
-        if opened.floor is None:
-            opened.floor = self.weights.sizing * least_error(
-                self.candidates[number].words, self.canvas, gaps=self.gaps
-            )
+        opened.floor = self.weights.sizing * least_error([each.demands(0) for each in opened.shelves if not each.varied])
         self._push(number, (0,) * len(opened.shelves))
 
     def _next(self, number: int, places: Places) -> None:
@@ -203,9 +198,14 @@ class _Branches:
     def _push(self, number: int, places: Places) -> None:
         opened = self.opened[number]
         aligned = opened.aligned(places)
-        bound = max(opened.bound(places), sum(each.energy for each in aligned) + (opened.floor or 0.0))
-        heapq.heappush(self.heap, (bound, number, places))
-        if bound > self.threshold:
+        bound = opened.bound(places)
+        paid = sum(each.energy for each in aligned)
+        # What is not the same for all alignments of a candidate would say nothing about those still to come.
+        heapq.heappush(self.heap, (max(bound, paid + opened.floor), number, places))
+        if max(bound, paid + opened.floor) > self.threshold:
+            return
+        demands = [shelf.demands(place) for shelf, place in zip(opened.shelves, places, strict=True)]
+        if paid + self.weights.sizing * least_error(demands) > self.threshold:
             return
         key = number, places
         if key not in self.sized:
@@ -215,7 +215,7 @@ class _Branches:
         sizing = self.sized[key]
         if sizing is None:
             return
-        energy = sum(each.energy for each in aligned) + self.weights.sizing * sizing.error
+        energy = paid + self.weights.sizing * sizing.error
         if energy <= self.threshold:
             bisect.insort(self.best, (energy, number, places))
             del self.best[self.count :]
@@ -242,8 +242,8 @@ class _Opened:
 
     groups: tuple[Group, ...]
     shelves: tuple[Shelf, ...]
-    floor: float | None = None
-    """Energy of sizes at least, whatever the alignment; None until it is asked for."""
+    floor: float = 0.0
+    """Energy of sizes at least, whatever the alignments."""
 
     def aligned(self, places: Places) -> list[Alignment]:
         return [shelf.known.best[place] for shelf, place in zip(self.shelves, places, strict=True)]
@@ -254,7 +254,10 @@ class _Opened:
 
 
 def sharing_groups(words: Mapping[Group, tuple[Word, ...]]) -> dict[Group, int]:
-    """How many groups are about the same symbols, directly or through others: their errors of sizes are one."""
+    """How many groups of several words are about the same symbols as each, directly or through others.
+
+    The errors of their sizes are one, so that each may count a part of it only.
+    """
     parts: list[tuple[set[Group], set[str]]] = []
     for group, rows in words.items():
         groups, symbols = {group}, {letter.symbol for word in rows for letter in word if letter.size is not None}
@@ -265,23 +268,6 @@ def sharing_groups(words: Mapping[Group, tuple[Word, ...]]) -> dict[Group, int]:
             else:
                 groups, symbols = groups | part[0], symbols | part[1]
         parts = [*apart, (groups, symbols)]
-    return {group: len(groups) for groups, _ in parts for group in groups}
-
-
-def least_error(words: Mapping[Group, tuple[Word, ...]], canvas: tuple[float, float], *, gaps: bool) -> float:
-    """Square metres: sizes deviate at least so much, as words that are alone in their group fill the canvas."""
-    often: list[Counter[str]] = []
-    lengths, sizes = [], dict[str, float]()
-    for (axis, _), rows in words.items():
-        word = rows[0]
-        known = all(letter.size is not None and (letter.opaque or not gaps) for letter in word)
-        if known and word and len(set(rows)) == 1:
-            often.append(Counter(letter.symbol for letter in word))
-            lengths.append(canvas[axis])
-            sizes |= {letter.symbol: letter.size or 0.0 for letter in word}
-    if not often:
-        return 0.0
-    matrix = np.array([[each[symbol] for symbol in sizes] for each in often], dtype=np.float64)
-    change = np.linalg.lstsq(matrix, np.array(lengths) - matrix @ np.array(list(sizes.values())), rcond=1e-9)[0]
-    # A little less, for round-off is no bound.
-    return float(np.square(change).sum()) * (1.0 - 1e-9)
+    return {
+        group: max(sum(len(set(words[other])) > 1 for other in groups), 1) for groups, _ in parts for group in groups
+    }
