@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from grammarlab.facade.layers.alignment import Alignment
+from grammarlab.facade.layers.demands import least_error
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.shelves import Budget, Shelf
-from grammarlab.facade.layers.demands import least_error
 from grammarlab.facade.layers.sizing import Sizing, size_letters
 from grammarlab.facade.layers.weights import Weights
 
@@ -178,7 +178,9 @@ class _Branches:
             if self._take(shelf, 0, bound) is None:
                 return
             bound += shelf.energy(0)
-        opened.floor = self.weights.sizing * least_error([each.demands(0) for each in opened.shelves if not each.varied])
+        opened.floor = self.weights.sizing * least_error(
+            [each.demands(0) for each in opened.shelves if not each.varied]
+        )
         self._push(number, (0,) * len(opened.shelves))
 
     def _next(self, number: int, places: Places) -> None:
