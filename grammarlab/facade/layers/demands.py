@@ -40,7 +40,7 @@ def demands(alignment: Alignment, canvas: float, *, gaps: bool) -> Demands:
     free = np.ones(system.num_sizes, dtype=np.bool_)
     free[index] = False
     left, size, _ = np.linalg.svd(system.matrix[:, free], full_matrices=True)
-    rank = int((size > _RANK * size.max(initial=0.0)).sum())
+    rank = int((size > _RANK * size.max(initial=1.0)).sum())
     kept = left[:, rank:].T
     matrix = np.zeros((len(kept), len(symbols)))
     # Symbols that are one unknown share its column.
