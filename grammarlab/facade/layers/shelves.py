@@ -47,7 +47,7 @@ class Shelf:
         """The alignment that so many others are better than; None when it costs more, or effort ran out."""
         missing = place >= len(self.known.best) and not self.sure(place, cutoff)
         if missing and self.budget.left > 0:
-            self._search(max(place + 1, min(2 * place, 64)), max(cutoff, self.cutoff))
+            self._search(max(place + 1, 2 * place), max(cutoff, self.cutoff))
         if place < len(self.known.best) and self.energy(place) <= cutoff:
             return self.known.best[place]
         return None

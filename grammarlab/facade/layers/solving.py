@@ -8,6 +8,8 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from grammarlab.facade.layers.alignment import Alignment
 from grammarlab.facade.layers.demands import least_error
 from grammarlab.facade.layers.letters import Word
@@ -15,7 +17,7 @@ from grammarlab.facade.layers.shelves import Budget, Shelf
 from grammarlab.facade.layers.sizing import Sizing, size_letters
 from grammarlab.facade.layers.weights import Weights
 
-_GROWTH = 4.0
+_GROWTH = 2.0
 """Of the cap on energies."""
 _STEPS_OF_SIZES = 300
 """Steps of effort that solving for sizes takes, about."""
@@ -113,6 +115,8 @@ class _Branches:
     opened: dict[int, _Opened] = field(default_factory=dict)
     sized: dict[tuple[int, Places], Sizing | None] = field(default_factory=dict)
     best: list[tuple[float, int, Places]] = field(default_factory=list)
+    seen: dict[tuple[int, bytes], tuple[float, Places]] = field(default_factory=dict)
+    """What `best` looks like: layouts that look the same are one."""
     heap: list[tuple[float, int, Places]] = field(default_factory=list)
     cap: float = 0.0
     unsure: float = math.inf
@@ -135,7 +139,7 @@ class _Branches:
         return min(self.best[-1][0], self.cap) if len(self.best) == self.count else self.cap
 
     def _within(self, cap: float) -> None:
-        self.cap, self.best, self.unsure = cap, [], math.inf
+        self.cap, self.best, self.seen, self.unsure = cap, [], {}, math.inf
         self.heap = [(candidate.bound, number, ()) for number, candidate in enumerate(self.candidates)]
         heapq.heapify(self.heap)
         while self.heap and self.heap[0][0] <= self.threshold:
@@ -219,8 +223,20 @@ class _Branches:
             return
         energy = paid + self.weights.sizing * sizing.error
         if energy <= self.threshold:
-            bisect.insort(self.best, (energy, number, places))
-            del self.best[self.count :]
+            self._keep(energy, number, places, _look(aligned, sizing))
+
+    def _keep(self, energy: float, number: int, places: Places, look: bytes) -> None:
+        """A layout becomes one of the best, unless one that looks the same is better."""
+        twin = self.seen.get((number, look))
+        if twin is not None:
+            if twin[0] <= energy:
+                return
+            self.best.remove((twin[0], number, twin[1]))
+        self.seen[number, look] = energy, places
+        bisect.insort(self.best, (energy, number, places))
+        for worst in self.best[self.count :]:
+            self.seen = {key: kept for key, kept in self.seen.items() if kept != (worst[0], worst[2])}
+        del self.best[self.count :]
 
     def _layout(self, energy: float, number: int, places: Places) -> Layout:
         sizing, opened = self.sized[number, places], self.opened[number]
@@ -253,6 +269,17 @@ class _Opened:
     def bound(self, places: Places) -> float:
         """Energy of alignments and of the strains that they put on sizes."""
         return sum(shelf.energy(place) for shelf, place in zip(self.shelves, places, strict=True))
+
+
+def _look(aligned: Sequence[Alignment], sizing: Sizing) -> bytes:
+    """Where all letters are that are seen, to 1e-7 of the canvas."""
+    places = [
+        np.stack([lower[seen], upper[seen]]) / placed.ends[-1]
+        for alignment, placed in zip(aligned, sizing.placed, strict=True)
+        for word, lower, upper in zip(alignment.words, placed.lower, placed.upper, strict=True)
+        for seen in ([at for at, letter in enumerate(word) if not letter.transparent],)
+    ]
+    return b"".join(np.round(place, 7).astype(np.float32).tobytes() for place in places)
 
 
 def sharing_groups(words: Mapping[Group, tuple[Word, ...]]) -> dict[Group, int]:
