@@ -6,7 +6,7 @@ import bisect
 import heapq
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from grammarlab.facade.layers.shelves import Budget, Shelf
 from grammarlab.facade.layers.sizing import Sizing, size_letters
 from grammarlab.facade.layers.weights import Weights
 
+_PARTS = (1 / 8, 1 / 4, 1 / 2)
+"""Of the tolerance, when effort has run out."""
 _GROWTH = 2.0
 """Of the cap on energies."""
 _STEPS_OF_SIZES = 300
@@ -71,7 +73,7 @@ def solve(
     *,
     tolerances: Sequence[float],
     gaps: bool = False,
-    effort: int = 500_000,
+    effort: int = 1_000_000,
 ) -> list[Layout]:
     """The best different layouts, best first; none where even the last tolerance has none.
 
@@ -85,10 +87,17 @@ def solve(
         effort: steps of all searches with one tolerance, see `align`; then layouts may not be proven.
     """
     for tolerance in tolerances:
-        branches = _Branches(tuple(candidates(tolerance)), canvas, weights, count, tolerance, gaps, Budget(effort))
-        found = branches.layouts()
-        if found:
-            return found
+        given = tuple(candidates(tolerance))
+        whole = _Branches(given, canvas, weights, count, tolerance, gaps, Budget(effort // 2))
+        best = whole.layouts()
+        # Where effort ran out, layouts within a part of the tolerance are found sooner.
+        for part in _PARTS if whole.budget.left <= 0 else ():
+            narrow = _Branches(given, canvas, weights, count, part * tolerance, gaps, Budget(effort // 8))
+            found = narrow.layouts()
+            if len(found) > len(best):
+                best = [whole.judged(layout) for layout in found]
+        if best:
+            return best
     return []
 
 
@@ -134,6 +143,11 @@ class _Branches:
         return [self._layout(*each) for each in self.best]
 
     @property
+    def bound(self) -> float:
+        """What is not among the best costs at least this much."""
+        return min(self.unsure, self.heap[0][0] if self.heap else math.inf, self.cap)
+
+    @property
     def threshold(self) -> float:
         """What layouts may cost to be among the best."""
         return min(self.best[-1][0], self.cap) if len(self.best) == self.count else self.cap
@@ -143,7 +157,7 @@ class _Branches:
         self.heap = [(candidate.bound, number, ()) for number, candidate in enumerate(self.candidates)]
         heapq.heapify(self.heap)
         while self.heap and self.heap[0][0] <= self.threshold:
-            if self.budget.left <= 0 and self.best:
+            if self.budget.left <= 0:
                 break
             _, number, places = heapq.heappop(self.heap)
             if number not in self.opened:
@@ -238,18 +252,22 @@ class _Branches:
             self.seen = {key: kept for key, kept in self.seen.items() if kept != (worst[0], worst[2])}
         del self.best[self.count :]
 
+    def judged(self, layout: Layout) -> Layout:
+        """A layout from elsewhere, with what is known here."""
+        bound = min(self.bound, layout.energy)
+        return replace(layout, bound=bound, proven=bound == layout.energy, tolerance=self.tolerance)
+
     def _layout(self, energy: float, number: int, places: Places) -> Layout:
         sizing, opened = self.sized[number, places], self.opened[number]
         if sizing is None:
             raise AssertionError("Only layouts with sizes are among the best.")
-        bound = min(self.unsure, self.heap[0][0] if self.heap else math.inf, self.cap)
         return Layout(
             candidate=self.candidates[number],
             alignments=dict(zip(opened.groups, opened.aligned(places), strict=True)),
             sizing=sizing,
             energy=energy,
-            bound=min(bound, energy),
-            proven=bound >= energy,
+            bound=min(self.bound, energy),
+            proven=self.bound >= energy,
             tolerance=self.tolerance,
         )
 

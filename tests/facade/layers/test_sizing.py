@@ -71,7 +71,9 @@ def test_what_is_left_is_shared_equally():
 
 def test_symbols_have_one_size_in_all_groups():
     one, other = ([word(text, HOUSE)] for text in ("ABA", "BAB"))
-    aligned = [(alignments(each, 4.0, Weights(), tolerance=1.0)[0], canvas) for each, canvas in ((one, 4.0), (other, 4.0))]
+    aligned = [
+        (alignments(each, 4.0, Weights(), tolerance=1.0)[0], canvas) for each, canvas in ((one, 4.0), (other, 4.0))
+    ]
     found = size_letters(aligned)
     assert found is not None
     assert found.sizes == pytest.approx({"A": 4 / 3, "B": 4 / 3})
