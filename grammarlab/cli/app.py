@@ -14,6 +14,7 @@ from grammarlab.cli.examples import list_examples
 from grammarlab.cli.facade import facade
 from grammarlab.cli.facade_edit import edit
 from grammarlab.cli.facade_grammar import grammar
+from grammarlab.cli.facade_layers import layers
 from grammarlab.cli.facade_open import open_facade
 from grammarlab.cli.facade_show import show as show_facade
 from grammarlab.cli.format import format_file
@@ -61,5 +62,6 @@ app.command("evaluate")(evaluate)
 facade.command("edit")(edit)
 facade.command("grammar")(grammar)
 facade.command("open")(open_facade)
+facade.command("layers")(layers)
 facade.command("show")(show_facade)
 app.add_typer(facade)
