@@ -6,24 +6,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from grammarlab.facade.examples.label_grid import LabelGrid, Labels
+import numpy as np
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.examples.label_grid import MOST_CELLS, LabelGrid, Labels, joined
+from grammarlab.facade.examples.labels.demands import demands_of
+from grammarlab.facade.examples.labels.energy import energy
+from grammarlab.facade.examples.labels.exact import least_energy
+from grammarlab.facade.examples.labels.expectation import expectation_maximization
+from grammarlab.facade.examples.labels.problem import bordered, unbordered
+from grammarlab.facade.examples.labels.search import PENALTY
+from grammarlab.facade.examples.quality import Quality, quality_of
 from grammarlab.facade.examples.wishes import Wishes
 
 Method = Literal["exact", "em"]
-
-
-@dataclass(frozen=True, slots=True)
-class Quality:
-    """How near a grid is to its examples; each from 0 to 1."""
-
-    patch_similarity: float
-    """Bidirectional: 1 when every window of the grid is one of the examples' and every one of theirs is in the grid."""
-    cooccurrence: float
-    """Total variation distance of the pairs of labels side by side and one above the other; 0 when equally frequent."""
-    histogram: float
-    """Total variation distance of the labels; 0 when equally frequent."""
-    novelty: float
-    """Part of the grid's windows that are in no example."""
+NO_WISHES = Wishes()
+MOST_RESULTS = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +31,11 @@ class Synthesis:
     grid: LabelGrid
     method: Method
     energy: int
-    """Labels that differ, summed over one window about every cell, each against the nearest window of the examples that
-    has the same borders: the paper's energy (Eq. 1 and 2) with borders. Both methods are measured by it."""
+    """Labels that differ, summed over a window about every cell, each against the nearest window of the examples that
+    has the same borders (Eq. 1 and 2, with borders), and 9 for every cell that breaks what is asked of the grid, which
+    is no less than what mending it may add. Grids of both methods are measured by it."""
     bound: int
-    """No grid that keeps the same wishes has less energy; 0 by method em, which knows none."""
+    """No grid has less energy; 0 by method em, which knows none."""
     proven: bool
     """Energy and bound are equal."""
     paper_energy: int
@@ -54,7 +53,7 @@ def synthesize(
     columns: int,
     *,
     method: Method = "exact",
-    wishes: Wishes = Wishes(),
+    wishes: Wishes = NO_WISHES,
     seed: int = 0,
     count: int = 1,
     regions: Labels | None = None,
@@ -75,4 +74,54 @@ def synthesize(
     Raises:
         FacadeError: for wishes that contradict each other, or sizes out of range.
     """
-    raise NotImplementedError
+    if not examples:
+        raise FacadeError("examples: expected one at least, found none.")
+    if rows < 1 or columns < 1 or rows * columns > MOST_CELLS:
+        raise FacadeError(
+            f"rows, columns: expected 1 or more, and {MOST_CELLS:,} cells at most; found {rows} x {columns}."
+        )
+    if not 1 <= count <= MOST_RESULTS:
+        raise FacadeError(f"count: expected 1 to {MOST_RESULTS}, found {count}.")
+    grids = joined(examples)
+    places = _checked(regions, rows, columns, len(grids))
+    problem, plain = bordered(grids, places), unbordered(grids, places)
+    demands = demands_of(problem.domain, grids, wishes)
+    bound = 0
+    runs: list[tuple[int, Labels, tuple[int, ...]]] = []
+    if method == "em":
+        for turn in range(count):
+            trace = expectation_maximization(plain, seed + turn)
+            value = energy(problem, trace.labels) + PENALTY * demands.broken(trace.labels)
+            runs.append((value, trace.labels, trace.history))
+        runs.sort(key=lambda run: run[0])
+    else:
+        found = least_energy(problem, demands, grids, seed, count)
+        bound = found.bound
+        runs = [(value, labels, ()) for value, labels in found.grids]
+    return [
+        Synthesis(
+            grid=LabelGrid.of(labels, grids[0].names),
+            method=method,
+            energy=value,
+            bound=bound,
+            proven=method == "exact" and value == bound,
+            paper_energy=energy(plain, labels),
+            history=history,
+            quality=quality_of(labels, grids),
+            notes=demands.notes,
+        )
+        for value, labels, history in runs
+    ]
+
+
+def _checked(regions: Labels | None, rows: int, columns: int, examples: int) -> Labels:
+    if regions is None:
+        return np.full((rows, columns), -1, dtype=np.int64)
+    found = np.asarray(regions)
+    if found.shape != (rows, columns) or not np.issubdtype(found.dtype, np.integer):
+        raise FacadeError(f"regions: expected {rows} x {columns} whole numbers, found {found.dtype} of {found.shape}.")
+    if found.min() < 0 or found.max() >= examples:
+        raise FacadeError(
+            f"regions: expected examples 0 to {examples - 1}, found {found.min()} to {found.max()}."
+        )
+    return found.astype(np.int64)
