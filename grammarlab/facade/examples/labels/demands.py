@@ -27,6 +27,11 @@ class Demands:
     notes: tuple[str, ...] = ()
     """Defaults that could not be kept, in words."""
 
+    def domain_kept(self, labels: Labels) -> bool:
+        """Whether each cell has a label that it may have."""
+        rows, columns = np.indices(labels.shape)
+        return bool(self.domain[rows, columns, labels].all())
+
     def broken(self, labels: Labels) -> int:
         """Cells that must change before a grid keeps all this, at least."""
         rows, columns = np.indices(labels.shape)
@@ -68,7 +73,7 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
     notes = []
     if wishes.keep:
         wished = {label for label, _, _ in counts}
-        for label, once in _ground_only(examples):
+        for label, once in sorted(_ground_only(examples), key=lambda each: not each[1]):
             name = examples[0].names[label]
             if label in wished or least >= max(1, columns - 2):
                 continue
