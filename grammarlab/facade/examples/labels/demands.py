@@ -69,11 +69,13 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
     counts = [_counted(found, examples[0], count, wishes.symmetric) for count in wishes.counts]
     least = sum(count[1] for count in counts)
     if least > found.shape[0] * found.shape[1]:
-        raise FacadeError(f"wishes: {least} cells are asked for by label, the grid has {found.shape[0] * found.shape[1]}.")
+        raise FacadeError(
+            f"wishes: {least} cells are asked for by label, the grid has {found.shape[0] * found.shape[1]}."
+        )
     notes = []
     if wishes.keep:
         wished = {label for label, _, _ in counts}
-        for label, once in sorted(_ground_only(examples), key=lambda each: not each[1]):
+        for label, once in sorted(ground_labels(examples), key=lambda each: not each[1]):
             name = examples[0].names[label]
             if label in wished or least >= max(1, columns - 2):
                 continue
@@ -91,8 +93,8 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
     return Demands(found, tuple(counts), wishes.symmetric, tuple(notes))
 
 
-def _ground_only(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
-    """Labels between the corners of the ground floor that no other place has, and whether the examples have them once."""
+def ground_labels(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
+    """Labels that only the ground floor has, between its corners, and whether the examples have them once."""
     size = len(examples[0].names)
     tall = [example.labels for example in examples if example.rows > 1]
     inner = np.zeros(size, dtype=np.int64)
@@ -110,7 +112,9 @@ def _only(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
         label = example.label(wish.label)
         rows = _rows(wish.rows, len(domain))
         if not rows.any():
-            raise FacadeError(f"wishes: {wish.label} only {wish.rows}, but a grid of {len(domain)} rows has none there.")
+            raise FacadeError(
+                f"wishes: {wish.label} only {wish.rows}, but a grid of {len(domain)} rows has none there."
+            )
         if not domain[rows, :, label].any():
             domain[rows, :, label] = True
         alone = domain.sum(axis=2) == 1
@@ -139,11 +143,13 @@ def _fixed(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
         cell = (wish.row, wish.column)
         if not (0 <= wish.row < rows and 0 <= wish.column < columns):
             raise FacadeError(
-                f"wishes: row {wish.row}, column {wish.column} is fixed; the grid has rows 0 to {rows - 1} and columns 0 "
-                f"to {columns - 1}."
+                f"wishes: row {wish.row}, column {wish.column} is fixed; the grid has rows 0 to {rows - 1} and "
+                f"columns 0 to {columns - 1}."
             )
         if seen.setdefault(cell, wish.label) != wish.label:
-            raise FacadeError(f"wishes: row {wish.row}, column {wish.column} cannot be both {seen[cell]} and {wish.label}.")
+            raise FacadeError(
+                f"wishes: row {wish.row}, column {wish.column} cannot be both {seen[cell]} and {wish.label}."
+            )
         label = example.label(wish.label)
         for only in wishes.only:
             if only.label == wish.label and not _rows(only.rows, rows)[wish.row]:
@@ -181,6 +187,6 @@ def _counted(domain: Domain, example: LabelGrid, count: Count, symmetric: bool) 
     odd = columns % 2 == 1 and domain[:, columns // 2, label].any()
     if symmetric and count.least == count.most and count.least % 2 == 1 and not odd:
         raise FacadeError(
-            f"wishes: symmetric and {told} contradict each other: an odd number needs a middle column that may have one."
+            f"wishes: symmetric and {told} contradict each other: an odd number needs a middle column for one."
         )
     return label, count.least, count.most

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from grammarlab.facade.examples.label_grid import Labels
 from grammarlab.facade.examples.labels.demands import Demands
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
+
+if TYPE_CHECKING:
+    from ortools.sat.python.cp_model import CpModel, IntVar
 
 LARGEST = 400
 """Windows times patches of the largest problem that is given to it: more take longer than they gain."""
@@ -47,32 +51,11 @@ def solve(problem: Problem, demands: Demands, bound: int, hint: Labels | None, s
     from ortools.sat.python import cp_model  # noqa: PLC0415  an extra
 
     model = cp_model.CpModel()
-    cells: dict[tuple[int, int, int], cp_model.IntVar] = {}
-    for row, column in np.ndindex(problem.rows, problem.columns):
-        mirror = min(column, problem.columns - 1 - column) if demands.symmetric else column
-        for label in np.flatnonzero(demands.domain[row, column]).tolist():
-            if (row, mirror, label) not in cells:
-                cells[row, mirror, label] = model.new_bool_var("")
-            cells[row, column, label] = cells[row, mirror, label]
-        model.add_exactly_one(cells[row, column, label] for label in np.flatnonzero(demands.domain[row, column]).tolist())
-    for label, least, most in demands.counts:
-        often = sum(variable for (_, _, its), variable in cells.items() if its == label)
-        model.add_linear_constraint(often, least, most)
+    cells = _cells(model, demands)
     differ: list[cp_model.IntVar] = []
     for row, column in np.argwhere(problem.kind >= 0).tolist():
-        patches = problem.patches[problem.kind[row, column]]
-        chosen = [model.new_bool_var("") for _ in patches]
-        model.add_exactly_one(chosen)
-        for up, right in np.ndindex(WINDOW, WINDOW):
-            wants = patches[:, up, right]
-            if (wants == AWAY).all():
-                continue
-            other = model.new_bool_var("")
-            differ.append(other)
-            for label in np.unique(wants[wants != AWAY]).tolist():
-                here = cells.get((row + up - 1, column + right - 1, label), 0)
-                model.add(sum(chosen[k] for k in np.flatnonzero(wants == label).tolist()) - here <= other)
-    energy = sum(differ)
+        _add_window(model, cells, problem.patches[problem.kind[row, column]], (row, column), differ)
+    energy = cp_model.LinearExpr.sum(differ)
     model.add(energy >= bound)
     model.minimize(energy)
     if hint is not None:
@@ -91,3 +74,41 @@ def solve(problem: Problem, demands: Demands, bound: int, hint: Labels | None, s
         if solver.value(variable):
             labels[row, column] = label
     return Solved(labels, max(bound, round(solver.best_objective_bound)), impossible=False)
+
+
+def _cells(model: CpModel, demands: Demands) -> dict[tuple[int, int, int], IntVar]:
+    """By row, column and label, whether the cell has the label; a symmetric grid has one variable for both sides."""
+    cells: dict[tuple[int, int, int], IntVar] = {}
+    rows, columns, _ = demands.domain.shape
+    for row, column in np.ndindex(rows, columns):
+        mirror = min(column, columns - 1 - column) if demands.symmetric else column
+        labels = np.flatnonzero(demands.domain[row, column]).tolist()
+        for label in labels:
+            if (row, mirror, label) not in cells:
+                cells[row, mirror, label] = model.new_bool_var("")
+            cells[row, column, label] = cells[row, mirror, label]
+        model.add_exactly_one(cells[row, column, label] for label in labels)
+    for label, least, most in demands.counts:
+        often = sum(variable for (_, _, its), variable in cells.items() if its == label)
+        model.add_linear_constraint(often, least, most)
+    return cells
+
+
+def _add_window(
+    model: CpModel,
+    cells: dict[tuple[int, int, int], IntVar],
+    patches: Labels,
+    centre: tuple[int, int],
+    differ: list[IntVar],
+) -> None:
+    """One window: it is like one patch, and each label that differs from it counts."""
+    chosen = [model.new_bool_var("") for _ in patches]
+    model.add_exactly_one(chosen)
+    for up, right in np.ndindex(WINDOW, WINDOW):
+        wants = patches[:, up, right]
+        labels = np.unique(wants[wants != AWAY]).tolist()
+        if labels:
+            differ.append(model.new_bool_var(""))
+        for label in labels:
+            here = cells.get((centre[0] + up - 1, centre[1] + right - 1, label), 0)
+            model.add(sum(chosen[k] for k in np.flatnonzero(wants == label).tolist()) - here <= differ[-1])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from grammarlab.facade.examples.labels.chains import Costs
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
 _PAIRS = ((0, 1), (0, 2), (1, 2))
+_Kind = TypeVar("_Kind", bound=np.generic)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,29 +88,22 @@ class Strips:
         after = after[:, :1] if column == self.problem.columns - 1 else after
         return before[..., 2], here[..., 1], after[..., 0]
 
-    def _cost(self, own: Costs, column: int) -> Costs:
+    def _cost(self, own: Costs, column: int) -> NDArray[np.float32]:
         """[strips, before, here, after] least cost of the cells of a column, given the patches of three windows."""
         wanted = self._wanted(column)
-        sizes = [each.shape[1] for each in wanted]
-        total = np.zeros((len(self.rows), *sizes), dtype=np.float32)
+        total = np.zeros((len(self.rows), *(each.shape[1] for each in wanted)), dtype=np.float32)
         strips = np.arange(len(self.rows))[:, None]
         for row in range(WINDOW):
             price = own[:, row, column].astype(np.float32)  # [strips, labels]
-            wants = [each[:, :, row] for each in wanted]
-            counted = [want != AWAY for want in wants]
-            spread = [_axis(each, axis) for axis, each in enumerate(counted)]
-            voters = spread[0].astype(np.float32) + spread[1] + spread[2]
-            gain = [
-                _axis(np.where(count, price[strips, want], np.float32(np.inf)), axis)
-                for axis, (count, want) in enumerate(zip(counted, wants, strict=True))
-            ]
-            equal = {
-                pair: _axis(wants[pair[0]], pair[0]) == _axis(wants[pair[1]], pair[1]) for pair in _PAIRS
-            }
+            wants = [_axis(each[:, :, row], axis) for axis, each in enumerate(wanted)]
+            voters = sum((want != AWAY).astype(np.float32) for want in wants)
+            agree = [(wants[one] == wants[other]).astype(np.float32) for one, other in _PAIRS]
             best = np.broadcast_to(price.min(axis=1)[:, None, None, None], total.shape).copy()
-            np.minimum(best, gain[0] - 1.0 - equal[0, 1] - equal[0, 2], out=best)
-            np.minimum(best, gain[1] - 1.0 - equal[0, 1] - equal[1, 2], out=best)
-            np.minimum(best, gain[2] - 1.0 - equal[0, 2] - equal[1, 2], out=best)
+            for axis, each in enumerate(wanted):
+                want = each[:, :, row]
+                gain = np.where(want != AWAY, price[strips, want], np.float32(np.inf)) - np.float32(1.0)
+                one, other = (pair for pair, both in zip(agree, _PAIRS, strict=True) if axis in both)
+                np.minimum(best, _axis(gain, axis) - one - other, out=best)
             total += best + voters
         return total
 
@@ -122,7 +117,7 @@ class Strips:
         return cost.argmin(axis=2)
 
 
-def _axis(values: NDArray[np.generic], axis: int) -> NDArray[np.generic]:
+def _axis(values: NDArray[_Kind], axis: int) -> NDArray[_Kind]:
     """[strips, states] along one of the three axes of states."""
     shape = [len(values), 1, 1, 1]
     shape[axis + 1] = values.shape[1]
