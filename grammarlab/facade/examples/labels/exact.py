@@ -18,7 +18,7 @@ from grammarlab.facade.examples.labels.solver import solve, suits
 
 _DUAL_WORK = 4e7
 """Sums that all steps of the dual may take together: some tenths of a second."""
-_MOST_STEPS = 60
+_MOST_STEPS = 40
 _LARGEST_STRIPS = 3e8
 """Sums of the largest problem whose strips are solved at all."""
 _STEPS_A_GRID = 4
@@ -59,22 +59,14 @@ def least_energy(
     problem = problem.within(demands.domain)
     search = Search(problem, demands, np.random.default_rng(seed), effort)
     bound, turned = _alone(problem, demands)
-    for start in _starts(search, examples, seed):
-        search.settle(start)
-        if _done(search, bound) or search.spent > search.budget:
-            break
+    _try(search, _in_order(search, examples), bound)
     if not _done(search, bound):
         bound = max(bound, _dual(search, bound, turned, effort))
     if not _done(search, bound):
+        _try(search, _others(search, examples, seed), bound)
         search.recombined(_POOL)
     if not _done(search, bound) and suits(problem):
-        best = search.ranked()
-        solved = solve(problem, demands, bound, best[0][1] if best else None, seed, effort)
-        if solved.impossible:
-            raise FacadeError("wishes: no grid of this size keeps all of them.")
-        bound = solved.bound
-        if solved.labels is not None:
-            search.keep(solved.labels)
+        bound = _solved(search, bound, seed, effort)
     if search.best is None:
         raise FacadeError("wishes: no grid that keeps all of them was found; ask for less, or for a larger grid.")
     for turn in range(2 * count):
@@ -116,15 +108,40 @@ def _dual(search: Search, bound: int, turned: bool, effort: float) -> int:
     return max(bound, dual.whole)
 
 
-def _starts(search: Search, examples: Sequence[LabelGrid], seed: int) -> Iterator[Labels]:
-    """Grids to begin with: of lines of an example, and the paper's with borders."""
+def _try(search: Search, starts: Iterator[Labels], bound: int) -> None:
+    """Settle one start after the other, until one is good enough or the budget is spent."""
+    for start in starts:
+        search.settle(start)
+        if _done(search, bound) or search.spent > search.budget:
+            return
+
+
+def _in_order(search: Search, examples: Sequence[LabelGrid]) -> Iterator[Labels]:
+    """Grids of lines of an example, stretched over the new grid or again and again."""
     for example in examples:
-        yield search.factored(_whole(example), _stretched(example.columns, search.problem.columns))
-    for _ in range(2):
-        for example in examples:
-            yield _drawn(search, example)
-    for turn in range(3):
+        across = np.round(np.linspace(0, example.columns - 1, search.problem.columns)).astype(np.int64)
+        yield search.factored(_whole(example), across)
+    for example in examples:
+        yield _drawn(search, example)
+
+
+def _others(search: Search, examples: Sequence[LabelGrid], seed: int) -> Iterator[Labels]:
+    """Grids of the paper's method, with borders, and of lines from other places."""
+    for turn in range(2):
         yield expectation_maximization(search.problem, seed + turn).labels
+    for example in examples:
+        yield _drawn(search, example)
+
+
+def _solved(search: Search, bound: int, seed: int, effort: float) -> int:
+    """The bound that CP-SAT proves, and the grid that it finds."""
+    best = search.ranked()
+    solved = solve(search.problem, search.demands, bound, best[0][1] if best else None, seed, effort)
+    if solved.impossible:
+        raise FacadeError("wishes: no grid of this size keeps all of them.")
+    if solved.labels is not None:
+        search.keep(solved.labels)
+    return solved.bound
 
 
 def _drawn(search: Search, example: LabelGrid) -> Labels:
@@ -135,10 +152,6 @@ def _drawn(search: Search, example: LabelGrid) -> Labels:
     if columns > 1:
         across[0], across[-1] = 0, size - 1
     return search.factored(_whole(example), across)
-
-
-def _stretched(size: int, columns: int) -> Labels:
-    return np.round(np.linspace(0, size - 1, columns)).astype(np.int64)
 
 
 def _whole(example: LabelGrid) -> Labels:

@@ -14,8 +14,10 @@ from grammarlab.facade.examples.labels.pools import best_columns
 from grammarlab.facade.examples.labels.problem import Problem
 from grammarlab.facade.examples.labels.rows import RowWindows
 
-_WORK = 6e8
-"""Sums that settling may take, before what is good enough is kept: some tenths of a second in most cases."""
+_WORK = 1e8
+"""Sums that settling may take before what was found is kept: some tenths of a second."""
+_PASSES = 2
+"""Times that all lines of a grid may be settled, however large it is."""
 PENALTY = 9
 """Energy of a cell that must change: no less than what changing it can add, as 9 windows lie over it."""
 _FEW = 4
@@ -42,7 +44,8 @@ class Search:
         self.rows = RowWindows.of(self.problem)
         self.columns = RowWindows.of(self.problem.transposed())
         shape = self.problem.domain.shape
-        self.budget = _WORK * self.effort
+        once = self.problem.rows * self.rows.work + self.problem.columns * self.columns.work
+        self.budget = max(_WORK, _PASSES * once) * self.effort
         self.noise = self.generator.random(shape) * (_NOISE / (shape[0] * shape[1]))
 
     @property

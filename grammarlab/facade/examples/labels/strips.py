@@ -101,7 +101,7 @@ class Strips:
             best = np.broadcast_to(price.min(axis=1)[:, None, None, None], total.shape).copy()
             for axis, each in enumerate(wanted):
                 want = each[:, :, row]
-                gain = np.where(want != AWAY, price[strips, want], np.float32(np.inf)) - np.float32(1.0)
+                gain = np.where(want != AWAY, price[strips, np.maximum(want, 0)], np.float32(np.inf)) - np.float32(1.0)
                 one, other = (pair for pair, both in zip(agree, _PAIRS, strict=True) if axis in both)
                 np.minimum(best, _axis(gain, axis) - one - other, out=best)
             total += best + voters
