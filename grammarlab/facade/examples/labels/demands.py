@@ -7,12 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.label_grid import LabelGrid, Labels
 from grammarlab.facade.examples.wishes import Count, Rows, Wishes
 
 Domain = NDArray[np.bool_]
+_MOST_PLACED = 400
+"""Units whose places are looked for before the search; more are left to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,11 +70,8 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
         for row, column in sorted(pairs):
             _agree(found, (row, column), (row, columns - 1 - column), fixed)
     counts = [_counted(found, examples[0], count, wishes.symmetric) for count in wishes.counts]
+    _check_room(found, examples[0].names, counts)
     least = sum(count[1] for count in counts)
-    if least > found.shape[0] * found.shape[1]:
-        raise FacadeError(
-            f"wishes: {least} cells are asked for by label, the grid has {found.shape[0] * found.shape[1]}."
-        )
     notes = []
     if wishes.keep:
         wished = {label for label, _, _ in counts}
@@ -91,6 +91,17 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
                 notes.append(f"{name} is on the ground floor of the example; there is no place for it here")
     counts.sort(key=lambda each: each[2])
     return Demands(found, tuple(counts), wishes.symmetric, tuple(notes))
+
+
+def _check_room(domain: Domain, names: tuple[str, ...], counts: Sequence[tuple[int, int, int]]) -> None:
+    """Counts for which there is room one by one, but not together."""
+    wanted = np.array([label for label, least, _ in counts for _ in range(least)], dtype=np.int64)
+    if not 0 < len(wanted) <= _MOST_PLACED:
+        return
+    refused = ~domain.reshape(-1, domain.shape[2]).T[wanted]  # [wanted, cells]
+    if len(wanted) > refused.shape[1] or refused[linear_sum_assignment(refused)].any():
+        told = ", ".join(f"{names[label]} at least {least} times" for label, least, _ in counts if least)
+        raise FacadeError(f"wishes: {told}: there is no room for all of these together.")
 
 
 def ground_labels(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:

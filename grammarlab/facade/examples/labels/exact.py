@@ -23,6 +23,10 @@ _LARGEST_STRIPS = 3e8
 """Sums of the largest problem whose strips are solved at all."""
 _STEPS_A_GRID = 4
 """Steps of the dual between two grids that are made of what the strips want."""
+_TRIES = 4
+"""Grids that may be made for each one that is wanted, to find different ones."""
+_RUN = 3
+"""Lines that are taken from an example together."""
 _POOL = 40
 """Columns to recombine."""
 
@@ -69,10 +73,10 @@ def least_energy(
         bound = _solved(search, bound, seed, effort)
     if search.best is None:
         raise FacadeError("wishes: no grid that keeps all of them was found; ask for less, or for a larger grid.")
-    for turn in range(2 * count):
+    for turn in range(_TRIES * count):
         if len(search.found) >= count:
             break
-        search.settle(_drawn(search, examples[turn % len(examples)]))
+        search.settle(_scattered(search, examples[turn % len(examples)]))
     return Bounded(tuple(search.ranked()[:count]), bound)
 
 
@@ -152,6 +156,15 @@ def _drawn(search: Search, example: LabelGrid) -> Labels:
     if columns > 1:
         across[0], across[-1] = 0, size - 1
     return search.factored(_whole(example), across)
+
+
+def _scattered(search: Search, example: LabelGrid) -> Labels:
+    """Runs of a few lines of an example, from places that are drawn: its grids differ most from those found before."""
+    lines = []
+    for wanted, size in ((search.problem.rows, example.rows), (search.problem.columns, example.columns)):
+        starts = search.generator.integers(size, size=wanted)
+        lines.append(((starts[:, None] + np.arange(_RUN)) % size).ravel()[:wanted])
+    return _whole(example)[np.ix_(*lines)]
 
 
 def _whole(example: LabelGrid) -> Labels:
