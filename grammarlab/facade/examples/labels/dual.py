@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from grammarlab.facade.examples.label_grid import Labels
 from grammarlab.facade.examples.labels.chains import Costs
 from grammarlab.facade.examples.labels.demands import Demands
+from grammarlab.facade.examples.labels.messages import swept
 from grammarlab.facade.examples.labels.problem import WINDOW, Problem
 from grammarlab.facade.examples.labels.strips import Strips
 
@@ -48,12 +49,13 @@ class Dual:
 
     problem: Problem
     demands: Demands
+    sweeps: int = 0
+    """Of prices that strips pass on first."""
     bound: float = -np.inf
 
     def __post_init__(self) -> None:
         self.strips = Strips.of(self.problem, range(self.problem.rows))
-        shape = (self.problem.rows, WINDOW, self.problem.columns, self.problem.num_labels)
-        self.prices: Costs = np.zeros(shape)
+        self.prices = swept(self.problem, self.sweeps)
         self.tolls: Costs = np.zeros(len(self.demands.counts))
         self.copies = self._gathered(self.strips.inside[:, :, None].repeat(self.problem.columns, axis=2).astype(float))
 

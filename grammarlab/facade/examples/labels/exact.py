@@ -19,6 +19,9 @@ from grammarlab.facade.examples.labels.solver import solve, suits
 _DUAL_WORK = 4e7
 """Sums that all steps of the dual may take together: some tenths of a second."""
 _MOST_STEPS = 40
+_SWEEPS = 4
+_FIRST_STEPS = 16
+"""Steps of the dual before it is worth to sweep."""
 _LARGEST_STRIPS = 3e8
 """Sums of the largest problem whose strips are solved at all."""
 _STEPS_A_GRID = 4
@@ -65,7 +68,7 @@ def least_energy(
     bound, turned = _alone(problem, demands)
     _try(search, _in_order(search, examples), bound)
     if not _done(search, bound):
-        bound = max(bound, _dual(search, bound, turned, effort))
+        bound = _dual(search, bound, turned, effort)
     if not _done(search, bound):
         _try(search, _others(search, examples, seed), bound)
         search.recombined(_POOL)
@@ -93,23 +96,24 @@ def _alone(problem: Problem, demands: Demands) -> tuple[int, bool]:
 
 
 def _dual(search: Search, bound: int, turned: bool, effort: float) -> int:
-    """A better bound, while grids are made of what its strips want."""
-    steps = min(_MOST_STEPS * effort, _DUAL_WORK * effort / least_work(search.problem))
-    if steps < 1:
-        return bound
-    demands = search.demands
+    """A better bound, while grids are made of what its strips want: a few steps first, then sweeps and more steps."""
+    steps = int(min(_MOST_STEPS * effort, _DUAL_WORK * effort / least_work(search.problem)))
+    problem, demands = search.problem, search.demands
     if turned:
-        domain = np.ascontiguousarray(demands.domain.transpose(1, 0, 2))
-        dual = Dual(search.problem.transposed(), Demands(domain, demands.counts, symmetric=False))
-    else:
-        dual = Dual(search.problem, demands)
-    target = search.best if search.best is not None else 2 * bound + 9
-    for step, wanted in enumerate(dual.steps(target, int(steps))):
-        if step % _STEPS_A_GRID == _STEPS_A_GRID - 1:
-            search.settle(np.ascontiguousarray(wanted.T if turned else wanted))
-        if _done(search, dual.whole):
+        problem = problem.transposed()
+        demands = Demands(np.ascontiguousarray(problem.domain), demands.counts, symmetric=False)
+    for sweeps, most in ((0, min(_FIRST_STEPS, steps)), (_SWEEPS, steps - _FIRST_STEPS)):
+        if most < 1 or _done(search, bound):
             break
-    return max(bound, dual.whole)
+        dual = Dual(problem, demands, sweeps)
+        target = search.best if search.best is not None else 2 * bound + 9
+        for step, wanted in enumerate(dual.steps(target, most)):
+            bound = max(bound, dual.whole)
+            if step % _STEPS_A_GRID == _STEPS_A_GRID - 1:
+                search.settle(np.ascontiguousarray(wanted.T if turned else wanted))
+            if _done(search, bound):
+                break
+    return bound
 
 
 def _try(search: Search, starts: Iterator[Labels], bound: int) -> None:

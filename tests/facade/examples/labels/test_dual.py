@@ -4,10 +4,11 @@ import pytest
 from grammarlab.facade.examples.labels.demands import Demands, demands_of
 from grammarlab.facade.examples.labels.dual import Dual, strips_alone
 from grammarlab.facade.examples.labels.energy import energy
+from grammarlab.facade.examples.labels.messages import swept
 from grammarlab.facade.examples.labels.problem import AWAY, bordered, unbordered
 from grammarlab.facade.examples.labels.strips import Strips
 from grammarlab.facade.examples.wishes import Count, Wishes
-from tests.facade.examples.grids import all_grids, checker, drawn, plain_house, slow_energies
+from tests.facade.examples.grids import all_grids, checker, drawn, plain_house, shop_house, slow_energies
 
 
 def everywhere(rows: int, columns: int) -> np.ndarray:
@@ -77,3 +78,24 @@ def test_bounds_know_counts_and_symmetry(symmetric: bool) -> None:
     for _ in dual.steps(20.0, 30):
         assert dual.whole <= energy(problem, grid)
     assert dual.whole > free
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_sweeps_only_raise_the_bound(seed: int) -> None:
+    """What strips pass on adds up to nothing over a cell, so that the bound stays one."""
+    example = shop_house() if seed == 0 else drawn(4, 4, 3, seed)
+    size = (5, 8) if seed == 0 else (3, 4)
+    problem = bordered([example], everywhere(*size))
+    strips = Strips.of(problem, range(problem.rows))
+    bounds = []
+    for sweeps in range(5):
+        prices = swept(problem, sweeps)
+        total = np.zeros((problem.rows + 2, *problem.domain.shape[1:]))
+        for up in range(3):
+            total[up : up + problem.rows] += prices[:, up]
+        assert np.allclose(total, 0.0, atol=1e-9)
+        bounds.append(float(strips.least(prices)[0].sum()))
+    assert (np.diff(bounds) >= -1e-3).all()
+    assert bounds[-1] > bounds[0]
+    if seed and len(example.names) == 2:
+        assert bounds[-1] <= slow_energies(example.labels, all_grids(*size, 2)).min() + 1e-3
