@@ -49,13 +49,11 @@ class Dual:
 
     problem: Problem
     demands: Demands
-    sweeps: int = 0
-    """Of prices that strips pass on first."""
     bound: float = -np.inf
 
     def __post_init__(self) -> None:
         self.strips = Strips.of(self.problem, range(self.problem.rows))
-        self.prices = swept(self.problem, self.sweeps)
+        self.prices = np.zeros((self.problem.rows, WINDOW, self.problem.columns, self.problem.num_labels))
         self.tolls: Costs = np.zeros(len(self.demands.counts))
         self.copies = self._gathered(self.strips.inside[:, :, None].repeat(self.problem.columns, axis=2).astype(float))
 
@@ -63,6 +61,11 @@ class Dual:
     def whole(self) -> int:
         """The bound, as energies are whole."""
         return ceil(self.bound - _ROUNDING) if np.isfinite(self.bound) else 0
+
+    def sweep(self, sweeps: int) -> None:
+        """Let strips pass on what they know of prices."""
+        tolls = self._tolls()
+        self.prices = swept(self.problem, self.prices + tolls, sweeps) - tolls
 
     def steps(self, target: float, most: int) -> Iterator[Labels]:
         """Better and better bounds; after each step, the labels that most strips want.
@@ -88,10 +91,7 @@ class Dual:
 
     def _evaluated(self) -> tuple[float, Costs, Costs, Labels]:
         """The bound at these prices, its slopes by prices and by tolls, and the labels that most strips want."""
-        prices = self.prices.copy()
-        for (label, _, _), toll in zip(self.demands.counts, self.tolls, strict=True):
-            prices[..., label] += toll * self._spread(1.0 / self.copies)
-        energies, labels = self.strips.least(prices)
+        energies, labels = self.strips.least(self.prices + self._tolls())
         chosen = (labels[..., None] == np.arange(self.problem.num_labels)).astype(float)
         mean = self._gathered(chosen) / self.copies[..., None]
         if self.demands.symmetric:
@@ -107,6 +107,14 @@ class Dual:
             value -= toll * wished
             toll_slopes[index] = often - wished
         return value, slopes, toll_slopes, mean.argmax(axis=2)
+
+    def _tolls(self) -> Costs:
+        """[strips, 3, columns, labels] what each label that is counted costs in addition."""
+        found = np.zeros_like(self.prices)
+        share = self._spread(1.0 / self.copies)
+        for (label, _, _), toll in zip(self.demands.counts, self.tolls, strict=True):
+            found[..., label] += toll * share
+        return found
 
     def _gathered(self, values: NDArray[np.float64]) -> Costs:
         """[rows, columns, ...] sums over the strips that cover a cell, of [strips, 3, columns, ...]."""

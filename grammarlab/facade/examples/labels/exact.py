@@ -20,7 +20,7 @@ _DUAL_WORK = 4e7
 """Sums that all steps of the dual may take together: some tenths of a second."""
 _MOST_STEPS = 40
 _SWEEPS = 4
-_FIRST_STEPS = 16
+_FIRST_STEPS = 12
 """Steps of the dual before it is worth to sweep."""
 _LARGEST_STRIPS = 3e8
 """Sums of the largest problem whose strips are solved at all."""
@@ -102,10 +102,13 @@ def _dual(search: Search, bound: int, turned: bool, effort: float) -> int:
     if turned:
         problem = problem.transposed()
         demands = Demands(np.ascontiguousarray(problem.domain), demands.counts, symmetric=False)
+    if steps < 1:
+        return bound
+    dual = Dual(problem, demands)
     for sweeps, most in ((0, min(_FIRST_STEPS, steps)), (_SWEEPS, steps - _FIRST_STEPS)):
         if most < 1 or _done(search, bound):
             break
-        dual = Dual(problem, demands, sweeps)
+        dual.sweep(sweeps)
         target = search.best if search.best is not None else 2 * bound + 9
         for step, wanted in enumerate(dual.steps(target, most)):
             bound = max(bound, dual.whole)

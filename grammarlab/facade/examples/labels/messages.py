@@ -14,7 +14,7 @@ _PART = 0.5
 """Part of what a strip knows that it passes on; with all of it, sweeps end at a worse bound."""
 
 
-def swept(problem: Problem, sweeps: int) -> Costs:
+def swept(problem: Problem, start: Costs, sweeps: int) -> Costs:
     """Prices with which the bound of the strips is better: block coordinate ascent, upwards and downwards in turn.
 
     A strip's min-marginals of a cell, how much more it costs when the cell has this label, are its price of the label:
@@ -22,12 +22,13 @@ def swept(problem: Problem, sweeps: int) -> Costs:
 
     Args:
         problem: what windows are compared with.
+        start: [strips, 3, columns, labels] prices to begin with.
         sweeps: over all strips.
 
     Returns:
-        [strips, 3, columns, labels]; over a cell they add up to nothing.
+        [strips, 3, columns, labels]; over a cell they add up to what they did.
     """
-    prices = np.zeros((problem.rows, WINDOW, problem.columns, problem.num_labels))
+    prices = start.copy()
     known: dict[tuple[int, int], _Wants] = {}
     for sweep in range(sweeps):
         step = 1 if sweep % 2 == 0 else -1

@@ -89,7 +89,7 @@ def test_sweeps_only_raise_the_bound(seed: int) -> None:
     strips = Strips.of(problem, range(problem.rows))
     bounds = []
     for sweeps in range(5):
-        prices = swept(problem, sweeps)
+        prices = swept(problem, np.zeros((problem.rows, 3, problem.columns, problem.num_labels)), sweeps)
         total = np.zeros((problem.rows + 2, *problem.domain.shape[1:]))
         for up in range(3):
             total[up : up + problem.rows] += prices[:, up]
