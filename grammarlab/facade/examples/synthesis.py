@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -33,9 +33,10 @@ class Synthesis:
     energy: int
     """Labels that differ, summed over a window about every cell, each against the nearest window of the examples that
     has the same borders (Eq. 1 and 2, with borders), and 9 for every cell that breaks what is asked of the grid, which
-    is no less than what mending it may add. Grids of both methods are measured by it."""
+    is no less than what mending it may add. Grids of both methods are measured by it; without borders it is
+    `paper_energy` and those 9."""
     bound: int
-    """No grid has less energy; 0 by method em, which knows none."""
+    """No grid that keeps what is asked has less energy; 0 by method em, which knows none."""
     proven: bool
     """Energy and bound are equal."""
     paper_energy: int
@@ -58,8 +59,9 @@ def synthesize(
     count: int = 1,
     regions: Labels | None = None,
     effort: float = 1.0,
+    borders: bool = True,
 ) -> list[Synthesis]:
-    """Grids of the same kind as the examples, best first, no two equal.
+    """Grids of the same kind as the examples, best first; by method exact no two are equal.
 
     Args:
         examples: one or more; labels of equal name are equal.
@@ -69,9 +71,11 @@ def synthesize(
             neither.
         wishes: what is asked of the grid.
         seed: of all random choices.
-        count: grids wanted; fewer come where fewer were found.
+        count: grids wanted; exact gives fewer where it found fewer, em one for each seed from the given one on.
         regions: [rows, columns] which example each cell is made after; all examples everywhere, when left out.
         effort: how much more work than usual is done before a gap between energy and bound is accepted.
+        borders: compare windows about all cells, borders with borders; if not, energies are the paper's E(O), and
+            nothing keeps the ground floor, the corners or the door.
 
     Raises:
         FacadeError: for wishes that contradict each other, or sizes out of range.
@@ -86,8 +90,9 @@ def synthesize(
         raise FacadeError(f"count: expected 1 to {MOST_RESULTS}, found {count}.")
     grids = joined(examples)
     places = _checked(regions, rows, columns, len(grids))
-    problem, plain = bordered(grids, places), unbordered(grids, places)
-    demands = demands_of(problem.domain, grids, wishes)
+    plain = unbordered(grids, places)
+    problem = bordered(grids, places) if borders else plain
+    demands = demands_of(problem.domain, grids, wishes if borders else replace(wishes, keep=False))
     bound = 0
     runs: list[tuple[int, Labels, tuple[int, ...]]] = []
     if method == "em":

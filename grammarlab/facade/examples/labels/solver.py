@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 LARGEST = 400
 """Windows times patches of the largest problem that is given to it: more take longer than they gain."""
 
+_TIME = 0.5
+"""Deterministic time of the solver: a second or two."""
+
 
 @dataclass(frozen=True, slots=True)
 class Solved:
@@ -46,7 +49,7 @@ def solve(problem: Problem, demands: Demands, bound: int, hint: Labels | None, s
         bound: what no energy is below.
         hint: a grid that keeps the demands.
         seed: of the solver.
-        effort: its deterministic time; one is about a second.
+        effort: how much more time than usual it gets.
     """
     from ortools.sat.python import cp_model  # noqa: PLC0415  an extra
 
@@ -65,7 +68,7 @@ def solve(problem: Problem, demands: Demands, bound: int, hint: Labels | None, s
     solver = cp_model.CpSolver()
     solver.parameters.num_workers = 1
     solver.parameters.random_seed = seed % 2**31
-    solver.parameters.max_deterministic_time = effort
+    solver.parameters.max_deterministic_time = _TIME * effort
     status = solver.solve(model)
     if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
         return Solved(None, bound, status == cp_model.INFEASIBLE)

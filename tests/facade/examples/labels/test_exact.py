@@ -78,6 +78,15 @@ def test_large_grids_are_proven_least_and_never_above_the_papers_method(example:
         assert run.paper_energy == run.history[-1]
 
 
+@pytest.mark.parametrize("example", [checker(), plain_house(), shop_house(), drawn(6, 6, 4, seed=0)])
+def test_without_borders_the_papers_energy_is_never_above_the_papers_method(example: LabelGrid) -> None:
+    found = synthesize([example], 8, 15, borders=False, effort=0.5)[0]
+    runs = synthesize([example], 8, 15, borders=False, method="em", count=100)
+    assert found.energy == found.paper_energy
+    assert found.bound <= found.energy <= min(run.energy for run in runs)
+    assert all(run.energy == run.paper_energy == run.history[-1] for run in runs)
+
+
 def test_ground_floor_corners_and_door_stay() -> None:
     for example in (plain_house(), shop_house()):
         for rows, columns, seed in ((6, 6, 0), (12, 7, 2), (3, 16, 3), (4, 4, 4)):
