@@ -14,7 +14,7 @@ from grammarlab.facade.examples.labels.demands import demands_of
 from grammarlab.facade.examples.labels.energy import energy
 from grammarlab.facade.examples.labels.exact import least_energy
 from grammarlab.facade.examples.labels.expectation import expectation_maximization
-from grammarlab.facade.examples.labels.problem import bordered, unbordered
+from grammarlab.facade.examples.labels.problem import MOST_COMPARED, bordered, unbordered
 from grammarlab.facade.examples.labels.search import PENALTY
 from grammarlab.facade.examples.quality import Quality, quality_of
 from grammarlab.facade.examples.wishes import Wishes
@@ -92,6 +92,11 @@ def synthesize(
     places = _checked(regions, rows, columns, len(grids))
     plain = unbordered(grids, places)
     problem = bordered(grids, places) if borders else plain
+    if rows * columns * sum(len(patches) for patches in plain.patches) > MOST_COMPARED:
+        raise FacadeError(
+            f"examples: {sum(len(patches) for patches in plain.patches):,} different windows are too many for "
+            f"{rows} x {columns} cells; give smaller examples, or ask for fewer cells."
+        )
     demands = demands_of(problem.domain, grids, wishes if borders else replace(wishes, keep=False))
     bound = 0
     runs: list[tuple[int, Labels, tuple[int, ...]]] = []

@@ -18,6 +18,8 @@ from grammarlab.facade.examples.labels.strips import Strips
 
 _ROUNDING = 0.01
 """Energies are whole numbers; this much below one is taken to be it."""
+_LARGEST = 1e8
+"""Sums that solving different strips may take."""
 _PATIENCE = 3
 """Steps without a better bound before steps become smaller."""
 _SHRINK = 0.7
@@ -30,13 +32,18 @@ def least_work(problem: Problem) -> float:
 
 
 def strips_alone(problem: Problem) -> int:
-    """What no grid's energy is below: all strips at their best, each by itself; equal strips are solved once."""
+    """What no grid's energy is below: all strips at their best, each by itself; equal strips are solved once.
+
+    It is 0 where that would take too long.
+    """
     first: dict[bytes, int] = {}
     same = []
     for row in range(problem.rows):
         around = problem.domain[max(0, row - 1) : row + 2]
         key = problem.kind[row].tobytes() + around.tobytes() + bytes([row == 0, row == problem.rows - 1])
         same.append(first.setdefault(key, row))
+    if least_work(problem) * len(first) / problem.rows > _LARGEST:
+        return 0
     strips = Strips.of(problem, list(first.values()))
     shape = (len(first), WINDOW, problem.columns, problem.num_labels)
     energies = dict(zip(first.values(), strips.least(np.zeros(shape))[0].tolist(), strict=True))

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from grammarlab.facade.examples.label_grid import Labels
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
+_AT_ONCE = 10_000_000
+"""Windows times patches that are compared at once."""
+
 
 def distances(problem: Problem, labels: Labels) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Of the window about each cell the nearest patch, the first of equals, and how many labels differ (Eq. 2).
@@ -25,14 +28,16 @@ def distances(problem: Problem, labels: Labels) -> tuple[NDArray[np.int64], NDAr
     ring[1:-1, 1:-1] = labels
     for kind, patches in enumerate(problem.patches):
         row, column = np.nonzero(problem.kind == kind)
-        if len(row):
-            counts = np.zeros((len(row), len(patches)), dtype=np.uint8)
+        turn = max(1, _AT_ONCE // len(patches))
+        for start in range(0, len(row), turn):
+            place = row[start : start + turn], column[start : start + turn]
+            counts = np.zeros((len(place[0]), len(patches)), dtype=np.uint8)
             for up, right in np.ndindex(WINDOW, WINDOW):
                 wanted = patches[:, up, right]
-                here = ring[row + up, column + right]
+                here = ring[place[0] + up, place[1] + right]
                 counts += (here[:, None] != wanted) & (wanted != AWAY)
-            nearest[row, column] = counts.argmin(axis=1)
-            differ[row, column] = counts.min(axis=1)
+            nearest[place] = counts.argmin(axis=1)
+            differ[place] = counts.min(axis=1)
     return nearest, differ
 
 

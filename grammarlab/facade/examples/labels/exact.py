@@ -22,8 +22,6 @@ _MOST_STEPS = 40
 _SWEEPS = 4
 _FIRST_STEPS = 12
 """Steps of the dual before it is worth to sweep."""
-_LARGEST_STRIPS = 3e8
-"""Sums of the largest problem whose strips are solved at all."""
 _STEPS_A_GRID = 4
 """Steps of the dual between two grids that are made of what the strips want."""
 _TRIES = 4
@@ -89,8 +87,6 @@ def _done(search: Search, bound: int) -> bool:
 
 def _alone(problem: Problem, demands: Demands) -> tuple[int, bool]:
     """The bound of strips by themselves, of rows or of columns, whichever is better, and whether it is of columns."""
-    if least_work(problem) > _LARGEST_STRIPS:
-        return 0, False
     rows, columns = strips_alone(problem), strips_alone(problem.transposed())
     return max(rows, columns), columns > rows and not demands.symmetric
 

@@ -9,6 +9,7 @@ import numpy as np
 from grammarlab.facade.examples.label_grid import Labels
 from grammarlab.facade.examples.labels.chains import Costs
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
+from grammarlab.facade.examples.labels.strips import cell_costs
 
 _PART = 0.5
 """Part of what a strip knows that it passes on; with all of it, sweeps end at a worse bound."""
@@ -42,20 +43,21 @@ class _Wants:
     """What the patches of a list want in one of their columns."""
 
     label: Labels
-    """[3, patches] numbers of labels; the number behind the last one stands for nothing wanted."""
+    """[3, patches]"""
     order: Labels
-    """[3, patches] patches sorted by it."""
+    """[3, patches] patches sorted by their label."""
     starts: tuple[Labels, ...]
     """By row: where the patches of another label begin."""
     first: tuple[Labels, ...]
-    """By row: these labels."""
+    """By row: these labels; the number behind the last one stands for nothing wanted."""
 
     @classmethod
     def of(cls, patches: Labels, column: int, num_labels: int) -> _Wants:
-        wanted = np.where(patches[:, :, column] == AWAY, num_labels, patches[:, :, column]).T
+        label = patches[:, :, column].T
+        wanted = np.where(label == AWAY, num_labels, label)
         order = np.argsort(wanted, axis=1, kind="stable")
         sorts = [np.unique(each, return_index=True) for each in np.take_along_axis(wanted, order, axis=1)]
-        return cls(wanted, order, tuple(start for _, start in sorts), tuple(label for label, _ in sorts))
+        return cls(label, order, tuple(start for _, start in sorts), tuple(label for label, _ in sorts))
 
 
 class _Strip:
@@ -98,10 +100,8 @@ class _Strip:
 
     def _cost(self, column: int, up: int) -> Costs:
         """[before, here, after] least cost of a cell, given the patches of three windows."""
-        own, differ = self._own(column, up), self.differ
-        table = own[:, None, None, None] + differ[:, :, None, None] + differ[:, None, :, None]
-        table = (table + differ[:, None, None, :]).min(axis=0)
-        return table[np.ix_(*(wants.label[up] for wants in self._wanted(column)))]
+        wanted = [wants.label[up][None] for wants in self._wanted(column)]
+        return cell_costs(self._own(column, up)[None].astype(np.float32), wanted)[0].astype(np.float64)
 
     def _marginals(self, rest: Costs, column: int, up: int) -> Costs:
         """[labels] least cost of the strip for each label of a cell; `rest` is that of all other cells."""

@@ -12,6 +12,8 @@ from grammarlab.facade.examples.labels.chains import Costs, Tally, cheapest
 from grammarlab.facade.examples.labels.folding import cheapest_palindrome
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
+_LARGEST = 2e8
+"""Sums for all windows about one column at most."""
 _STRAY = 10.0
 """Cost of a cell with a label that it may not have: more than all 9 windows over it can gain by it."""
 
@@ -51,6 +53,12 @@ def best_columns(
         if np.isfinite(chain.cost):
             return chain.states
     return solve(costs, own).states
+
+
+def suits(problem: Problem, pool: Labels) -> bool:
+    """Whether a pool is small enough to choose from."""
+    most = max(len(patches) for patches in problem.patches)
+    return float(len(pool)) ** 3 * most * problem.rows <= _LARGEST
 
 
 def _triplets(problem: Problem, pool: Labels, kinds: tuple[int, ...]) -> Costs:

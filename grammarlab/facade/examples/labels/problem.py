@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from grammarlab.facade.examples.label_grid import HOLE, LabelGrid, Labels
 
+MOST_COMPARED = 400_000_000
+"""Windows times patches of a problem at most."""
 WINDOW = 3
 """Rows and columns of a window: the paper's w, whose centres are |w / 4| = 1 cell apart."""
 AWAY = -2

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from grammarlab.facade.examples.label_grid import Labels
 from grammarlab.facade.examples.labels.demands import Demands, Domain
 from grammarlab.facade.examples.labels.energy import energy
-from grammarlab.facade.examples.labels.pools import best_columns
+from grammarlab.facade.examples.labels.pools import best_columns, suits
 from grammarlab.facade.examples.labels.problem import Problem
 from grammarlab.facade.examples.labels.rows import RowWindows
 
@@ -130,7 +130,7 @@ class Search:
         """
         cost = np.inf
         labels = example[np.ix_(np.arange(self.problem.rows) % len(example), across)]
-        while True:
+        while suits(self.problem, example.T) and suits(self.problem.transposed(), example):
             rows = self._lines(example[:, across], turned=True)
             columns = self._lines(example[rows].T, turned=False)
             chosen = example[np.ix_(rows, columns)]
@@ -138,6 +138,7 @@ class Search:
             if value >= cost:
                 return labels
             labels, cost, across = chosen, value, columns
+        return labels
 
     def recombined(self, most: int) -> None:
         """The best grid of the columns of those found, and that of their rows.
@@ -151,6 +152,8 @@ class Search:
                 lines = np.concatenate(grids)
                 first = np.sort(np.unique(lines, axis=0, return_index=True)[1])
                 pool = lines[first[:most]]
+                if not suits(self.problem.transposed() if turned else self.problem, pool):
+                    continue
                 grid = pool[self._lines(pool, turned)]
                 self.settle(grid if turned else np.ascontiguousarray(grid.T))
 

@@ -92,19 +92,8 @@ class Strips:
         """[strips, before, here, after] least cost of the cells of a column, given the patches of three windows."""
         wanted = self._wanted(column)
         total = np.zeros((len(self.rows), *(each.shape[1] for each in wanted)), dtype=np.float32)
-        strips = np.arange(len(self.rows))[:, None]
         for row in range(WINDOW):
-            price = own[:, row, column].astype(np.float32)  # [strips, labels]
-            wants = [_axis(each[:, :, row], axis) for axis, each in enumerate(wanted)]
-            voters = sum((want != AWAY).astype(np.float32) for want in wants)
-            agree = [(wants[one] == wants[other]).astype(np.float32) for one, other in _PAIRS]
-            best = np.broadcast_to(price.min(axis=1)[:, None, None, None], total.shape).copy()
-            for axis, each in enumerate(wanted):
-                want = each[:, :, row]
-                gain = np.where(want != AWAY, price[strips, np.maximum(want, 0)], np.float32(np.inf)) - np.float32(1.0)
-                one, other = (pair for pair, both in zip(agree, _PAIRS, strict=True) if axis in both)
-                np.minimum(best, _axis(gain, axis) - one - other, out=best)
-            total += best + voters
+            total += cell_costs(own[:, row, column].astype(np.float32), [each[:, :, row] for each in wanted])
         return total
 
     def _labels(self, own: Costs, column: int, states: Sequence[NDArray[np.int64]]) -> Labels:
@@ -115,6 +104,27 @@ class Strips:
             want = wanted[place, state][:, :, None]
             cost += (np.arange(cost.shape[2]) != want) & (want != AWAY)
         return cost.argmin(axis=2)
+
+
+def cell_costs(prices: NDArray[np.float32], wanted: Sequence[Labels]) -> NDArray[np.float32]:
+    """[strips, before, here, after] least cost of one cell: of a label its price, and 1 for each window that it fails.
+
+    Args:
+        prices: [strips, labels] of its labels.
+        wanted: what the patches [strips, states] of the windows before, about and after it want.
+    """
+    strips = np.arange(len(prices))[:, None]
+    wants = [_axis(each, axis) for axis, each in enumerate(wanted)]
+    agree = [(wants[one] == wants[other]).astype(np.float32) for one, other in _PAIRS]
+    size = (len(prices), *(each.shape[1] for each in wanted))
+    best = np.broadcast_to(prices.min(axis=1)[:, None, None, None], size).copy()
+    for axis, want in enumerate(wanted):
+        gain = np.where(want != AWAY, prices[strips, np.maximum(want, 0)], np.float32(np.inf)) - np.float32(1.0)
+        one, other = (pair for pair, both in zip(agree, _PAIRS, strict=True) if axis in both)
+        np.minimum(best, _axis(gain, axis) - one - other, out=best)
+    for want in wants:
+        best += want != AWAY
+    return best
 
 
 def _axis(values: NDArray[_Kind], axis: int) -> NDArray[_Kind]:
