@@ -1,0 +1,81 @@
+"""Elements of a wall: whatever is not in its plane, such as windows, doors and balconies, each with its box."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from grammarlab.facade.examples.analysis.walls import Wall
+from grammarlab.facade.examples.building.surface import Bools, Floats
+
+_OFF, _NOISES = 0.03, 4.0
+"""Metres, and multiples of the noise, from which something is not in the plane of a wall."""
+_NEAR = 0.06
+"""Metres between parts of one element."""
+_LEAST_SIDE, _LEAST_AREA = 0.15, 0.05
+"""Metres and square metres of an element."""
+_LONGEST = 0.6
+"""Part of a wall's side; what is longer is a band, a cornice or a pilaster, which all units share."""
+_BESIDE = 1.75
+"""Pixels between the side of an element on the map and the points that make this side."""
+
+
+@dataclass(frozen=True, slots=True)
+class Elements:
+    """E elements."""
+
+    low: Floats
+    """[E, 2] metres, lower left corners, in the coordinates of the wall's view."""
+    high: Floats
+    """[E, 2] metres, upper right corners."""
+
+
+def off_plane(wall: Wall) -> Bools:
+    """[H, W] pixels of the wall that show something before or behind its plane, or nothing."""
+    return wall.seen & ~(np.abs(wall.map.depth - wall.depth) <= _OFF + _NOISES * wall.noise)
+
+
+def elements_of(wall: Wall, corners: Floats) -> Elements:
+    """The elements of a wall.
+
+    Their sides are those of the points that are seen near them, averaged, so that they are exact where the mesh is and
+    noise of points cancels out; where no points are near, they are as exact as the map.
+
+    Args:
+        wall: the wall.
+        corners: [T, 3, 3] of all triangles of the building, in the coordinates of the view.
+    """
+    map_ = wall.map
+    mask = off_plane(wall)
+    reach = max(1, round(_NEAR / map_.step / 2.0))
+    grown = ndimage.binary_dilation(mask, iterations=reach, structure=np.ones((3, 3)))
+    label, num = ndimage.label(grown, structure=np.ones((3, 3)))
+    label[~mask] = 0
+    lows, highs = [], []
+    size = wall.high - wall.low
+    for number, place in enumerate(ndimage.find_objects(label, num), start=1):
+        if place is None:
+            continue
+        own = label[place] == number
+        low = map_.low + np.array([place[1].start, place[0].start]) * map_.step
+        high = map_.low + np.array([place[1].stop, place[0].stop]) * map_.step
+        sides = high - low
+        if sides.min() < _LEAST_SIDE or own.sum() * map_.step**2 < _LEAST_AREA or (sides > _LONGEST * size).any():
+            continue
+        seen = np.unique(map_.triangle[place][own])
+        points = corners[seen[seen >= 0], :, :2].reshape(-1, 2)
+        lows.append(_exact(low, points, map_.step))
+        highs.append(_exact(high, points, map_.step))
+    return Elements(np.array(lows).reshape(-1, 2), np.array(highs).reshape(-1, 2))
+
+
+def _exact(side: Floats, points: Floats, step: float) -> Floats:
+    """[2] the mean of the coordinates near each, or itself where there are none."""
+    exact = side.copy()
+    for axis in range(2):
+        near = np.abs(points[:, axis] - side[axis]) <= _BESIDE * step
+        if near.any():
+            exact[axis] = float(np.unique(points[near, axis]).mean())
+    return exact

@@ -1,0 +1,162 @@
+"""An example: a building upright, its walls with rows, columns and labels of their units, the main one in front."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.examples.analysis.elements import elements_of
+from grammarlab.facade.examples.analysis.kinds import label_grid
+from grammarlab.facade.examples.analysis.lattice import Lattice, lattice
+from grammarlab.facade.examples.analysis.meshes import ExampleMesh
+from grammarlab.facade.examples.analysis.views import FRONT, SIDES, VIEWS, Z_UP, seen_from, turn_to_walls
+from grammarlab.facade.examples.analysis.walls import BEFORE, BEHIND, Wall, walls_of
+from grammarlab.facade.examples.building.surface import Floats, Ints, Surface
+from grammarlab.facade.examples.label_grid import LabelGrid
+
+_SLACK = 0.05
+"""Metres behind and before what is seen of a region."""
+_MOST_LINES = 200
+"""Rows or columns."""
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """The part of a wall that is made of units, in the coordinates of the view from its side."""
+
+    name: str
+    side: int
+    columns: Lattice
+    rows: Lattice
+    grid: LabelGrid
+    plane: float
+    """Metres towards the viewer, of the wall."""
+    back: float
+    """Metres: what lies behind is not part of the units."""
+    front: float
+    elements: Floats
+    """[E, 4] metres, boxes of what was found, low and high corners."""
+
+    @property
+    def low(self) -> Floats:
+        """[2] metres."""
+        return np.array([self.columns.line[0], self.rows.line[0]])
+
+    @property
+    def high(self) -> Floats:
+        """[2] metres."""
+        return np.array([self.columns.line[-1], self.rows.line[-1]])
+
+    def cell(self, row: int, column: int) -> tuple[Floats, Floats]:
+        """Lower left and upper right corner [2] of a cell, in metres."""
+        return (
+            np.array([self.columns.line[column], self.rows.line[row]]),
+            np.array([self.columns.line[column + 1], self.rows.line[row + 1]]),
+        )
+
+    def source(self, label: int) -> tuple[int, int]:
+        """Row and column of the unit that stands for a label: of its cells the one nearest to their middle."""
+        places = np.argwhere(self.grid.labels == label)
+        return tuple(places[np.abs(places - places.mean(axis=0)).sum(axis=1).argmin()].tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class Example:
+    """A building with y up whose main wall faces z."""
+
+    mesh: ExampleMesh
+    surface: Surface
+    turn: Floats
+    """[3, 3] what took the coordinates of the file, less `mesh.origin`, to those of the building."""
+    regions: tuple[Region, ...]
+    """The main one first."""
+    notes: tuple[str, ...]
+
+    @property
+    def main(self) -> Region:
+        return self.regions[0]
+
+
+def analyse(mesh: ExampleMesh, up: str = "") -> Example:
+    """Walls, units and labels of a building.
+
+    Args:
+        mesh: the building.
+        up: `y` or `z`; where empty, the one with which more units are found on walls, and y if none has more.
+
+    Raises:
+        FacadeError: where no wall has anything on it.
+    """
+    ways = {"y": np.eye(3), "z": Z_UP}
+    found = {each: _upright(mesh, ways[each]) for each in ([up] if up else ways)}
+    best = max(found, key=lambda each: (_score(found[each]), each == "y"))
+    example = found[best]
+    if not example.regions:
+        raise FacadeError(
+            "No wall has units on it, such as windows, that differ from its plane by 3 cm or more; "
+            "give --up if the building lies on its side, or state the rows and columns in a file with --example."
+        )
+    notes = () if up or best == "y" else ("z is taken to be up, since walls have more units then",)
+    return replace(example, notes=(*notes, *example.notes))
+
+
+def _score(example: Example) -> int:
+    return sum(len(region.elements) for region in example.regions)
+
+
+def _upright(mesh: ExampleMesh, stand: Floats) -> Example:
+    """The building with its units, when so turned."""
+    surface = mesh.surface.moved(mesh.surface.points @ stand.T)
+    turn = turn_to_walls(surface) @ stand
+    surface = mesh.surface.moved(mesh.surface.points @ turn.T)
+    regions = [each for side in range(len(SIDES)) for each in _regions(surface, side)]
+    if not regions:
+        return Example(mesh, surface, turn, (), ())
+    main = max(regions, key=lambda each: (len(each.elements), -each.side))
+    if main.side != FRONT:
+        turn = VIEWS[main.side] @ turn
+        surface = mesh.surface.moved(mesh.surface.points @ turn.T)
+        regions = [replace(each, side=(each.side - main.side) % len(SIDES)) for each in regions]
+    regions.sort(key=lambda each: (-len(each.elements) if each.side == FRONT else 0, each.side))
+    names = [SIDES[each.side] for each in regions]
+    numbered = [
+        name if names.index(name) == place else f"{name}:{names[:place].count(name)}"
+        for place, name in enumerate(names)
+    ]
+    return Example(
+        mesh, surface, turn, tuple(replace(each, name=name) for each, name in zip(regions, numbered, strict=True)), ()
+    )
+
+
+def _regions(surface: Surface, side: int) -> list[Region]:
+    corners = seen_from(side, surface.corners())
+    found = []
+    for wall in walls_of(surface, side):
+        elements = elements_of(wall, corners)
+        if not len(elements.low):
+            continue
+        columns, rows = (
+            lattice(elements.low[:, axis], elements.high[:, axis], wall.low[axis], wall.high[axis]) for axis in (0, 1)
+        )
+        if max(len(columns), len(rows)) > _MOST_LINES:
+            continue
+        grid = label_grid(wall, elements, columns, rows)
+        boxes = np.hstack([elements.low, elements.high])
+        found.append(Region("", side, columns, rows, grid, wall.depth, *_depths(wall, columns, rows), boxes))
+    return found
+
+
+def _depths(wall: Wall, columns: Lattice, rows: Lattice) -> tuple[float, float]:
+    """Between which depths the units lie."""
+    part = wall.map.rows(rows.line[0], rows.line[-1]), wall.map.columns(columns.line[0], columns.line[-1])
+    depth = wall.map.depth[part][wall.seen[part]]
+    depth = depth[(depth >= wall.depth - BEHIND) & (depth <= wall.depth + BEFORE)]
+    return float(depth.min(initial=wall.depth)) - _SLACK, float(depth.max(initial=wall.depth)) + _SLACK
+
+
+def dominant(grid: LabelGrid, axis: int) -> Ints:
+    """[K] the label that most cells of each column (axis 0) or row (axis 1) have; of equally frequent the first."""
+    lines = grid.labels if axis == 1 else grid.labels.T
+    return np.array([np.bincount(each[each >= 0]).argmax() if (each >= 0).any() else 0 for each in lines])
