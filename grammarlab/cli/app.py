@@ -15,6 +15,7 @@ from grammarlab.cli.facade import facade
 from grammarlab.cli.facade_edit import edit
 from grammarlab.cli.facade_grammar import grammar
 from grammarlab.cli.facade_show import show as show_facade
+from grammarlab.cli.facade_synthesize import synthesize
 from grammarlab.cli.format import format_file
 from grammarlab.cli.label import label
 from grammarlab.cli.learn import learn
@@ -60,4 +61,5 @@ app.command("evaluate")(evaluate)
 facade.command("edit")(edit)
 facade.command("grammar")(grammar)
 facade.command("show")(show_facade)
+facade.command("synthesize")(synthesize)
 app.add_typer(facade)

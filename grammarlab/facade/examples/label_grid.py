@@ -45,7 +45,9 @@ class LabelGrid:
         if values.ndim != 2 or values.size == 0:
             raise FacadeError(f"labels: expected rows and columns with one cell at least, found shape {values.shape}.")
         if values.size > MOST_CELLS:
-            raise FacadeError(f"labels: {values.shape[0]} x {values.shape[1]} cells; at most {MOST_CELLS:,} are allowed.")
+            raise FacadeError(
+                f"labels: {values.shape[0]} x {values.shape[1]} cells; at most {MOST_CELLS:,} are allowed."
+            )
         if not np.issubdtype(values.dtype, np.integer):
             raise FacadeError(f"labels: expected whole numbers, found {values.dtype}.")
         found = values.astype(np.int64)

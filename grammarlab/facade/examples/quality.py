@@ -39,7 +39,9 @@ def quality_of(grid: Labels, examples: Sequence[LabelGrid]) -> Quality:
     height = min(_WINDOW, grid.shape[0], *(example.rows for example in examples))
     width = min(_WINDOW, grid.shape[1], *(example.columns for example in examples))
     own = np.unique(_windows(grid, height, width), axis=0, return_counts=True)
-    theirs = np.unique(np.concatenate([_windows(e.labels, height, width) for e in examples]), axis=0, return_counts=True)
+    theirs = np.unique(
+        np.concatenate([_windows(e.labels, height, width) for e in examples]), axis=0, return_counts=True
+    )
     differ = _differences(own[0], theirs[0])
     forth = float(np.average(differ.min(axis=1), weights=own[1]))
     back = float(np.average(differ.min(axis=0), weights=theirs[1]))

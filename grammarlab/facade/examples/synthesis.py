@@ -121,7 +121,5 @@ def _checked(regions: Labels | None, rows: int, columns: int, examples: int) -> 
     if found.shape != (rows, columns) or not np.issubdtype(found.dtype, np.integer):
         raise FacadeError(f"regions: expected {rows} x {columns} whole numbers, found {found.dtype} of {found.shape}.")
     if found.min() < 0 or found.max() >= examples:
-        raise FacadeError(
-            f"regions: expected examples 0 to {examples - 1}, found {found.min()} to {found.max()}."
-        )
+        raise FacadeError(f"regions: expected examples 0 to {examples - 1}, found {found.min()} to {found.max()}.")
     return found.astype(np.int64)

@@ -38,6 +38,8 @@ class Region:
     front: float
     elements: Floats
     """[E, 4] metres, boxes of what was found, low and high corners."""
+    wall: Floats
+    """[2, 2] metres, low and high corner of the wall."""
 
     @property
     def low(self) -> Floats:
@@ -55,6 +57,10 @@ class Region:
             np.array([self.columns.line[column], self.rows.line[row]]),
             np.array([self.columns.line[column + 1], self.rows.line[row + 1]]),
         )
+
+    def elements_in(self, row: int, column: int) -> Floats:
+        """[K, 4] boxes of what stands in a cell."""
+        return self.elements[(self.rows.member == row) & (self.columns.member == column)]
 
     def source(self, label: int) -> tuple[int, int]:
         """Row and column of the unit that stands for a label: of its cells the one nearest to their middle."""
@@ -144,7 +150,19 @@ def _regions(surface: Surface, side: int) -> list[Region]:
             continue
         grid = label_grid(wall, elements, columns, rows)
         boxes = np.hstack([elements.low, elements.high])
-        found.append(Region("", side, columns, rows, grid, wall.depth, *_depths(wall, columns, rows), boxes))
+        found.append(
+            Region(
+                "",
+                side,
+                columns,
+                rows,
+                grid,
+                wall.depth,
+                *_depths(wall, columns, rows),
+                boxes,
+                np.stack([wall.low, wall.high]),
+            )
+        )
     return found
 
 

@@ -64,7 +64,9 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
     counts = [_counted(found, examples[0], count, wishes.symmetric) for count in wishes.counts]
     least = sum(count[1] for count in counts)
     if least > found.shape[0] * found.shape[1]:
-        raise FacadeError(f"wishes: {least} cells are asked for by label, the grid has {found.shape[0] * found.shape[1]}.")
+        raise FacadeError(
+            f"wishes: {least} cells are asked for by label, the grid has {found.shape[0] * found.shape[1]}."
+        )
     notes = []
     if wishes.keep:
         wished = {label for label, _, _ in counts}
@@ -105,7 +107,9 @@ def _only(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
         label = example.label(wish.label)
         rows = _rows(wish.rows, len(domain))
         if not rows.any():
-            raise FacadeError(f"wishes: {wish.label} only {wish.rows}, but a grid of {len(domain)} rows has none there.")
+            raise FacadeError(
+                f"wishes: {wish.label} only {wish.rows}, but a grid of {len(domain)} rows has none there."
+            )
         if not domain[rows, :, label].any():
             domain[rows, :, label] = True
         alone = domain.sum(axis=2) == 1
@@ -138,7 +142,9 @@ def _fixed(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
                 f"to {columns - 1}."
             )
         if seen.setdefault(cell, wish.label) != wish.label:
-            raise FacadeError(f"wishes: row {wish.row}, column {wish.column} cannot be both {seen[cell]} and {wish.label}.")
+            raise FacadeError(
+                f"wishes: row {wish.row}, column {wish.column} cannot be both {seen[cell]} and {wish.label}."
+            )
         label = example.label(wish.label)
         for only in wishes.only:
             if only.label == wish.label and not _rows(only.rows, rows)[wish.row]:

@@ -25,9 +25,7 @@ class Bounded:
     bound: int
 
 
-def least_energy(
-    problem: Problem, demands: Demands, examples: Sequence[LabelGrid], seed: int, count: int
-) -> Bounded:
+def least_energy(problem: Problem, demands: Demands, examples: Sequence[LabelGrid], seed: int, count: int) -> Bounded:
     """Grids of little energy that keep the demands."""
     problem = problem.within(demands.domain)
     bound = lower_bound(problem)

@@ -42,9 +42,7 @@ class Problem:
     def transposed(self) -> Problem:
         """Rows for columns and columns for rows."""
         turned = tuple(np.ascontiguousarray(each.transpose(0, 2, 1)) for each in self.patches)
-        return Problem(
-            np.ascontiguousarray(self.kind.T), turned, np.ascontiguousarray(self.domain.transpose(1, 0, 2))
-        )
+        return Problem(np.ascontiguousarray(self.kind.T), turned, np.ascontiguousarray(self.domain.transpose(1, 0, 2)))
 
     def within(self, domain: NDArray[np.bool_]) -> Problem:
         """The same with other domains."""
@@ -98,7 +96,9 @@ def unbordered(examples: Sequence[LabelGrid], regions: Labels) -> Problem:
     up, right = _before(height), _before(width)
     inner = slice(up, up + rows - height + 1), slice(right, right + columns - width + 1)
     kind[inner] = regions[inner] + 1
-    present = np.array([_present(_all_labels(each), names) for each in (examples, *([example] for example in examples))])
+    present = np.array(
+        [_present(_all_labels(each), names) for each in (examples, *([example] for example in examples))]
+    )
     return Problem(kind, tuple(lists), present[regions + 1])
 
 

@@ -94,9 +94,7 @@ class Search:
             domain[chosen, label] = True
         return domain
 
-    def _chosen(
-        self, forced: Domain, here: Domain, others: Domain, least: int, most: int
-    ) -> NDArray[np.bool_] | None:
+    def _chosen(self, forced: Domain, here: Domain, others: Domain, least: int, most: int) -> NDArray[np.bool_] | None:
         """[rows, columns] cells that get a label: those that must, then those that have it, then any."""
         chosen = forced.copy()
         columns = chosen.shape[1]

@@ -46,9 +46,7 @@ def _table(domain: NDArray[np.bool_], prices: Costs) -> Costs:
     differ[np.arange(size), np.arange(size)] = 0.0
     differ[:, AWAY] = 0.0
     own = np.where(domain, prices, np.inf)
-    total = (
-        own[:, None, None, None] + differ[:, :, None, None] + differ[:, None, :, None] + differ[:, None, None, :]
-    )
+    total = own[:, None, None, None] + differ[:, :, None, None] + differ[:, None, :, None] + differ[:, None, None, :]
     return total.min(axis=0)
 
 
