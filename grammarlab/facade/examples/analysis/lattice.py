@@ -55,7 +55,10 @@ def lattice(low: Floats, high: Floats, first: float, last: float) -> Lattice:
     step = _steps(middle, highs - lows)
     place = np.concatenate([[0], np.cumsum(step)]).astype(np.int64)
     pitch, regular = _pitch(place, middle)
-    return Lattice(_lines(place, lows, highs, first, last), pitch, regular, place[member])
+    line = _lines(place, lows, highs, first, last)
+    line[0] = min(line[0], _edge(float(low.min()), _THIN, first, -1.0))
+    line[-1] = max(line[-1], _edge(float(high.max()), _THIN, last, 1.0))
+    return Lattice(line, pitch, regular, place[member])
 
 
 def _steps(middle: Floats, size: Floats) -> Ints:

@@ -55,11 +55,14 @@ def building_rules(
     for cells, tiling in zip(cut.cells, tilings, strict=True):
         rule = names.new(rule_name(tiling.region.name))
         low = np.array([tiling.columns[0], tiling.rows[0], tiling.plane]) @ VIEWS[tiling.region.side] - origin
-        size = np.array([tiling.columns[-1] - tiling.columns[0], tiling.rows[-1] - tiling.rows[0], 0.0])
+        size = np.array([tiling.columns[-1] - tiling.columns[0], tiling.rows[-1] - tiling.rows[0], 1.0])
         turn = f" r(0, {90 * tiling.region.side}, 0)" if tiling.region.side else ""
-        start.append(f"[ t({_list(low)}){turn} s({_list(size)}) {rule} ]")
+        # Splits need something to split: the front of a box behind the wall.
+        start.append(
+            f"[ t({_list(low)}){turn} t(0, 0, -1) s({_list(size)}) primitiveCube() comp(f) {{ front : {rule} }} ]"
+        )
         rules += _rows(rule, cells, tiling, names, colors, terminals)
-    head = f'// {title}\nversion "2023.0"\n\n@StartRule\nLot -->\n    ' + "\n    ".join(start)
+    head = f'// {title}\nversion "2023.0"\n\n@StartRule\nLot -->\n    ' + "\n    ".join([*start, "NIL"])
     return Written("\n\n".join([head, *rules]) + "\n", tuple(terminals))
 
 
@@ -118,8 +121,8 @@ def _inserted(
         else:
             at = _list([*(low[:2] / cell), low[2]], ("scope.sx * ", "scope.sy * ", ""))
             scope = _list([*(size[:2] / cell), size[2]], ("'", "'", ""))
-        lines.append(f'    [ color("{_hex(colors[material])}") t({at}) s({scope}) i("{name}") ]')
-    return "\n".join(lines)
+        lines.append(f'    [ color("{_hex(colors[material])}") t({at}) s({scope}) i("{name}") Mesh. ]')
+    return "\n".join([*lines, "    NIL"])
 
 
 def _split(parts: list[tuple[float, str]]) -> str:
