@@ -62,10 +62,31 @@ class Region:
         """[K, 4] boxes of what stands in a cell."""
         return self.elements[(self.rows.member == row) & (self.columns.member == column)]
 
-    def source(self, label: int) -> tuple[int, int]:
-        """Row and column of the unit that stands for a label: of its cells the one nearest to their middle."""
+    def source(self, label: int, borders: tuple[bool, bool, bool, bool]) -> tuple[int, int]:
+        """Row and column of the unit that stands for a label: one at the same borders, near the middle of such units.
+
+        Args:
+            label: the label.
+            borders: whether the unit will stand at the bottom, the top, the left and the right.
+        """
         places = np.argwhere(self.grid.labels == label)
+        rows, columns = self.grid.labels.shape
+        ends = np.array([[0, rows - 1, 0, columns - 1]])
+        misses = ((places[:, [0, 0, 1, 1]] == ends) != np.array(borders)).sum(axis=1)
+        places = places[misses == misses.min()]
         return tuple(places[np.abs(places - places.mean(axis=0)).sum(axis=1).argmin()].tolist())
+
+    def sources(self, grid: LabelGrid) -> Ints:
+        """[R, C, 2] row and column of the unit for each cell of another grid."""
+        rows, columns = grid.labels.shape
+        known: dict[tuple[int, tuple[bool, bool, bool, bool]], tuple[int, int]] = {}
+        found = np.zeros((rows, columns, 2), dtype=np.int64)
+        for row, column in np.ndindex(rows, columns):
+            key = int(grid.labels[row, column]), (row == 0, row == rows - 1, column == 0, column == columns - 1)
+            if key not in known:
+                known[key] = self.source(*key)
+            found[row, column] = known[key]
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,9 +193,3 @@ def _depths(wall: Wall, columns: Lattice, rows: Lattice) -> tuple[float, float]:
     depth = wall.map.depth[part][wall.seen[part]]
     depth = depth[(depth >= wall.depth - BEHIND) & (depth <= wall.depth + BEFORE)]
     return float(depth.min(initial=wall.depth)) - _SLACK, float(depth.max(initial=wall.depth)) + _SLACK
-
-
-def dominant(grid: LabelGrid, axis: int) -> Ints:
-    """[K] the label that most cells of each column (axis 0) or row (axis 1) have; of equally frequent the first."""
-    lines = grid.labels if axis == 1 else grid.labels.T
-    return np.array([np.bincount(each[each >= 0]).argmax() if (each >= 0).any() else 0 for each in lines])

@@ -9,7 +9,7 @@ import numpy as np
 from grammarlab.facade.examples.analysis.elements import Elements, off_plane
 from grammarlab.facade.examples.analysis.lattice import Lattice
 from grammarlab.facade.examples.analysis.walls import Wall
-from grammarlab.facade.examples.building.surface import Bools, Floats
+from grammarlab.facade.examples.building.surface import Bools, Floats, Ints
 from grammarlab.facade.examples.label_grid import LabelGrid
 
 _SAME_SIZE, _NOISES = 0.02, 2.0
@@ -28,12 +28,17 @@ _GROUND, _DOOR_HEIGHT, _DOOR_WIDTH = 0.6, 1.8, 2.4
 @dataclass(frozen=True, slots=True)
 class _Cell:
     size: Floats
+    """[2] metres; not a number along an axis at whose end it stands, where cells end as the wall does."""
     boxes: Floats
-    """[K, 4] low and high corners of its elements, from the middle of the cell."""
+    """[K, 4] low and high corners of its elements, in metres."""
     depth: Floats
     """[h, w] metres before the plane."""
     off: Bools
+    """[h, w] whether it is off the plane."""
+    anchor: Ints
+    """[2] row and column of the pixel in the middle of what stands in it."""
     step: float
+    """Metres per pixel."""
 
 
 def label_grid(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) -> LabelGrid:
@@ -41,16 +46,16 @@ def label_grid(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) 
     cells = _cells(wall, elements, columns, rows)
     labels = np.zeros((len(rows), len(columns)), dtype=np.int64)
     leaders: list[tuple[_Cell, bool]] = []
-    for row, column in np.ndindex(labels.shape):
+    # Cells within come first: what stands at an end is compared with them, and its own size is none of its own.
+    ends = [(row in (0, len(rows) - 1)) + (column in (0, len(columns) - 1)) for row, column in np.ndindex(labels.shape)]
+    for place in np.argsort(ends, kind="stable").tolist():
+        row, column = divmod(place, len(columns))
         cell = cells[row][column]
-        for number, (leader, _) in enumerate(leaders):
-            if _equal(cell, leader, wall.noise):
-                labels[row, column] = number
-                break
-        else:
-            labels[row, column] = len(leaders)
-            leaders.append((cell, row == 0 and rows.line[0] + 0.0 <= wall.low[1] + 4.0))
-    return LabelGrid.of(labels, _names([_name(cell, low, wall, rows) for cell, low in leaders]))
+        number = next((k for k, (each, _) in enumerate(leaders) if _equal(cell, each, wall.noise)), len(leaders))
+        labels[row, column] = number
+        if number == len(leaders):
+            leaders.append((cell, row == 0))
+    return LabelGrid.of(labels, _names([_name(cell, low, wall) for cell, low in leaders]))
 
 
 def _cells(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) -> list[list[_Cell]]:
@@ -63,10 +68,15 @@ def _cells(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) -> l
             low = np.array([columns.line[column], rows.line[row]])
             high = np.array([columns.line[column + 1], rows.line[row + 1]])
             own = np.flatnonzero((columns.member == column) & (rows.member == row))
-            boxes = np.hstack([elements.low[own], elements.high[own]]) - np.tile((low + high) / 2.0, 2)
-            part = map_.rows(low[1], high[1]), map_.columns(low[0], high[0])
+            boxes = np.hstack([elements.low[own], elements.high[own]])
             boxes = boxes[np.lexsort(boxes.T[::-1])]
-            found[-1].append(_Cell(high - low, boxes, depth[part], off[part], map_.step))
+            part = map_.rows(low[1], high[1]), map_.columns(low[0], high[0])
+            size = high - low
+            size[[column in (0, len(columns) - 1), row in (0, len(rows) - 1)]] = np.nan
+            middle = (boxes[:, :2].min(axis=0) + boxes[:, 2:].max(axis=0)) / 2.0 if len(boxes) else (low + high) / 2.0
+            first = np.array([part[0].start, part[1].start])
+            anchor = np.rint((middle - map_.low) / map_.step - 0.5)[::-1].astype(np.int64) - first
+            found[-1].append(_Cell(size, boxes, depth[part], off[part], anchor, map_.step))
     return found
 
 
@@ -77,29 +87,24 @@ def _equal(a: _Cell, b: _Cell, noise: float) -> bool:
         sizes = [each.boxes[:, 2:] - each.boxes[:, :2] for each in (a, b)]
         if np.abs(sizes[0] - sizes[1]).max() > _SAME_SIZE + _NOISES * noise:
             return False
-    height, width = (min(a.depth.shape[axis], b.depth.shape[axis]) for axis in (0, 1))
-    if not height * width:
+    before = np.minimum(a.anchor, b.anchor)
+    after = np.minimum(a.depth.shape - a.anchor, b.depth.shape - b.anchor)
+    if (before + after <= 0).any():
         return True
-    shown = [each[_middle(each, height, width)] for each in (a.depth, b.depth)]
-    masks = [each[_middle(each, height, width)] for each in (a.off, b.off)]
-    differs = np.abs(np.clip(shown[0], -1.0, 2.0) - np.clip(shown[1], -1.0, 2.0)) > _SAME_DEPTH + _DEPTH_NOISES * noise
-    area = max(float((masks[0] | masks[1]).sum()), _LEAST_AREA / a.step**2)
-    return float(differs.sum()) <= _DIFFERENT * area
+    one, other = ((slice(*ends) for ends in np.stack([each.anchor - before, each.anchor + after]).T) for each in (a, b))
+    one, other = tuple(one), tuple(other)
+    depths = np.clip(a.depth[one], -1.0, 2.0) - np.clip(b.depth[other], -1.0, 2.0)
+    area = max(float((a.off[one] | b.off[other]).sum()), _LEAST_AREA / a.step**2)
+    return float((np.abs(depths) > _SAME_DEPTH + _DEPTH_NOISES * noise).sum()) <= _DIFFERENT * area
 
 
-def _middle(values: Floats, height: int, width: int) -> tuple[slice, slice]:
-    y, x = (values.shape[0] - height) // 2, (values.shape[1] - width) // 2
-    return slice(y, y + height), slice(x, x + width)
-
-
-def _name(cell: _Cell, is_low: bool, wall: Wall, rows: Lattice) -> str:
+def _name(cell: _Cell, is_low: bool, wall: Wall) -> str:
     if not len(cell.boxes):
         return "wall"
     if len(cell.boxes) > 1:
         return "unit"
     width, height = cell.boxes[0, 2:] - cell.boxes[0, :2]
-    above = rows.line[0] + cell.boxes[0, 1] + cell.size[1] / 2.0 - wall.low[1]
-    if is_low and above <= _GROUND and height >= _DOOR_HEIGHT:
+    if is_low and cell.boxes[0, 1] - wall.low[1] <= _GROUND and height >= _DOOR_HEIGHT:
         return "door" if width <= _DOOR_WIDTH else "shop"
     return "window"
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.examples.analysis.example import Example, Region, dominant
+from grammarlab.facade.examples.analysis.example import Example, Region
 from grammarlab.facade.examples.analysis.views import placed_from, plane_of
 from grammarlab.facade.examples.building.stretching import Stretch
-from grammarlab.facade.examples.building.surface import Floats, Surface, joined
+from grammarlab.facade.examples.building.surface import Floats, Ints, Surface, joined
 from grammarlab.facade.examples.building.units import Cut
 from grammarlab.facade.examples.label_grid import LabelGrid
 
@@ -31,17 +31,24 @@ class Tiling:
     """[R + 1] metres."""
     plane: float
     """Metres towards the viewer, of the wall."""
+    sources: Ints
+    """[R, C, 2] row and column of the unit of the example that stands in each cell."""
+
+    def cell(self, row: int, column: int) -> tuple[Floats, Floats]:
+        """Lower left and upper right corner [2] of a cell, in metres."""
+        return (
+            np.array([self.columns[column], self.rows[row]]),
+            np.array([self.columns[column + 1], self.rows[row + 1]]),
+        )
 
 
 def natural(region: Region, grid: LabelGrid) -> tuple[Floats, Floats]:
-    """[C] widths and [R] heights: those of the units whose label most cells of a column or row have."""
-    sizes = {}
-    for label in np.unique(grid.labels).tolist():
-        low, high = region.cell(*region.source(label))
-        sizes[label] = high - low
-    width = np.array([sizes[label][0] for label in dominant(grid, 0).tolist()])
-    height = np.array([sizes[label][1] for label in dominant(grid, 1).tolist()])
-    return width, height
+    """[C] widths and [R] heights: those of the unit that most cells of a column or row have, of equals the first."""
+    sources = region.sources(grid)
+    places = sources[..., 0] * len(region.columns) + sources[..., 1]
+    columns = np.array([np.bincount(each).argmax() for each in places.T]) % len(region.columns)
+    rows = np.array([np.bincount(each).argmax() for each in places]) // len(region.columns)
+    return np.diff(region.columns.line)[columns], np.diff(region.rows.line)[rows]
 
 
 def stretch_for(example: Example, grid: LabelGrid, box: tuple[float | None, float | None, float | None]) -> Stretch:
@@ -119,7 +126,7 @@ def tile(region: Region, grid: LabelGrid, stretch: Stretch) -> Tiling:
         line = low[axis] + part * (high - low)[axis]
         line[-1] = high[axis]
         lines.append(line)
-    return Tiling(region, grid, lines[0], lines[1], plane)
+    return Tiling(region, grid, lines[0], lines[1], plane, region.sources(grid))
 
 
 def assemble(cut: Cut, tilings: Sequence[Tiling], stretch: Stretch) -> Surface:
@@ -132,12 +139,10 @@ def assemble(cut: Cut, tilings: Sequence[Tiling], stretch: Stretch) -> Surface:
     """
     pieces = [cut.rest.moved(stretch.points(cut.rest.points))]
     for cells, tiling in zip(cut.cells, tilings, strict=True):
-        sources = {label: tiling.region.source(label) for label in np.unique(tiling.grid.labels).tolist()}
         for row, column in np.ndindex(tiling.grid.labels.shape):
-            source = sources[int(tiling.grid.labels[row, column])]
+            source = tiling.sources[row, column].tolist()
             low, high = tiling.region.cell(*source)
-            new_low = np.array([tiling.columns[column], tiling.rows[row]])
-            new_high = np.array([tiling.columns[column + 1], tiling.rows[row + 1]])
+            new_low, new_high = tiling.cell(row, column)
             unit = cells[source[0]][source[1]]
             points = np.empty_like(unit.points)
             part = (unit.points[:, :2] - low) / (high - low)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from grammarlab.errors import FacadeError
@@ -15,9 +13,6 @@ from grammarlab.facade.examples.building.stretching import Stretch
 from grammarlab.facade.examples.analysis.views import plane_of
 from grammarlab.facade.examples.building.surface import Floats
 from grammarlab.facade.tree import Facade
-
-_CLOSE = 1e-4
-"""Metres that boxes keep from the lines of their cell, so that neighbours do not run into each other."""
 
 
 def facade_of(region: Region) -> Facade:
@@ -35,10 +30,9 @@ def facade_of_tiling(tiling: Tiling, stretch: Stretch) -> Facade:
     region, boxes, names = tiling.region, [], []
     for row, column in np.ndindex(tiling.grid.labels.shape):
         label = int(tiling.grid.labels[row, column])
-        source = region.source(label)
+        source = tiling.sources[row, column].tolist()
         low, high = region.cell(*source)
-        new_low = np.array([tiling.columns[column], tiling.rows[row]])
-        new_high = np.array([tiling.columns[column + 1], tiling.rows[row + 1]])
+        new_low, new_high = tiling.cell(row, column)
         part = (region.elements_in(*source).reshape(-1, 2, 2) - low) / (high - low)
         boxes.append((new_low + part * (new_high - new_low)).reshape(-1, 4))
         names += [_plain(tiling.grid.names[label])] * len(boxes[-1])
@@ -70,4 +64,4 @@ def _facade(boxes: Floats, names: list[str], wall: Floats) -> Facade:
         return assemble(annotation, split=True).facade
     except FacadeError:
         # Elements that interlock beyond cutting: each is shown without the rest of its tree.
-        return assemble(replace(annotate(everything[:1], ["wall"], "metres", bounds=bounds))).facade
+        return assemble(annotate(everything[:1], ["wall"], "metres", bounds=bounds)).facade

@@ -30,9 +30,9 @@ def seams(tilings: Sequence[Tiling]) -> list[Plane]:
 
 def closed(surface: Surface, planes: Sequence[Plane]) -> Surface:
     """The surface of pieces [T] that stand side by side; its seams are closed as far as the pieces are."""
-    surface = conformed(welded(surface, TOLERANCE), TOLERANCE)
+    surface = conformed(welded(surface, TOLERANCE), planes, TOLERANCE)
     if num_boundary_edges(surface):
-        surface = conformed(welded(capped(surface, planes, TOLERANCE), TOLERANCE), TOLERANCE)
+        surface = conformed(welded(capped(surface, planes, TOLERANCE), TOLERANCE), planes, TOLERANCE)
     return without_slivers(rounded(surface), TOLERANCE / 10.0)
 
 

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.spatial import cKDTree
 
+from grammarlab.facade.examples.analysis.views import Plane
 from grammarlab.facade.examples.building.surface import Floats, Ints, Surface, naked_edges, split_edges
 
 _ROUNDS = 40
 
 
-def conformed(surface: Surface, tolerance: float) -> Surface:
-    """The surface without T-junctions: naked points that lie on naked edges become corners of their triangles.
+def conformed(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Surface:
+    """The surface without T-junctions on seams: naked points on naked edges become corners of their triangles.
 
     Args:
         surface: welded.
+        planes: of the seams; T-junctions elsewhere are the example's own, and stay.
         tolerance: metres between an edge and a point on it.
     """
     for _ in range(_ROUNDS):
-        edges, _ = naked_edges(surface)
+        edges = on_planes(surface.points, naked_edges(surface)[0], planes, tolerance)
         edge, via = _on_edges(surface.points, edges, tolerance)
         if not len(edge):
             return surface
@@ -28,6 +32,20 @@ def conformed(surface: Surface, tolerance: float) -> Surface:
         _, first = np.unique(key, return_index=True)
         surface = split_edges(surface, chosen[first, 0], chosen[first, 1], via[first])
     return surface
+
+
+def on_planes(points: Floats, edges: Ints, planes: Sequence[Plane], tolerance: float) -> Ints:
+    """[K, 2] those of the edges [E, 2] that lie on one of the planes."""
+    on = np.zeros(len(edges), dtype=bool)
+    for axis in range(3):
+        places = np.unique([each.at for each in planes if each.axis == axis])
+        if not len(places):
+            continue
+        start, end = points[edges[:, 0], axis], points[edges[:, 1], axis]
+        at = np.searchsorted(places, start - tolerance)
+        place = places[np.minimum(at, len(places) - 1)]
+        on |= (np.abs(start - place) <= tolerance) & (np.abs(end - place) <= tolerance)
+    return edges[on]
 
 
 def _on_edges(points: Floats, edges: Ints, tolerance: float) -> tuple[Ints, Ints]:

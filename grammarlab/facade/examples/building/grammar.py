@@ -75,27 +75,31 @@ def _rows(
     terminals: list[Terminal],
 ) -> list[str]:
     """The rules of one wall: its rows, each different row, each unit."""
-    labels = tiling.grid.labels
-    unit = {label: names.new(f"{rule}{rule_name(tiling.grid.names[label])}") for label in np.unique(labels).tolist()}
+    region = tiling.region
+    places = tiling.sources[..., 0] * len(region.columns) + tiling.sources[..., 1]
+    unit = {}
+    for place in np.unique(places).tolist():
+        label = int(region.grid.labels.flat[place])
+        unit[place] = names.new(f"{rule}{rule_name(region.grid.names[label])}")
     kinds: dict[tuple[int, ...], str] = {}
-    for row in labels.tolist():
+    for row in places.tolist():
         if tuple(row) not in kinds:
             kinds[tuple(row)] = names.new(f"{rule}Row{len(kinds) + 1}")
     heights, widths = np.diff(tiling.rows), np.diff(tiling.columns)
-    parts = [(float(height), kinds[tuple(row)]) for height, row in zip(heights, labels.tolist(), strict=True)]
+    parts = [(float(height), kinds[tuple(row)]) for height, row in zip(heights, places.tolist(), strict=True)]
     rules = [f"{rule} -->\n    split(y) {{ {_split(parts)} }}"]
     for row, name in kinds.items():
-        split = _split([(float(width), unit[label]) for width, label in zip(widths, row, strict=True)])
+        split = _split([(float(width), unit[place]) for width, place in zip(widths, row, strict=True)])
         rules.append(f"{name} -->\n    split(x) {{ {split} }}")
-    for label, name in unit.items():
-        row, column = tiling.region.source(label)
-        low, high = tiling.region.cell(row, column)
+    for place, name in unit.items():
+        row, column = divmod(place, len(region.columns))
+        low, high = region.cell(row, column)
         surface = cells[row][column]
         if not len(surface):
             rules.append(f"{name} --> NIL")
             continue
-        corner = np.array([*low, tiling.region.plane])
-        file = f"{tiling.region.name.replace(':', '-')}-{label}"
+        corner = np.array([*low, region.plane])
+        file = f"{region.name.replace(':', '-')}-{place}"
         rules.append(f"{name} -->\n{_inserted(file, surface, corner, high - low, colors, terminals)}")
     return rules
 
