@@ -18,6 +18,8 @@ from grammarlab.facade.examples.label_grid import LabelGrid
 
 _SLACK = 0.05
 """Metres behind and before what is seen of a region."""
+_COARSE = 40_000
+"""Pixels of the maps that tell which axis is up."""
 _MOST_LINES = 200
 """Rows or columns."""
 
@@ -117,27 +119,41 @@ def analyse(mesh: ExampleMesh, up: str = "") -> Example:
         FacadeError: where no wall has anything on it.
     """
     ways = {"y": np.eye(3), "z": Z_UP}
-    found = {each: _upright(mesh, ways[each]) for each in ([up] if up else ways)}
-    best = max(found, key=lambda each: (_score(found[each]), each == "y"))
-    example = found[best]
+    if not up:
+        # A coarse look is enough to tell walls from roofs.
+        scores = {each: _num_elements(_turned(mesh, turn)[0]) for each, turn in ways.items()}
+        up = "z" if scores["z"] > scores["y"] else "y"
+        notes = ("z is taken to be up, since more units stand on walls then",) if up == "z" else ()
+    else:
+        notes = ()
+    example = _upright(mesh, ways[up])
     if not example.regions:
         raise FacadeError(
             "No wall has units on it, such as windows, that differ from its plane by 3 cm or more; "
-            "give --up if the building lies on its side, or state the rows and columns in a file with --example."
+            "give --up if the building lies on its side."
         )
-    notes = () if up or best == "y" else ("z is taken to be up, since walls have more units then",)
-    return replace(example, notes=(*notes, *example.notes))
+    return replace(example, notes=notes)
 
 
-def _score(example: Example) -> int:
-    return sum(len(region.elements) for region in example.regions)
+def _num_elements(surface: Surface) -> int:
+    """Elements on the walls of all sides, about."""
+    return sum(
+        len(elements_of(wall, seen_from(side, surface.corners())).low)
+        for side in range(len(SIDES))
+        for wall in walls_of(surface, side, _COARSE)
+    )
+
+
+def _turned(mesh: ExampleMesh, stand: Floats) -> tuple[Surface, Floats]:
+    """The building stood up and turned to its walls, and [3, 3] the rotation."""
+    surface = mesh.surface.moved(mesh.surface.points @ stand.T)
+    turn = turn_to_walls(surface) @ stand
+    return mesh.surface.moved(mesh.surface.points @ turn.T), turn
 
 
 def _upright(mesh: ExampleMesh, stand: Floats) -> Example:
     """The building with its units, when so turned."""
-    surface = mesh.surface.moved(mesh.surface.points @ stand.T)
-    turn = turn_to_walls(surface) @ stand
-    surface = mesh.surface.moved(mesh.surface.points @ turn.T)
+    surface, turn = _turned(mesh, stand)
     regions = [each for side in range(len(SIDES)) for each in _regions(surface, side)]
     if not regions:
         return Example(mesh, surface, turn, (), ())

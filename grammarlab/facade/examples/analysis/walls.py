@@ -11,7 +11,7 @@ from grammarlab.facade.examples.analysis.depth import DepthMap, depth_map
 from grammarlab.facade.examples.analysis.views import seen_from
 from grammarlab.facade.examples.building.surface import Bools, Floats, Surface
 
-PIXELS = 300_000
+PIXELS = 250_000
 """Of the depth map of each side."""
 _FACING = 0.9
 """Part of a normal towards the viewer from which a triangle may lie in a wall."""
@@ -43,12 +43,12 @@ class Wall:
     """Metres by which what lies in its plane deviates from it."""
 
 
-def walls_of(surface: Surface, side: int) -> list[Wall]:
-    """The walls of one side, the largest first."""
+def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall]:
+    """The walls of one side, the largest first, as a map of so many pixels shows them."""
     corners = seen_from(side, surface.corners())
     facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(facing, axis=1)
-    map_ = depth_map(corners, PIXELS)
+    map_ = depth_map(corners, num_pixels)
     upright = np.append(np.abs(facing[:, 2]) >= _FACING * length, False)[map_.triangle] & (map_.triangle >= 0)
     left = upright.copy()
     walls: list[Wall] = []
@@ -56,6 +56,8 @@ def walls_of(surface: Surface, side: int) -> list[Wall]:
         plane = _plane(map_.depth[left])
         plane = float(np.median(map_.depth[left & (np.abs(map_.depth - plane) <= 1.5 * _BIN)]))
         flat = left & (np.abs(map_.depth - plane) <= _BIN)
+        if not flat.any():
+            break
         plane = float(np.median(map_.depth[flat]))
         near = (map_.depth >= plane - BEHIND) & (map_.depth <= plane + BEFORE)
         # Pieces of wall between windows belong together, and so do windows: they may be holes.
