@@ -18,7 +18,7 @@ from grammarlab.facade.examples.analysis.example import Example, Region, analyse
 from grammarlab.facade.examples.analysis.meshes import read_mesh
 from grammarlab.facade.examples.building.assembly import Tiling, assemble, counts_for, stretch_for, tile
 from grammarlab.facade.examples.building.bridge import facade_of, facade_of_tiling
-from grammarlab.facade.examples.building.closing import closed, seams
+from grammarlab.facade.examples.building.closing import Closed, closed
 from grammarlab.facade.examples.building.files import write_glb
 from grammarlab.facade.examples.building.grammar import building_rules
 from grammarlab.facade.examples.building.pictures import building_picture, label_picture
@@ -44,11 +44,15 @@ class Built:
     main: Synthesis
     tilings: tuple[Tiling, ...]
     stretch: Stretch
-    surface: Surface
+    closed: Closed
     example_boundary: int
     boundary: int
     watertight: bool
     seconds: dict[str, float]
+
+    @property
+    def surface(self) -> Surface:
+        return self.closed.surface
 
     def as_dict(self) -> dict[str, Any]:
         """For `--json`, without files."""
@@ -71,6 +75,7 @@ class Built:
             "watertight": self.watertight,
             "boundary_edges": {"example": self.example_boundary, "result": self.boundary},
             "triangles": len(self.surface),
+            "stitching": {"points_moved": self.closed.moved, "widest_gap": self.closed.farthest},
             "size": [float(each) for each in self.surface.points.max(axis=0) - self.surface.points.min(axis=0)],
             "walls": [
                 {"name": each.region.name, "rows": each.grid.rows, "columns": each.grid.columns}
@@ -177,9 +182,10 @@ def _built(
         tilings = tuple(tile(region, grid, stretch) for region, grid in zip(example.regions, grids, strict=True))
         pieces = assemble(cut, tilings, stretch)
     with watch("stitching"):
-        surface = closed(pieces, seams(tilings))
-        boundary, watertight = num_boundary_edges(surface), is_watertight(surface)
-    return Built(main, tilings, stretch, surface, example_boundary, boundary, watertight, watch.seconds)
+        noise = max(region.noise for region in example.regions)
+        done = closed(pieces, tilings, noise, was_closed=is_watertight(example.surface))
+        boundary, watertight = num_boundary_edges(done.surface), is_watertight(done.surface)
+    return Built(main, tilings, stretch, done, example_boundary, boundary, watertight, watch.seconds)
 
 
 def _grids(example: Example, main: Synthesis, stretch: Stretch, seed: int) -> list[LabelGrid]:

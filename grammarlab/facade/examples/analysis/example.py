@@ -42,6 +42,8 @@ class Region:
     """[E, 4] metres, boxes of what was found, low and high corners."""
     wall: Floats
     """[2, 2] metres, low and high corner of the wall."""
+    noise: float
+    """Metres by which what lies in the plane of the wall deviates from it."""
 
     @property
     def low(self) -> Floats:
@@ -185,19 +187,20 @@ def _regions(surface: Surface, side: int) -> list[Region]:
         )
         if max(len(columns), len(rows)) > _MOST_LINES:
             continue
-        grid = label_grid(wall, elements, columns, rows)
-        boxes = np.hstack([elements.low, elements.high])
+        back, front = _depths(wall, columns, rows)
         found.append(
             Region(
-                "",
-                side,
-                columns,
-                rows,
-                grid,
-                wall.depth,
-                *_depths(wall, columns, rows),
-                boxes,
-                np.stack([wall.low, wall.high]),
+                name="",
+                side=side,
+                columns=columns,
+                rows=rows,
+                grid=label_grid(wall, elements, columns, rows),
+                plane=wall.depth,
+                back=back,
+                front=front,
+                elements=np.hstack([elements.low, elements.high]),
+                wall=np.stack([wall.low, wall.high]),
+                noise=wall.noise,
             )
         )
     return found

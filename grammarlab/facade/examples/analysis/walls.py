@@ -86,5 +86,5 @@ def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall
 def _plane(depth: Floats) -> float:
     """The depth that most pixels have, to `_BIN`."""
     low = float(depth.min())
-    count = np.bincount(((depth - low) / _BIN).astype(np.int64))
+    count = np.bincount(((depth - low) / _BIN).astype(np.int64), minlength=3)
     return low + (int(np.convolve(count, [1, 2, 1], mode="same").argmax()) + 0.5) * _BIN

@@ -129,8 +129,17 @@ def tile(region: Region, grid: LabelGrid, stretch: Stretch) -> Tiling:
     return Tiling(region, grid, lines[0], lines[1], plane, region.sources(grid))
 
 
-def assemble(cut: Cut, tilings: Sequence[Tiling], stretch: Stretch) -> Surface:
-    """The pieces of the new building where they stand, not yet stitched.
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """All pieces of a new building where they stand, not yet stitched."""
+
+    surface: Surface
+    first: Ints
+    """[N + 1] first point of each piece; the first piece is the rest, then come the cells of each tiling, row by row."""
+
+
+def assemble(cut: Cut, tilings: Sequence[Tiling], stretch: Stretch) -> Pieces:
+    """The pieces of the new building.
 
     Args:
         cut: the example in pieces.
@@ -150,4 +159,4 @@ def assemble(cut: Cut, tilings: Sequence[Tiling], stretch: Stretch) -> Surface:
             points[:, :2] = np.where(part == 1.0, new_high, new_low + part * (new_high - new_low))
             points[:, 2] = unit.points[:, 2] - tiling.region.plane + tiling.plane
             pieces.append(unit.moved(placed_from(tiling.region.side, points)))
-    return joined(pieces)
+    return Pieces(joined(pieces), np.cumsum([0, *(len(each.points) for each in pieces)]))
