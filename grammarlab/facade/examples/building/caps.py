@@ -42,16 +42,39 @@ def capped(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Surfa
         tolerance: metres within which a point lies on a plane.
     """
     places = {axis: np.unique([each.at for each in planes if each.axis == axis]) for axis in range(3)}
+    edges, times = naked_edges(surface)
+    points, made, materials = surface.points, [surface.triangles], [surface.material]
+    of_point = np.zeros(len(points), dtype=np.int64)
+    of_point[surface.triangles.ravel()] = np.repeat(surface.material, 3)
     for plane in planes:
-        edges, times = naked_edges(surface)
-        on = (np.abs(surface.points[:, plane.axis] - plane.at) <= tolerance)[edges].all(axis=1)
+        on = (np.abs(points[:, plane.axis] - plane.at) <= tolerance)[edges].all(axis=1)
         if not on.any() or on.sum() > _MOST_EDGES:
             continue
         axes = [(plane.axis + 1) % 3, (plane.axis + 2) % 3]
-        flat = surface.points[:, axes]
-        walk = _closed(flat, edges[on], times[on], [places[axis] for axis in axes], tolerance)
-        surface = _filled(surface, plane, walk, tolerance)
-    return surface
+        walk = _closed(points[:, axes], edges[on], times[on], [places[axis] for axis in axes], tolerance)
+        flat, rows = _faces(walk)
+        if not len(rows):
+            continue
+        points, place, nearest = _placed(points, np.unique(edges), plane, flat, tolerance)
+        triangles = place[rows]
+        of_point = np.append(of_point, np.zeros(len(points) - len(of_point), dtype=np.int64))
+        made.append(triangles)
+        materials.append(of_point[nearest[rows[:, 0]]])
+        edges, times = _open(edges, times, triangles, len(points))
+    return without_empty(Surface(points, np.concatenate(made), np.concatenate(materials)))
+
+
+def _open(edges: Ints, times: Ints, triangles: Ints, num_points: int) -> tuple[Ints, Ints]:
+    """Open edges, and how often they run, once triangles are added."""
+    start = np.concatenate([edges[:, 0], triangles.ravel()])
+    end = np.concatenate([edges[:, 1], np.roll(triangles, -1, axis=1).ravel()])
+    count = np.concatenate([times, np.ones(triangles.size, dtype=np.int64)])
+    key = np.minimum(start, end) * num_points + np.maximum(start, end)
+    unique, at = np.unique(key, return_inverse=True)
+    net = np.rint(np.bincount(at.ravel(), weights=np.where(start < end, count, -count))).astype(np.int64)
+    left = net != 0
+    edge = np.stack([unique // num_points, unique % num_points], axis=1)[left]
+    return np.where(net[left, None] > 0, edge, edge[:, ::-1]), np.abs(net[left])
 
 
 def _closed(points: Floats, edges: Ints, times: Ints, lines: Sequence[Floats], tolerance: float) -> _Walk:
@@ -79,12 +102,13 @@ def _closed(points: Floats, edges: Ints, times: Ints, lines: Sequence[Floats], t
     return _Walk(np.concatenate(start), np.concatenate(end), np.concatenate(count))
 
 
-def _filled(surface: Surface, plane: Plane, walk: _Walk, tolerance: float) -> Surface:
-    faces = _faces(walk)
-    winding = [_winding(shapely.get_coordinates(face.representative_point())[0], walk) for face in faces]
-    corners, rows = [], []
+def _faces(walk: _Walk) -> tuple[Floats, Ints]:
+    """Corners [K, 2] and triangles [F, 3] that cover what a walk runs around, against its direction."""
+    noded = shapely.unary_union(shapely.linestrings(np.stack([walk.start, walk.end], axis=1)))
+    corners, rows = [np.zeros((0, 2))], [np.zeros((0, 3), dtype=np.int64)]
     first = 0
-    for face, turns in zip(faces, winding, strict=True):
+    for face in shapely.get_parts(shapely.polygonize(shapely.get_parts(noded))):
+        turns = _winding(shapely.get_coordinates(face.representative_point())[0], walk)
         if turns == 0:
             continue
         rings = [shapely.get_coordinates(ring)[:-1] for ring in (face.exterior, *face.interiors)]
@@ -98,14 +122,7 @@ def _filled(surface: Surface, plane: Plane, walk: _Walk, tolerance: float) -> Su
         corners.append(flat)
         rows += [cut + first] * abs(turns)
         first += len(flat)
-    if not rows:
-        return surface
-    return _with_faces(surface, plane, np.concatenate(corners), np.concatenate(rows), tolerance)
-
-
-def _faces(walk: _Walk) -> list[shapely.Polygon]:
-    noded = shapely.unary_union(shapely.linestrings(np.stack([walk.start, walk.end], axis=1)))
-    return list(shapely.get_parts(shapely.polygonize(shapely.get_parts(noded))))
+    return np.concatenate(corners), np.concatenate(rows)
 
 
 def _winding(point: Floats, walk: _Walk) -> int:
@@ -116,21 +133,12 @@ def _winding(point: Floats, walk: _Walk) -> int:
     return int((walk.times * (rising & (side > 0.0))).sum() - (walk.times * (falling & (side < 0.0))).sum())
 
 
-def _with_faces(surface: Surface, plane: Plane, flat: Floats, triangles: Ints, tolerance: float) -> Surface:
-    """The surface and triangles of a plane, over its own points where these are, in the material that is nearest."""
-    points = np.empty((len(flat), 3))
-    points[:, plane.axis] = plane.at
-    points[:, [(plane.axis + 1) % 3, (plane.axis + 2) % 3]] = flat
-    tree = cKDTree(surface.points)
-    distance, nearest = tree.query(points)
-    known = distance <= tolerance
-    place = np.where(known, nearest, len(surface.points) + np.cumsum(~known) - 1)
-    of_point = np.zeros(len(surface.points), dtype=np.int64)
-    of_point[surface.triangles.ravel()] = np.repeat(surface.material, 3)
-    return without_empty(
-        Surface(
-            np.concatenate([surface.points, points[~known]]),
-            np.concatenate([surface.triangles, place[triangles]]),
-            np.concatenate([surface.material, of_point[nearest[triangles[:, 0]]]]),
-        )
-    )
+def _placed(points: Floats, known: Ints, plane: Plane, flat: Floats, tolerance: float) -> tuple[Floats, Ints, Ints]:
+    """Points [Q, 3] with those of a plane that are new, the row [K] of each corner, and the nearest known row [K]."""
+    corners = np.empty((len(flat), 3))
+    corners[:, plane.axis] = plane.at
+    corners[:, [(plane.axis + 1) % 3, (plane.axis + 2) % 3]] = flat
+    distance, nearest = cKDTree(points[known]).query(corners)
+    new = distance > tolerance
+    place = np.where(new, len(points) + np.cumsum(new) - 1, known[nearest])
+    return np.concatenate([points, corners[new]]), place, known[nearest]

@@ -10,16 +10,29 @@ import numpy as np
 from grammarlab.facade.examples.analysis.views import Plane, plane_of, seen_from
 from grammarlab.facade.examples.building.assembly import Pieces, Tiling
 from grammarlab.facade.examples.building.caps import capped
-from grammarlab.facade.examples.building.conforming import conformed
+from grammarlab.facade.examples.building.conforming import conformed, on_planes
 from grammarlab.facade.examples.building.mending import mended
-from grammarlab.facade.examples.building.stitching import Matches, matches, stitched
-from grammarlab.facade.examples.building.surface import Floats, Ints, Surface, naked_edges, welded, without_slivers
+from grammarlab.facade.examples.building.stitching import Matches, matches, nearest_pairs, stitched
+from grammarlab.facade.examples.building.surface import (
+    Bools,
+    Floats,
+    Ints,
+    Surface,
+    naked_edges,
+    one_per_place,
+    welded,
+    without_empty,
+    without_slivers,
+)
 
 TOLERANCE = 1e-5
 """Metres: of points on seams, and the width of T-junctions that may remain."""
 _LEAST_REACH, _MOST_REACH, _NOISES = 0.005, 0.05, 4.0
 """Metres that stitching moves points at most, and multiples of the noise in between."""
 _ROUNDS = 3
+"""Times that nearest points are looked for."""
+_WORTH = 0.7
+"""Part of the open edges that a round of caps may leave for another to follow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,19 +57,31 @@ def closed(pieces: Pieces, tilings: Sequence[Tiling], noise: float, *, was_close
     """
     reach = min(max(_LEAST_REACH, _NOISES * noise), _MOST_REACH)
     planes = seams(tilings)
-    points, moved = stitched(pieces.surface.points, list(_pairs(pieces, tilings, reach)))
-    distance = np.linalg.norm(points - pieces.surface.points, axis=1)
-    surface = welded(pieces.surface.moved(points), TOLERANCE)
-    bend = max(TOLERANCE, min(2.0 * noise, _MOST_REACH) if noise > TOLERANCE else 0.0)
+    points, place = one_per_place(pieces.surface.points, TOLERANCE)
+    connected, moved = stitched(points, list(_pairs(points, place, pieces.first, tilings, reach)))
+    distance = np.linalg.norm(connected - points, axis=1)
+    surface = Surface(connected, place[pieces.surface.triangles], pieces.surface.material)
+    surface = welded(surface, TOLERANCE)
+    bend = max(TOLERANCE, min(_NOISES * noise, _MOST_REACH))
+    for _ in range(_ROUNDS if bend > TOLERANCE else 0):
+        surface = _nearer(surface, planes, bend)
     surface = conformed(surface, planes, bend)
-    for _ in range(_ROUNDS):
-        if not len(naked_edges(surface)[0]):
-            break
-        surface = conformed(welded(capped(surface, planes, max(TOLERANCE, bend)), TOLERANCE), planes, TOLERANCE)
+    before = np.inf
+    while 0 < (left := len(naked_edges(surface)[0])) < _WORTH * before:
+        surface, before = conformed(welded(capped(surface, planes, bend), TOLERANCE), planes, TOLERANCE), left
     surface = without_slivers(rounded(surface), TOLERANCE / 10.0)
     if was_closed:
-        surface = mended(surface)
+        surface = without_slivers(mended(surface), TOLERANCE / 10.0)
     return Closed(surface, int(moved.sum()), float(distance.max(initial=0.0)))
+
+
+def _nearer(surface: Surface, planes: Sequence[Plane], reach: float) -> Surface:
+    """The surface with open points of seams that are each other's nearest as one."""
+    edges = on_planes(surface.points, naked_edges(surface)[0], planes, TOLERANCE)
+    pairs = nearest_pairs(surface.points, np.unique(edges), edges, reach)
+    place = np.arange(len(surface.points))
+    place[pairs.moved] = pairs.kept
+    return without_empty(Surface(surface.points, place[surface.triangles], surface.material))
 
 
 def seams(tilings: Sequence[Tiling]) -> list[Plane]:
@@ -76,28 +101,46 @@ def rounded(surface: Surface) -> Surface:
     return welded(surface.moved(surface.points.astype(np.float32).astype(np.float64)), TOLERANCE / 10.0)
 
 
-def _pairs(pieces: Pieces, tilings: Sequence[Tiling], reach: float) -> Iterator[Matches]:
-    """Connection points of units side by side, or one above the other, that are no neighbours in the example."""
-    points = pieces.surface.points
+def _pairs(points: Floats, place: Ints, first: Ints, tilings: Sequence[Tiling], reach: float) -> Iterator[Matches]:
+    """Connection points of units side by side or one above the other that are no neighbours in the example.
+
+    Args:
+        points: [Q, 3] of all pieces, each place once.
+        place: [P] which of them each point of a piece is.
+        first: [N + 1] first point of each piece.
+        tilings: of the pieces.
+        reach: metres that a point moves at most.
+    """
     piece = 1
     for tiling in tilings:
         rows, columns = tiling.grid.labels.shape
-        number = piece + np.arange(rows * columns).reshape(rows, columns)
+        own = [np.unique(place[first[k] : first[k + 1]]) for k in range(piece, piece + rows * columns)]
         piece += rows * columns
         seen = seen_from(tiling.region.side, points)
-        for axis, (down, across) in ((0, (0, 1)), (1, (1, 0))):
-            line = tiling.columns if axis == 0 else tiling.rows
+        rest = np.unique(place[: first[1]])
+        for axis, (down, across), line in ((0, (0, 1), tiling.columns), (1, (1, 0), tiling.rows)):
             step = tiling.sources[down:, across:] - tiling.sources[: rows - down, : columns - across]
             for row, column in np.argwhere((step != [down, across]).any(axis=2)).tolist():
                 at = float(line[(column if axis == 0 else row) + 1])
+                here, there = own[row * columns + column], own[(row + down) * columns + column + across]
+                yield matches(
+                    points, *(each[np.abs(seen[each, axis] - at) <= TOLERANCE] for each in (here, there)), reach
+                )
+            within = _beside(seen[rest], tiling, axis, reach)
+            for at in (float(line[0]), float(line[-1])):
                 ends = [
-                    _on_line(seen, pieces.first, int(number[place]), axis, at)
-                    for place in ((row, column), (row + down, column + across))
+                    each[np.abs(seen[each, axis] - at) <= TOLERANCE] for each in (np.concatenate(own), rest[within])
                 ]
-                yield matches(points, ends[0], ends[1], reach)
+                yield matches(points, np.unique(ends[0]), ends[1], reach)
 
 
-def _on_line(seen: Floats, first: Ints, piece: int, axis: int, at: float) -> Ints:
-    """Points of a piece on a line between rows or columns."""
-    start, end = first[piece : piece + 2].tolist()
-    return start + np.flatnonzero(np.abs(seen[start:end, axis] - at) <= TOLERANCE)
+def _beside(seen: Floats, tiling: Tiling, axis: int, reach: float) -> Bools:
+    """[K] which points lie beside a region along an axis, and at the depth of its units."""
+    line = tiling.rows if axis == 0 else tiling.columns
+    depth = seen[:, 2] - tiling.plane + tiling.region.plane
+    return (
+        (seen[:, 1 - axis] >= line[0] - reach)
+        & (seen[:, 1 - axis] <= line[-1] + reach)
+        & (depth >= tiling.region.back - reach)
+        & (depth <= tiling.region.front + reach)
+    )

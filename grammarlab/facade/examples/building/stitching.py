@@ -55,6 +55,35 @@ def matches(points: Floats, one: Ints, other: Ints, reach: float) -> Matches:
     return Matches(one[within], other[nearest[within]])
 
 
+def nearest_pairs(points: Floats, rows: Ints, edges: Ints, reach: float) -> Matches:
+    """Of some points those pairs that are each other's nearest, within reach, and on no common edge.
+
+    What stitching leaves apart by less than the noise of the example are no two features.
+
+    Args:
+        points: [P, 3] metres.
+        rows: [K] points that are looked at.
+        edges: [E, 2] pairs of points that stay apart.
+        reach: metres.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    pairs = cKDTree(points[rows]).query_pairs(reach, output_type="ndarray") if len(rows) else none
+    if not len(pairs):
+        return Matches(none, none)
+    pairs = np.sort(rows[pairs], axis=1)
+    number = len(points)
+    apart = ~np.isin(pairs[:, 0] * number + pairs[:, 1], edges.min(axis=1) * number + edges.max(axis=1))
+    pairs = pairs[apart]
+    distance = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
+    pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0], distance))]
+    place = np.arange(len(pairs))
+    best = np.full(number, len(pairs))
+    np.minimum.at(best, pairs[:, 0], place)
+    np.minimum.at(best, pairs[:, 1], place)
+    mutual = (best[pairs[:, 0]] == place) & (best[pairs[:, 1]] == place)
+    return Matches(pairs[mutual, 0], pairs[mutual, 1])
+
+
 def _first(points: Floats) -> tuple[float, ...]:
     return tuple(points[np.lexsort(points.T[::-1])][0].tolist())
 

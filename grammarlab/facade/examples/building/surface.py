@@ -64,18 +64,23 @@ def joined(surfaces: Sequence[Surface]) -> Surface:
 
 def welded(surface: Surface, tolerance: float) -> Surface:
     """The surface with points nearer than the tolerance as one, without triangles that this makes empty."""
-    _, first, place = np.unique(
-        np.ascontiguousarray(surface.points + 0.0), axis=0, return_index=True, return_inverse=True
-    )
-    points = surface.points[first]
-    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray") if len(points) else np.zeros((0, 2), int)
-    if len(pairs):
-        graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
-        count, group = connected_components(graph, directed=False)
-        chosen = np.zeros(count, dtype=np.int64)
-        chosen[group[::-1]] = np.arange(len(points))[::-1]
-        points, place = points[chosen], group[place.ravel()]
-    return without_empty(Surface(points, place.ravel()[surface.triangles].astype(np.int64), surface.material))
+    points, place = one_per_place(surface.points, tolerance)
+    return without_empty(Surface(points, place[surface.triangles], surface.material))
+
+
+def one_per_place(points: Floats, tolerance: float) -> tuple[Floats, Ints]:
+    """[Q, 3] points no two of which are nearer than the tolerance, and [P] which of them each point becomes."""
+    _, first, place = np.unique(np.ascontiguousarray(points + 0.0), axis=0, return_index=True, return_inverse=True)
+    place = place.ravel().astype(np.int64)
+    chosen = points[first]
+    pairs = cKDTree(chosen).query_pairs(tolerance, output_type="ndarray") if len(chosen) else np.zeros((0, 2), int)
+    if not len(pairs):
+        return chosen, place
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(chosen), len(chosen)))
+    count, group = connected_components(graph, directed=False)
+    lowest = np.zeros(count, dtype=np.int64)
+    lowest[group[::-1]] = np.arange(len(chosen))[::-1]
+    return chosen[lowest], group[place].astype(np.int64)
 
 
 def without_empty(surface: Surface) -> Surface:
