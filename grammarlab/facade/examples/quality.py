@@ -54,7 +54,7 @@ def quality_of(grid: Labels, examples: Sequence[LabelGrid]) -> Quality:
 
 
 def _windows(labels: Labels, height: int, width: int) -> Labels:
-    """[windows, height * width]"""
+    """The windows of a grid, [windows, height * width]."""
     views = np.lib.stride_tricks.sliding_window_view(labels, (height, width))
     return views.reshape(-1, height * width)
 

@@ -57,6 +57,7 @@ def synthesize(
     seed: int = 0,
     count: int = 1,
     regions: Labels | None = None,
+    effort: float = 1.0,
 ) -> list[Synthesis]:
     """Grids of the same kind as the examples, best first, no two equal.
 
@@ -70,6 +71,7 @@ def synthesize(
         seed: of all random choices.
         count: grids wanted; fewer come where fewer were found.
         regions: [rows, columns] which example each cell is made after; all examples everywhere, when left out.
+        effort: how much more work than usual is done before a gap between energy and bound is accepted.
 
     Raises:
         FacadeError: for wishes that contradict each other, or sizes out of range.
@@ -95,7 +97,7 @@ def synthesize(
             runs.append((value, trace.labels, trace.history))
         runs.sort(key=lambda run: run[0])
     else:
-        found = least_energy(problem, demands, grids, seed, count)
+        found = least_energy(problem, demands, grids, seed, count, effort)
         bound = found.bound
         runs = [(value, labels, ()) for value, labels in found.grids]
     return [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from collections.abc import Sequence as Listed
 from dataclasses import dataclass, field
 
@@ -55,7 +56,23 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
     Raises:
         FacadeError: when no such facade is in these ranges; says what sizes there are.
     """
-    pattern = pattern_of(facade, stretch)
+    return write_pattern(pattern_of(facade, stretch), widths, heights)
+
+
+def write_pattern(
+    pattern: Pattern, widths: Range, heights: Range, leaf: Callable[[str], str] = leaf_body
+) -> WrittenFamily:
+    """The family of a pattern of columns and rows.
+
+    Args:
+        pattern: what it is the family of.
+        widths: metres.
+        heights: metres.
+        leaf: what makes a thing of that name, in CGA.
+
+    Raises:
+        FacadeError: when no such facade is in these ranges; says what sizes there are.
+    """
     storeys = storeys_of(pattern.rows, *heights)
     found = walks(pattern.columns, *widths)
     if found is None:
@@ -66,7 +83,7 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
                 f"its columns make widths from {min(some):.4g} m to {max(some):.4g} m, with {LONGEST} columns at most"
             )
         raise FacadeError(f"no facade of this family is {widths[0]:g} to {widths[1]:g} m wide: {told}.")
-    return _Writer(pattern, storeys, found).write()
+    return _Writer(pattern, storeys, found, leaf).write()
 
 
 @dataclass
@@ -76,6 +93,7 @@ class _Writer:
     pattern: Pattern
     storeys: Storeys
     walks: Walks
+    leaf: Callable[[str], str]
     names: Names = field(default_factory=Names)
     lines: list[str] = field(default_factory=list)
     cells: dict[Cell, str] = field(default_factory=dict)
@@ -220,7 +238,7 @@ class _Writer:
                 rule_name(cell.label) if cell.axis == LEAF else self._name([cell], "Cell")
             )
             if cell.axis == LEAF:
-                self.lines.append(f"{name} --> {leaf_body(cell.label)}")
+                self.lines.append(f"{name} --> {self.leaf(cell.label)}")
             else:
                 floats = [part.gives(cell.axis) for _, part in cell.parts]
                 sizes = [

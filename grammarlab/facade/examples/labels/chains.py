@@ -60,7 +60,7 @@ def cheapest(costs: Sequence[Costs], own: Sequence[Costs], tally: Tally | None =
 def _tallied(costs: Sequence[Costs], own: Sequence[Costs], tally: Tally) -> Chain:
     """The same with limits: sums up to each limit are part of the state, one more stands for too much."""
     sizes = np.array(tally.most) + 1
-    sums = np.stack([axis.ravel() for axis in np.indices(sizes)], axis=1)  # [totals, sums]
+    sums = np.stack([axis.ravel() for axis in np.indices(sizes.tolist())], axis=1)  # [totals, sums]
     radix = np.concatenate([np.cumprod(sizes[::-1])[::-1][1:], [1]])
     totals = len(sums)
 

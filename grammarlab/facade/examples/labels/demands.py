@@ -7,12 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.label_grid import LabelGrid, Labels
 from grammarlab.facade.examples.wishes import Count, Rows, Wishes
 
 Domain = NDArray[np.bool_]
+_MOST_PLACED = 400
+"""Units whose places are looked for before the search; more are left to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +29,11 @@ class Demands:
     symmetric: bool
     notes: tuple[str, ...] = ()
     """Defaults that could not be kept, in words."""
+
+    def domain_kept(self, labels: Labels) -> bool:
+        """Whether each cell has a label that it may have."""
+        rows, columns = np.indices(labels.shape)
+        return bool(self.domain[rows, columns, labels].all())
 
     def broken(self, labels: Labels) -> int:
         """Cells that must change before a grid keeps all this, at least."""
@@ -62,15 +70,12 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
         for row, column in sorted(pairs):
             _agree(found, (row, column), (row, columns - 1 - column), fixed)
     counts = [_counted(found, examples[0], count, wishes.symmetric) for count in wishes.counts]
+    _check_room(found, examples[0].names, counts)
     least = sum(count[1] for count in counts)
-    if least > found.shape[0] * found.shape[1]:
-        raise FacadeError(
-            f"wishes: {least} cells are asked for by label, the grid has {found.shape[0] * found.shape[1]}."
-        )
     notes = []
     if wishes.keep:
         wished = {label for label, _, _ in counts}
-        for label, once in _ground_only(examples):
+        for label, once in sorted(ground_labels(examples), key=lambda each: not each[1]):
             name = examples[0].names[label]
             if label in wished or least >= max(1, columns - 2):
                 continue
@@ -88,8 +93,19 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
     return Demands(found, tuple(counts), wishes.symmetric, tuple(notes))
 
 
-def _ground_only(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
-    """Labels between the corners of the ground floor that no other place has, and whether the examples have them once."""
+def _check_room(domain: Domain, names: tuple[str, ...], counts: Sequence[tuple[int, int, int]]) -> None:
+    """Counts for which there is room one by one, but not together."""
+    wanted = np.array([label for label, least, _ in counts for _ in range(least)], dtype=np.int64)
+    if not 0 < len(wanted) <= _MOST_PLACED:
+        return
+    refused = ~domain.reshape(-1, domain.shape[2]).T[wanted]  # [wanted, cells]
+    if len(wanted) > refused.shape[1] or refused[linear_sum_assignment(refused)].any():
+        told = ", ".join(f"{names[label]} at least {least} times" for label, least, _ in counts if least)
+        raise FacadeError(f"wishes: {told}: there is no room for all of these together.")
+
+
+def ground_labels(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
+    """Labels that only the ground floor has, between its corners, and whether the examples have them once."""
     size = len(examples[0].names)
     tall = [example.labels for example in examples if example.rows > 1]
     inner = np.zeros(size, dtype=np.int64)
@@ -138,8 +154,8 @@ def _fixed(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
         cell = (wish.row, wish.column)
         if not (0 <= wish.row < rows and 0 <= wish.column < columns):
             raise FacadeError(
-                f"wishes: row {wish.row}, column {wish.column} is fixed; the grid has rows 0 to {rows - 1} and columns 0 "
-                f"to {columns - 1}."
+                f"wishes: row {wish.row}, column {wish.column} is fixed; the grid has rows 0 to {rows - 1} and "
+                f"columns 0 to {columns - 1}."
             )
         if seen.setdefault(cell, wish.label) != wish.label:
             raise FacadeError(
@@ -182,6 +198,6 @@ def _counted(domain: Domain, example: LabelGrid, count: Count, symmetric: bool) 
     odd = columns % 2 == 1 and domain[:, columns // 2, label].any()
     if symmetric and count.least == count.most and count.least % 2 == 1 and not odd:
         raise FacadeError(
-            f"wishes: symmetric and {told} contradict each other: an odd number needs a middle column that may have one."
+            f"wishes: symmetric and {told} contradict each other: an odd number needs a middle column for one."
         )
     return label, count.least, count.most

@@ -12,7 +12,6 @@ from grammarlab.facade.examples.labels.chains import Costs, Tally, cheapest
 from grammarlab.facade.examples.labels.folding import cheapest_palindrome
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
-
 _STRAY = 10.0
 """Cost of a cell with a label that it may not have: more than all 9 windows over it can gain by it."""
 

@@ -28,6 +28,12 @@ class RowWindows:
         filled.append(np.full((most, WINDOW, WINDOW), AWAY, dtype=np.int64))  # where there is no window
         return cls(problem, np.array(filled)[problem.kind])
 
+    @property
+    def work(self) -> float:
+        """Sums that one row takes, about."""
+        columns, most = self.patches.shape[1:3]
+        return 3.0 * columns * most * self.problem.num_labels**3
+
     def best_row(self, labels: Labels, row: int, domain: NDArray[np.bool_], noise: Costs, symmetric: bool) -> Labels:
         """The labels [columns] of a row that make the energy least when all other rows stay.
 

@@ -14,6 +14,10 @@ from grammarlab.facade.examples.labels.pools import best_columns
 from grammarlab.facade.examples.labels.problem import Problem
 from grammarlab.facade.examples.labels.rows import RowWindows
 
+_WORK = 1e8
+"""Sums that settling may take before what was found is kept: some tenths of a second."""
+_PASSES = 2
+"""Times that all lines of a grid may be settled, however large it is."""
 PENALTY = 9
 """Energy of a cell that must change: no less than what changing it can add, as 9 windows lie over it."""
 _FEW = 4
@@ -29,6 +33,10 @@ class Search:
     problem: Problem
     demands: Demands
     generator: np.random.Generator
+    effort: float = 1.0
+    """How much more work than usual it may do."""
+    spent: float = 0.0
+    """Sums so far."""
     found: dict[bytes, tuple[int, Labels]] = field(default_factory=dict)
     """By content: energy and labels of grids that keep all demands."""
 
@@ -36,6 +44,8 @@ class Search:
         self.rows = RowWindows.of(self.problem)
         self.columns = RowWindows.of(self.problem.transposed())
         shape = self.problem.domain.shape
+        once = self.problem.rows * self.rows.work + self.problem.columns * self.columns.work
+        self.budget = max(_WORK, _PASSES * once) * self.effort
         self.noise = self.generator.random(shape) * (_NOISE / (shape[0] * shape[1]))
 
     @property
@@ -54,12 +64,15 @@ class Search:
         labels = labels.copy()
         dirty = [set(range(self.problem.rows)), set() if self.demands.symmetric else set(range(self.problem.columns))]
         while dirty[0] or dirty[1]:
+            if self.spent > self.budget and self.demands.domain_kept(labels):
+                break
             axis = 0 if dirty[0] else 1
             line = int(self.generator.choice(sorted(dirty[axis])))
             dirty[axis].discard(line)
             view, allowed = (labels, domain) if axis == 0 else (labels.T, domain.transpose(1, 0, 2))
             noise = self.noise if axis == 0 else self.noise.transpose(1, 0, 2)
             windows = self.rows if axis == 0 else self.columns
+            self.spent += windows.work
             chosen = windows.best_row(view, line, allowed[line], noise[line], self.demands.symmetric)
             changed = np.flatnonzero(chosen != view[line])
             if len(changed):

@@ -1,69 +1,124 @@
-"""Lower bounds of the energy: every row of windows by itself, exactly."""
+"""Rows of windows, each by itself: their least energies, over all labels of the three rows that each covers."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.facade.examples.label_grid import Labels
-from grammarlab.facade.examples.labels.chains import Chain, Costs, cheapest
+from grammarlab.facade.examples.labels.chains import Costs
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
-
-def strip(problem: Problem, row: int, prices: Costs) -> tuple[Chain, list[Labels]]:
-    """The least energy of the windows centred in one row, over all labels of the three rows that they cover.
-
-    The chain is of patches: when the patches of the windows along the row are chosen, the best label of a cell is
-    another cell's business no more.
-
-    Args:
-        problem: what windows are compared with.
-        row: of the centres.
-        prices: [3, columns, labels] added for each label.
-    """
-    nothing = np.full((1, WINDOW, WINDOW), AWAY, dtype=np.int64)
-    kinds = problem.kind[row]
-    lists = [problem.patches[kind] if kind >= 0 else nothing for kind in kinds]
-    padded = [nothing, *lists, nothing]
-    costs, own = [], []
-    for column in range(problem.columns):
-        before, here, after = padded[column : column + 3]
-        total = np.zeros((len(before), len(here), len(after)))
-        for up in range(WINDOW):
-            cell = row + up - 1
-            if 0 <= cell < problem.rows:
-                table = _table(problem.domain[cell, column], prices[up, column])
-                total += table[np.ix_(before[:, up, 2], here[:, up, 1], after[:, up, 0])]
-        costs.append(total)
-        own.append(np.zeros(len(here)))
-    return cheapest(costs, own), lists
+_PAIRS = ((0, 1), (0, 2), (1, 2))
+_Kind = TypeVar("_Kind", bound=np.generic)
 
 
-def _table(domain: NDArray[np.bool_], prices: Costs) -> Costs:
-    """[labels + 2] * 3: least cost of a cell for which three windows want these labels; the last one wants none."""
-    size = len(domain)
-    differ = np.ones((size, size + 2))
-    differ[np.arange(size), np.arange(size)] = 0.0
-    differ[:, AWAY] = 0.0
-    own = np.where(domain, prices, np.inf)
-    total = own[:, None, None, None] + differ[:, :, None, None] + differ[:, None, :, None] + differ[:, None, None, :]
-    return total.min(axis=0)
+@dataclass(frozen=True, slots=True)
+class Strips:
+    """Some rows of windows of a problem."""
+
+    problem: Problem
+    rows: NDArray[np.int64]
+    """[strips] row of the centres of each."""
+    wants: Labels
+    """[strips, columns + 2, patches, 3, 3] what the patches of each window want; one place before and after wants
+    nothing, and the first patch comes again where a cell has fewer than others."""
+    allowed: NDArray[np.bool_]
+    """[strips, 3, columns, labels] labels that the cells may have."""
+    inside: NDArray[np.bool_]
+    """[strips, 3] which rows of each strip are in the grid."""
+
+    @classmethod
+    def of(cls, problem: Problem, rows: Sequence[int]) -> Strips:
+        most = max(len(patches) for patches in problem.patches)
+        filled = [patches[np.arange(most) % len(patches)] for patches in problem.patches]
+        filled.append(np.full((most, WINDOW, WINDOW), AWAY, dtype=np.int64))
+        chosen = np.asarray(rows, dtype=np.int64)
+        kinds = np.full((len(chosen), problem.columns + 2), -1, dtype=np.int64)
+        kinds[:, 1:-1] = problem.kind[chosen]
+        around = chosen[:, None] + np.arange(-1, 2)
+        inside = (around >= 0) & (around < problem.rows)
+        allowed = problem.domain[np.clip(around, 0, problem.rows - 1)]
+        return cls(problem, chosen, np.array(filled)[kinds], allowed, inside)
+
+    def least(self, prices: Costs) -> tuple[Costs, Labels]:
+        """The least energy of each strip, and the labels that have it.
+
+        The chain is of patches: when three patches that follow each other are chosen, so is the best label of each
+        cell between them. It is exact.
+
+        Args:
+            prices: [strips, 3, columns, labels] added for each label of each cell.
+
+        Returns:
+            energies [strips] and labels [strips, 3, columns]; -1 outside of the grid.
+        """
+        own = np.where(self.allowed, prices, np.inf)
+        own[~self.inside] = 0.0
+        size = self.wants.shape[2]
+        value = np.zeros((len(self.rows), 1, size))
+        choices = []
+        columns = self.problem.columns
+        for column in range(columns):
+            through = value[:, :, :, None] + self._cost(own, column)
+            choice = through.argmin(axis=1)
+            value = np.take_along_axis(through, choice[:, None], axis=1)[:, 0]
+            choices.append(choice)
+        # The place after the last column is one state; so is the one before the first.
+        last = value[:, :, 0]
+        place = np.arange(len(self.rows))
+        after, here = np.zeros(len(self.rows), dtype=np.int64), last.argmin(axis=1)
+        energies = last[place, here]
+        labels = np.empty((len(self.rows), WINDOW, columns), dtype=np.int64)
+        for column in range(columns - 1, -1, -1):
+            before = choices[column][place, here, after]
+            labels[:, :, column] = self._labels(own, column, (before, here, after))
+            here, after = before, here
+        labels[~self.inside] = -1
+        return energies, labels
+
+    def _wanted(self, column: int) -> tuple[Labels, Labels, Labels]:
+        """[strips, states, 3 rows] what the windows before, about and after a column want of its cells."""
+        before, here, after = (self.wants[:, column + step] for step in range(3))
+        before = before[:, :1] if column == 0 else before
+        after = after[:, :1] if column == self.problem.columns - 1 else after
+        return before[..., 2], here[..., 1], after[..., 0]
+
+    def _cost(self, own: Costs, column: int) -> NDArray[np.float32]:
+        """[strips, before, here, after] least cost of the cells of a column, given the patches of three windows."""
+        wanted = self._wanted(column)
+        total = np.zeros((len(self.rows), *(each.shape[1] for each in wanted)), dtype=np.float32)
+        strips = np.arange(len(self.rows))[:, None]
+        for row in range(WINDOW):
+            price = own[:, row, column].astype(np.float32)  # [strips, labels]
+            wants = [_axis(each[:, :, row], axis) for axis, each in enumerate(wanted)]
+            voters = sum((want != AWAY).astype(np.float32) for want in wants)
+            agree = [(wants[one] == wants[other]).astype(np.float32) for one, other in _PAIRS]
+            best = np.broadcast_to(price.min(axis=1)[:, None, None, None], total.shape).copy()
+            for axis, each in enumerate(wanted):
+                want = each[:, :, row]
+                gain = np.where(want != AWAY, price[strips, np.maximum(want, 0)], np.float32(np.inf)) - np.float32(1.0)
+                one, other = (pair for pair, both in zip(agree, _PAIRS, strict=True) if axis in both)
+                np.minimum(best, _axis(gain, axis) - one - other, out=best)
+            total += best + voters
+        return total
+
+    def _labels(self, own: Costs, column: int, states: Sequence[NDArray[np.int64]]) -> Labels:
+        """[strips, 3] the best label of each cell of a column, given the patches of three windows."""
+        place = np.arange(len(self.rows))
+        cost = own[:, :, column].copy()
+        for wanted, state in zip(self._wanted(column), states, strict=True):
+            want = wanted[place, state][:, :, None]
+            cost += (np.arange(cost.shape[2]) != want) & (want != AWAY)
+        return cost.argmin(axis=2)
 
 
-def lower_bound(problem: Problem) -> int:
-    """What no grid's energy is below: all rows of windows, or all columns of windows, each at its best."""
-    return max(_sum(problem), _sum(problem.transposed()))
-
-
-def _sum(problem: Problem) -> int:
-    """Sum of the least energies of the rows of windows; equal rows are solved once."""
-    prices = np.zeros((WINDOW, problem.columns, problem.num_labels))
-    known: dict[bytes, float] = {}
-    total = 0.0
-    for row in range(problem.rows):
-        key = problem.kind[row].tobytes() + problem.domain[max(0, row - 1) : row + 2].tobytes()
-        key += bytes([row == 0])
-        if key not in known:
-            known[key] = strip(problem, row, prices)[0].cost
-        total += known[key]
-    return round(total)
+def _axis(values: NDArray[_Kind], axis: int) -> NDArray[_Kind]:
+    """[strips, states] along one of the three axes of states."""
+    shape = [len(values), 1, 1, 1]
+    shape[axis + 1] = values.shape[1]
+    return values.reshape(shape)
