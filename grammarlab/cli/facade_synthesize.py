@@ -43,6 +43,10 @@ def synthesize(
     number: Annotated[int, typer.Option("-n", "--number", help="Results at most.", min=1, max=50)] = 1,
     method: Annotated[Method, typer.Option("--method", help="exact: bounded; em: as in the paper.")] = Method.exact,
     up: Annotated[Up, typer.Option("--up", help="Axis of the file that is up.")] = Up.auto,
+    example: Annotated[
+        Path | None,
+        typer.Option("--example", help="example.json of an earlier run, corrected.", exists=True, dir_okay=False),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the results.")] = False,
 ) -> None:
     """Make buildings of other sizes after the example of one: other rows and columns of its units, closed as it is."""
@@ -59,6 +63,7 @@ def synthesize(
             seed=seed,
             count=number,
             up="" if up is Up.auto else up.value,
+            corrections=example,
         )
         if as_json:
             print_json(report)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BytesIO
@@ -14,26 +14,25 @@ from typing import Any
 from PIL import Image
 
 from grammarlab.errors import UsageError
-from grammarlab.facade.examples.analysis.example import Example, Region, analyse
-from grammarlab.facade.examples.analysis.meshes import read_mesh
+from grammarlab.facade.examples.analysis.correction import corrected, dumps
+from grammarlab.facade.examples.analysis.example import MOST_LINES, Example, Region, analyse
 from grammarlab.facade.examples.building.assembly import Tiling, assemble, counts_for, stretch_for, tile
 from grammarlab.facade.examples.building.bridge import facade_of, facade_of_tiling
 from grammarlab.facade.examples.building.closing import Closed, closed
-from grammarlab.facade.examples.building.files import write_glb
 from grammarlab.facade.examples.building.grammar import building_rules
 from grammarlab.facade.examples.building.pictures import building_picture, label_picture
 from grammarlab.facade.examples.building.stretching import Stretch
-from grammarlab.facade.examples.building.surface import Surface, is_watertight, num_boundary_edges
 from grammarlab.facade.examples.building.units import Cut, cut_up
 from grammarlab.facade.examples.label_grid import LabelGrid
-from grammarlab.facade.examples.synthesis import Method, Synthesis, synthesize
+from grammarlab.facade.examples.mesh.reading import read_mesh
+from grammarlab.facade.examples.mesh.surface import Surface, edge_numbers
+from grammarlab.facade.examples.mesh.writing import write_glb
+from grammarlab.facade.examples.synthesis import NO_WISHES, Method, Synthesis, synthesize
 from grammarlab.facade.examples.wishes import Wishes
 from grammarlab.facade.file import save_facade
 from grammarlab.files import write_bytes, write_text
 from grammarlab.runs.facade.gallery import sheet
 
-MOST_LINES = 200
-"""Rows or columns."""
 Box = tuple[float | None, float | None, float | None]
 
 
@@ -109,10 +108,11 @@ def synthesize_buildings(
     columns: int,
     box: Box = (None, None, None),
     method: Method = "exact",
-    wishes: Wishes = Wishes(),
+    wishes: Wishes = NO_WISHES,
     seed: int = 0,
     count: int = 1,
     up: str = "",
+    corrections: Path | None = None,
 ) -> dict[str, Any]:
     """Write new buildings like the one in a file, best first, and report on them.
 
@@ -127,6 +127,7 @@ def synthesize_buildings(
         seed: of all random choices.
         count: buildings wanted; fewer come where there are no more.
         up: `y` or `z`; found out where empty.
+        corrections: a file of an earlier run, with lines and labels that a person has corrected.
 
     Raises:
         UsageError: for rows, columns or a box out of range.
@@ -138,16 +139,18 @@ def synthesize_buildings(
         mesh = read_mesh(file)
     with watch("analysis"):
         example = analyse(mesh, up)
+        example = corrected(example, corrections) if corrections else example
     with watch("cutting"):
         cut = cut_up(example.surface, example.regions)
     with watch("labels"):
         mains = synthesize([example.main.grid], rows, columns, method=method, wishes=wishes, seed=seed, count=count)
-    boundary = num_boundary_edges(mesh.surface)
-    built = [_built(example, cut, main, box, seed, boundary, dict(watch.seconds)) for main in mains]
+    before = edge_numbers(mesh.surface)
+    built = [_built(example, cut, main, box, seed, before, dict(watch.seconds)) for main in mains]
     folder.mkdir(parents=True, exist_ok=True)
     with watch("pictures"):
         picture = building_picture(example.surface, mesh.colors)
     save_facade(facade_of(example.main), folder / "example.facade.json")
+    write_text(folder / "example.json", dumps(example))
     results = []
     for number, each in enumerate(built, start=1):
         files = _write(each, example, cut, folder, f"{number:03}", picture, each.seconds)
@@ -170,9 +173,15 @@ def _check(rows: int, columns: int, box: Box) -> None:
 
 
 def _built(
-    example: Example, cut: Cut, main: Synthesis, box: Box, seed: int, example_boundary: int, seconds: dict[str, float]
+    example: Example,
+    cut: Cut,
+    main: Synthesis,
+    box: Box,
+    seed: int,
+    before: tuple[int, bool],
+    seconds: dict[str, float],
 ) -> Built:
-    """One building for a grid of the main wall."""
+    """One building for a grid of the main wall, of an example with so many open edges that is closed or not."""
     watch = Stopwatch()
     watch.seconds.update(seconds)
     stretch = stretch_for(example, main.grid, box)
@@ -183,9 +192,9 @@ def _built(
         pieces = assemble(cut, tilings, stretch)
     with watch("stitching"):
         noise = max(region.noise for region in example.regions)
-        done = closed(pieces, tilings, noise, was_closed=is_watertight(example.surface))
-        boundary, watertight = num_boundary_edges(done.surface), is_watertight(done.surface)
-    return Built(main, tilings, stretch, done, example_boundary, boundary, watertight, watch.seconds)
+        done = closed(pieces, tilings, noise, was_closed=before[1])
+        boundary, watertight = edge_numbers(done.surface)
+    return Built(main, tilings, stretch, done, before[0], boundary, watertight, watch.seconds)
 
 
 def _grids(example: Example, main: Synthesis, stretch: Stretch, seed: int) -> list[LabelGrid]:
@@ -251,6 +260,7 @@ def _example_dict(example: Example, folder: Path) -> dict[str, Any]:
         "labels": example.main.grid.labels.tolist(),
         "names": list(example.main.grid.names),
         "facade": str(folder / "example.facade.json"),
+        "corrections": str(folder / "example.json"),
         "walls": [
             {
                 "name": each.name,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -88,8 +89,8 @@ def house(
     xs = sorted({x for x, _, z in mesh.corners if z == depth})
     zs = sorted({z for x, _, z in mesh.corners if x == width})
     for y, up in ((0.0, False), (ys[-1], True)):
-        for a, b in zip(xs[:-1], xs[1:], strict=True):
-            for c, d in zip(zs[:-1], zs[1:], strict=True):
+        for a, b in pairwise(xs):
+            for c, d in pairwise(zs):
                 around = [(a, y, c), (a, y, d), (b, y, d), (b, y, c)]
                 mesh.quad(around if up else around[::-1])
     labels = np.zeros((rows, columns), dtype=np.int64)

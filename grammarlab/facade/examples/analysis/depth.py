@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.facade.examples.building.surface import Floats, Ints
+from grammarlab.facade.examples.mesh.surface import Floats, Ints
 
 _CHUNK = 2_000_000
 """Pixels that are looked at together."""
@@ -48,7 +48,7 @@ def depth_map(corners: Floats, num_pixels: int) -> DepthMap:
         corners: [T, 3, 3] of triangles in the coordinates of a view.
         num_pixels: of the map, about.
     """
-    low, high = corners[:, :, :2].min(axis=(0, 1)), corners[:, :, :2].max(axis=(0, 1))
+    low, high = corners.reshape(-1, 3).min(axis=0)[:2], corners.reshape(-1, 3).max(axis=0)[:2]
     size = np.maximum(high - low, 1e-9)
     step = float(np.sqrt(size.prod() / num_pixels))
     step = max(step, float(size.max()) / num_pixels)
@@ -71,15 +71,15 @@ def _covered(corners: Floats, low: Floats, step: float, width: int, height: int)
     flat = (corners[:, :, :2] - low) / step - 0.5
     a, b, c = flat[:, 0], flat[:, 1], flat[:, 2]
     double = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    first = np.maximum(np.ceil(flat.min(axis=1)), 0).astype(np.int64)
-    last = np.minimum(np.floor(flat.max(axis=1)), [width - 1, height - 1]).astype(np.int64)
+    first = np.maximum(np.ceil(np.minimum(np.minimum(a, b), c)), 0).astype(np.int64)
+    last = np.minimum(np.floor(np.maximum(np.maximum(a, b), c)), [width - 1, height - 1]).astype(np.int64)
     extent = np.maximum(last - first + 1, 0)
-    rows = np.flatnonzero((extent.min(axis=1) > 0) & (np.abs(double) > 1e-12))
-    num = extent[rows].prod(axis=1)
+    rows = np.flatnonzero((extent[:, 0] > 0) & (extent[:, 1] > 0) & (np.abs(double) > 1e-12))
+    num = extent[rows, 0] * extent[rows, 1]
     for group in np.split(rows, np.flatnonzero(np.diff(np.cumsum(num) // _CHUNK)) + 1):
         if not group.size:
             continue
-        count = extent[group].prod(axis=1)
+        count = extent[group, 0] * extent[group, 1]
         row = np.repeat(group, count)
         place = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
         x = first[row, 0] + place % extent[row, 0]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import ndimage
 
 from grammarlab.facade.examples.analysis.walls import Wall
-from grammarlab.facade.examples.building.surface import Bools, Floats
+from grammarlab.facade.examples.mesh.surface import Bools, Floats
 
 _OFF, _NOISES = 0.03, 4.0
 """Metres, and multiples of the noise, from which something is not in the plane of a wall."""
@@ -51,7 +52,8 @@ def elements_of(wall: Wall, corners: Floats) -> Elements:
     mask = off_plane(wall)
     reach = max(1, round(_NEAR / map_.step / 2.0))
     grown = ndimage.binary_dilation(mask, iterations=reach, structure=np.ones((3, 3)))
-    label, num = ndimage.label(grown, structure=np.ones((3, 3)))
+    found: Any = ndimage.label(grown, structure=np.ones((3, 3)))
+    label, num = found
     label[~mask] = 0
     lows, highs = [], []
     size = wall.high - wall.low

@@ -10,17 +10,17 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.analysis.elements import elements_of
 from grammarlab.facade.examples.analysis.kinds import label_grid
 from grammarlab.facade.examples.analysis.lattice import Lattice, lattice
-from grammarlab.facade.examples.analysis.meshes import ExampleMesh
-from grammarlab.facade.examples.analysis.views import FRONT, SIDES, VIEWS, Z_UP, seen_from, turn_to_walls
 from grammarlab.facade.examples.analysis.walls import BEFORE, BEHIND, Wall, walls_of
-from grammarlab.facade.examples.building.surface import Floats, Ints, Surface
 from grammarlab.facade.examples.label_grid import LabelGrid
+from grammarlab.facade.examples.mesh.reading import ExampleMesh
+from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface
+from grammarlab.facade.examples.mesh.views import FRONT, SIDES, VIEWS, Z_UP, seen_from, turn_to_walls
 
 _SLACK = 0.05
 """Metres behind and before what is seen of a region."""
 _COARSE = 40_000
 """Pixels of the maps that tell which axis is up."""
-_MOST_LINES = 200
+MOST_LINES = 200
 """Rows or columns."""
 
 
@@ -139,11 +139,11 @@ def analyse(mesh: ExampleMesh, up: str = "") -> Example:
 
 def _num_elements(surface: Surface) -> int:
     """Elements on the walls of all sides, about."""
-    return sum(
-        len(elements_of(wall, seen_from(side, surface.corners())).low)
-        for side in range(len(SIDES))
-        for wall in walls_of(surface, side, _COARSE)
-    )
+    found = 0
+    for side in range(len(SIDES)):
+        corners = seen_from(side, surface.points)[surface.triangles]
+        found += sum(len(elements_of(wall, corners).low) for wall in walls_of(surface, side, _COARSE))
+    return found
 
 
 def _turned(mesh: ExampleMesh, stand: Floats) -> tuple[Surface, Floats]:
@@ -176,7 +176,7 @@ def _upright(mesh: ExampleMesh, stand: Floats) -> Example:
 
 
 def _regions(surface: Surface, side: int) -> list[Region]:
-    corners = seen_from(side, surface.corners())
+    corners = seen_from(side, surface.points)[surface.triangles]
     found = []
     for wall in walls_of(surface, side):
         elements = elements_of(wall, corners)
@@ -185,7 +185,7 @@ def _regions(surface: Surface, side: int) -> list[Region]:
         columns, rows = (
             lattice(elements.low[:, axis], elements.high[:, axis], wall.low[axis], wall.high[axis]) for axis in (0, 1)
         )
-        if max(len(columns), len(rows)) > _MOST_LINES:
+        if max(len(columns), len(rows)) > MOST_LINES:
             continue
         back, front = _depths(wall, columns, rows)
         found.append(

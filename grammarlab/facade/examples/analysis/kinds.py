@@ -9,8 +9,8 @@ import numpy as np
 from grammarlab.facade.examples.analysis.elements import Elements, off_plane
 from grammarlab.facade.examples.analysis.lattice import Lattice
 from grammarlab.facade.examples.analysis.walls import Wall
-from grammarlab.facade.examples.building.surface import Bools, Floats, Ints
 from grammarlab.facade.examples.label_grid import LabelGrid
+from grammarlab.facade.examples.mesh.surface import Bools, Floats, Ints
 
 _SAME_SIZE, _NOISES = 0.02, 2.0
 """Metres, and multiples of the noise, by which elements of equal units differ at most."""

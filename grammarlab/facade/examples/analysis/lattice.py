@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.facade.examples.building.surface import Floats, Ints
+from grammarlab.facade.examples.mesh.surface import Floats, Ints
 from grammarlab.facade.grids import lines
 
 _REGULAR = 0.06

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import ndimage
 
 from grammarlab.facade.examples.analysis.depth import DepthMap, depth_map
-from grammarlab.facade.examples.analysis.views import seen_from
-from grammarlab.facade.examples.building.surface import Bools, Floats, Surface
+from grammarlab.facade.examples.mesh.surface import Bools, Floats, Surface
+from grammarlab.facade.examples.mesh.views import seen_from
 
 PIXELS = 250_000
 """Of the depth map of each side."""
@@ -45,7 +46,7 @@ class Wall:
 
 def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall]:
     """The walls of one side, the largest first, as a map of so many pixels shows them."""
-    corners = seen_from(side, surface.corners())
+    corners = seen_from(side, surface.points)[surface.triangles]
     facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(facing, axis=1)
     map_ = depth_map(corners, num_pixels)
@@ -61,7 +62,8 @@ def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall
         plane = float(np.median(map_.depth[flat]))
         near = (map_.depth >= plane - BEHIND) & (map_.depth <= plane + BEFORE)
         # Pieces of wall between windows belong together, and so do windows: they may be holes.
-        pieces, num = ndimage.label(near, structure=np.ones((3, 3)))
+        found: Any = ndimage.label(near, structure=np.ones((3, 3)))
+        pieces, num = found
         if not num:
             break
         sizes = np.bincount(pieces[flat], minlength=num + 1)

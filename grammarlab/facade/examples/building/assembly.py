@@ -9,11 +9,11 @@ import numpy as np
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.analysis.example import Example, Region
-from grammarlab.facade.examples.analysis.views import placed_from, plane_of
 from grammarlab.facade.examples.building.stretching import Stretch
-from grammarlab.facade.examples.building.surface import Floats, Ints, Surface, joined
 from grammarlab.facade.examples.building.units import Cut
 from grammarlab.facade.examples.label_grid import LabelGrid
+from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface, joined
+from grammarlab.facade.examples.mesh.views import placed_from, plane_of
 
 _LEAST = 0.05
 """Metres that a cell is wide and high at least."""
@@ -135,7 +135,7 @@ class Pieces:
 
     surface: Surface
     first: Ints
-    """[N + 1] first point of each piece; the first piece is the rest, then come the cells of each tiling, row by row."""
+    """[N + 1] first point of each piece: of the rest, then of the cells of each tiling, row by row."""
 
 
 def assemble(cut: Cut, tilings: Sequence[Tiling], stretch: Stretch) -> Pieces:

@@ -10,8 +10,8 @@ from grammarlab.facade.assembling import assemble
 from grammarlab.facade.examples.analysis.example import Region
 from grammarlab.facade.examples.building.assembly import Tiling, plane_of_view
 from grammarlab.facade.examples.building.stretching import Stretch
-from grammarlab.facade.examples.analysis.views import plane_of
-from grammarlab.facade.examples.building.surface import Floats
+from grammarlab.facade.examples.mesh.surface import Floats
+from grammarlab.facade.examples.mesh.views import plane_of
 from grammarlab.facade.tree import Facade
 
 

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import mapbox_earcut
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
-from grammarlab.facade.examples.analysis.views import Plane
-from grammarlab.facade.examples.building.surface import Floats, Ints, Surface, naked_edges, without_empty
+from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface, naked_edges, without_empty
+from grammarlab.facade.examples.mesh.views import Plane
 
 _MOST_EDGES = 200_000
 """Of one plane."""
@@ -138,7 +138,7 @@ def _placed(points: Floats, known: Ints, plane: Plane, flat: Floats, tolerance: 
     corners = np.empty((len(flat), 3))
     corners[:, plane.axis] = plane.at
     corners[:, [(plane.axis + 1) % 3, (plane.axis + 2) % 3]] = flat
-    distance, nearest = cKDTree(points[known]).query(corners)
+    distance, nearest = KDTree(points[known]).query(corners)
     new = distance > tolerance
     place = np.where(new, len(points) + np.cumsum(new) - 1, known[nearest])
     return np.concatenate([points, corners[new]]), place, known[nearest]

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.facade.examples.analysis.views import Plane, plane_of, seen_from
 from grammarlab.facade.examples.building.assembly import Pieces, Tiling
 from grammarlab.facade.examples.building.caps import capped
 from grammarlab.facade.examples.building.conforming import conformed, on_planes
 from grammarlab.facade.examples.building.mending import mended
 from grammarlab.facade.examples.building.stitching import Matches, matches, nearest_pairs, stitched
-from grammarlab.facade.examples.building.surface import (
+from grammarlab.facade.examples.mesh.surface import (
     Bools,
     Floats,
     Ints,
@@ -24,6 +23,7 @@ from grammarlab.facade.examples.building.surface import (
     without_empty,
     without_slivers,
 )
+from grammarlab.facade.examples.mesh.views import Plane, plane_of, seen_from
 
 TOLERANCE = 1e-5
 """Metres: of points on seams, and the width of T-junctions that may remain."""
@@ -123,9 +123,8 @@ def _pairs(points: Floats, place: Ints, first: Ints, tilings: Sequence[Tiling], 
             for row, column in np.argwhere((step != [down, across]).any(axis=2)).tolist():
                 at = float(line[(column if axis == 0 else row) + 1])
                 here, there = own[row * columns + column], own[(row + down) * columns + column + across]
-                yield matches(
-                    points, *(each[np.abs(seen[each, axis] - at) <= TOLERANCE] for each in (here, there)), reach
-                )
+                here, there = (each[np.abs(seen[each, axis] - at) <= TOLERANCE] for each in (here, there))
+                yield matches(points, here, there, reach)
             within = _beside(seen[rest], tiling, axis, reach)
             for at in (float(line[0]), float(line[-1])):
                 ends = [

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
-from grammarlab.facade.examples.analysis.views import Plane
-from grammarlab.facade.examples.building.surface import Floats, Ints, Surface, naked_edges, split_edges
+from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface, naked_edges, split_edges
+from grammarlab.facade.examples.mesh.views import Plane
 
 _ROUNDS = 40
 
@@ -54,7 +54,7 @@ def _on_edges(points: Floats, edges: Ints, tolerance: float) -> tuple[Ints, Ints
     if not len(edges):
         return none, none
     candidates = np.unique(edges)
-    tree = cKDTree(points[candidates])
+    tree = KDTree(points[candidates])
     start, end = points[edges[:, 0]], points[edges[:, 1]]
     length = np.linalg.norm(end - start, axis=1)
     near = tree.query_ball_point((start + end) / 2.0, length / 2.0 + tolerance, return_sorted=False)

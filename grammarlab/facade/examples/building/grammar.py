@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.facade.examples.analysis.views import VIEWS
 from grammarlab.facade.examples.building.assembly import Tiling
 from grammarlab.facade.examples.building.stretching import Stretch
-from grammarlab.facade.examples.building.surface import Floats, Surface
 from grammarlab.facade.examples.building.units import Cut
+from grammarlab.facade.examples.mesh.surface import Floats, Surface
+from grammarlab.facade.examples.mesh.views import VIEWS
 from grammarlab.facade.writing.rule_text import Names, number, rule_name
 
 _DIGITS = 6

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
-from grammarlab.facade.examples.building.surface import Ints, Surface, naked_edges, without_empty
+from grammarlab.facade.examples.mesh.surface import Ints, Surface, naked_edges, without_empty
 
 _MOST = 20_000
 """Open edges; more are no small gaps, and stay open."""
@@ -61,4 +63,4 @@ def _walks(edges: Ints) -> list[list[int]]:
 def _fan(walk: list[int]) -> Ints:
     """Triangles whose edges run against a walk."""
     first, rest = walk[0], walk[1:]
-    return np.array([(first, b, a) for a, b in zip(rest[:-1], rest[1:], strict=True)], dtype=np.int64).reshape(-1, 3)
+    return np.array([(first, b, a) for a, b in pairwise(rest)], dtype=np.int64).reshape(-1, 3)

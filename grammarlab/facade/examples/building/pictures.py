@@ -9,8 +9,8 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from grammarlab.derivation.materials import CHANNELS, Materials
-from grammarlab.facade.examples.building.surface import Surface
 from grammarlab.facade.examples.label_grid import LabelGrid
+from grammarlab.facade.examples.mesh.surface import Surface
 from grammarlab.render.camera import View, frame
 from grammarlab.render.look import Look
 from grammarlab.render.raycast import RaycastRenderer
@@ -47,11 +47,11 @@ def _color(number: int) -> tuple[int, int, int]:
 
 
 def building_picture(
-    surface: Surface, colors: Sequence[tuple[float, float, float, float]], size: tuple[int, int] = (560, 460)
+    surface: Surface, colors: Sequence[tuple[float, float, float, float]], size: tuple[int, int] = (480, 400)
 ) -> Image.Image:
     """A building from the front right."""
     batch = triangle_batch(surface, colors)
-    options = RenderOptions(*size, samples=2, openness_rays=4, ground=True, view=_VIEW, look=Look())
+    options = RenderOptions(*size, samples=2, openness_rays=2, ground=True, view=_VIEW, look=Look())
     camera = frame(batch.vertices, size[0] / size[1], _VIEW)
     return Image.fromarray(RaycastRenderer().render(batch, camera, options))
 

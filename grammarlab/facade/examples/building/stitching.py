@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
-from grammarlab.facade.examples.building.surface import Bools, Floats, Ints
+from grammarlab.facade.examples.mesh.surface import Bools, Floats, Ints
 
 CLOSE = 1.5
 """Ratio of the largest to the smallest distance up to which all points of a side are merged."""
@@ -48,7 +48,8 @@ def matches(points: Floats, one: Ints, other: Ints, reach: float) -> Matches:
     # Of equally many, those whose first coordinates come first stay: the order of the arguments says nothing.
     if (len(other), _first(points[other])) < (len(one), _first(points[one])):
         one, other = other, one
-    distance, nearest = cKDTree(points[other]).query(points[one])
+    found = KDTree(points[other]).query(points[one])
+    distance, nearest = (np.asarray(each) for each in found)
     low, high = float(distance.min()), float(distance.max())
     limit = high if high <= CLOSE * low or high == 0.0 else (low + high) / 2.0
     within = distance <= min(limit, reach)
@@ -67,7 +68,7 @@ def nearest_pairs(points: Floats, rows: Ints, edges: Ints, reach: float) -> Matc
         reach: metres.
     """
     none = np.zeros(0, dtype=np.int64)
-    pairs = cKDTree(points[rows]).query_pairs(reach, output_type="ndarray") if len(rows) else none
+    pairs = KDTree(points[rows]).query_pairs(reach, output_type="ndarray") if len(rows) else none
     if not len(pairs):
         return Matches(none, none)
     pairs = np.sort(rows[pairs], axis=1)

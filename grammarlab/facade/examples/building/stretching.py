@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.facade.examples.building.surface import Floats
+from grammarlab.facade.examples.mesh.surface import Floats
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammarlab.facade.examples.analysis.example import Region
-from grammarlab.facade.examples.analysis.views import plane_of, seen_from
-from grammarlab.facade.examples.building.slicing import sliced
-from grammarlab.facade.examples.building.surface import Bools, Floats, Surface
+from grammarlab.facade.examples.mesh.slicing import sliced
+from grammarlab.facade.examples.mesh.surface import Bools, Floats, Surface
+from grammarlab.facade.examples.mesh.views import plane_of, seen_from
 
 SNAP = 1e-6
 """Metres from a cutting plane within which points are put onto it."""
@@ -49,7 +49,7 @@ def _framed(surface: Surface, region: Region) -> Surface:
 
 
 def _inside(surface: Surface, region: Region) -> Bools:
-    middle = seen_from(region.side, surface.corners().mean(axis=1))
+    middle = seen_from(region.side, surface.points)[surface.triangles].sum(axis=1) / 3.0
     flat = (middle[:, :2] > region.low) & (middle[:, :2] < region.high)
     return flat.all(axis=1) & (middle[:, 2] >= region.back) & (middle[:, 2] <= region.front)
 
@@ -65,6 +65,6 @@ def _cells(part: Surface, region: Region) -> tuple[tuple[Surface, ...], ...]:
 def _strips(part: Surface, axis: int, line: Floats) -> list[Surface]:
     for at in line[1:-1]:
         part = sliced(part, axis, float(at), SNAP)
-    middle = part.corners()[:, :, axis].mean(axis=1)
+    middle = part.points[part.triangles, axis].mean(axis=1)
     place = np.clip(np.searchsorted(line, middle) - 1, 0, len(line) - 2)
     return [part.part(place == k) for k in range(len(line) - 1)]

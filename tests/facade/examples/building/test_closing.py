@@ -7,13 +7,13 @@ import pytest
 import trimesh
 
 from grammarlab.facade.examples.analysis.example import Example, analyse
-from grammarlab.facade.examples.analysis.meshes import read_mesh
 from grammarlab.facade.examples.building.assembly import Pieces, Tiling, assemble, counts_for, stretch_for, tile
 from grammarlab.facade.examples.building.closing import TOLERANCE, closed, seams
 from grammarlab.facade.examples.building.conforming import conformed
-from grammarlab.facade.examples.building.surface import Surface, is_watertight, num_boundary_edges
 from grammarlab.facade.examples.building.units import Cut, cut_up
 from grammarlab.facade.examples.label_grid import LabelGrid
+from grammarlab.facade.examples.mesh.reading import read_mesh
+from grammarlab.facade.examples.mesh.surface import Surface, is_watertight, num_boundary_edges
 from tests.facade.examples.houses import House, house
 
 SIZES = [(8, 15), (1, 7), (5, 1), (1, 1), (6, 6)]

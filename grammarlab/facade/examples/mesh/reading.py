@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from grammarlab.errors import AssetError, FacadeError
-from grammarlab.facade.examples.building.surface import Surface, welded, without_slivers
+from grammarlab.facade.examples.mesh.surface import Surface, welded, without_slivers
 from grammarlab.geometry.assets import find_asset
 from grammarlab.geometry.gltf_guard import check_gltf
 
@@ -103,9 +103,8 @@ def _groups(path: Path, kind: str) -> list[tuple[Any, Any, tuple[float, float, f
     try:
         if kind in {".glb", ".gltf"}:
             check_gltf(content, path.name, 3 * MOST_TRIANGLES)
-        loaded: Any = trimesh.load_scene(
-            io.BytesIO(content), file_type=kind[1:], resolver=_Neighbours(path.parent), process=False
-        )
+        neighbours: Any = _Neighbours(path.parent)
+        loaded: Any = trimesh.load_scene(io.BytesIO(content), file_type=kind[1:], resolver=neighbours, process=False)
         found = []
         for mesh in loaded.dump():
             if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.facade.examples.building.surface import Floats, Surface
+from grammarlab.facade.examples.mesh.surface import Floats, Surface
 
 FRONT, RIGHT, BACK, LEFT = range(4)
 SIDES = ("front", "right", "back", "left")
@@ -20,6 +20,8 @@ VIEWS = np.array(
     dtype=np.float64,
 )
 """[4, 3, 3] of each side the directions to the right, up and towards whoever looks at it."""
+_AXES = np.abs(VIEWS).argmax(axis=2)
+"""[4, 3] which axis of the building each axis of a view is, in one direction or the other."""
 Z_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 """What turns a building with z up to one with y up."""
 _STEEP = 0.35
@@ -44,12 +46,13 @@ def plane_of(side: int, axis: int, at: float) -> Plane:
 
 def seen_from(side: int, points: Floats) -> Floats:
     """Points [..., 3] of the building in the coordinates of a view."""
-    return points @ VIEWS[side].T
+    return np.stack([VIEWS[side, k, axis] * points[..., axis] for k, axis in enumerate(_AXES[side])], axis=-1)
 
 
 def placed_from(side: int, points: Floats) -> Floats:
     """Points [..., 3] in the coordinates of a view back in those of the building."""
-    return points @ VIEWS[side]
+    back = np.argsort(_AXES[side])
+    return np.stack([VIEWS[side, k, axis] * points[..., k] for axis, k in enumerate(back)], axis=-1)
 
 
 def turn_to_walls(surface: Surface) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -73,7 +73,7 @@ def one_per_place(points: Floats, tolerance: float) -> tuple[Floats, Ints]:
     _, first, place = np.unique(np.ascontiguousarray(points + 0.0), axis=0, return_index=True, return_inverse=True)
     place = place.ravel().astype(np.int64)
     chosen = points[first]
-    pairs = cKDTree(chosen).query_pairs(tolerance, output_type="ndarray") if len(chosen) else np.zeros((0, 2), int)
+    pairs = KDTree(chosen).query_pairs(tolerance, output_type="ndarray") if len(chosen) else np.zeros((0, 2), int)
     if not len(pairs):
         return chosen, place
     graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(chosen), len(chosen)))
@@ -97,12 +97,13 @@ def without_slivers(surface: Surface, tolerance: float) -> Surface:
     """
     for _ in range(20):
         surface = without_empty(surface)
-        corners = surface.corners()
-        sides = np.roll(corners, -1, axis=1) - corners
-        length = np.linalg.norm(sides, axis=2)
-        area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-        longest = length.argmax(axis=1)
-        flat = np.flatnonzero(area <= tolerance * length.max(axis=1, initial=0.0))
+        a, b, c = (surface.points[column] for column in surface.triangles.T)
+        sides = (b - a, c - b, a - c)
+        squares = np.stack([np.einsum("ij,ij->i", side, side) for side in sides], axis=1)
+        normal = np.cross(sides[0], sides[1])
+        longest = squares.argmax(axis=1)
+        height = np.einsum("ij,ij->i", normal, normal)
+        flat = np.flatnonzero(height <= tolerance**2 * squares[np.arange(len(squares)), longest])
         if not flat.size:
             return surface
         side = longest[flat]
@@ -143,7 +144,7 @@ def split_triangles(points: Floats, triangles: Ints, edges: Ints, via: Ints) -> 
     key = edges.min(axis=1) * number + edges.max(axis=1)
     order = np.argsort(key)
     key, via = key[order], via[order]
-    after = np.roll(triangles, -1, axis=1)
+    after = triangles[:, [1, 2, 0]]
     own = np.minimum(triangles, after) * number + np.maximum(triangles, after)
     at = np.minimum(np.searchsorted(key, own), len(key) - 1)
     middle = np.where(key[at] == own, via[at], -1)
@@ -180,24 +181,33 @@ def _squared(points: Floats, a: Ints, b: Ints) -> Floats:
 def edge_table(surface: Surface) -> tuple[Ints, Ints, Ints]:
     """[E, 2] points of every undirected edge, the lower first; [E] triangles at it; [E] how many more run upwards."""
     start = surface.triangles.ravel()
-    end = np.roll(surface.triangles, -1, axis=1).ravel()
+    end = surface.triangles[:, [1, 2, 0]].ravel()
     number = max(len(surface.points), 1)
-    key = np.minimum(start, end) * number + np.maximum(start, end)
-    unique, at = np.unique(key, return_inverse=True)
-    count = np.bincount(at.ravel(), minlength=len(unique))
-    sign = np.bincount(at.ravel(), weights=np.where(start < end, 1.0, -1.0), minlength=len(unique))
-    return np.stack([unique // number, unique % number], axis=1), count, np.rint(sign).astype(np.int64)
+    # The last bit is the direction, so that one sort gives edges and what runs along them.
+    key = (np.minimum(start, end) * number + np.maximum(start, end)) * 2 + (start < end)
+    key.sort()
+    edge, upwards = key >> 1, key & 1
+    first = np.flatnonzero(np.diff(edge, prepend=-1))
+    count = np.diff(np.append(first, len(edge)))
+    sign = 2 * np.add.reduceat(upwards, first) - count if len(first) else count
+    unique = edge[first]
+    return np.stack([unique // number, unique % number], axis=1), count, sign
 
 
 def num_boundary_edges(surface: Surface) -> int:
     """Edges that only one triangle has."""
-    return int((edge_table(surface)[1] == 1).sum())
+    return edge_numbers(surface)[0]
 
 
 def is_watertight(surface: Surface) -> bool:
     """Whether every edge has two triangles, or another even number where closed parts touch."""
+    return edge_numbers(surface)[1]
+
+
+def edge_numbers(surface: Surface) -> tuple[int, bool]:
+    """How many edges only one triangle has, and whether all have an even number of them."""
     count = edge_table(surface)[1]
-    return bool(len(count)) and not (count % 2).any()
+    return int((count == 1).sum()), bool(len(count)) and not (count % 2).any()
 
 
 def naked_edges(surface: Surface) -> tuple[Ints, Ints]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.facade.examples.building.surface import Surface, split_triangles
+from grammarlab.facade.examples.mesh.surface import Surface, split_triangles
 
 
 def sliced(surface: Surface, axis: int, at: float, snap: float) -> Surface:
@@ -36,7 +36,6 @@ def sliced(surface: Surface, axis: int, at: float, snap: float) -> Surface:
     part = (at - low[:, axis]) / (high[:, axis] - low[:, axis])
     middle = low + part[:, None] * (high - low)
     middle[:, axis] = at
-    number = len(points)
     all_points = np.concatenate([points, middle])
     triangles, source = split_triangles(all_points, rows, edges, len(points) + np.arange(len(edges)))
     return Surface(
