@@ -20,6 +20,8 @@ _SLACK = 0.05
 """Metres behind and before what is seen of a region."""
 _COARSE = 40_000
 """Pixels of the maps that tell which axis is up."""
+_ENTERED = 1.5
+"""How many units without an entrance count as much as one of a wall that has one."""
 MOST_LINES = 200
 """Rows or columns."""
 
@@ -159,12 +161,12 @@ def _upright(mesh: ExampleMesh, stand: Floats) -> Example:
     regions = [each for side in range(len(SIDES)) for each in _regions(surface, side)]
     if not regions:
         return Example(mesh, surface, turn, (), ())
-    main = max(regions, key=lambda each: (len(each.elements), -each.side))
+    main = max(regions, key=lambda each: (_weight(each), -each.side))
     if main.side != FRONT:
         turn = VIEWS[main.side] @ turn
         surface = mesh.surface.moved(mesh.surface.points @ turn.T)
         regions = [replace(each, side=(each.side - main.side) % len(SIDES)) for each in regions]
-    regions.sort(key=lambda each: (-len(each.elements) if each.side == FRONT else 0, each.side))
+    regions.sort(key=lambda each: (each.side, -_weight(each)))
     names = [SIDES[each.side] for each in regions]
     numbered = [
         name if names.index(name) == place else f"{name}:{names[:place].count(name)}"
@@ -173,6 +175,12 @@ def _upright(mesh: ExampleMesh, stand: Floats) -> Example:
     return Example(
         mesh, surface, turn, tuple(replace(each, name=name) for each, name in zip(regions, numbered, strict=True)), ()
     )
+
+
+def _weight(region: Region) -> float:
+    """How much speaks for a wall to be the main one: units, and entrances."""
+    entered = any(name.startswith(("door", "shop")) for name in region.grid.names)
+    return len(region.elements) * (_ENTERED if entered else 1.0)
 
 
 def _regions(surface: Surface, side: int) -> list[Region]:

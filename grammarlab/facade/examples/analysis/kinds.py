@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 
 from grammarlab.facade.examples.analysis.elements import Elements, off_plane
 from grammarlab.facade.examples.analysis.lattice import Lattice
@@ -17,7 +18,7 @@ _SAME_SIZE, _NOISES = 0.02, 2.0
 _SAME_CELL = 0.08
 """Part by which cells of equal units differ at most; units are scaled to the size of their row and column anyway."""
 _SAME_DEPTH, _DEPTH_NOISES = 0.03, 5.0
-_DIFFERENT = 0.12
+_DIFFERENT = 0.06
 """Part of what is off the plane from which depths that differ make another unit."""
 _LEAST_AREA = 0.3
 """Square metres of which that part is taken at least."""
@@ -32,7 +33,7 @@ class _Cell:
     boxes: Floats
     """[K, 4] low and high corners of its elements, in metres."""
     depth: Floats
-    """[h, w] metres before the plane."""
+    """[3, h, w] metres before the plane: at each pixel, and the least and the largest at it and the eight around it."""
     off: Bools
     """[h, w] whether it is off the plane."""
     anchor: Ints
@@ -60,7 +61,8 @@ def label_grid(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) 
 
 def _cells(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) -> list[list[_Cell]]:
     off, map_ = off_plane(wall), wall.map
-    depth = np.where(np.isfinite(map_.depth), map_.depth - wall.depth, -9.0)
+    depth = np.clip(np.where(np.isfinite(map_.depth), map_.depth - wall.depth, -1.0), -1.0, 2.0)
+    depths = np.stack([depth, ndimage.minimum_filter(depth, 3), ndimage.maximum_filter(depth, 3)])
     found = []
     for row in range(len(rows)):
         found.append([])
@@ -76,7 +78,7 @@ def _cells(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) -> l
             middle = (boxes[:, :2].min(axis=0) + boxes[:, 2:].max(axis=0)) / 2.0 if len(boxes) else (low + high) / 2.0
             first = np.array([part[0].start, part[1].start])
             anchor = np.rint((middle - map_.low) / map_.step - 0.5)[::-1].astype(np.int64) - first
-            found[-1].append(_Cell(size, boxes, depth[part], off[part], anchor, map_.step))
+            found[-1].append(_Cell(size, boxes, depths[:, *part], off[part], anchor, map_.step))
     return found
 
 
@@ -88,14 +90,23 @@ def _equal(a: _Cell, b: _Cell, noise: float) -> bool:
         if np.abs(sizes[0] - sizes[1]).max() > _SAME_SIZE + _NOISES * noise:
             return False
     before = np.minimum(a.anchor, b.anchor)
-    after = np.minimum(a.depth.shape - a.anchor, b.depth.shape - b.anchor)
+    after = np.minimum(a.off.shape - a.anchor, b.off.shape - b.anchor)
     if (before + after <= 0).any():
         return True
     one, other = ((slice(*ends) for ends in np.stack([each.anchor - before, each.anchor + after]).T) for each in (a, b))
     one, other = tuple(one), tuple(other)
-    depths = np.clip(a.depth[one], -1.0, 2.0) - np.clip(b.depth[other], -1.0, 2.0)
+    slack = _SAME_DEPTH + _DEPTH_NOISES * noise
+    # What lies at a pixel of one lies at it or beside it in the other, else they differ: cells begin within pixels.
+    differs = _beyond(a.depth[:, *one], b.depth[:, *other], slack) | _beyond(
+        b.depth[:, *other], a.depth[:, *one], slack
+    )
     area = max(float((a.off[one] | b.off[other]).sum()), _LEAST_AREA / a.step**2)
-    return float((np.abs(depths) > _SAME_DEPTH + _DEPTH_NOISES * noise).sum()) <= _DIFFERENT * area
+    return float(differs.sum()) <= _DIFFERENT * area
+
+
+def _beyond(one: Floats, other: Floats, slack: float) -> Bools:
+    """[h, w] where a depth is not among those around the same pixel of the other."""
+    return (one[0] < other[1] - slack) | (one[0] > other[2] + slack)
 
 
 def _name(cell: _Cell, is_low: bool, wall: Wall) -> str:
