@@ -22,7 +22,7 @@ _DIFFERENT = 0.06
 """Part of what is off the plane from which depths that differ make another unit."""
 _LEAST_AREA = 0.3
 """Square metres of which that part is taken at least."""
-_GROUND, _DOOR_HEIGHT, _DOOR_WIDTH = 0.6, 1.8, 2.4
+_GROUND, _DOOR_HEIGHT, _DOOR_WIDTH = 0.85, 1.8, 2.2
 """Metres: above the lowest point of the wall, least height, and width up to which something is a door."""
 
 
