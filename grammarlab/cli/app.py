@@ -17,6 +17,7 @@ from grammarlab.cli.facade_grammar import grammar
 from grammarlab.cli.facade_layers import layers
 from grammarlab.cli.facade_open import open_facade
 from grammarlab.cli.facade_show import show as show_facade
+from grammarlab.cli.facade_synthesize import synthesize
 from grammarlab.cli.format import format_file
 from grammarlab.cli.label import label
 from grammarlab.cli.learn import learn
@@ -64,4 +65,5 @@ facade.command("grammar")(grammar)
 facade.command("open")(open_facade)
 facade.command("layers")(layers)
 facade.command("show")(show_facade)
+facade.command("synthesize")(synthesize)
 app.add_typer(facade)
