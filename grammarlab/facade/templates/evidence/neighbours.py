@@ -12,8 +12,6 @@ import numpy as np
 
 from grammarlab.facade.templates.elements import Floats, Ints
 
-STRENGTHS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 64.0)
-"""Values of kappa that are tried."""
 _SWEEPS = 8
 
 

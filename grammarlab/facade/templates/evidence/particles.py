@@ -44,6 +44,8 @@ class Bounds(NamedTuple):
     """[D] of width, height and further parameters."""
     high: Array
     """[D]"""
+    limits: Array
+    """[C, 1 + D] what is never below 0, as a template has it."""
     noise: Array
     """[2] metres."""
 
@@ -77,6 +79,8 @@ def _log_prior(state: Array, bounds: Bounds) -> Array:
     middle = 0.5 * (across * (state[0] + state[1]) + up * (state[2] + state[3]))
     place = (cut - middle) / jnp.maximum(half, 1e-6)
     inside = ((parameters >= bounds.low) & (parameters <= bounds.high)).all()
+    # Equalities are written as two limits: half a centimetre of play lets samples move between them.
+    inside &= (bounds.limits[:, 0] + bounds.limits[:, 1:] @ parameters >= -0.005).all()
     inside &= (place > NEAREST) & (place < FARTHEST)
     inside &= (log_noise > jnp.log(bounds.noise[0])) & (log_noise < jnp.log(bounds.noise[1]))
     return jnp.where(inside, -jnp.log(jnp.maximum(half, 1e-6)), -jnp.inf)
