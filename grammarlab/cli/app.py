@@ -14,6 +14,8 @@ from grammarlab.cli.examples import list_examples
 from grammarlab.cli.facade import facade
 from grammarlab.cli.facade_edit import edit
 from grammarlab.cli.facade_grammar import grammar
+from grammarlab.cli.facade_match import match
+from grammarlab.cli.facade_scene import scene
 from grammarlab.cli.facade_show import show as show_facade
 from grammarlab.cli.format import format_file
 from grammarlab.cli.label import label
@@ -59,5 +61,7 @@ app.command("compare")(compare)
 app.command("evaluate")(evaluate)
 facade.command("edit")(edit)
 facade.command("grammar")(grammar)
+facade.command("match")(match)
+facade.command("scene")(scene)
 facade.command("show")(show_facade)
 app.add_typer(facade)

@@ -32,11 +32,13 @@ def outline(pieces: Array, parameters: Array) -> Array:
     half = jnp.where(jnp.abs(half) < 1e-3, 1e-3, half)
     across = jnp.stack([chord[:, 1], -chord[:, 0]], axis=1)
     straight = jnp.abs(height) < 1e-9
+    # Chords lie inside of their arc; with a slightly larger circle they lie around it.
+    larger = 1.5 - 0.5 * jnp.cos(half * (pieces[:, 6, 0] - pieces[:, 5, 0]))
 
     def at(part: Array) -> Array:
         angle = half * (2.0 * part - 1.0)
-        along = 0.5 + 0.5 * jnp.sin(angle) / jnp.sin(half)
-        out = 0.5 * (jnp.cos(angle) - jnp.cos(half)) / jnp.sin(half)
+        along = 0.5 + 0.5 * larger * jnp.sin(angle) / jnp.sin(half)
+        out = 0.5 * (larger * jnp.cos(angle) - jnp.cos(half)) / jnp.sin(half)
         along = jnp.where(straight, part, along)
         out = jnp.where(straight, 0.0, out)
         return start + along[:, None] * chord + out[:, None] * across

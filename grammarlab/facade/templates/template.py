@@ -9,7 +9,7 @@ import numpy as np
 
 from grammarlab.facade.templates.elements import Floats
 
-ARC_PIECES = 6
+ARC_PIECES = 8
 """Chords that an arc is drawn as."""
 WIDTH, HEIGHT = 0, 1
 """Every template has these parameters first; its lower left corner is its origin."""

@@ -1,0 +1,87 @@
+"""From a file of elements to a folder with their kinds."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from grammarlab.errors import UsageError
+from grammarlab.extras import require
+from grammarlab.facade.templates.elements import Elements
+from grammarlab.facade.templates.match import Match
+from grammarlab.facade.templates.template import Template
+from grammarlab.facade.templates.words import doubt, groups, sentences
+from grammarlab.files import write_text
+
+Method = Literal["default", "paper", "independent", "kmeans"]
+METHODS: tuple[str, ...] = get_args(Method)
+
+
+def match_elements(elements: Elements, templates: tuple[Template, ...], method: str, seed: int) -> Match:
+    """The kinds of elements.
+
+    Raises:
+        UsageError: for a method that there is not.
+    """
+    if method not in METHODS:
+        raise UsageError(f"--method: expected one of {', '.join(METHODS)}, found {method!r}.")
+    require("jax")
+    from grammarlab.facade.templates.coupled import couple  # noqa: PLC0415 jax takes seconds to load
+
+    return couple(elements, templates, seed)
+
+
+def as_dict(match: Match, method: str, seed: int) -> dict[str, Any]:
+    """For `--json`."""
+    from grammarlab.facade.templates.scoring import compare  # noqa: PLC0415 loads libraries of statistics
+
+    used = [match.templates[each].name for each in np.unique(match.kind_template).tolist()]
+    truth = match.elements.truth
+    return {
+        "method": method,
+        "seed": seed,
+        "elements": [_element(match, each) for each in range(len(match.kind))],
+        "groups": groups(match),
+        "words": sentences(match),
+        "templates": used,
+        "iterations": match.iterations,
+        "truth": None if truth is None else compare(match, truth),
+        "notes": list(match.elements.notes),
+        "seconds": dict(match.seconds),
+    }
+
+
+def _element(match: Match, element: int) -> dict[str, Any]:
+    kind = int(match.kind[element])
+    known = kind >= 0
+    template = match.template_of(kind) if known else None
+    names = template.parameters if template else ()
+    return {
+        "element": element,
+        "kind": match.name_of(kind),
+        "template": template.name if template else None,
+        "counts": dict(template.counts) if template else {},
+        "parameters": dict(zip(names, match.parameters[element].tolist(), strict=True)),
+        "standard_deviations": dict(zip(names, match.deviations[element].tolist(), strict=True)),
+        "probability": float(match.probability[element]),
+        "position": match.corner[element].tolist() if known else None,
+        "hidden": float(match.hidden[element]),
+        "row": int(match.elements.row[element]) if match.elements.row[element] >= 0 else None,
+        "column": int(match.elements.column[element]) if match.elements.column[element] >= 0 else None,
+        "uncertain": doubt(match, element) or None,
+    }
+
+
+def save_match(match: Match, values: dict[str, Any], folder: Path) -> list[Path]:
+    """Write all files of a match into a folder; those of an earlier one are replaced.
+
+    Returns:
+        What was written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "match.json"
+    write_text(path, json.dumps(values, indent=2, allow_nan=False) + "\n")
+    return [path]
