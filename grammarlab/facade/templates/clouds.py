@@ -8,9 +8,11 @@ import numpy as np
 
 from grammarlab.facade.templates.elements import Elements, Floats, Ints
 
-MOST = 96
+MOST = 64
 """Points of an element that are looked at; of more an even part is taken, which then count for more each."""
 _STEP = 16
+_HEAVIEST = 2.0
+"""How much a point counts at most: errors of points near each other are not independent."""
 _TRIM = 0.04
 """Part of the points on each side that does not count for how far an element reaches."""
 
@@ -51,6 +53,6 @@ def clouds_of(elements: Elements, which: Ints) -> Clouds:
         if len(own) > most:
             # Evenly through the file, which scanners write in the order of their sweep.
             own = own[np.linspace(0, len(own) - 1, most).astype(np.int64)]
-        points[place, : len(own)], weight[place, : len(own)] = own, 1.0
+        points[place, : len(own)], weight[place, : len(own)] = own, min(counts[place] / len(own), _HEAVIEST)
     area = (elements.high - elements.low)[which].prod(axis=1)
     return Clouds(which, points, weight, middle, area, reach=reach)

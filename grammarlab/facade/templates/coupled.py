@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import NDArray
 
 from grammarlab.facade.templates.assembly import Part, assemble
 from grammarlab.facade.templates.choosing import description, used_templates
@@ -15,7 +16,7 @@ from grammarlab.facade.templates.clouds import Clouds, clouds_of
 from grammarlab.facade.templates.elements import Elements, Floats, Ints, too_poor
 from grammarlab.facade.templates.evidence.maps import Maps, maps_of
 from grammarlab.facade.templates.evidence.strength import find_kinds_with
-from grammarlab.facade.templates.evidence.particles import Bounds, Samples, Task, sample
+from grammarlab.facade.templates.evidence.particles import STEPS, Bounds, Draws, Samples, Task, num_draws, sample
 from grammarlab.facade.templates.fitting.fit import fit_all
 from grammarlab.facade.templates.match import Match
 from grammarlab.facade.templates.template import Template, stack
@@ -23,6 +24,8 @@ from grammarlab.facade.templates.template import Template, stack
 PARTICLES = 384
 _LARGER, _SMALLER = 1.5, 0.6
 """Sizes that are thought of, in parts of those that are seen."""
+_FEW, _TOGETHER = 8, 32
+"""Elements of a batch."""
 _NO_FIT = "no template explains it better than points that are spread over its box"
 
 
@@ -94,12 +97,30 @@ def _samples(clouds: Clouds, template: Template, members: Ints, sizes: Floats, s
     numbers = (low, high, limits, np.array([0.0015, 0.12]) * max(extent, 1e-3))
     bounds = Bounds(*(jnp.asarray(each, jnp.float32) for each in numbers))
     columns = (clouds.points, clouds.weight, clouds.area, clouds.reach)
-    tasks = Task(*(jnp.asarray(each[members], jnp.float32) for each in columns))
-    # A key for each element, so that others in the scan do not change what is drawn for it.
-    root = jax.random.key(seed)
-    keys = jax.vmap(lambda number: jax.random.fold_in(root, number))(jnp.asarray(clouds.element[members]))
-    drawn = sample(keys, tasks, bounds, jnp.asarray(template.pieces, jnp.float32), PARTICLES)
-    return Samples(*(np.asarray(each, dtype=np.float64) for each in drawn))
+    pieces = jnp.asarray(template.pieces, jnp.float32)
+    found = []
+    for first in range(0, len(members), _TOGETHER):
+        which = slice(first, first + _TOGETHER)
+        task = Task(*(jnp.asarray(_filled(each[members[which]]), jnp.float32) for each in columns))
+        drawn = sample(_draws(_filled(clouds.element[members[which]]), len(low), seed), task, bounds, pieces)
+        found.append([np.asarray(each, dtype=np.float64) for each in drawn])
+    return Samples(*(np.concatenate(each)[: len(members)] for each in zip(*found, strict=True)))
+
+
+def _filled(rows: NDArray[Any]) -> NDArray[Any]:
+    """Rows repeated up to a whole batch, so that few sizes of a batch have to be compiled."""
+    return rows[np.arange(_TOGETHER) % len(rows)] if len(rows) > _FEW else rows[np.arange(_FEW) % len(rows)]
+
+
+def _draws(element: Ints, size: int, seed: int) -> Draws:
+    """Random numbers by seed and element, so that others in the scan do not change what is drawn for it."""
+    begin, moves = num_draws(size)
+    shapes = ((PARTICLES, begin), (STEPS,), (STEPS, PARTICLES, moves))
+    drawn = []
+    for each in element.tolist():
+        random = np.random.Generator(np.random.Philox(key=[seed, each]))
+        drawn.append([random.random(shape, dtype=np.float32) for shape in shapes])
+    return Draws(*(jnp.asarray(np.stack(each)) for each in zip(*drawn, strict=True)))
 
 
 def _maps(clouds: Clouds, members: Ints, samples: Samples) -> Maps:

@@ -6,7 +6,6 @@ Integrated over are the place of the element, the half-plane that hides a part o
 
 from __future__ import annotations
 
-from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -20,6 +19,7 @@ MOVES = 2
 """At each temperature."""
 LAST_MOVES = 6
 """At the posterior itself; the samples after each of them are kept."""
+STEPS = TEMPERATURES * MOVES + LAST_MOVES
 NEAREST, FARTHEST = -0.3, 2.0
 """Of the half-plane from the middle of an element, in parts of its half extent; beyond 1 nothing is hidden."""
 
@@ -86,113 +86,107 @@ def _log_prior(state: Array, bounds: Bounds) -> Array:
     return jnp.where(inside, -jnp.log(jnp.maximum(half, 1e-6)), -jnp.inf)
 
 
-def _start(key: Array, task: Task, bounds: Bounds) -> Array:
-    """A state near what is seen, with sides farther out half of the time."""
-    keys = jax.random.split(key, 5)
+class Draws(NamedTuple):
+    """All random numbers of one element: made outside, so that nothing here hides where they come from."""
+
+    begin: Array
+    """[Q, 9 + D] even in 0 to 1."""
+    resampling: Array
+    """[STEPS] even in 0 to 1."""
+    moves: Array
+    """[STEPS, Q, 5 + 2 (5 + D)] even in 0 to 1: partners, part of the coordinates, acceptance, which ones, jitter."""
+
+
+def num_draws(size: int) -> tuple[int, int]:
+    """Last axes of `Draws.begin` and `Draws.moves` for D parameters."""
+    return 9 + size, 5 + 2 * (5 + size)
+
+
+def _start(draw: Array, task: Task, bounds: Bounds) -> Array:
+    """A state near what is seen, with each side farther out a quarter of the time."""
     spread = 0.1 * (task.reach[1] - task.reach[0]) + 1e-3
-    near = jax.random.normal(keys[0], (2, 2)) * spread
+    near = jax.scipy.special.ndtri(jnp.clip(draw[0:4], 1e-4, 1.0 - 1e-4)).reshape(2, 2) * spread
     room = jnp.maximum(bounds.high[:2] - (task.reach[1] - task.reach[0]), 0.0)
-    far = jax.random.uniform(keys[1], (2, 2)) * room * jnp.array([[-1.0], [1.0]])
-    hidden = jax.random.bernoulli(keys[2], 0.25, (2, 2))
-    sides = task.reach + jnp.where(hidden, far, near)
+    chance = draw[4:8].reshape(2, 2)
+    far = 4.0 * chance * room * jnp.array([[-1.0], [1.0]])
+    sides = task.reach + jnp.where(chance < 0.25, far, near)
     low, high = jnp.minimum(sides[0], sides[1]), jnp.maximum(sides[0], sides[1])
     size = jnp.clip(high - low, bounds.low[:2] * 1.001, bounds.high[:2] * 0.999)
     low, high = (low + high - size) / 2, (low + high + size) / 2
-    part = jax.random.uniform(keys[3], (len(bounds.low) + 1,))
-    further = bounds.low[2:] + part[3:] * (bounds.high[2:] - bounds.low[2:])
-    angle = 2.0 * jnp.pi * part[0]
+    further = bounds.low[2:] + draw[11 : 9 + len(bounds.low)] * (bounds.high[2:] - bounds.low[2:])
+    angle = 2.0 * jnp.pi * draw[8]
     normal = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
-    place = NEAREST + part[1] * (FARTHEST - NEAREST)
+    place = NEAREST + draw[9] * (FARTHEST - NEAREST)
     cut = normal @ (low + high) / 2 + place * 0.5 * (jnp.abs(normal) @ size)
-    log_noise = jnp.log(bounds.noise[0]) + part[2] * jnp.log(bounds.noise[1] / bounds.noise[0])
+    log_noise = jnp.log(bounds.noise[0]) + draw[10] * jnp.log(bounds.noise[1] / bounds.noise[0])
     sides = jnp.stack([low[0], high[0], low[1], high[1]])
     return jnp.concatenate([sides, further, jnp.stack([angle, cut, log_noise])])
 
 
-def _resample(key: Array, log_weight: Array) -> Array:
-    """[Q] which particles go on, systematically."""
+def _resampled(offset: Array, log_weight: Array) -> Array:
+    """[Q] which particles go on, systematically; each of them once where all weigh the same."""
     number = len(log_weight)
     edges = jnp.cumsum(jax.nn.softmax(log_weight))
-    places = (jnp.arange(number) + jax.random.uniform(key)) / number
+    places = (jnp.arange(number) + 0.05 + 0.9 * offset) / number
     return jnp.clip(jnp.searchsorted(edges, places), 0, number - 1)
 
 
-def _sample(key: Array, task: Task, bounds: Bounds, wires: Array, number: int) -> Samples:
+def _sample(draws: Draws, task: Task, bounds: Bounds, pieces: Array) -> Samples:
     size = len(bounds.low)
-
-    def log_prior(state: Array) -> Array:
-        return _log_prior(state, bounds)
+    number = len(draws.begin)
+    dimension = 5 + size
 
     def log_like(state: Array) -> Array:
         corner = jnp.stack([state[0], state[2]])
-        segments = outline(wires, _parameters(state, size)) + corner
-        return log_likelihood(
-            segments, state[-3], state[-2], jnp.exp(state[-1]), task.points, task.weight, task.area
-        )
+        segments = outline(pieces, _parameters(state, size)) + corner
+        return log_likelihood(segments, state[-3], state[-2], jnp.exp(state[-1]), task.points, task.weight, task.area)
 
-    prior, like = jax.vmap(log_prior), jax.vmap(log_like)
+    def measure(states: Array) -> tuple[Array, Array]:
+        priors = jax.vmap(lambda state: _log_prior(state, bounds))(states)
+        return priors, jnp.where(jnp.isfinite(priors), jax.vmap(log_like)(states), -1e9)
 
-    def move(
-        key: Array, states: Array, priors: Array, likes: Array, temperature: Array
-    ) -> tuple[Array, Array, Array]:
-        """One Metropolis step along differences of other particles, in a random part of the coordinates."""
-        keys = jax.random.split(key, 6)
-        others = jax.random.randint(keys[0], (2, number), 0, number)
-        part = jax.random.choice(keys[1], jnp.array([0.25, 0.5, 1.0]), (number, 1))
-        chosen = jax.random.uniform(keys[2], states.shape) < part
-        chosen = chosen.at[jnp.arange(number), jax.random.randint(keys[5], (number,), 0, states.shape[1])].set(True)
-        count = chosen.sum(axis=1, keepdims=True)
-        step = 2.38 / jnp.sqrt(2.0 * count) * (states[others[0]] - states[others[1]])
-        step += 1e-4 * jax.random.normal(keys[3], states.shape)
-        proposed = states + jnp.where(chosen, step, 0.0)
-        new_priors = prior(proposed)
-        new_likes = like(proposed)
-        ratio = new_priors - priors + temperature * (new_likes - likes)
-        taken = jnp.log(jax.random.uniform(keys[4], (number,))) < ratio
-        return (
-            jnp.where(taken[:, None], proposed, states),
-            jnp.where(taken, new_priors, priors),
-            jnp.where(taken, new_likes, likes),
-        )
-
-    def cool(carry: tuple, place: Array) -> tuple[tuple, None]:
-        key, states, priors, likes, evidence = carry
-        key, pick, *moving = jax.random.split(key, 2 + MOVES)
-        before, after = (place / TEMPERATURES) ** 3, ((place + 1) / TEMPERATURES) ** 3
+    def step(carry: tuple, now: tuple) -> tuple[tuple, Array]:
+        """Weigh, resample, and one Metropolis step along differences of others in some of the coordinates."""
+        states, priors, likes, evidence = carry
+        offset, draw, before, after = now
         log_weight = (after - before) * likes
         evidence += jax.nn.logsumexp(log_weight) - jnp.log(number)
-        chosen = _resample(pick, log_weight)
+        chosen = _resampled(offset, log_weight)
         states, priors, likes = states[chosen], priors[chosen], likes[chosen]
-        for each in moving:
-            states, priors, likes = move(each, states, priors, likes, after)
-        return (key, states, priors, likes, evidence), None
+        partner = (draw[:, 0:2] * number).astype(jnp.int32)
+        part = 2.0 ** -jnp.floor(3.0 * draw[:, 2:3])
+        always = jnp.floor(draw[:, 3:4] * dimension) == jnp.arange(dimension)
+        moved = (draw[:, 5 : 5 + dimension] < part) | always
+        count = moved.sum(axis=1, keepdims=True)
+        away = 2.38 / jnp.sqrt(2.0 * count) * (states[partner[:, 0]] - states[partner[:, 1]])
+        away += 4e-4 * (draw[:, 5 + dimension :] - 0.5)
+        proposed = states + jnp.where(moved, away, 0.0)
+        new_priors, new_likes = measure(proposed)
+        taken = jnp.log(draw[:, 4]) < new_priors - priors + after * (new_likes - likes)
+        states = jnp.where(taken[:, None], proposed, states)
+        priors, likes = jnp.where(taken, new_priors, priors), jnp.where(taken, new_likes, likes)
+        return (states, priors, likes, evidence), states
 
-    def last(carry: tuple, _: None) -> tuple[tuple, Array]:
-        key, states, priors, likes = carry
-        key, each = jax.random.split(key)
-        states, priors, likes = move(each, states, priors, likes, jnp.ones(()))
-        return (key, states, priors, likes), states
-
-    key, begin = jax.random.split(key)
-    states = jax.vmap(lambda each: _start(each, task, bounds))(jax.random.split(begin, number))
-    priors = prior(states)
-    carry = (key, states, priors, jnp.where(jnp.isfinite(priors), like(states), -1e9), jnp.zeros(()))
-    (key, states, priors, likes, evidence), _ = jax.lax.scan(cool, carry, jnp.arange(TEMPERATURES))
-    _, kept = jax.lax.scan(last, (key, states, priors, likes), None, LAST_MOVES)
-    kept = kept.reshape(-1, states.shape[1])
+    states = jax.vmap(lambda draw: _start(draw, task, bounds))(draws.begin)
+    heat = jnp.minimum(jnp.arange(STEPS + 1 + MOVES) // MOVES / TEMPERATURES, 1.0) ** 3
+    # The first step of each temperature weighs, the others find the same temperature before and after.
+    before, after = heat[MOVES - 1 : STEPS + MOVES - 1], heat[MOVES : STEPS + MOVES]
+    carry, kept = jax.lax.scan(
+        step, (states, *measure(states), jnp.zeros(())), (draws.resampling, draws.moves, before, after)
+    )
+    kept = kept[-LAST_MOVES:].reshape(-1, dimension)
     parameters = jax.vmap(lambda state: _parameters(state, size))(kept)
-    return Samples(parameters, kept[:, jnp.array([0, 2])], kept[:, -3:-1], jnp.exp(kept[:, -1]), evidence)
+    return Samples(parameters, kept[:, jnp.array([0, 2])], kept[:, -3:-1], jnp.exp(kept[:, -1]), carry[-1])
 
 
-@partial(jax.jit, static_argnames="number")
-def sample(keys: Array, tasks: Task, bounds: Bounds, wires: Array, number: int) -> Samples:
+@jax.jit
+def sample(draws: Draws, tasks: Task, bounds: Bounds, pieces: Array) -> Samples:
     """Samples of N elements, one after the other, so that memory does not grow with N.
 
     Args:
-        keys: [N] random keys.
+        draws: of N elements with Q particles each; `LAST_MOVES` times as many samples come out.
         tasks: N elements.
         bounds: of the template's parameters, the same for all.
-        wires: [S, 7, 1 + D] of the template, see `outline`.
-        number: particles of each element; `LAST_MOVES` times as many samples come out.
+        pieces: [S, 7, 1 + D] of the template, see `outline`.
     """
-    return jax.lax.map(lambda each: _sample(each[0], each[1], bounds, wires, number), (keys, tasks))
+    return jax.lax.map(lambda each: _sample(each[0], each[1], bounds, pieces), (draws, tasks))
