@@ -19,6 +19,7 @@ from grammarlab.facade.templates.evidence.strength import find_kinds_with
 from grammarlab.facade.templates.evidence.particles import STEPS, Bounds, Draws, Samples, Task, num_draws, sample
 from grammarlab.facade.templates.fitting.fit import fit_all
 from grammarlab.facade.templates.match import Match
+from grammarlab.facade.templates.plain import NO_FIT
 from grammarlab.facade.templates.template import Template, stack
 
 PARTICLES = 384
@@ -26,7 +27,6 @@ _LARGER, _SMALLER = 1.5, 0.6
 """Sizes that are thought of, in parts of those that are seen."""
 _FEW, _TOGETHER = 8, 32
 """Elements of a batch."""
-_NO_FIT = "no template explains it better than points that are spread over its box"
 
 
 def couple(elements: Elements, templates: Sequence[Template], seed: int) -> Match:
@@ -49,7 +49,7 @@ def couple(elements: Elements, templates: Sequence[Template], seed: int) -> Matc
     odds = _odds(costs[:, [*used.tolist(), -1]])
     clock.lap("fitting")
     best = odds.argmax(axis=1)
-    reasons |= dict.fromkeys(which[best == len(used)].tolist(), _NO_FIT)
+    reasons |= dict.fromkeys(which[best == len(used)].tolist(), NO_FIT)
     taken = []
     for number, place in enumerate(used.tolist()):
         members = np.flatnonzero(best == number)

@@ -29,9 +29,18 @@ def match_elements(elements: Elements, templates: tuple[Template, ...], method: 
     if method not in METHODS:
         raise UsageError(f"--method: expected one of {', '.join(METHODS)}, found {method!r}.")
     require("jax")
-    from grammarlab.facade.templates.coupled import couple  # noqa: PLC0415 jax takes seconds to load
+    # These load jax, which takes seconds.
+    from grammarlab.facade.templates.coupled import couple  # noqa: PLC0415
+    from grammarlab.facade.templates.paper.loop import match_as_paper  # noqa: PLC0415
+    from grammarlab.facade.templates.plain import match_alone  # noqa: PLC0415
 
-    return couple(elements, templates, seed)
+    if method == "paper":
+        return match_as_paper(elements, templates)
+    if method == "default":
+        return couple(elements, templates, seed)
+    truth = elements.truth
+    told = 0 if truth is None else len(np.unique(truth.kind))
+    return match_alone(elements, templates, None if method == "independent" else told)
 
 
 def as_dict(match: Match, method: str, seed: int) -> dict[str, Any]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TypeAlias
+from dataclasses import dataclass, fields
+from typing import Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from numpy.typing import NDArray
 
 from grammarlab.facade.templates.clouds import Clouds
 from grammarlab.facade.templates.elements import Floats
@@ -48,6 +49,10 @@ class Fits:
     """[N, T] part of the outline that is hidden."""
     distance: Floats
     """[N, T] mean distance of the points, metres: the data term of Equation 5.3."""
+
+    def of(self, which: NDArray[Any]) -> Fits:
+        """The fits of some elements."""
+        return Fits(*(getattr(self, each.name)[which] for each in fields(self)))
 
 
 def fit_all(clouds: Clouds, stack: Stack) -> Fits:
