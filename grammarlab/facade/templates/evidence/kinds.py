@@ -194,3 +194,17 @@ def _with(kinds: Kinds, axis: str, values: Ints) -> Kinds:
     pairs, inverse = np.unique(np.stack([width, height], axis=1), axis=0, return_inverse=True)
     share = np.bincount(inverse.reshape(-1), weights=kinds.share, minlength=len(pairs))
     return Kinds(pairs[:, 0], pairs[:, 1], share)
+
+
+def nearby(maps: Maps, groups: tuple[Groups, ...], solution: Solution) -> Iterator[Solution]:
+    """Different solutions that one step leads to: a kind less, two values joined, a value of another, or a kind more."""
+    seen = {_key(solution.kinds)}
+    for proposed in (*_changes(solution.kinds), *_additions(maps, solution)):
+        found = _solve(maps, groups, proposed, 4)
+        if _key(found.kinds) not in seen:
+            seen.add(_key(found.kinds))
+            yield found
+
+
+def _key(kinds: Kinds) -> tuple[tuple[int, int], ...]:
+    return tuple(sorted(zip(kinds.width.tolist(), kinds.height.tolist(), strict=True)))

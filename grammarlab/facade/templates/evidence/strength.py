@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import product
 
 from grammarlab.facade.templates.elements import Ints
+from grammarlab.facade.templates.evidence.averaging import averaged
 from grammarlab.facade.templates.evidence.kinds import Solution, find_kinds
 from grammarlab.facade.templates.evidence.maps import Maps
 from grammarlab.facade.templates.evidence.neighbours import Groups
@@ -28,9 +29,12 @@ def find_kinds_with(maps: Maps, row: Ints, column: Ints) -> tuple[Solution, int]
     priors = [(Groups(index, kappa),) for index, kappa in product(sides, STRENGTHS)]
     if len(sides) > 1:
         priors.append(tuple(Groups(index, STRENGTHS[1]) for index in sides))
+    chosen: tuple[Groups, ...] = ()
     for groups in priors:
-        best = min(best, find_kinds(maps, groups, plain.kinds), key=lambda solution: solution.length)
-    return best, 1 + len(priors)
+        found = find_kinds(maps, groups, plain.kinds)
+        if found.length < best.length:
+            best, chosen = found, groups
+    return averaged(maps, chosen, best), 1 + len(priors)
 
 
 def _grouped(index: Ints) -> bool:
