@@ -14,7 +14,7 @@ def match(
     elements: Annotated[
         Path,
         typer.Argument(
-            help="Elements (.json, .npz), or a scan or mesh of a facade.",
+            help="Elements (.json, .npz), or a scan or mesh of one facade (.ply, .las, .laz, .obj, .stl, .glb).",
             exists=True,
             dir_okay=False,
         ),
@@ -27,6 +27,15 @@ def match(
     method: Annotated[
         str, typer.Option("--method", help="default, paper, independent or kmeans; see docs/facade-scans.md.")
     ] = "default",
+    boxes: Annotated[
+        Path | None,
+        typer.Option(
+            "--boxes",
+            help="Of a scan: CSV of left,bottom,right,top in metres on the facade; found when left out.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Of all that is random.", min=0)] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about what was found.")] = False,
 ) -> None:
@@ -37,11 +46,11 @@ def match(
         from grammarlab.runs.facade.match import as_dict, match_elements, save_match
 
         chosen = named(templates)
-        found = match_elements(load_elements(elements), chosen, method, seed)
+        found = match_elements(load_elements(elements, boxes), chosen, method, seed)
         values = as_dict(found, method, seed)
         files = save_match(found, values, output)
         if as_json:
-            print_json({**values, "files": [str(path) for path in files]})
+            print_json(values)
             return
         for note in values["notes"]:
             say(note)

@@ -10,11 +10,18 @@ import numpy as np
 
 from grammarlab.errors import UsageError
 from grammarlab.extras import require
+from grammarlab.facade.file import save_facade
 from grammarlab.facade.templates.elements import Elements
 from grammarlab.facade.templates.match import Match
 from grammarlab.facade.templates.template import Template
 from grammarlab.facade.templates.words import doubt, groups, sentences
-from grammarlab.files import write_text
+from grammarlab.facade.templates.writing.completed import completed
+from grammarlab.facade.templates.writing.grammar import write_terminals
+from grammarlab.facade.templates.writing.picture import picture
+from grammarlab.files import atomic_file, write_text
+from grammarlab.runs.facade.show import show_facade
+
+FILES = ("match.json", "match.png", "completed.facade.json", "completed.glb", "kinds.cga")
 
 Method = Literal["default", "paper", "independent", "kmeans"]
 METHODS: tuple[str, ...] = get_args(Method)
@@ -85,12 +92,24 @@ def _element(match: Match, element: int) -> dict[str, Any]:
 
 
 def save_match(match: Match, values: dict[str, Any], folder: Path) -> list[Path]:
-    """Write all files of a match into a folder; those of an earlier one are replaced.
+    """Write all files of a match into a folder; those of an earlier one are replaced or, where none is made, removed.
 
     Returns:
-        What was written.
+        What was written: what was found, a picture, the completed facade with its mesh, and the grammar of its kinds.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "match.json"
-    write_text(path, json.dumps(values, indent=2, allow_nan=False) + "\n")
-    return [path]
+    for name in FILES:
+        (folder / name).unlink(missing_ok=True)
+    written = [folder / FILES[0], folder / FILES[1]]
+    with atomic_file(written[1]) as part:
+        picture(match).save(part)
+    facade = completed(match)
+    if facade is not None:
+        written += [save_facade(facade.facade, folder / FILES[2]), show_facade(facade.facade, folder / FILES[3])]
+    grammar = write_terminals(match)
+    if grammar is not None:
+        write_text(folder / FILES[4], grammar)
+        written.append(folder / FILES[4])
+    values["files"] = [str(path) for path in written]
+    write_text(written[0], json.dumps(values, indent=2, allow_nan=False) + "\n")
+    return written
