@@ -39,7 +39,7 @@ def match(
     seed: Annotated[int, typer.Option("--seed", help="Of all that is random.", min=0)] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about what was found.")] = False,
 ) -> None:
-    """Match templates to the elements of a scan, together: which windows are of one kind, and which sizes they share."""
+    """Match templates to the elements of a scan together: which are of one kind, and which sizes do kinds share."""
     with friendly_errors():
         from grammarlab.facade.templates.library import named
         from grammarlab.facade.templates.reading.files import load_elements

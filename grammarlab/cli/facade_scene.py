@@ -13,7 +13,9 @@ from grammarlab.cli.report import friendly_errors
 def scene(
     output: Annotated[Path, typer.Option("-o", "--output", help="File to write: .json or .npz.", dir_okay=False)],
     elements: Annotated[int, typer.Option("-n", "--elements", help="How many rectangles.", min=1)] = 32,
-    kinds: Annotated[int, typer.Option("--kinds", help="Of how many sizes, which share widths and heights.", min=1)] = 5,
+    kinds: Annotated[
+        int, typer.Option("--kinds", help="Of how many sizes, which share widths and heights.", min=1)
+    ] = 5,
     noise: Annotated[float, typer.Option("--noise", help="Metres, of each coordinate.", min=0.0, max=10.0)] = 0.02,
     occluded: Annotated[
         float, typer.Option("--occluded", help="Part of the elements of which .1 to .6 is hidden.", min=0.0, max=1.0)

@@ -123,7 +123,7 @@ def _peak(score: Floats, places: Floats, value: int) -> tuple[float, float]:
 
 
 def _further(samples: Samples, weight: Floats, value: Floats) -> tuple[Floats, Floats]:
-    """Means [D - 2] and standard deviations of further parameters of a kind, weighted by how precise each element is."""
+    """Means [D - 2] and standard deviations of further parameters of a kind; precise elements count for more."""
     drawn = np.asarray(samples.parameters)[:, :, 2:]
     if not drawn.shape[2]:
         return np.zeros(0), np.zeros(0)

@@ -15,16 +15,18 @@ from grammarlab.facade.templates.clock import Clock
 from grammarlab.facade.templates.clouds import Clouds, clouds_of
 from grammarlab.facade.templates.elements import Elements, Floats, Ints, too_poor
 from grammarlab.facade.templates.evidence.maps import Maps, maps_of
-from grammarlab.facade.templates.evidence.strength import find_kinds_with
 from grammarlab.facade.templates.evidence.particles import STEPS, Bounds, Draws, Samples, Task, num_draws, sample
+from grammarlab.facade.templates.evidence.strength import find_kinds_with
 from grammarlab.facade.templates.fitting.fit import fit_all
 from grammarlab.facade.templates.match import Match
 from grammarlab.facade.templates.plain import NO_FIT
 from grammarlab.facade.templates.template import Template, stack
 
-PARTICLES = 384
+PARTICLES = 512
 _LARGER, _SMALLER = 1.5, 0.6
 """Sizes that are thought of, in parts of those that are seen."""
+_NOISE = np.array([0.4, 2.5])
+"""Of an element, in parts of the median of all."""
 _FEW, _TOGETHER = 8, 32
 """Elements of a batch."""
 
@@ -54,7 +56,7 @@ def couple(elements: Elements, templates: Sequence[Template], seed: int) -> Matc
     for number, place in enumerate(used.tolist()):
         members = np.flatnonzero(best == number)
         size = fits.parameters[members, place, : len(templates[place].parameters)]
-        samples = _samples(clouds, templates[place], members, size, seed)
+        samples = _samples(clouds, templates[place], members, size, fits.noise[members, place], seed)
         taken.append((place, members, samples, _maps(clouds, members, samples)))
     clock.lap("evidence")
     parts = []
@@ -86,15 +88,14 @@ def _odds(costs: Floats) -> Floats:
     return odds / odds.sum(axis=1, keepdims=True)
 
 
-def _samples(clouds: Clouds, template: Template, members: Ints, sizes: Floats, seed: int) -> Samples:
+def _samples(clouds: Clouds, template: Template, members: Ints, sizes: Floats, noise: Floats, seed: int) -> Samples:
     """Posterior samples of the parameters of some elements, between sizes that the largest and smallest suggest."""
     low = np.maximum(template.low, 0.1 * template.low)
     high = template.high.copy()
     low[:2] = np.maximum(_SMALLER * np.quantile(sizes[:, :2], 0.1, axis=0), 1e-3)
     high[:2] = np.maximum(_LARGER * sizes[:, :2].max(axis=0), 1.2 * low[:2])
-    extent = float(np.median(sizes[:, :2]))
     limits = template.limits if len(template.limits) else np.zeros((1, 1 + len(template.parameters)))
-    numbers = (low, high, limits, np.array([0.0015, 0.12]) * max(extent, 1e-3))
+    numbers = (low, high, limits, np.median(noise) * _NOISE)
     bounds = Bounds(*(jnp.asarray(each, jnp.float32) for each in numbers))
     columns = (clouds.points, clouds.weight, clouds.area, clouds.reach)
     pieces = jnp.asarray(template.pieces, jnp.float32)

@@ -12,7 +12,7 @@ from grammarlab.facade.templates.clouds import Clouds, clouds_of
 from grammarlab.facade.templates.elements import Elements, Floats, Ints, too_poor
 from grammarlab.facade.templates.fitting.fit import Fits, fit_all
 from grammarlab.facade.templates.match import UNKNOWN, Match
-from grammarlab.facade.templates.paper.relations import THRESHOLD, replicas
+from grammarlab.facade.templates.relations import THRESHOLD, replicas
 from grammarlab.facade.templates.template import Template, stack
 
 NO_FIT = "no template explains it better than points that are spread over its box"
@@ -50,7 +50,9 @@ def match_alone(elements: Elements, templates: Sequence[Template], kinds: int | 
     else:
         kind = _clustered(values[:, : len(templates[int(owner[0])].parameters)], kinds) if len(which) else owner
     clock.lap("kinds")
-    return from_labels(elements, templates, which, kind, owner, values, corner, fits, reasons, iterations=1, clock=clock)
+    return from_labels(
+        elements, templates, which, kind, owner, values, corner, fits, reasons, iterations=1, clock=clock
+    )
 
 
 def _clustered(values: Floats, kinds: int) -> Ints:

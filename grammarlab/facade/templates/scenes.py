@@ -78,9 +78,9 @@ def rectangles(options: SceneOptions, seed: int) -> Elements:
 def house(counts: Sequence[int] = (38, 4, 23, 23), noise: float = 0.01, seed: int = 0) -> Elements:
     """The house of Figure 5.7: narrow and wide windows with a triangle on top, long and short arches."""
     random = np.random.default_rng(seed)
-    shapes = [
-        _Shape("gable", {"width": w, "height": 1.9, "rise": 0.35}, _gable(w, 1.9, 0.35)) for w in (0.9, 1.3)
-    ] + [_Shape("arch", {"width": 1.0, "height": h}, _arch(1.0, h)) for h in (1.9, 1.3)]
+    shapes = [_Shape("gable", {"width": w, "height": 1.9, "rise": 0.35}, _gable(w, 1.9, 0.35)) for w in (0.9, 1.3)] + [
+        _Shape("arch", {"width": 1.0, "height": h}, _arch(1.0, h)) for h in (1.9, 1.3)
+    ]
     kind = np.repeat(np.arange(4), counts)
     none = np.full(len(kind), -1, dtype=np.int64)
     options = SceneOptions(elements=len(kind), kinds=4, noise=noise, occluded=0.0, points=80)
@@ -154,7 +154,13 @@ def _observed(
     half = cell / 2 - _GAP / 2
     counts = np.array([len(cloud) for cloud in clouds])
     return Elements(
-        offsets_from_counts(counts), np.vstack(clouds), middle - half, middle + half, row=row, column=column, truth=truth
+        offsets_from_counts(counts),
+        np.vstack(clouds),
+        middle - half,
+        middle + half,
+        row=row,
+        column=column,
+        truth=truth,
     )
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -177,7 +178,7 @@ def _changes(kinds: Kinds) -> Iterator[Kinds]:
     for axis in ("width", "height"):
         own = getattr(kinds, axis)
         values = np.unique(own)
-        for first, second in zip(values[:-1], values[1:], strict=True):
+        for first, second in pairwise(values.tolist()):
             for target in (first, second):
                 yield _with(kinds, axis, np.where((own == first) | (own == second), target, own))
         for k in range(number):
@@ -197,7 +198,7 @@ def _with(kinds: Kinds, axis: str, values: Ints) -> Kinds:
 
 
 def nearby(maps: Maps, groups: tuple[Groups, ...], solution: Solution) -> Iterator[Solution]:
-    """Different solutions that one step leads to: a kind less, two values joined, a value of another, or a kind more."""
+    """Different solutions one step away: a kind less, two values joined, a value of another, or a kind more."""
     seen = {_key(solution.kinds)}
     for proposed in (*_changes(solution.kinds), *_additions(maps, solution)):
         found = _solve(maps, groups, proposed, 4)

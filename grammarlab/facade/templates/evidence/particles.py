@@ -19,9 +19,14 @@ MOVES = 2
 """At each temperature."""
 LAST_MOVES = 6
 """At the posterior itself; the samples after each of them are kept."""
+COLDEST = 0.02
+"""Temperature at which the samples begin."""
 STEPS = TEMPERATURES * MOVES + LAST_MOVES
 NEAREST, FARTHEST = -0.3, 2.0
 """Of the half-plane from the middle of an element, in parts of its half extent; beyond 1 nothing is hidden."""
+
+_OUTERMOST = 4
+"""Points in a direction behind which a half-plane may begin; the others beyond it are outliers."""
 
 
 class Task(NamedTuple):
@@ -90,7 +95,7 @@ class Draws(NamedTuple):
     """All random numbers of one element: made outside, so that nothing here hides where they come from."""
 
     begin: Array
-    """[Q, 9 + D] even in 0 to 1."""
+    """[Q, 10 + D] even in 0 to 1."""
     resampling: Array
     """[STEPS] even in 0 to 1."""
     moves: Array
@@ -99,28 +104,45 @@ class Draws(NamedTuple):
 
 def num_draws(size: int) -> tuple[int, int]:
     """Last axes of `Draws.begin` and `Draws.moves` for D parameters."""
-    return 9 + size, 5 + 2 * (5 + size)
+    return 10 + size, 5 + 2 * (5 + size)
 
 
-def _start(draw: Array, task: Task, bounds: Bounds) -> Array:
-    """A state near what is seen, with each side farther out a quarter of the time."""
-    spread = 0.1 * (task.reach[1] - task.reach[0]) + 1e-3
-    near = jax.scipy.special.ndtri(jnp.clip(draw[0:4], 1e-4, 1.0 - 1e-4)).reshape(2, 2) * spread
-    room = jnp.maximum(bounds.high[:2] - (task.reach[1] - task.reach[0]), 0.0)
-    chance = draw[4:8].reshape(2, 2)
-    far = 4.0 * chance * room * jnp.array([[-1.0], [1.0]])
-    sides = task.reach + jnp.where(chance < 0.25, far, near)
-    low, high = jnp.minimum(sides[0], sides[1]), jnp.maximum(sides[0], sides[1])
-    size = jnp.clip(high - low, bounds.low[:2] * 1.001, bounds.high[:2] * 0.999)
-    low, high = (low + high - size) / 2, (low + high + size) / 2
-    further = bounds.low[2:] + draw[11 : 9 + len(bounds.low)] * (bounds.high[2:] - bounds.low[2:])
+def _start(draw: Array, task: Task, bounds: Bounds) -> tuple[Array, Array]:
+    """A state near what is seen, and the logarithm of the density that it was drawn with.
+
+    A side lies near the outermost points, roughly there, or anywhere farther out; the half-plane anywhere, or just
+    beyond one of the outermost points in its direction.
+    """
+    extent = task.reach[1] - task.reach[0]
+    scale = jnp.sqrt(bounds.noise[0] * bounds.noise[1])
+    widths = jnp.stack([jnp.full(2, 2.0 * scale), 0.06 * extent])
+    room = jnp.maximum(bounds.high[:2] - extent, 0.05 * extent)
+    outward = jnp.array([[-1.0], [1.0]])
+    which = jnp.floor(3.0 * draw[0:4]).reshape(2, 2)
+    part = draw[4:8].reshape(2, 2)
+    normal = jax.scipy.special.ndtri(jnp.clip(part, 1e-4, 1.0 - 1e-4))
+    away = jnp.where(which == 0, normal * widths[0], jnp.where(which == 1, normal * widths[1], part * room))
+    sides = task.reach + outward * away
+    near = jnp.exp(-0.5 * (away[None] / widths[:, None]) ** 2) / (2.5066283 * widths[:, None])
+    far = jnp.where((away >= 0.0) & (away <= room), 1.0 / room, 0.0)
+    density = jnp.log((near.sum(axis=0) + far) / 3.0).sum()
+    further = bounds.low[2:] + draw[12 : 10 + len(bounds.low)] * (bounds.high[2:] - bounds.low[2:])
     angle = 2.0 * jnp.pi * draw[8]
-    normal = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
-    place = NEAREST + draw[9] * (FARTHEST - NEAREST)
-    cut = normal @ (low + high) / 2 + place * 0.5 * (jnp.abs(normal) @ size)
-    log_noise = jnp.log(bounds.noise[0]) + draw[10] * jnp.log(bounds.noise[1] / bounds.noise[0])
-    sides = jnp.stack([low[0], high[0], low[1], high[1]])
-    return jnp.concatenate([sides, further, jnp.stack([angle, cut, log_noise])])
+    direction = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
+    half = 0.5 * (jnp.abs(direction) @ jnp.abs(sides[1] - sides[0])) + 1e-6
+    middle = direction @ (sides[0] + sides[1]) / 2
+    outermost = jax.lax.top_k(jnp.where(task.weight > 0.0, task.points @ direction, -jnp.inf), _OUTERMOST)[0]
+    choice = draw[9] * 2.0 * _OUTERMOST
+    beyond = outermost[jnp.minimum(choice.astype(jnp.int32), _OUTERMOST - 1)]
+    beyond += 2.0 * scale * jax.scipy.special.ndtri(jnp.clip(draw[10], 1e-4, 1.0 - 1e-4))
+    cut = jnp.where(choice < _OUTERMOST, beyond, middle + (NEAREST + draw[10] * (FARTHEST - NEAREST)) * half)
+    close = jnp.exp(-0.5 * ((cut - outermost) / (2.0 * scale)) ** 2).mean() / (2.5066283 * 2.0 * scale)
+    place = (cut - middle) / half
+    wide = jnp.where((place > NEAREST) & (place < FARTHEST), 1.0 / (half * (FARTHEST - NEAREST)), 0.0)
+    density += jnp.log(0.5 * close + 0.5 * wide + 1e-30)
+    log_noise = jnp.log(bounds.noise[0]) + draw[11] * jnp.log(bounds.noise[1] / bounds.noise[0])
+    flat = jnp.stack([sides[0, 0], sides[1, 0], sides[0, 1], sides[1, 1]])
+    return jnp.concatenate([flat, further, jnp.stack([angle, cut, log_noise])]), density
 
 
 def _resampled(offset: Array, log_weight: Array) -> Array:
@@ -148,8 +170,8 @@ def _sample(draws: Draws, task: Task, bounds: Bounds, pieces: Array) -> Samples:
     def step(carry: tuple, now: tuple) -> tuple[tuple, Array]:
         """Weigh, resample, and one Metropolis step along differences of others in some of the coordinates."""
         states, priors, likes, evidence = carry
-        offset, draw, before, after = now
-        log_weight = (after - before) * likes
+        offset, draw, before, after, first = now
+        log_weight = (after - before) * likes + first
         evidence += jax.nn.logsumexp(log_weight) - jnp.log(number)
         chosen = _resampled(offset, log_weight)
         states, priors, likes = states[chosen], priors[chosen], likes[chosen]
@@ -167,12 +189,16 @@ def _sample(draws: Draws, task: Task, bounds: Bounds, pieces: Array) -> Samples:
         priors, likes = jnp.where(taken, new_priors, priors), jnp.where(taken, new_likes, likes)
         return (states, priors, likes, evidence), states
 
-    states = jax.vmap(lambda draw: _start(draw, task, bounds))(draws.begin)
-    heat = jnp.minimum(jnp.arange(STEPS + 1 + MOVES) // MOVES / TEMPERATURES, 1.0) ** 3
+    states, density = jax.vmap(lambda draw: _start(draw, task, bounds))(draws.begin)
+    priors, likes = measure(states)
+    heat = jnp.minimum(jnp.arange(STEPS + 1 + MOVES) // MOVES / TEMPERATURES, 1.0) ** 2
+    heat = COLDEST + (1.0 - COLDEST) * heat
+    # At first, samples weigh by how much likelier the coldest posterior is than the way they were drawn.
+    first = jnp.zeros((STEPS, len(states))).at[0].set(jnp.maximum(priors - density + COLDEST * likes, -1e9))
     # The first step of each temperature weighs, the others find the same temperature before and after.
     before, after = heat[MOVES - 1 : STEPS + MOVES - 1], heat[MOVES : STEPS + MOVES]
     carry, kept = jax.lax.scan(
-        step, (states, *measure(states), jnp.zeros(())), (draws.resampling, draws.moves, before, after)
+        step, (states, priors, likes, jnp.zeros(())), (draws.resampling, draws.moves, before, after, first)
     )
     kept = kept[-LAST_MOVES:].reshape(-1, dimension)
     parameters = jax.vmap(lambda state: _parameters(state, size))(kept)

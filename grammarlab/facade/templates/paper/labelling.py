@@ -1,8 +1,8 @@
 """Labels of elements by a Markov random field with label costs (paper 001, Equation 5.3).
 
 Minimised is sum_i D_i(l_i) + sum_{i<k} w_ik V(l_i, l_k) + sum over used templates of their cost, by alpha expansion:
-each move lets any elements change to one label, and the best such move is a minimum cut (Boykov, Veksler and Zabih 2001;
-label costs: Delong, Osokin, Isack and Boykov 2012). V has to be a metric.
+each move lets any elements change to one label, and the best such move is a minimum cut (Boykov, Veksler and Zabih
+2001; label costs: Delong, Osokin, Isack and Boykov 2012). V has to be a metric.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import numpy as np
 
 from grammarlab.facade.templates.elements import Floats, Ints
 
+FEW = 12
+"""Elements up to which several beginnings are tried."""
 _SCALE = 1 << 40
 """Capacities are whole numbers; the sum of all that a cut may cost stays far below 2^63."""
 
@@ -43,13 +45,17 @@ def energy(field: Field, labels: Ints) -> float:
 def label(field: Field) -> tuple[Ints, list[float]]:
     """Labels [N] of low energy, and the energies after each move, which never rise.
 
-    Begins with the best label of each element, and again with the best labels of each template alone.
+    Begins with the best label of each element; of few elements also with those of each template alone.
     """
     starts = [field.data.argmin(axis=1)]
     for template in np.unique(field.owner):
         own = np.flatnonzero(field.owner == template)
-        starts += [own[field.data[:, own].argmin(axis=1)], np.full(len(field.data), own[field.data[:, own].sum(axis=0).argmin()])]
-    tried = [expanded(field, start) for start in starts]
+        starts += [
+            own[field.data[:, own].argmin(axis=1)],
+            np.full(len(field.data), own[field.data[:, own].sum(axis=0).argmin()]),
+        ]
+    few = starts if len(field.data) <= FEW else starts[:1]
+    tried = [expanded(field, start) for start in few]
     return min(tried, key=lambda each: each[1][-1])
 
 

@@ -14,10 +14,10 @@ from grammarlab.facade.templates.fitting.fit import Fits, fit_all
 from grammarlab.facade.templates.match import Match
 from grammarlab.facade.templates.paper.deforming import deform
 from grammarlab.facade.templates.paper.labelling import Field, label
-from grammarlab.facade.templates.paper.relations import THRESHOLD, couplings, replicas
+from grammarlab.facade.templates.paper.placing import place_labels
 from grammarlab.facade.templates.paper.subspace import dimensions_of, merged, similarity, weights_of
 from grammarlab.facade.templates.plain import NO_FIT, fitting, from_labels
-from grammarlab.facade.templates.paper.placing import place_labels
+from grammarlab.facade.templates.relations import THRESHOLD, couplings, replicas
 from grammarlab.facade.templates.template import Stack, Template, stack
 
 MOST_ITERATIONS = 12
@@ -72,9 +72,7 @@ def match_as_paper(elements: Elements, templates: Sequence[Template]) -> Match:
     )
 
 
-def _field(
-    clouds: Clouds, stacked: Stack, fits: Fits, state: Floats, threshold: float
-) -> tuple[Field, Floats, Floats]:
+def _field(clouds: Clouds, stacked: Stack, fits: Fits, state: Floats, threshold: float) -> tuple[Field, Floats, Floats]:
     """The field of Equation 5.3, the parameters [L, D] of its labels and their corners [L, N, 2] on each element."""
     best = np.argsort(np.where(fits.cost < 1e5, fits.distance, np.inf), axis=1)[:, :BEST]
     element = np.repeat(np.arange(len(best)), best.shape[1])

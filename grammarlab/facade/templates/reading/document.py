@@ -83,7 +83,9 @@ def loads(content: bytes) -> Elements:
         raise FacadeError("Points: expected 2 coordinates of every point, or 3 of every point.")
     size = width.pop() if width else 2
     points = np.vstack([np.zeros((0, size)), *(each for each in clouds if len(each))])
-    boxes = np.array([_box(each, cloud, f"Element {place}") for place, (each, cloud) in enumerate(zip(found, clouds, strict=True))])
+    boxes = np.array(
+        [_box(each, cloud, f"Element {place}") for place, (each, cloud) in enumerate(zip(found, clouds, strict=True))]
+    )
     row, column = (
         np.array([_index(each, key, f"Element {place}, {key}") for place, each in enumerate(found)], dtype=np.int64)
         for key in ("row", "column")
@@ -135,7 +137,10 @@ def _truth(document: dict[str, Any], found: list[dict[str, Any]]) -> Truth | Non
     kinds = [an_object(each, "kinds") for each in a_list(document.get("kinds", []), "kinds", _MOST_KINDS)]
     names = tuple(a_text(each.get("template"), "kinds, template") for each in kinds)
     parameters = tuple(
-        {a_text(key, "kinds"): a_number(value, f"kinds, {key}") for key, value in an_object(each.get("parameters", {}), "kinds").items()}
+        {
+            a_text(key, "kinds"): a_number(value, f"kinds, {key}")
+            for key, value in an_object(each.get("parameters", {}), "kinds").items()
+        }
         for each in kinds
     )
     return Truth(kind, names, parameters)

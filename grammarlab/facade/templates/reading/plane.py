@@ -43,7 +43,9 @@ def on_facade(points: Floats) -> Floats:
         if count > best:
             best, found = count, (normal, offset)
     if not best:
-        raise FacadeError("No upright plane was found in the scan: its points lie on one line or on the ground (z is up).")
+        raise FacadeError(
+            "No upright plane was found in the scan: its points lie on one line or on the ground (z is up)."
+        )
     normal, offset = found
     normal = np.array([normal[0], normal[1], 0.0]) / np.hypot(normal[0], normal[1])
     # What is behind the wall, such as rooms seen through windows, reaches farther than what juts out of it.

@@ -31,7 +31,7 @@ def read_surface(path: Path) -> Surface:
         return Surface(on_facade(_las(path)), np.zeros((0, 3)))
     try:
         loaded = trimesh.load(path, process=False)
-    except Exception as error:  # noqa: BLE001 the readers of many formats raise whatever they trip over
+    except Exception as error:  # the readers of many formats raise whatever they trip over
         raise FacadeError(f"{path.name} cannot be read: {error}.") from error
     if isinstance(loaded, trimesh.Scene):
         loaded = loaded.to_mesh() if loaded.geometry else trimesh.Trimesh()
@@ -64,13 +64,10 @@ def _las(path: Path) -> Floats:
 
     try:
         with laspy.open(path) as reader:
-            if reader.header.point_count > MOST_POINTS:
-                raise FacadeError(f"{path.name}: expected at most {MOST_POINTS:,} points.")
-            read = reader.read()
+            count = reader.header.point_count
+            read = reader.read_points(min(count, MOST_POINTS + 1))
             points = np.stack([np.asarray(read.x), np.asarray(read.y), np.asarray(read.z)], axis=1)
-    except FacadeError:
-        raise
-    except Exception as error:  # noqa: BLE001 laspy and its decoders raise whatever they trip over
+    except Exception as error:  # laspy and its decoders raise whatever they trip over
         raise FacadeError(f"{path.name} cannot be read: {error}.") from error
     return _checked(points.astype(np.float64), path)
 

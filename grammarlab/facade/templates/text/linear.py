@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from lark import Token, Tree
@@ -42,9 +43,9 @@ def evaluate(tree: Tree, scope: Scope, complain: Complain) -> Floats:
 def _value(tree: Tree, scope: Scope, complain: Complain) -> Floats:
     size = 1 + len(scope.names)
     if tree.data == "number":
-        return np.eye(size)[0] * float(tree.children[0])
+        return np.eye(size)[0] * float(str(tree.children[0]))
     if tree.data == "name":
-        return _named(tree.children[0], scope, complain)
+        return _named(cast("Token", tree.children[0]), scope, complain)
     parts = [evaluate(each, scope, complain) for each in tree.children]
     if tree.data == "negative":
         return -parts[0]

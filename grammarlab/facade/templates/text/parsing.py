@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from lark import Lark, Token, Tree, UnexpectedInput
@@ -38,7 +39,9 @@ def parse_templates(text: str, file: str = "<text>") -> tuple[Template, ...]:
     except UnexpectedInput as error:
         found = getattr(error, "token", None)
         what = f"unexpected {str(found)!r}" if found else "unexpected character or end of the text"
-        expected = sorted(getattr(error, "expected", None) or getattr(error, "accepts", None) or getattr(error, "allowed", None) or ())
+        expected = sorted(
+            getattr(error, "expected", None) or getattr(error, "accepts", None) or getattr(error, "allowed", None) or ()
+        )
         where = Location(max(error.line, 1), max(error.column, 1), max(1, len(str(found or "x"))), file)
         hint = f"expected one of: {', '.join(each.lower() for each in expected[:12])}" if expected else ""
         raise _error("syntax", what, where, text, hint) from error
@@ -46,9 +49,9 @@ def parse_templates(text: str, file: str = "<text>") -> tuple[Template, ...]:
         raise _error("too-deep", "expressions nest too deep", Location(file=file), text) from error
     made: list[Template] = []
     seen: set[str] = set()
-    for each in tree.children:
+    for each in cast("list[Tree]", tree.children):
         reader = _Reader(text, file)
-        name = each.children[0]
+        name = cast("Token", each.children[0])
         if str(name) in seen:
             raise reader.error("twice", f"the template {str(name)!r} is there already", name)
         seen.add(str(name))
@@ -80,12 +83,14 @@ class _Reader:
 
     def read(self, tree: Tree) -> list[Template]:
         """The templates of one block, one for each combination of counts."""
-        name, statements = tree.children[0], tree.children[1:]
+        name, statements = cast("Token", tree.children[0]), cast("list[Tree]", tree.children[1:])
         parameters = [each for each in statements if each.data == "parameter"]
         names = tuple(str(each.children[0]) for each in parameters)
         if names[:2] != ("width", "height"):
             raise self.error(
-                "no-size", f"template {str(name)!r} has no param width and height as its first two", name,
+                "no-size",
+                f"template {str(name)!r} has no param width and height as its first two",
+                name,
                 "param width 0.9 (0.3 to 3)",
             )
         if len(set(names)) < len(names) or len(names) > MOST_PARAMETERS:
@@ -93,7 +98,9 @@ class _Reader:
         counts: list[tuple[str, int, int]] = []
         for each in statements:
             if each.data == "count":
-                first, last = (whole(evaluate(part, Scope((), {}), self.error), part, self.error) for part in each.children[1:])
+                first, last = (
+                    whole(evaluate(part, Scope((), {}), self.error), part, self.error) for part in each.children[1:]
+                )
                 if not 0 <= first <= last <= MOST_COUNT:
                     raise self.error("count", f"expected a count from 0 to {MOST_COUNT} that does not fall", each)
                 counts.append((str(each.children[0]), first, last))
@@ -103,7 +110,12 @@ class _Reader:
         return made
 
     def _made(
-        self, name: Token, statements: list[Tree], parameters: list[Tree], names: tuple[str, ...], counts: dict[str, int]
+        self,
+        name: Token,
+        statements: list[Tree],
+        parameters: list[Tree],
+        names: tuple[str, ...],
+        counts: dict[str, int],
     ) -> Template:
         scope = Scope(names, counts)
         usual, low, high = (
@@ -175,7 +187,7 @@ class _Reader:
         if found.status == 2:
             raise self.error(
                 "contradiction",
-                f"the constraints of template {str(name)!r} contradict each other: no parameters in their ranges meet them",
+                f"the constraints of template {str(name)!r} contradict each other: none of its sizes meets them all",
                 name,
                 "widen the range of a parameter, or take a require away",
             )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
+from shapely.geometry.polygon import orient
 
 from grammarlab.facade.annotation import annotate
 from grammarlab.facade.assembling import LARGEST, Assembled, assemble
@@ -31,7 +32,9 @@ def completed(match: Match) -> Assembled | None:
         corner, size = match.corner[element], parameters[[WIDTH, HEIGHT]]
         boxes.append([*corner, *(corner + size)])
         names.append(f"{match.name_of(int(match.kind[element]))} {_thing(template)}")
-        outlines.append(outer(template, parameters) + corner if not _rectangular(template, parameters) else np.zeros((0, 2)))
+        outlines.append(
+            outer(template, parameters) + corner if not _rectangular(template, parameters) else np.zeros((0, 2))
+        )
     if not boxes:
         return None
     every = np.array(boxes)
@@ -40,9 +43,7 @@ def completed(match: Match) -> Assembled | None:
         return None
     boxes_and_wall = np.vstack([bounds.reshape(1, 4), every])
     none = np.zeros((0, 2))
-    annotation = annotate(
-        boxes_and_wall, ["wall", *names], "metres", outlines=[none, *outlines], bounds=bounds
-    )
+    annotation = annotate(boxes_and_wall, ["wall", *names], "metres", outlines=[none, *outlines], bounds=bounds)
     return assemble(annotation, tolerance=_SNAP, split=True)
 
 
@@ -51,9 +52,9 @@ def outer(template: Template, parameters: Floats) -> Floats:
     segments = points_along(template, parameters)
     around = shapely.union_all([shapely.LineString(each) for each in segments]).convex_hull
     inside = around.intersection(shapely.box(0.0, 0.0, parameters[WIDTH], parameters[HEIGHT]))
-    if inside.geom_type != "Polygon" or inside.area <= 0.0:
+    if not isinstance(inside, shapely.Polygon) or inside.area <= 0.0:
         return np.zeros((0, 2))
-    return np.asarray(shapely.geometry.polygon.orient(inside).exterior.coords)[:-1]
+    return np.asarray(orient(inside).exterior.coords)[:-1]
 
 
 def _rectangular(template: Template, parameters: Floats) -> bool:

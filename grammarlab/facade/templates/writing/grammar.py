@@ -1,4 +1,4 @@
-"""A grammar of what a match found: each kind a rule, shared parameters shared attributes, their spread random ranges."""
+"""A grammar of a match: each kind a rule, shared parameters shared attributes, their spread random ranges."""
 
 from __future__ import annotations
 
