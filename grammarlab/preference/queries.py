@@ -124,6 +124,10 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     As long as nothing is liked the first part is about models from elsewhere, since what is liked may be too rare for
     the grammar to show. Where it has turned out to be rare, that part is all; then come models like the first few that
     are liked, since no explanation of so few is worth much.
+
+    Scores that are doubtful are not asked for again. Doing so wherever cells expected it to tell more than the last new
+    model did not help: the divergence after 64 scores was .080 instead of .076, the mean of three persons with noise of
+    10 points on S1 and three with 5 % blunders on B1.
     """
     preference = situation.preference
     if preference is None:

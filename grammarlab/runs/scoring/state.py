@@ -48,7 +48,7 @@ def state_of(rounds: Rounds) -> Message:
         "gain": None if knowledge.learned is None else knowledge.learned.gain,
         "updating": None if rounds.updating is None else rounds.updating.as_json(),
         "fresh": knowledge.judgements == record.judgements,
-        "ways": [{"name": name, "says": says} for name, says in WAYS.items()],
+        "ways": [{"name": name, "says": says} for name, says in WAYS.items() if name != PAIRS],
         "message": rounds.message,
         "warnings": list(rounds.warnings.values()),
     }

@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source d6d8e6653647bb05 */
+/* Built from source/ by bundle.js; do not edit. Source 9a2a2a8d4b248e3c */
 
 // source/channel.js
 var ConnectionLost = class extends Error {

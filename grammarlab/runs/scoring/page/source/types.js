@@ -20,7 +20,7 @@
  * @typedef {{ id: number, name: string, labels: number }} Factor known by its id, since other windows may rename it
  * @typedef {{ title: string, models: string[] }} Grid
  * @typedef {{ grids: number, rows: number, columns: number }} Layout
- * @typedef {{ name: string, says: string }} Way how to choose the models to show
+ * @typedef {{ name: string, says: string }} Way how to choose the models of grids
  * @typedef {{ of?: string, stage: string, done: number, total: number }} Progress
  * @typedef {{ labels: number, js: number }} Movement JS divergence between the densities before and after an update, nats
  * @typedef {{ name: string, level: string, share: number }} Relevance
