@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source eeb955d6e4e02962 */
+/* Built from source/ by bundle.js; do not edit. Source 2c0c5f5683a95d87 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -973,7 +973,7 @@ function makePanel(page, acts) {
     };
     const [left, bottom] = state.boxes.subarray(4 * selected, 4 * selected + 2);
     const rows = [row("Width", "width", w), row("Height", "height", h)];
-    if (selected) rows.push(row("From the left", "left", left), row("From the ground", "bottom", bottom));
+    if (selected) rows.push(row("From the left", "left", left), row("Above ground", "bottom", bottom));
     const aspect = lockButton("part aspect", () => acts.toggleLock("aspect"));
     aspect.set(isLocked(page, selected, "aspect"));
     const grid = state.grids.find(({ name }) => name === state.active);
