@@ -122,14 +122,14 @@ class ScoringSession(anywidget.AnyWidget):
 
     @property
     def labels(self) -> Labels:
-        """All scores so far, of all factors."""
+        """All scores and comparisons so far, of all factors."""
         return read_labels_or_session(self._path)[0]
 
     def do(self, command: str, **arguments: Any) -> Message:
         """Does what the page does, and waits for the answer.
 
         Args:
-            command: such as ``score``, ``populate``, ``update``; `grammarlab.runs.scoring.commands` has all.
+            command: such as ``score``, ``compare``, ``update``; `grammarlab.runs.scoring.commands` has all.
             **arguments: of the command: ``session.do("populate", way="uncertainty")``.
 
         Raises:

@@ -4,10 +4,12 @@ Nothing heavy is imported here, so that ``--help`` and completion answer at once
 """
 
 from grammarlab.cli.app import app
+from grammarlab.cli.compiled import keep_compiled
 
 
 def main() -> None:
     """Run the command line."""
+    keep_compiled()
     app()
 
 

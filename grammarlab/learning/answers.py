@@ -93,10 +93,12 @@ def answers_of(labels: Labels, hashes: tuple[str, str]) -> tuple[Answers, ...]:
             f"all {len(labels):,} scores of {', '.join(map(repr, labels.factors))} are 0, so nothing is liked and "
             "there is nothing to sample: score at least one model above 0."
         )
-    return tuple(_of_factor(factor, labels.of(factor), hashes) for factor in labels.factors)
+    return tuple(answers_for(factor, labels, hashes) for factor in labels.factors)
 
 
-def _of_factor(factor: str, labels: Labels, hashes: tuple[str, str]) -> Answers:
+def answers_for(factor: str, labels: Labels, hashes: tuple[str, str]) -> Answers:
+    """What labels say for one factor, whether or not anything is liked; see `answers_of`."""
+    labels = labels.of(factor)
     answers = Answers(factor, tuple(Address.of(label, hashes) for label in labels), labels.scores)
     if all(label.kind == "score" for label in labels):
         return answers

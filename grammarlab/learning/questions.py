@@ -13,6 +13,7 @@ from grammarlab.learning.design_space import Designs, Floats, Ints
 from grammarlab.learning.round import State, Study, places
 from grammarlab.learning.tables import DesignTables
 from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.pairs import propose_pairs
 from grammarlab.preference.queries import Situation, Way, propose
 
 
@@ -58,6 +59,41 @@ def ask(
         chosen = _narrowing(tables, state, situation.asked, chosen)
     names = (*tables.addresses, *columns.elsewhere)
     return tuple(names[index] for index in chosen.tolist())
+
+
+def ask_pairs(
+    study: Study[Designs], state: State, num: int, seed: int, *, factor: str
+) -> tuple[tuple[Address, Address], ...]:
+    """Pairs of designs to compare for a factor, as `propose_pairs` finds them.
+
+    Args:
+        study: the pool and the settings.
+        state: what is known.
+        num: how many, >= 0; fewer are given where there are no more.
+        seed: of what is chosen at random, 0 <= seed < 2**64.
+        factor: whose answers and preference are looked at.
+
+    Returns:
+        Pairs that were not compared yet; no design is in two of them, and some may have been asked about.
+    """
+    tables, columns = study.tables(state.wide), state.columns
+    known = state.answers.get(factor, Answers(factor, (), np.zeros(0)))
+    rows = tables.table(columns).rows
+    pool, outside = tables.made.pool, len(rows) - len(tables.made.pool)
+    mentioned = places(tables, columns, replace(known, designs=known.mentioned))
+    pairs = [(own, other) for own, other in zip(known.designs, known.others, strict=False) if other is not None]
+    compared = [places(tables, columns, replace(known, designs=pair)) for pair in pairs]
+    situation = Situation(
+        rows,
+        np.arange(len(rows)) < pool.sizes[0],
+        mentioned[mentioned >= 0],
+        np.zeros(0),
+        state.preferences.get(factor),
+        np.append(tables.made.weights, np.zeros(outside)),
+    )
+    chosen = propose_pairs(situation, np.array(compared, dtype=np.int64).reshape(-1, 2), num, seed)
+    names = (*tables.addresses, *columns.elsewhere)
+    return tuple((names[one], names[other]) for one, other in chosen.tolist())
 
 
 def _narrowing(tables: DesignTables[Designs], state: State, asked: Ints, chosen: Ints) -> Ints:

@@ -31,6 +31,8 @@ _ON_GRID = 0.8
 """Of the values that any cell may have, the part spread over the even grid; the rest over scores that were given."""
 _MOST_SCORES = 24
 _FEWER_SCORES = 12
+_FAINT, _OF_FAINT = 1.5, 0.1
+"""Values below so many standard deviations of the noise are so many times as likely; 0 has what they lose."""
 _PAIRED = 120
 """Ways to divide a cell of which pairs are tried."""
 _TINY = 1e-30
@@ -168,21 +170,25 @@ class Cells:
         Minus infinity for those of little prior mass, which are not tried.
         """
         tried = np.argsort(-log_mass, kind="stable")[:_PAIRED]
-        inside, told = halves[tried].astype(np.float32), self._told[cell]
+        inside, told, mass = halves[tried].astype(np.float32), self._told[cell], 2.0 * log_mass[tried]
         sums, total = inside @ told, told.sum(axis=0)
+        highest = np.full(len(tried), -np.inf)
+        for place, half in enumerate(inside):
+            # Two ways make the same quarters in either order; the second divides both halves, and is paid for twice.
+            both, other = inside[place:] @ (told * half[:, None]), sums[place:]
+            quarters = (both, other - both, sums[place] - both, total - other - sums[place] + both)
+            evidence = self._evidence(np.concatenate(quarters)).reshape(4, -1).sum(axis=0)
+            highest[place] = max(highest[place], (evidence + mass[place:]).max())
+            highest[place:] = np.maximum(highest[place:], evidence + mass[place])
         best = np.full(len(halves), -np.inf)
-        for place, (way, half) in enumerate(zip(tried.tolist(), inside, strict=True)):
-            both = inside @ (told * half[:, None])
-            quarters = (both, sums - both, sums[place] - both, total - sums - sums[place] + both)
-            # The second way divides both halves, and is paid for twice.
-            evidence = sum((self._evidence(quarter) for quarter in quarters), 2.0 * log_mass[tried])
-            best[way] = evidence.max()
+        best[tried] = highest
         return best
 
     def _of_halves(self, inside: Flags, cell: Ints) -> Floats:
         """[k] the evidence of both halves of a cell [k, c] together."""
-        sums = inside.astype(np.float32) @ self._told[cell]
-        return self._evidence(sums) + self._evidence(self._told[cell].sum(axis=0) - sums)
+        told = self._told[cell]
+        sums = inside.astype(np.float32) @ told
+        return self._evidence(np.concatenate([sums, told.sum(axis=0) - sums])).reshape(2, -1).sum(axis=0)
 
     def _evidence(self, sums: Singles) -> Floats:
         """[k] of parts of which `_told` sums up to [k, 2 G + 1]."""
@@ -218,7 +224,10 @@ class Cells:
         """[1, G] prior of the values of a cell, whatever others are worth."""
         even = np.isin(self.grid, np.arange(0.0, MAX_SCORE + _STEP / 2.0, _STEP))
         prior = (1.0 - ZERO) * (_ON_GRID * even / even.sum() + (1.0 - _ON_GRID) / len(self.grid))
-        prior[0] += ZERO
+        # A person who errs gives what is worth nothing a few points as well; somebody's real levels stand out.
+        faint = (self.grid > 0.0) & (self.grid < _FAINT * self.noise)
+        prior[0] += ZERO + (1.0 - _OF_FAINT) * prior[faint].sum()
+        prior[faint] *= _OF_FAINT
         return prior[None].astype(np.float32)
 
 

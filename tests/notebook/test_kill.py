@@ -16,7 +16,7 @@ from jupyter_client.manager import KernelManager
 from jupyter_client.provisioning.local_provisioner import LocalProvisioner
 
 from tests.runs.processes import descendants, expect_gone
-from tests.runs.scoring.kills import MANY, Scores
+from tests.runs.scoring.kills import MANY, Acknowledged
 from tests.waiting import PATIENCE
 
 KILLS = MANY // 4 or 2
@@ -87,7 +87,7 @@ def widget(session: Path) -> Iterator[Widget]:
 def test_nothing_acknowledged_to_the_page_is_lost_when_kernels_are_killed(tmp_path: Path, monkeypatch):
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
     monkeypatch.setenv("JUPYTER_RUNTIME_DIR", str(tmp_path / "runtime"))
-    scores = Scores(tmp_path / "s.db")
+    scores = Acknowledged(tmp_path / "s.db")
     for kill in range(KILLS):
         with widget(scores.path) as page:
             for _ in range(UNDER_WAY):
@@ -107,7 +107,7 @@ def test_nothing_acknowledged_to_the_page_is_lost_when_kernels_are_killed(tmp_pa
     assert len(scores.saved) >= 2 * KILLS
 
 
-def acknowledge(scores: Scores, answer: dict[str, Any] | None) -> None:
+def acknowledge(scores: Acknowledged, answer: dict[str, Any] | None) -> None:
     assert answer
     assert answer["ok"], answer
     scores.acknowledge(answer["id"], answer["result"]["revision"])

@@ -17,10 +17,17 @@ def cells_of(noise=5.0, levels=None):
 
 
 def prior_of(cells):
-    """[G] where there are no levels: one quarter at 0, the rest over the even grid and the scores."""
+    """[G] where there are no levels: one quarter at 0, the rest over the even grid and the scores.
+
+    Of those below 1.5 standard deviations of the noise nine tenths go to 0.
+    """
     even = np.isin(cells.grid, np.arange(0.0, 101.0, 4.0))
     prior = 0.75 * (0.8 * even / even.sum() + 0.2 / len(cells.grid))
     prior[0] += 0.25
+    for place, value in enumerate(cells.grid.tolist()):
+        if 0.0 < value < 1.5 * cells.noise:
+            prior[0] += 0.9 * prior[place]
+            prior[place] *= 0.1
     return prior
 
 
@@ -48,6 +55,24 @@ def test_each_way_to_divide_has_the_evidence_of_its_parts():
         assert ranked.log_posterior[number] - ranked.log_mass[number] == pytest.approx(evidence, abs=1e-3)
         seen.add(number)
     assert seen == set(range(len(ranked.log_mass)))
+
+
+def test_a_look_ahead_finds_the_best_pair_of_ways():
+    rows = np.array([[0, 0, 0], [0, 1, 1], [1, 0, 0], [1, 1, 1], [0, 0, 1], [1, 1, 0], [0, 1, 0], [1, 0, 1]], float)
+    scores = np.where(rows[:, 0] == rows[:, 1], 90.0, 0.0)
+    splits = Splits.of(rows, np.arange(3), np.zeros(3, dtype=bool))
+    cells, every = Cells(splits, scores, grid_of(scores), 3.0, 0.03), np.arange(8)
+    ranked = cells.ranked(every, ahead=True)
+    assert ranked is not None
+
+    def evidence(one, other):
+        number = 2 * splits.halves[one] + splits.halves[other]
+        return sum(cells.of_cell(every[number == part]) for part in np.unique(number))
+
+    for place, way in enumerate(ranked.member[np.argsort(ranked.of)].tolist()):
+        alone = sum(cells.of_cell(every[splits.halves[way] == side]) for side in (0, 1))
+        pairs = [evidence(way, other) + 2.0 * splits.log_mass[other] for other in range(3)]
+        assert ranked.log_posterior[place] == pytest.approx(splits.log_mass[way] + max(alone, *pairs), abs=1e-3)
 
 
 def test_ways_to_divide_that_are_one_have_all_their_mass():

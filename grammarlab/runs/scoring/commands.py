@@ -11,7 +11,8 @@ from pathlib import Path
 
 from grammarlab.errors import UsageError
 from grammarlab.learning.addresses import Address, shown
-from grammarlab.runs.scoring.events import Body, Record, checked_models, checked_score
+from grammarlab.runs.scoring.events import Record
+from grammarlab.runs.scoring.grids import Body, checked_models
 from grammarlab.runs.scoring.rounds import Rounds
 from grammarlab.runs.scoring.sorting import Order
 from grammarlab.runs.scoring.state import state_of
@@ -41,11 +42,15 @@ def _state(rounds: Rounds, _request: Request) -> Message:
     return state_of(rounds)
 
 
-def _score(rounds: Rounds, request: Request) -> Message:
-    models = checked_models(request.values.get("models"))
-    score, key = checked_score(request.values.get("score")), request.text("key", "")
-    revision = rounds.score(models, score, request.values.get("factor", ""), key)
-    return {"saved": True, "revision": revision}
+def _saying(kind: str, *names: str) -> Command:
+    """A command that scores or compares; an argument that is not given is not stored."""
+
+    def say(rounds: Rounds, request: Request) -> Message:
+        said = {name: request.values[name] for name in names if name in request.values}
+        revision = rounds.say(kind, said, request.values.get("factor", ""), request.text("key", ""))
+        return {"saved": True, "revision": revision}
+
+    return say
 
 
 def _event(kind: str, *names: str) -> Callable[[Rounds, Request], Message]:
@@ -112,7 +117,7 @@ def _pictures(rounds: Rounds, request: Request) -> None:
 
 def _model(rounds: Rounds, request: Request) -> None:
     model = str(Address.parse(request.values.get("model")))
-    label = rounds.label_of(model)
+    label = rounds.pool.label_of(model)
     rounds.ask_artist(MakeGlb(model), lambda glb: ({"label": label}, [glb]), request.answer, request.refuse)
 
 
@@ -154,7 +159,8 @@ def _sheet(rounds: Rounds, request: Request) -> None:
 
 COMMANDS: dict[str, Command] = {
     "state": _state,
-    "score": _score,
+    "score": _saying("score", "models", "score", "kind"),
+    "compare": _saying("compare", "models", "kind"),
     "undo": _event("undo"),
     "redo": _event("redo"),
     "factor_create": _event("factor_create", "name"),

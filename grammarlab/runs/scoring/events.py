@@ -1,36 +1,42 @@
 """What happens in a session, as events, and what they add up to.
 
-Events are never changed. Undo and redo are events, too: they revert and repeat scores, imports and changes of factors,
-the latest first. All other events are about what is shown and cannot be undone.
+Events are never changed. Undo and redo are events, too: they revert and repeat scores, comparisons, imports and changes
+of factors, the latest first. All other events are about what is shown and cannot be undone.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from grammarlab.errors import UsageError
-from grammarlab.learning.addresses import Address, shown
-from grammarlab.preference.base import MAX_SCORE
-from grammarlab.preference.labels import OVERALL
+from grammarlab.learning.addresses import shown
+from grammarlab.preference.labels import COMPARISONS, OVERALL
+from grammarlab.runs.scoring.grids import (
+    MAX_MODELS,
+    MAX_NAME,
+    Body,
+    Grid,
+    Layout,
+    check_layout,
+    check_shown,
+    checked_models,
+    checked_name,
+)
+from grammarlab.runs.scoring.said import (
+    Said,
+    Scores,
+    Subject,
+    checked_entry,
+    checked_pair,
+    checked_said,
+    compared,
+    models_of,
+)
 
-MAX_SIDE, MAX_GRIDS = 10, 2
-"""Rows and columns of a grid, and grids, at most."""
-MAX_MODELS = 20_000
-"""Models that one event may be about."""
 MAX_FACTORS = 24
-MAX_NAME = 60
-"""Characters of the name of a factor."""
 VIEWS = ("active", "product")
-
-_CONTROL = re.compile(r"[\x00-\x1f\x7f]")
-
-Body = Mapping[str, Any]
-Scores = dict[str, float]
-"""The score of each scored model by its address."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,34 +52,12 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
-    """How many models are shown, and how."""
-
-    grids: int = 2
-    rows: int = 4
-    columns: int = 4
-
-    @property
-    def models(self) -> int:
-        """How many models all grids have room for."""
-        return self.grids * self.rows * self.columns
-
-
-@dataclass(frozen=True, slots=True)
-class Grid:
-    """Models side by side."""
-
-    title: str
-    models: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class _Scored:
-    """A step that can be undone: scores of one factor."""
+    """A step that can be undone: what was said for one factor."""
 
     factor: str
-    before: dict[str, float | None]
-    after: dict[str, float | None]
+    before: Mapping[Subject, Said | None]
+    after: Mapping[Subject, Said | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,14 +79,14 @@ class Record:
     revision: int = 0
     """Number of the last event."""
     factors: dict[str, Scores] = field(default_factory=lambda: {OVERALL: {}})
-    """Scores by factor; at least one factor."""
+    """What was said by factor; at least one factor."""
     numbers: dict[str, int] = field(default_factory=lambda: {OVERALL: 1})
     """What each factor is known by whatever it is called: 1, 2, 3 … in the order they were made."""
     num_made: int = 1
     """Factors that were ever made."""
     active: str = OVERALL
     view: str = "active"
-    layout: Layout = Layout()
+    layout: Layout = field(default_factory=Layout)
     grids: tuple[Grid, ...] = ()
     way: str = "default"
     """How the shown models were chosen."""
@@ -123,8 +107,13 @@ class Record:
 
     @property
     def num_labels(self) -> int:
-        """Scores of all factors."""
+        """Scores and comparisons of all factors."""
         return sum(map(len, self.factors.values()))
+
+    @property
+    def known(self) -> dict[str, None]:
+        """The models that something was said of."""
+        return models_of(subject for scores in self.factors.values() for subject in scores)
 
     def name_of(self, factor: object) -> object:
         """The name of a factor that is given by its number; anything else as it is.
@@ -178,11 +167,17 @@ class Record:
                 self.view = "active"
             return
         scores = self.factors[step.factor]
-        for model, score in (step.after if forward else step.before).items():
-            if score is None:
-                scores.pop(model, None)
+        for subject, said in (step.after if forward else step.before).items():
+            if said is None:
+                scores.pop(subject, None)
             else:
-                scores[model] = score
+                scores[subject] = said
+
+    def _say(self, body: Body, said: Mapping[Subject, Said | None]) -> None:
+        if key := body.get("key"):
+            self.keys.add(key)
+        known = self.factors[body["factor"]]
+        self._do(_Scored(body["factor"], {subject: known.get(subject) for subject in said}, said))
 
     def _refactor(self, after: dict[str, Scores], active: str, renamed: Mapping[str, str] | None = None) -> None:
         """Other factors; those of new names are new, but for those that were renamed, given by new and old name."""
@@ -195,66 +190,45 @@ class Record:
         self._do(_Refactored(self.factors, after, before, numbers, self.active, active))
 
 
-def checked_score(value: object) -> float | None:
-    """A score from 0 to 100, or None for none.
-
-    Raises:
-        UsageError: when it is neither.
-    """
-    if value is None:
-        return None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= MAX_SCORE:
-        raise UsageError(f"score: expected a number from 0 to {MAX_SCORE:g}, or null for none, found {shown(value)}.")
-    return float(value)
-
-
-def checked_models(value: object, most: int = MAX_MODELS) -> list[str]:
-    """Addresses of different models.
-
-    Raises:
-        UsageError: when they are none, or too many.
-    """
-    if not isinstance(value, list) or len(value) > most:
-        raise UsageError(f"models: expected a list of at most {most:,}, found {shown(value)}.")
-    for text in value:
-        Address.parse(text)
-    if len(set(value)) < len(value):
-        raise UsageError("models: expected different ones, found one twice.")
-    return value
-
-
-def checked_name(value: object) -> str:
-    """A name for a factor.
-
-    Raises:
-        UsageError: when it is none.
-    """
-    if not isinstance(value, str) or not value.strip() or len(value) > MAX_NAME or _CONTROL.search(value):
-        raise UsageError(f"name: expected one line of 1 to {MAX_NAME} characters, found {shown(value)}.")
-    return value
-
-
 def _check_factor(record: Record, value: object) -> None:
     if not isinstance(value, str) or value not in record.factors:
         raise UsageError(f"no factor is called {shown(value)}; there are {', '.join(record.factors)}.")
+
+
+def _check_key(record: Record, body: Body) -> None:
+    key = body.get("key", "")
+    if not isinstance(key, str) or len(key) > MAX_NAME or (key and key in record.keys):
+        raise UsageError(f"key: expected a new text of at most {MAX_NAME} characters, found {shown(key)}.")
 
 
 def _check_score(record: Record, body: Body) -> None:
     _check_factor(record, body.get("factor"))
     if not checked_models(body.get("models")):
         raise UsageError("models: expected at least one; select what to score.")
-    checked_score(body.get("score"))
-    key = body.get("key", "")
-    if not isinstance(key, str) or len(key) > MAX_NAME or (key and key in record.keys):
-        raise UsageError(f"key: expected a new text of at most {MAX_NAME} characters, found {shown(key)}.")
+    _score_of(body)
+    _check_key(record, body)
+
+
+def _score_of(body: Body) -> Said | None:
+    return None if body.get("score") is None else checked_said(body["score"], body.get("kind", "score"))
 
 
 def _score(record: Record, body: Body) -> None:
-    known, score = record.factors[body["factor"]], checked_score(body["score"])
-    before = {model: known.get(model) for model in body["models"]}
-    if key := body.get("key"):
-        record.keys.add(key)
-    record._do(_Scored(body["factor"], before, dict.fromkeys(body["models"], score)))
+    record._say(body, dict.fromkeys(body["models"], _score_of(body)))
+
+
+def _check_compare(record: Record, body: Body) -> None:
+    _check_factor(record, body.get("factor"))
+    checked_pair(body.get("models"))
+    if body.get("kind") not in (*COMPARISONS, None):
+        expected = f"{', '.join(COMPARISONS)}, or null for none"
+        raise UsageError(f"kind: expected {expected}, found {shown(body.get('kind'))}.")
+    _check_key(record, body)
+
+
+def _compare(record: Record, body: Body) -> None:
+    subject, said = compared(body["models"], body.get("kind") or "tie")
+    record._say(body, {subject: said if body.get("kind") else None})
 
 
 def _check_import(record: Record, body: Body) -> None:
@@ -263,12 +237,13 @@ def _check_import(record: Record, body: Body) -> None:
         raise UsageError(f"scores: expected scores by factor, found {shown(scores)}.")
     for name, values in scores.items():
         checked_name(name)
-        if not isinstance(values, dict):
-            raise UsageError(f"scores of {shown(name)}: expected a score for each model, found {shown(values)}.")
-        checked_models(list(values))
-        for value in values.values():
-            if checked_score(value) is None:
-                raise UsageError(f"scores of {shown(name)}: expected numbers, found null.")
+        if not isinstance(values, dict) or len(values) > MAX_MODELS:
+            raise UsageError(
+                f"scores of {shown(name)}: expected a score for each of at most {MAX_MODELS:,} models, found "
+                f"{shown(values)}."
+            )
+        for subject, value in values.items():
+            checked_entry(subject, value)
     if len({*record.factors, *scores}) > MAX_FACTORS:
         raise UsageError(f"there would be more than {MAX_FACTORS} factors.")
 
@@ -276,7 +251,7 @@ def _check_import(record: Record, body: Body) -> None:
 def _import(record: Record, body: Body) -> None:
     after = dict(record.factors)
     for name, values in body["scores"].items():
-        after[name] = after.get(name, {}) | {model: float(score) for model, score in values.items()}
+        after[name] = after.get(name, {}) | dict(checked_entry(subject, value) for subject, value in values.items())
     record._refactor(after, record.active)
 
 
@@ -358,28 +333,8 @@ def _view(record: Record, body: Body) -> None:
     record.view = body["kind"]
 
 
-def _check_layout(_record: Record, body: Body) -> None:
-    for name, most in (("grids", MAX_GRIDS), ("rows", MAX_SIDE), ("columns", MAX_SIDE)):
-        value = body.get(name)
-        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
-            raise UsageError(f"{name}: expected a number from 1 to {most}, found {shown(value)}.")
-
-
 def _layout(record: Record, body: Body) -> None:
     record.layout = Layout(body["grids"], body["rows"], body["columns"])
-
-
-def _check_shown(_record: Record, body: Body) -> None:
-    grids, way = body.get("grids"), body.get("way")
-    if not isinstance(way, str) or len(way) > MAX_NAME:
-        raise UsageError(f"way: expected a name, found {shown(way)}.")
-    if not isinstance(grids, list) or len(grids) > MAX_GRIDS:
-        raise UsageError(f"grids: expected at most {MAX_GRIDS}, found {shown(grids)}.")
-    for grid in grids:
-        title = grid.get("title") if isinstance(grid, dict) else None
-        if not isinstance(title, str) or len(title) > MAX_NAME:
-            raise UsageError(f"grids: expected a title and models for each, found {shown(grid)}.")
-        checked_models(grid.get("models"), MAX_SIDE * MAX_SIDE)
 
 
 def _shown(record: Record, body: Body) -> None:
@@ -406,6 +361,7 @@ def _learned(record: Record, body: Body) -> None:
 
 _KINDS: dict[str, tuple[Callable[[Record, Body], None], Callable[[Record, Body], None]]] = {
     "score": (_check_score, _score),
+    "compare": (_check_compare, _compare),
     "import": (_check_import, _import),
     "factor_create": (_check_create, _create),
     "factor_rename": (_check_rename, _rename),
@@ -414,8 +370,8 @@ _KINDS: dict[str, tuple[Callable[[Record, Body], None], Callable[[Record, Body],
     "redo": (_check_redo, _redo),
     "factor_activate": (_check_activate, _activate),
     "view": (_check_view, _view),
-    "layout": (_check_layout, _layout),
-    "shown": (_check_shown, _shown),
+    "layout": (lambda _, body: check_layout(body), _layout),
+    "shown": (lambda _, body: check_shown(body), _shown),
     "learned": (_check_learned, _learned),
 }
 """How to check each kind of event, and what it does."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
+from grammarlab.learning.addresses import Address
 from grammarlab.learning.pool import Pool
 from grammarlab.runs.scoring.tasks import Features, Learned, Predicted
 
@@ -29,6 +30,12 @@ class ModelPool:
     def samples(self) -> tuple[str, ...]:
         """Those that are samples of the grammar itself."""
         return self.names[: self.pool.sizes[0]]
+
+    def label_of(self, model: str) -> str:
+        """What a model is called."""
+        address = Address.parse(model)
+        seed = "" if model in self.index else f" of seed {address.seed}"
+        return f"model {address.model}{seed}" + (" with equal percentages" if address.flat else "")
 
 
 @dataclass

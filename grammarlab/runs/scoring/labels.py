@@ -1,4 +1,4 @@
-"""The scores of a session as labels, and label files as scores of a session."""
+"""What a session holds as labels, and label files as what a session may hold."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from contextlib import closing
 from pathlib import Path
 
 from grammarlab.errors import UsageError
-from grammarlab.learning.addresses import Address, hashes_of
+from grammarlab.learning.addresses import hashes_of
 from grammarlab.learning.pool import Pool
 from grammarlab.preference.label_files import read_labels
 from grammarlab.preference.labels import Labels
-from grammarlab.runs.scoring.events import MAX_MODELS
+from grammarlab.runs.scoring.grids import MAX_MODELS
+from grammarlab.runs.scoring.said import as_label, of_label
 from grammarlab.runs.scoring.store import SUFFIX, Store
 from grammarlab.runs.scoring.tasks import Factors
 
@@ -30,22 +31,24 @@ def read_labels_or_session(path: Path) -> tuple[Labels, Pool | None]:
 
 
 def labels_of(factors: Factors, grammar: str) -> Labels:
-    """All scores, in the order of factors and models.
+    """All scores and comparisons, in the order of factors and models.
 
     Args:
         factors: of a session.
         grammar: SHA-256 of its grammar.
     """
     hashes = hashes_of(grammar)
-    rows = []
-    for factor, scores in factors.items():
-        for text, score in scores.items():
-            rows.append(Address.parse(text).label(factor, score, hashes))
-    return Labels(tuple(rows))
+    return Labels(
+        tuple(
+            as_label(subject, said, factor, hashes)
+            for factor, scores in factors.items()
+            for subject, said in scores.items()
+        )
+    )
 
 
 def scores_of(labels: Labels, grammar: str) -> Factors:
-    """Labels as scores by factor and address; of two scores of one model for one factor the later one counts.
+    """Labels by factor and what they are about; of two about the same for one factor the later one counts.
 
     Args:
         labels: any.
@@ -61,20 +64,18 @@ def scores_of(labels: Labels, grammar: str) -> Factors:
         raise UsageError(f"{len(labels):,} labels; {MAX_MODELS:,} can be imported at once. Split the file.")
     found: Factors = {}
     for label in labels:
-        if label.kind != "score":
+        places = [place for place in (label.address, label.other_address) if place is not None]
+        foreign = [place[0] for place in places if place[0] not in hashes]
+        if foreign:
             raise UsageError(
-                f"labels of the kind {label.kind} cannot be imported: a session holds scores from 0 to 100. Learn from "
-                "the file itself, with grammarlab learn --labels."
-            )
-        if label.grammar not in hashes:
-            raise UsageError(
-                f"labels about another grammar: expected {grammar[:16]}…, found {label.grammar[:16]}…. Import labels "
+                f"labels about another grammar: expected {grammar[:16]}…, found {foreign[0][:16]}…. Import labels "
                 "of models of this session's grammar."
             )
-        if label.start_rule or label.attributes != "{}" or label.footprint:
+        if any(place[1:4] != ("", "{}", "") for place in places):
             raise UsageError(
                 "labels of models with a start rule, attributes or a footprint of their own cannot be imported: a "
                 "session is about models of the rule file as it is."
             )
-        found.setdefault(label.factor, {})[str(Address.of(label, hashes))] = float(label.score)
+        subject, said = of_label(label, hashes)
+        found.setdefault(label.factor, {})[subject] = said
     return found

@@ -11,11 +11,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.learning.addresses import Address
-from grammarlab.learning.answers import Answers
+from grammarlab.learning.answers import Answers, answers_for
+from grammarlab.learning.design_space import AbstractDesignSpace
 from grammarlab.learning.divergence import jensen_shannon
 from grammarlab.learning.pool import Pool
-from grammarlab.learning.questions import ask
+from grammarlab.learning.questions import ask, ask_pairs
 from grammarlab.learning.round import State, Study, answered, init, step
 from grammarlab.learning.stopping import expected_gain
 from grammarlab.learning.words import words_of
@@ -25,6 +25,8 @@ from grammarlab.preference.fitting import fit
 from grammarlab.preference.queries import Way
 from grammarlab.runs.domains import opened
 from grammarlab.runs.scoring.crew import Handler, Report
+from grammarlab.runs.scoring.grids import PAIRS
+from grammarlab.runs.scoring.labels import labels_of
 from grammarlab.runs.scoring.tasks import Choice, Choose, Factors, Features, Learned, Predicted, Prepare, Update
 
 Floats = NDArray[np.float64]
@@ -87,7 +89,9 @@ class _Learner:
     def _update(self, request: Update, report: Report) -> Learned:
         # A pool that has been widened stays wide; it is widened only where new models are to be shown.
         begin = replace(init(self._study), wide=self._state.wide or request.wide)
-        state = step(self._study, begin, _answers(request.factors), report, widens=request.choice is not None)
+        state = step(
+            self._study, begin, _answers(request.factors, self._study.space), report, widens=request.choice is not None
+        )
         report("choosing models", 1, 1)
         # From here on nothing is left half done.
         self._learned(state, request.numbers)
@@ -144,18 +148,19 @@ class _Learner:
 
     def _choose(self, request: Update | Choose, choice: Choice) -> tuple[str, ...]:
         state = _renamed(self._state, self._numbers, request.numbers)
-        state = answered(replace(state, answers={}), _answers(request.factors))
+        state = answered(replace(state, answers={}), _answers(request.factors, self._study.space))
+        if choice.way == PAIRS:
+            pairs = ask_pairs(self._study, state, choice.num // 2, choice.seed, factor=choice.factor)
+            return tuple(str(address) for pair in pairs for address in pair)
         # One of the ways: the session checks it before it is sent here.
         way = cast("Way", choice.way)
         return tuple(map(str, ask(self._study, state, choice.num, choice.seed, factor=choice.factor, way=way)))
 
 
-def _answers(factors: Factors) -> tuple[Answers, ...]:
-    return tuple(
-        Answers(name, tuple(map(Address.parse, scores)), np.array(list(scores.values()), dtype=np.float64))
-        for name, scores in factors.items()
-        if scores
-    )
+def _answers(factors: Factors, space: AbstractDesignSpace[Any]) -> tuple[Answers, ...]:
+    # As label files hold it, so that what is learned from these is the same.
+    labels = labels_of(factors, space.hashes[0])
+    return tuple(answers_for(factor, labels, space.hashes) for factor in labels.factors)
 
 
 def _renamed(state: State, before: Mapping[str, int], now: Mapping[str, int]) -> State:
@@ -178,6 +183,7 @@ def _left_out(factors: Factors, state: State) -> tuple[str, ...]:
     for name, scores in factors.items():
         if name not in state.liked and len(factors) > 1:
             why = "all its scores are 0" if scores else "it has no scores yet"
+            why = "its comparisons are all ties" if any(said.kind == "tie" for said in scores.values()) else why
             reasons.append(f"Factor {name} is left out of the product: {why}.")
     if not state.liked:
         reasons.append("Nothing is liked yet: score at least one model above 0.")

@@ -81,7 +81,7 @@ class _Maker:
         # It loads JAX, which labels and sheets need not wait for.
         from grammarlab.runs.learn.labels import learn_from_labels  # noqa: PLC0415
 
-        if not any(any(scores.values()) for scores in request.factors.values()):
+        if not any(said.likes for scores in request.factors.values() for said in scores.values()):
             raise UsageError("nothing is liked yet, so there is nothing to sample: score at least one model above 0.")
         report("learning the grammar", 0, 1)
         # The rule file may have changed since the session began, so its own text is learned from.

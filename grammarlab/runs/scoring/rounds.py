@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from grammarlab.errors import Finding, GrammarlabError, UsageError
-from grammarlab.learning.addresses import Address, shown
+from grammarlab.learning.addresses import shown
 from grammarlab.randomness import derived_seed
 from grammarlab.runs.scoring.crew import Crew, Outcome
-from grammarlab.runs.scoring.events import Body, Grid, Record
+from grammarlab.runs.scoring.events import Record
+from grammarlab.runs.scoring.grids import PAIRS, Body, Grid
 from grammarlab.runs.scoring.knowledge import Knowledge, ModelPool
 from grammarlab.runs.scoring.populate import WAYS, fresh_samples, laid_out, number_to_choose
 from grammarlab.runs.scoring.sorting import Order, sorted_grids
@@ -27,6 +28,7 @@ from grammarlab.runs.scoring.tasks import (
     LearnGrammar,
     MakeGlb,
     Prepare,
+    Progress,
     ReadLabels,
     Update,
     WriteLabels,
@@ -46,20 +48,8 @@ _LAST = 5
 """How far pictures go before what takes long anyway."""
 _SEEDS = 3
 """Place below the seed of a session that choices of models have their seeds from."""
-_UNLEARNED = ("default", "grammar", "density", "uncertainty")
+_UNLEARNED = ("default", "grammar", "density", "uncertainty", PAIRS)
 """Ways that mean samples of the grammar as long as nothing has been learned."""
-
-
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """How far something is that takes long."""
-
-    stage: str
-    done: int
-    total: int
-
-    def as_json(self) -> Message:
-        return {"stage": self.stage, "done": self.done, "total": self.total}
 
 
 class Rounds:
@@ -129,13 +119,13 @@ class Rounds:
         self.is_changed = True
         return self.store.append(kind, body).number
 
-    def score(self, models: list[str], score: float | None, factor: object, key: str) -> int:
-        """Scores models, and gives the number of the event.
+    def say(self, kind: str, said: Body, factor: object, key: str) -> int:
+        """Scores models or compares them, and gives the number of the event.
 
         Args:
-            models: addresses.
-            score: 0 to 100; None for none.
-            factor: name or number of the factor whose score it is; empty for the active one.
+            kind: of the event, ``score`` or ``compare``.
+            said: the rest of its body.
+            factor: name or number of the factor that it is about; empty for the active one.
             key: a name for this act; if it is known, nothing is done again.
 
         Raises:
@@ -150,9 +140,9 @@ class Rounds:
                     "the product of all factors is shown, which has no scores of its own; choose a factor."
                 )
             given = record.active if factor == "" else record.name_of(factor)
-            return {"factor": given, "score": score, "models": models} | ({"key": key} if key else {})
+            return {"factor": given, **said} | ({"key": key} if key else {})
 
-        return self.do("score", body)
+        return self.do(kind, body)
 
     def poll(self) -> None:
         """Takes in what other processes did."""
@@ -165,7 +155,7 @@ class Rounds:
         self.store.close()
 
     def layout(self, layout: Body) -> None:
-        """Changes the size of the grids, and fills them.
+        """Changes the size of the grids, and fills them; pairs are not shown in grids, and stay.
 
         Raises:
             UsageError: when it is out of range.
@@ -173,6 +163,8 @@ class Rounds:
         before = self.record.layout
         self.do("layout", layout)
         after = self.record.layout
+        if self.record.way == PAIRS:
+            return
         if after.grids == before.grids and after.rows * after.columns <= before.rows * before.columns:
             size = after.rows * after.columns
             self._arrange([Grid(grid.title, grid.models[:size]) for grid in self.record.grids])
@@ -190,8 +182,9 @@ class Rounds:
         self.message = None
         if self._choosing:
             self._learners.cancel(self._choosing)
-        if way == "grammar" or (way in _UNLEARNED and self.knowledge.of(self.number) is None):
-            self._show(way, fresh_samples(self.pool, self.record, self.record.layout.models))
+        number = self.record.numbers[self.record.active] if way == PAIRS else self.number
+        if way == "grammar" or (way in _UNLEARNED and self.knowledge.of(number) is None):
+            self._show(way, fresh_samples(self.pool, self.record, number_to_choose(way, self.record.layout)))
             return
         self.prepare()
         choice = self._choice(way)
@@ -206,6 +199,8 @@ class Rounds:
         Raises:
             UsageError: when it cannot be done; says why.
         """
+        if self.record.way == PAIRS:
+            raise UsageError("pairs are shown one after the other; choose another way to show models, and sort those.")
         seed = derived_seed(self.store.about.seed, _SEEDS, self.record.num_shown)
         self._arrange(sorted_grids(order, self.record, self.knowledge, self.pool, self.factor, seed))
 
@@ -241,12 +236,6 @@ class Rounds:
         if self.thumbnails.shows_something and not self.thumbnails.is_hurried:
             self.prepare()
 
-    def label_of(self, model: str) -> str:
-        """What a model is called."""
-        address = Address.parse(model)
-        seed = "" if model in self.pool.index else f" of seed {address.seed}"
-        return f"model {address.model}{seed}" + (" with equal percentages" if address.flat else "")
-
     def ask_artist(self, task: MakeGlb | FindPart, result: Result, answer: Answer, refuse: Refuse) -> None:
         """Has a task about one model done before all pictures."""
         self._artists.submit(task, partial(_answered, answer, refuse, result), first=True)
@@ -264,7 +253,11 @@ class Rounds:
             try:
                 if outcome.value is None:
                     raise UsageError(outcome.error)
-                self.do("import", {"scores": outcome.value})
+                entries = {
+                    name: {subject: said.as_json() for subject, said in scores.items()}
+                    for name, scores in outcome.value.items()
+                }
+                self.do("import", {"scores": entries})
                 answer({"added": sum(map(len, outcome.value.values()))}, ())
             except GrammarlabError as error:
                 refuse(str(error))
@@ -363,20 +356,23 @@ class Rounds:
 
     def _choice(self, way: str) -> Choice:
         seed = derived_seed(self.store.about.seed, _SEEDS, self.record.num_shown)
-        return Choice(way, self.factor, number_to_choose(way, self.record.layout), seed)
+        # The product has no comparisons of its own.
+        factor = self.record.active if way == PAIRS else self.factor
+        return Choice(way, factor, number_to_choose(way, self.record.layout), seed)
 
     def _factors(self) -> Factors:
         return {name: dict(scores) for name, scores in self.record.factors.items()}
 
     def _show(self, way: str, models: Sequence[str]) -> None:
-        if not models:
+        grids = laid_out(way, models, self.record.layout)
+        if not any(grid.models for grid in grids):
             self.message = "There are no models to show in this way."
             self.is_changed = True
             return
-        self._note("shown", {"way": way, "grids": _as_json(laid_out(way, models, self.record.layout))})
+        self._arrange(grids, way)
 
-    def _arrange(self, grids: Sequence[Grid]) -> None:
-        self._note("shown", {"way": self.record.way, "grids": _as_json(grids)})
+    def _arrange(self, grids: Sequence[Grid], way: str = "") -> None:
+        self._note("shown", {"way": way or self.record.way, "grids": [grid.as_json() for grid in grids]})
 
     def _note(self, kind: str, body: Body) -> None:
         """Adds an event that keeps the message."""
@@ -385,10 +381,6 @@ class Rounds:
         except GrammarlabError as error:
             self.message = str(error)
         self.is_changed = True
-
-
-def _as_json(grids: Sequence[Grid]) -> list[Message]:
-    return [{"title": grid.title, "models": list(grid.models)} for grid in grids]
 
 
 def _answered(

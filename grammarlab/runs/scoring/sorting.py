@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
 from grammarlab.learning.addresses import shown
-from grammarlab.runs.scoring.events import Grid, Record
+from grammarlab.runs.scoring.events import Record
+from grammarlab.runs.scoring.grids import Grid
 from grammarlab.runs.scoring.knowledge import Knowledge, ModelPool
 
 ORDERS = ("score", "uncertainty", "random", "feature", "similarity", "shown")
@@ -81,7 +82,7 @@ def _keys(
         return _descending(predicted.std, index)
     keys = np.full(len(names), np.inf) if predicted is None else _descending(predicted.mean, index)
     scores = record.factors.get(factor, {})
-    return np.array([-scores[model] if model in scores else key for model, key in zip(names, keys, strict=True)])
+    return np.array([-scores[model].score if model in scores else key for model, key in zip(names, keys, strict=True)])
 
 
 def _descending(values: NDArray[np.float32], index: NDArray[np.int64]) -> Keys:

@@ -5,19 +5,24 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.preference.labels import Kind
+from grammarlab.runs.scoring.grids import PAIRS
 from grammarlab.runs.scoring.populate import WAYS
 from grammarlab.runs.scoring.rounds import Rounds
+from grammarlab.runs.scoring.said import Scores, compared
 from grammarlab.runs.scoring.tasks import Predicted, Singles
 from grammarlab.runs.serving.windows import Message
 
 PROTOCOL = 1
+_VERDICTS: tuple[tuple[Kind, int, str], ...] = (("rather", 1, "first"), ("rather", -1, "second"), ("tie", 1, "alike"))
+"""Each with the order of models for which it is said."""
 
 
 def state_of(rounds: Rounds) -> Message:
     """Everything that the page shows, but pictures."""
     record, knowledge = rounds.record, rounds.knowledge
     predicted = knowledge.of(rounds.number)
-    layout = record.layout
+    layout, said = record.layout, [subject for scores in record.factors.values() for subject in scores]
     return {
         "protocol": PROTOCOL,
         "title": rounds.store.about.title,
@@ -32,7 +37,9 @@ def state_of(rounds: Rounds) -> Message:
         "way": record.way,
         "grids": [{"title": grid.title, "models": list(grid.models)} for grid in record.grids],
         "models": _models(rounds, predicted),
-        "scored": len(set().union(*record.factors.values())),
+        "pairs": _pairs(rounds) if record.way == PAIRS else None,
+        "scored": len({subject for subject in said if " " not in subject}),
+        "compared": sum(" " in subject for subject in said),
         "can_undo": bool(record.done),
         "can_redo": bool(record.undone),
         "chart": [{"labels": labels, "js": js} for labels, js in record.chart],
@@ -62,14 +69,33 @@ def _models(rounds: Rounds, predicted: Predicted | None) -> dict[str, Message]:
     )
     return {
         name: {
-            "score": scores.get(name),
+            "score": None if scores.get(name) is None else scores[name].score,
+            "kind": None if scores.get(name) is None else scores[name].kind,
             "mean": mean,
             "std": std,
-            "label": rounds.label_of(name),
+            "label": rounds.pool.label_of(name),
             "product": of_product,
         }
         for name, mean, std, of_product in columns
     }
+
+
+def _pairs(rounds: Rounds) -> list[Message]:
+    """The pairs that are shown, and what was said of each for the active factor."""
+    scores = rounds.record.factors[rounds.record.active]
+    return [
+        {"models": list(models), "said": _verdict(models, scores)}
+        for models in zip(*(grid.models for grid in rounds.record.grids), strict=True)
+    ]
+
+
+def _verdict(models: tuple[str, str], scores: Scores) -> str | None:
+    """Which of two models is preferred, ``first`` or ``second``, or ``alike``."""
+    for kind, order, word in _VERDICTS:
+        subject, said = compared(models[::order], kind)
+        if scores.get(subject) == said:
+            return word
+    return None
 
 
 def _numbers(values: Singles | None, index: NDArray[np.int64]) -> list[float | None]:

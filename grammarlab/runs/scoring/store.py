@@ -20,7 +20,8 @@ from pathlib import Path
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.learning.addresses import shown
 from grammarlab.runs.domains import DEFAULT
-from grammarlab.runs.scoring.events import Body, Event, Record
+from grammarlab.runs.scoring.events import Event, Record
+from grammarlab.runs.scoring.grids import Body
 
 SUFFIX = ".db"
 APPLICATION = 0x6C41B5C0

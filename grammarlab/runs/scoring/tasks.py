@@ -4,15 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import Finding
+from grammarlab.runs.scoring.said import Scores
 
 Singles = NDArray[np.float32]
-Factors = dict[str, dict[str, float]]
-"""Scores by factor and address."""
+Factors = dict[str, Scores]
+"""What was said by factor and subject."""
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far something is that takes long."""
+
+    stage: str
+    done: int
+    total: int
+
+    def as_json(self) -> dict[str, Any]:
+        """As the page is told."""
+        return {"stage": self.stage, "done": self.done, "total": self.total}
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Mapping
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,9 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from grammarlab.errors import UsageError
+from grammarlab.preference.labels import Kind
 from grammarlab.runs.scoring.events import Event, Record
+from grammarlab.runs.scoring.said import Said, Scores
 from grammarlab.runs.scoring.store import About, Store
 
 MODELS = [f"g5-{index}" for index in range(4)]
@@ -25,13 +28,21 @@ class Naive:
     """Keeps the whole past."""
 
     def __init__(self) -> None:
-        self.factors: dict[str, dict[str, float]] = {"overall": {}}
-        self.past: list[dict[str, dict[str, float]]] = []
-        self.future: list[dict[str, dict[str, float]]] = []
+        self.factors: dict[str, Scores] = {"overall": {}}
+        self.past: list[dict[str, Scores]] = []
+        self.future: list[dict[str, Scores]] = []
 
-    def change(self, factors: dict[str, dict[str, float]]) -> None:
+    def change(self, factors: dict[str, Scores]) -> None:
         self.past.append(self.factors)
         self.factors, self.future = factors, []
+
+    def say(self, factor: str, said: Mapping[str, Said | None]) -> None:
+        after = deepcopy(self.factors)
+        for subject, value in said.items():
+            after[factor].pop(subject, None)
+            if value is not None:
+                after[factor][subject] = value
+        self.change(after)
 
     def undo(self) -> None:
         self.future.append(self.factors)
@@ -52,27 +63,42 @@ class Sessions(RuleBasedStateMachine):
         self.stores = [Store.open(self.path, ABOUT), Store.open(self.path, ABOUT)]
         self.naive = Naive()
 
-    def do(self, which: int, kind: str, **body: Any) -> None:
-        self.stores[which].append(kind, body)
+    def do(self, which: int, event: str, **body: Any) -> None:
+        self.stores[which].append(event, body)
 
     @rule(
         which=st.integers(0, 1),
         factor=st.sampled_from(NAMES),
         models=st.lists(st.sampled_from(MODELS), min_size=1, unique=True),
-        score=st.none() | st.integers(0, 100),
+        said=st.one_of(
+            st.builds(Said, st.just(0.0)),
+            st.builds(Said, st.integers(0, 100).map(float)),
+            st.builds(Said, st.sampled_from([0.0, 25.0, 50.0, 75.0, 100.0]), st.just("stars")),
+            st.builds(Said, st.sampled_from([0.0, 100.0]), st.just("thumb")),
+            st.none(),
+        ),
     )
-    def score(self, which: int, factor: str, models: list[str], score: int | None) -> None:
+    def score(self, which: int, factor: str, models: list[str], said: Said | None) -> None:
+        body: dict[str, Any] = {"factor": factor, "models": models, "score": None}
+        if said is not None:
+            body |= {"score": said.score} | ({} if said.kind == "score" else {"kind": said.kind})
         if factor not in self.naive.factors:
             with pytest.raises(UsageError, match="no factor"):
-                self.do(which, "score", factor=factor, models=models, score=score)
+                self.do(which, "score", **body)
             return
-        self.do(which, "score", factor=factor, models=models, score=score)
-        after = deepcopy(self.naive.factors)
-        for model in models:
-            after[factor].pop(model, None)
-            if score is not None:
-                after[factor][model] = float(score)
-        self.naive.change(after)
+        self.do(which, "score", **body)
+        self.naive.say(factor, dict.fromkeys(models, said))
+
+    @rule(
+        which=st.integers(0, 1),
+        models=st.lists(st.sampled_from(MODELS), min_size=2, max_size=2, unique=True),
+        kind=st.sampled_from(["rather", "tie", None]),
+    )
+    def compare(self, which: int, models: list[str], kind: Kind | None) -> None:
+        factor = next(iter(self.naive.factors))
+        self.do(which, "compare", factor=factor, models=models, kind=kind)
+        score = 50.0 if kind == "tie" else 100.0 if models == sorted(models) else 0.0
+        self.naive.say(factor, {" ".join(sorted(models)): Said(score, kind) if kind else None})
 
     @rule(
         which=st.integers(0, 1),
@@ -82,7 +108,7 @@ class Sessions(RuleBasedStateMachine):
     def read(self, which: int, factor: str, scores: dict[str, float]) -> None:
         self.do(which, "import", scores={factor: scores})
         after = deepcopy(self.naive.factors)
-        after[factor] = after.get(factor, {}) | scores
+        after[factor] = after.get(factor, {}) | {model: Said(score) for model, score in scores.items()}
         self.naive.change(after)
 
     @rule(which=st.integers(0, 1), name=st.sampled_from(NAMES))
@@ -228,8 +254,28 @@ def test_undo_of_a_change_elsewhere_leaves_the_active_factor():
         ("score", {"factor": "overall", "models": ["g1-1"], "score": 5, "key": "x" * 61}, "key"),
         ("score", {"factor": "roof", "models": ["g1-1"], "score": 5}, "no factor is called 'roof'"),
         ("score", {"factor": {}, "models": ["g1-1"], "score": 5}, "no factor"),
+        ("score", {"factor": "overall", "models": ["g1-1"], "score": 50, "kind": "thumb"}, "one of 0, 100 for"),
+        ("score", {"factor": "overall", "models": ["g1-1"], "score": 30, "kind": "stars"}, "one of 0, 25, 50, 75, 100"),
+        ("score", {"factor": "overall", "models": ["g1-1"], "score": 50, "kind": "tie"}, "kind: expected one of score"),
+        ("score", {"factor": "overall", "models": ["g1-1"], "score": 50, "kind": []}, "kind: expected one of score"),
+        ("score", {"factor": "overall", "models": ["g1-1 g1-2"], "score": 50}, "expected a model"),
+        ("compare", {"factor": "overall", "models": ["g1-1"], "kind": "tie"}, "two different"),
+        ("compare", {"factor": "overall", "models": ["g1-1", "g1-1"], "kind": "tie"}, "two different"),
+        ("compare", {"factor": "overall", "models": ["g1-1", 5], "kind": "tie"}, "expected a model"),
+        ("compare", {"factor": "overall", "models": "ab", "kind": "tie"}, "two different"),
+        ("compare", {"factor": "overall", "models": ["g1-1", "g1-2"], "kind": "score"}, "kind: expected rather, tie"),
+        ("compare", {"factor": "overall", "models": ["g1-1", "g1-2"], "kind": {}}, "kind: expected rather, tie"),
+        ("compare", {"factor": "overall", "models": ["g1-1", "g1-2"], "kind": "tie", "key": 5}, "key"),
+        ("compare", {"factor": "roof", "models": ["g1-1", "g1-2"], "kind": "tie"}, "no factor is called 'roof'"),
+        ("import", {"scores": {"a": {"g1-1": ["stars", 30]}}}, "one of 0, 25, 50, 75, 100"),
+        ("import", {"scores": {"a": {"g1-1": ["rather", 100]}}}, "kind: expected one of score"),
+        ("import", {"scores": {"a": {"g1-1 g1-2": 100}}}, "expected a comparison"),
+        ("import", {"scores": {"a": {"g1-1 g1-2": ["rather", 50]}}}, "expected a comparison"),
+        ("import", {"scores": {"a": {"g1-2 g1-1": ["rather", 100]}}}, "expected a comparison"),
+        ("import", {"scores": {"a": {"g1-1 g1-1": ["tie", 50]}}}, "two different"),
+        ("import", {"scores": {"a": {"g1-1 g1-2 g1-3": ["tie", 50]}}}, "expected a model"),
         ("import", {"scores": {}}, "scores by factor"),
-        ("import", {"scores": {"a": {"g1-1": None}}}, "expected numbers"),
+        ("import", {"scores": {"a": {"g1-1": None}}}, "from 0 to 100"),
         ("import", {"scores": {f"n{k}": {"g1-1": 1} for k in range(30)}}, "more than 24"),
         ("factor_create", {"name": " "}, "expected one line"),
         ("factor_create", {"name": "a\nb"}, "expected one line"),
@@ -241,6 +287,14 @@ def test_undo_of_a_change_elsewhere_leaves_the_active_factor():
         ("layout", {"grids": 1, "rows": 1.0, "columns": 1}, "rows"),
         ("shown", {"way": "x", "grids": [{"title": 5, "models": []}]}, "a title and models"),
         ("shown", {"way": "x", "grids": [[]]}, "a title and models"),
+        ("shown", {"way": "pairs", "grids": []}, "two of as many"),
+        ("shown", {"way": "pairs", "grids": [{"title": "", "models": []}]}, "two of as many"),
+        (
+            "shown",
+            {"way": "pairs", "grids": [{"title": "", "models": ["g1-1"]}, {"title": "", "models": []}]},
+            "two of as",
+        ),
+        ("shown", {"way": "pairs", "grids": [{"title": "", "models": ["g1-1"]}] * 2}, "twice"),
         ("learned", {"labels": -1, "js": 0.1}, "expected a count"),
         ("learned", {"labels": 1, "js": 0.8}, "ln 2"),
         ("learned", {"labels": 1, "js": 0.1, "wide": 1}, "true or false"),

@@ -18,7 +18,7 @@ from grammarlab.runs.scoring.knowledge import ModelPool
 from grammarlab.runs.scoring.session import Session
 from grammarlab.runs.scoring.store import Store
 from tests.runs.processes import descendants, expect_gone
-from tests.runs.scoring.kills import MANY, Scores
+from tests.runs.scoring.kills import MANY, Acknowledged
 from tests.runs.scoring.rare import POSTS
 from tests.runs.scoring.windows import Window, shown_models
 from tests.waiting import PATIENCE
@@ -56,7 +56,7 @@ async def hear(connection: WebSocketClientConnection) -> dict | None:
     return message
 
 
-async def score_and_kill(scores: Scores, server: subprocess.Popen[str], pause: float) -> None:
+async def score_and_kill(scores: Acknowledged, server: subprocess.Popen[str], pause: float) -> None:
     """Scores over the socket as fast as it goes; the server is killed a moment after the first acknowledgement."""
     async with connected(server) as connection:
         for _ in range(UNDER_WAY):
@@ -76,7 +76,7 @@ async def score_and_kill(scores: Scores, server: subprocess.Popen[str], pause: f
 
 
 def test_nothing_acknowledged_over_the_socket_is_lost_in_kills(tmp_path: Path):
-    scores = Scores(tmp_path / "s.db")
+    scores = Acknowledged(tmp_path / "s.db")
     for kill in range(KILLS):
         with served(scores.path) as server:
             # Within the next few commits.

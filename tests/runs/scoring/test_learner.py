@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from grammarlab.learning.addresses import Address
+from grammarlab.learning.answers import answers_of
+from grammarlab.learning.pool import Pool
+from grammarlab.learning.round import Study, init, step
+from grammarlab.preference.label_files import read_labels, save_labels
+from grammarlab.preference.labels import Kind, Labels
+from grammarlab.runs.domains import opened
 from grammarlab.runs.scoring.crew import Handler
 from grammarlab.runs.scoring.knowledge import ModelPool
+from grammarlab.runs.scoring.labels import labels_of
 from grammarlab.runs.scoring.learner import learner
 from grammarlab.runs.scoring.populate import WAYS
-from grammarlab.runs.scoring.tasks import Choice, Choose, Features, Learned, Prepare, Update
+from grammarlab.runs.scoring.said import Said, compared
+from grammarlab.runs.scoring.tasks import Choice, Choose, Factors, Features, Learned, Prepare, Update
 from tests.runs.scoring.tower import TOWER, kind_of
 
 SEED, SIZE = 3, 150
@@ -35,7 +44,12 @@ def handler() -> Handler:
 
 
 def update(handler: Handler, factors: dict[str, dict[str, float]], choice: Choice | None = None) -> Learned:
-    return handler(Update(factors, NUMBERS, choice), report)
+    return handler(Update(said(factors), NUMBERS, choice), report)
+
+
+def said(factors: dict[str, dict[str, float]]) -> Factors:
+    """Scores of 0 to 100."""
+    return {name: {model: Said(score) for model, score in scores.items()} for name, scores in factors.items()}
 
 
 def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
@@ -44,8 +58,8 @@ def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
     assert features.rows.shape == (SIZE, len(features.names))
     assert len(set(features.names)) == len(features.names)
     scores = {"overall": dict.fromkeys(pool.names[:3], 50.0)}
-    assert handler(Update(scores, NUMBERS, None, features.version), report).features is None
-    again = handler(Update(scores, NUMBERS, None, 0), report).features
+    assert handler(Update(said(scores), NUMBERS, None, features.version), report).features is None
+    again = handler(Update(said(scores), NUMBERS, None, 0), report).features
     assert again.version == features.version
     assert np.array_equal(again.rows, features.rows)
 
@@ -118,10 +132,10 @@ def test_a_mistake_among_models_that_are_not_of_the_pool_is_shown_first(handler:
     scores[elsewhere[13]] = 100.0 - scores[elsewhere[13]]
     choice = Choice("already ranked", "overall", 40, 1)
     update(handler, {"overall": scores})
-    chosen = handler(Choose({"overall": scores}, NUMBERS, choice), report)
+    chosen = handler(Choose(said({"overall": scores}), NUMBERS, choice), report)
     assert chosen[0] == elsewhere[13]
     assert set(chosen) == set(scores)
-    others = handler(Choose({"overall": scores}, NUMBERS, Choice("default", "overall", SIZE, 1)), report)
+    others = handler(Choose(said({"overall": scores}), NUMBERS, Choice("default", "overall", SIZE, 1)), report)
     assert set(others) == set(pool.names[20:])
 
 
@@ -144,7 +158,7 @@ def test_the_density_does_not_move_without_new_scores(handler: Handler, pool: Mo
 def test_models_are_chosen_before_anything_is_learned(pool: ModelPool):
     handler = learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
     for way in WAYS:
-        chosen = handler(Choose({"overall": {pool.names[0]: 5.0}}, NUMBERS, Choice(way, "overall", 4, 2)), report)
+        chosen = handler(Choose(said({"overall": {pool.names[0]: 5.0}}), NUMBERS, Choice(way, "overall", 4, 2)), report)
         assert len(chosen) == (1 if way == "already ranked" else 4)
         assert (pool.names[0] in chosen) == (way == "already ranked")
 
@@ -154,10 +168,51 @@ def test_a_renamed_factor_keeps_what_was_learned(handler: Handler, pool: ModelPo
     update(handler, {"a": scores, "b": scores})
 
     def chosen(factors: dict[str, dict[str, float]], numbers: dict[str, int], factor: str) -> list[str]:
-        return handler(Choose(factors, numbers, Choice("density", factor, 20, 1)), report)
+        return handler(Choose(said(factors), numbers, Choice("density", factor, 20, 1)), report)
 
     for factor, renamed in (("a", "roofs"), ("", "")):
         before = chosen({"a": scores, "b": scores}, NUMBERS, factor)
         numbers = {"roofs": NUMBERS["a"], "b": NUMBERS["b"], "a": 9}
         assert chosen({"roofs": scores, "b": scores, "a": {}}, numbers, renamed) == before
     assert chosen({"roofs": scores, "b": scores, "a": {}}, numbers, "a") != before
+
+
+def test_a_label_file_teaches_what_the_session_learns_to_the_last_bit(
+    handler: Handler, pool: ModelPool, tmp_path: Path
+):
+    """Whatever was said, and in whatever order it stands in the file."""
+    elsewhere = [str(Address(flat, 99, 4)) for flat in (False, True)]
+    liked = {model: kind_of(model) == "Flat" for model in (*pool.names[:60], *elsewhere)}
+    kinds: list[Kind] = ["score", "stars", "thumb"]
+    scores = {model: Said(100.0 * liked[model], kinds[index % 3]) for index, model in enumerate(pool.names[:30])}
+    pairs = [*zip(pool.names[30:44], pool.names[44:58], strict=True), (pool.names[58], elsewhere[0]), tuple(elsewhere)]
+    for one, other in pairs:
+        kind: Kind = "tie" if liked[one] == liked[other] else "rather"
+        scores |= [compared([one, other] if liked[one] else [other, one], kind)]
+    factors: Factors = {"overall": scores, "a": {pool.names[0]: Said(30.0)}}
+    study = Study(opened(".cga", TOWER, "tower", Path()), Pool(SEED, SIZE))
+    labels = labels_of(factors, study.space.hashes[0])
+    save_labels(Labels(labels.rows[::-1]), tmp_path / "all.csv")
+    state = step(study, init(study), answers_of(read_labels(tmp_path / "all.csv"), study.space.hashes))
+    found = handler(Update(factors, NUMBERS, Choice("default", "overall", 4, 1)), report)
+    assert set(found.elsewhere) == set(elsewhere)
+    rows = study.table(state).rows
+    for name in factors:
+        assert np.array_equal(found.factors[name].mean, state.preferences[name].predict(rows).mean.astype(np.float32))
+    flat = np.array([kind_of(model) == "Flat" for model in pool.names])
+    mean = found.factors["overall"].mean[:SIZE]
+    assert mean[flat].min() > mean[~flat].max()
+
+
+@pytest.mark.parametrize("kind", ["rather", "tie"])
+def test_comparisons_alone_can_be_learned_from(handler: Handler, pool: ModelPool, kind: Kind):
+    pairs = list(zip(pool.names[:16:2], pool.names[1:16:2], strict=True))
+    scores = dict(compared(pair, kind) for pair in pairs)
+    for way in WAYS:
+        found = handler(Update({"overall": scores}, NUMBERS, Choice(way, "overall", 6, 1)), report)
+        assert np.isfinite(found.factors["overall"].mean).all()
+        assert (found.product is None) == (kind == "tie")
+        assert len(set(found.chosen)) == (0 if way == "already ranked" else 6)
+    found = handler(Update({"overall": scores}, NUMBERS, Choice("pairs", "overall", 6, 1)), report)
+    asked = {frozenset(found.chosen[place : place + 2]) for place in (0, 2, 4)}
+    assert not asked & {frozenset(pair) for pair in pairs}

@@ -21,6 +21,7 @@ from grammarlab.runs.scoring.crew import Handler
 from grammarlab.runs.scoring.knowledge import ModelPool
 from grammarlab.runs.scoring.learner import learner
 from grammarlab.runs.scoring.rounds import WIDENED
+from grammarlab.runs.scoring.said import Said
 from grammarlab.runs.scoring.session import Session
 from grammarlab.runs.scoring.store import Store
 from grammarlab.runs.scoring.tasks import Choice, Choose, Update
@@ -31,7 +32,7 @@ SIZE, BATCH, ROUNDS = 250, 8, 14
 NUMBERS = {"overall": 1}
 
 
-NOTHING_LIKED = dict.fromkeys(ModelPool(0, SIZE).names[: FEWEST + 8], 0.0)
+NOTHING_LIKED = dict.fromkeys(ModelPool(0, SIZE).names[: FEWEST + 8], Said(0.0))
 
 
 class Stop:
@@ -71,7 +72,7 @@ def asked_by_session(seed: int) -> list[str]:
 
     shown = handler(Choose({"overall": {}}, NUMBERS, choice()), report)
     for _ in range(ROUNDS):
-        scores |= scores_of(shown)
+        scores |= {model: Said(score) for model, score in scores_of(shown).items()}
         found = handler(Update({"overall": scores}, NUMBERS, choice()), report)
         assert found.wide == (len(scores) >= FEWEST)
         shown = found.chosen

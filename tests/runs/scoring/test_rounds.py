@@ -10,6 +10,8 @@ import pytest
 
 from grammarlab.errors import GrammarlabError
 from grammarlab.learning.addresses import Address
+from grammarlab.preference.label_files import read_labels
+from grammarlab.runs.scoring.labels import read_labels_or_session
 from grammarlab.runs.scoring.session import Session
 from tests.runs.scoring.tower import kind_of
 from tests.runs.scoring.windows import Window, shown_models
@@ -178,3 +180,84 @@ def test_rounds_of_scoring_move_the_density_less_and_less(session: Session, tmp_
     assert result["js"] < 0.02
     _, (picture,) = session.call("sheet", num=2)
     assert picture.startswith(b"\x89PNG")
+
+
+def test_pairs_are_shown_answered_and_learned_from(session: Session):
+    window = Window(session)
+    session.call("populate", way="pairs")
+    state, _ = session.call("state")
+    before = {frozenset(pair["models"]) for pair in state["pairs"]}
+    assert len(before) == 8
+    assert len(set(shown_models(state))) == 16
+    said = []
+    for pair in state["pairs"]:
+        first, second = (kind_of(model) == "Flat" for model in pair["models"])
+        said.append("alike" if first == second else "first" if first else "second")
+        kind, order = "tie" if first == second else "rather", 1 if first >= second else -1
+        assert session.call("compare", models=pair["models"][::order], kind=kind)[0]["saved"]
+    assert len(set(said)) > 1
+    assert [pair["said"] for pair in session.call("state")[0]["pairs"]] == said
+    session.call("update")
+    state = window.state(lambda state: state["fresh"] and not state["updating"])
+    assert (state["way"], state["scored"], state["compared"], state["factors"][0]["labels"]) == ("pairs", 0, 8, 8)
+    assert state["chart"][0]["labels"] == 8
+    assert [pair["said"] for pair in state["pairs"]] == [None] * 8
+    assert not before & {frozenset(pair["models"]) for pair in state["pairs"]}
+    with pytest.raises(GrammarlabError, match="one after the other"):
+        session.call("sort", by="random")
+    session.call("layout", grids=1, rows=2, columns=2)
+    assert session.call("state")[0]["pairs"] == state["pairs"]
+    session.call("populate", way="grammar")
+    state, _ = session.call("state")
+    assert (state["pairs"], len(shown_models(state))) == (None, 4)
+
+
+def test_pairs_belong_to_the_active_factor(session: Session):
+    session.call("factor_create", name="roof")
+    session.call("view", kind="product")
+    session.call("populate", way="pairs")
+    pair = session.call("state")[0]["pairs"][0]["models"]
+    with pytest.raises(GrammarlabError, match="the product of all factors"):
+        session.call("compare", models=pair, kind="tie")
+    session.call("compare", models=pair, kind="rather", factor="overall")
+    assert session.call("state")[0]["pairs"][0]["said"] is None
+    session.call("factor_activate", name="overall")
+    assert session.call("state")[0]["pairs"][0]["said"] == "first"
+    session.call("compare", models=pair[::-1], kind="rather", factor="overall", key="x")
+    session.call("compare", models=pair, kind="tie", factor="overall", key="x")
+    assert session.call("state")[0]["pairs"][0]["said"] == "second"
+    session.call("undo")
+    assert session.call("state")[0]["pairs"][0]["said"] == "first"
+    session.call("compare", models=pair, kind=None, factor="overall")
+    assert session.call("state")[0]["pairs"][0]["said"] is None
+
+
+def test_all_kinds_go_out_and_come_back(session: Session, tmp_path: Path, rules: str):
+    models = shown_models(session.call("state")[0])
+    session.call("score", models=models[:2], score=75, kind="stars")
+    session.call("score", models=models[2:3], score=0, kind="thumb")
+    session.call("compare", models=models[:2], kind="rather")
+    session.call("compare", models=[models[4], models[3]], kind="tie")
+    state = session.call("state")[0]
+    assert [(state["models"][model]["score"], state["models"][model]["kind"]) for model in models[1:4]] == [
+        (75, "stars"),
+        (0, "thumb"),
+        (None, None),
+    ]
+    for suffix in ("csv", "jsonl", "parquet"):
+        file = session.call("export", format=suffix)[1]
+        with closing(Session(rules, tmp_path / f"{suffix}.db", jobs=0)) as other:
+            assert other.call("import", buffers=file, format=suffix)[0] == {"added": 5}
+            assert other.call("export", format=suffix)[1] == file
+    (tmp_path / "again.csv").write_bytes(session.call("export", format="csv")[1][0])
+    assert read_labels(tmp_path / "again.csv") == read_labels_or_session(tmp_path / "towers.db")[0]
+
+
+@pytest.mark.parametrize("size", [1, 2, 9])
+def test_of_few_models_there_are_few_pairs_or_none(tmp_path: Path, rules: str, size: int):
+    with closing(Session(rules, tmp_path / "few.db", size=size, jobs=0)) as session:
+        session.call("populate", way="pairs")
+        state, _ = session.call("state")
+        assert (state["way"] == "pairs") == bool(state["pairs"])
+        assert state["pairs"] or "no models to show" in state["message"]
+        assert all(len(set(pair["models"])) == 2 for pair in state["pairs"] or [])

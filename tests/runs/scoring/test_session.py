@@ -11,6 +11,7 @@ import pytest
 
 from grammarlab.errors import AssetError, GrammarlabError, UsageError
 from grammarlab.runs.scoring.rounds import MAX_WARNINGS
+from grammarlab.runs.scoring.said import Said
 from grammarlab.runs.scoring.session import Session
 from grammarlab.runs.scoring.store import Store
 from tests.runs.scoring.tower import TOWER
@@ -34,7 +35,7 @@ def test_a_score_is_in_the_file_when_it_is_answered(session: Session, tmp_path: 
     models = shown_models(session.call("state")[0])[:3]
     result, _ = session.call("score", models=models, score=70)
     with closing(Store.open(tmp_path / "towers.db")) as store:
-        assert store.record.factors["overall"] == dict.fromkeys(models, 70.0)
+        assert store.record.factors["overall"] == dict.fromkeys(models, Said(70.0))
         assert result == {"saved": True, "revision": store.record.revision}
 
 
@@ -165,7 +166,7 @@ def test_what_is_meant_for_a_factor_goes_to_it_whatever_another_window_does(
         other.append("factor_rename", {"name": "colour", "to": "wall"})
         session.call("factor_rename", name=roof, to="door")
         other.poll()
-        assert other.record.factors == {"overall": {}, "door": {model: 30.0}, "roof": {}}
+        assert other.record.factors == {"overall": {}, "door": {model: Said(30.0)}, "roof": {}}
         other.append("factor_rename", {"name": "door", "to": "gate"})
         session.call("factor_activate", name=roof)
         other.poll()
@@ -186,7 +187,7 @@ def test_what_is_meant_for_a_factor_goes_to_it_whatever_another_window_does(
         other.append("undo", {})
         session.call("score", models=[model], score=40, factor=roof)
         other.poll()
-        assert other.record.factors["stair"] == {model: 40.0}
+        assert other.record.factors["stair"] == {model: Said(40.0)}
 
 
 def test_a_score_that_is_sent_again_counts_once(session: Session, tmp_path: Path, rules: str):

@@ -12,6 +12,7 @@ import pytest
 
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.runs.scoring import store as store_module
+from grammarlab.runs.scoring.said import Said
 from grammarlab.runs.scoring.store import APPLICATION, STEPS, About, Store
 
 ABOUT = About("toy", "Lot --> extrude(3)", 5, 100)
@@ -63,7 +64,7 @@ def test_what_was_written_is_read_again(tmp_path: Path):
     path = begun(tmp_path / "s.db", 10, 20)
     with closing(Store.open(path)) as store:
         assert store.about == ABOUT
-        assert store.record.factors == {"overall": {"g5-0": 10.0, "g5-1": 20.0}}
+        assert store.record.factors == {"overall": {"g5-0": Said(10.0), "g5-1": Said(20.0)}}
         assert store.record.revision == 2
 
 
@@ -90,7 +91,7 @@ def test_two_processes_see_what_the_other_wrote_before_they_write(tmp_path: Path
 def test_a_file_of_the_first_version_opens(tmp_path: Path):
     with closing(Store.open(version_1(tmp_path / "s.db"))) as store:
         assert store.about == ABOUT
-        assert store.record.factors == {"overall": {"g9-1": 80.0}}
+        assert store.record.factors == {"overall": {"g9-1": Said(80.0)}}
         assert store.record.layout.columns == 3
         assert store.record.chart == [(1, 0.25)]
         store.append("redo", {})

@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 09c3e210740a5278 */
+/* Built from source/ by bundle.js; do not edit. Source cc8a0fec4c0b83ad */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -96,10 +96,11 @@ var ICONS = {
   hand: "M5 8V4.2a1 1 0 0 1 2 0V7m0-3.8a1 1 0 0 1 2 0V7m0-2.8a1 1 0 0 1 2 0V8m0-1.8a1 1 0 0 1 2 0V10a4 4 0 0 1-4 4H8.4a3 3 0 0 1-2.3-1.1L3 9.2a1 1 0 0 1 1.5-1.3L5 8.4",
   bars: "M2.5 5.5h11M2.5 10.5h7",
   more: "M4 8h.01M8 8h.01M12 8h.01",
-  down: "M4.5 6.5 8 10l3.5-3.5",
   previous: "M10 3 5 8l5 5",
   next: "M6 3l5 5-5 5",
   cube: "M8 2l5.2 3v6L8 14l-5.2-3V5zM8 8l5.2-3M8 8v6M8 8 2.8 5",
+  up: "M5 7v6.5M5 7l2.6-4.8a1.3 1.3 0 0 1 2.3 1.2L9.3 6.5h3.2a1.2 1.2 0 0 1 1.2 1.5l-1.1 4.4a1.5 1.5 0 0 1-1.4 1.1H5M2.3 7H5v6.5H2.3z",
+  down: "M5 9V2.5M5 9l2.6 4.8a1.3 1.3 0 0 0 2.3-1.2L9.3 9.5h3.2a1.2 1.2 0 0 0 1.2-1.5l-1.1-4.4a1.5 1.5 0 0 0-1.4-1.1H5M2.3 9H5V2.5H2.3z",
   keys: "M2 4.5h12v7H2zM4.5 7h.01M7 7h.01M9.5 7h.01M11.8 7h.01M5 9.3h6"
 };
 function icon(name) {
@@ -112,322 +113,6 @@ function iconButton(name, label, onclick, keys) {
     { type: "button", class: "gl-button gl-quiet", title, "aria-label": label, onclick },
     icon(name)
   );
-}
-
-// source/known.js
-function knownOf(page, model) {
-  const { state, outbox } = page;
-  const { score: stored2, mean, std, product, label } = state.models[model];
-  const { score, saved } = outbox.find(model, page.factor().id) ?? { score: stored2, saved: true };
-  if (state.view === "product") return { label, score, saved, predicted: product ?? null, uncertain: null };
-  return { label, score, saved, predicted: mean, uncertain: std };
-}
-function inWords({ label, score, saved, predicted, uncertain }) {
-  const parts = [label, score === null ? "no score" : `scored ${shortly(score)}${saved ? "" : ", not saved yet"}`];
-  if (predicted !== null) {
-    parts.push(`predicted ${Math.round(predicted)}${uncertain === null ? "" : ` ± ${Math.round(uncertain)}`}`);
-  }
-  return parts.join(", ");
-}
-function shortly(score) {
-  return String(Math.round(score * 10) / 10);
-}
-
-// source/cell.js
-var WIDEST = 50;
-var Cell = class {
-  #picture = element("div", { class: "gl-picture gl-empty" });
-  #score = element("span", { class: "gl-score" });
-  #predicted = bar("gl-predicted");
-  #uncertain = bar("gl-uncertain");
-  /** @type {Partial<Look>} */
-  #look = {};
-  element = element(
-    "div",
-    { class: "gl-cell", role: "option", tabindex: -1 },
-    this.#picture,
-    this.#score,
-    element("div", { class: "gl-bars", "aria-hidden": "true" }, this.#predicted.element, this.#uncertain.element)
-  );
-  /** @param {Look} look */
-  draw(look) {
-    const before = this.#look;
-    this.#look = look;
-    if (look.model !== before.model) this.element.dataset.model = look.model;
-    if (look.picture !== before.picture) this.#drawPicture(look.picture);
-    if (look.score !== before.score || look.saved !== before.saved) this.#drawScore(look);
-    if (look.predicted !== before.predicted) this.#predicted.set(look.predicted, 100);
-    if (look.uncertain !== before.uncertain) this.#uncertain.set(look.uncertain, WIDEST);
-    if (look.chosen !== before.chosen) this.element.setAttribute("aria-selected", String(look.chosen));
-    if (look.cursor !== before.cursor) this.element.tabIndex = look.cursor ? 0 : -1;
-    const words = inWords(look);
-    if (before.label === void 0 || words !== inWords(
-      /** @type {Look} */
-      before
-    )) this.element.ariaLabel = words;
-  }
-  /** @param {Picture | undefined} picture */
-  #drawPicture(picture) {
-    const { style } = this.#picture;
-    style.backgroundImage = picture?.image ?? "";
-    style.backgroundSize = picture?.extent ?? "";
-    style.backgroundPosition = picture?.place ?? "";
-    this.#picture.classList.toggle("gl-empty", !picture);
-  }
-  /** @param {Look} look */
-  #drawScore({ score, saved }) {
-    this.#score.textContent = score === null ? "" : shortly(score);
-    this.#score.classList.toggle("gl-unsaved", !saved);
-  }
-};
-function bar(name) {
-  const fill = element("i");
-  const number2 = element("b");
-  return {
-    element: element("div", { class: `gl-bar ${name}` }, element("span", {}, fill), number2),
-    /** @param {number | null} value @param {number} full */
-    set(value, full) {
-      fill.style.transform = `scaleX(${Math.min(Math.max((value ?? 0) / full, 0), 1)})`;
-      number2.dataset.value = value === null ? "" : String(Math.round(value));
-    }
-  };
-}
-
-// source/pictures.js
-var SHEETS_KEPT = 80;
-var Pictures = class {
-  #channel;
-  #came;
-  /** @type {Map<string, Picture>} */
-  #known = /* @__PURE__ */ new Map();
-  /** @type {Map<string, number>} size asked for, where it is under way */
-  #asked = /* @__PURE__ */ new Map();
-  /** @type {Set<Sheet>} */
-  #sheets = /* @__PURE__ */ new Set();
-  /** @type {Set<string>} */
-  #shown = /* @__PURE__ */ new Set();
-  /** @param {Channel} channel @param {() => void} came */
-  constructor(channel, came) {
-    this.#channel = channel;
-    this.#came = came;
-    channel.on("pictures", (message, [buffer]) => void this.#take(message, buffer));
-  }
-  /**
-   * Asks for those that are not here in that size or better. A request replaces the one before it.
-   * @param {string[]} models
-   * @param {number} size pixels
-   */
-  want(models, size) {
-    this.#shown = new Set(models);
-    const missing = [...this.#shown].filter((model) => (this.#known.get(model)?.size ?? 0) < size);
-    if (!this.#channel.connected || missing.every((model) => (this.#asked.get(model) ?? 0) >= size)) return;
-    this.#asked = new Map(missing.map((model) => [model, size]));
-    this.#channel.request("pictures", { models: missing, size }).catch(() => this.askAgain());
-  }
-  /** After a reconnection nobody works on what was asked before. */
-  askAgain() {
-    this.#asked.clear();
-  }
-  /** @param {string} model */
-  find(model) {
-    return this.#known.get(model);
-  }
-  close() {
-    for (const { url } of this.#sheets) URL.revokeObjectURL(url);
-  }
-  /** @param {{ models: string[], size: number, columns: number, rows: number }} message @param {ArrayBuffer} buffer */
-  async #take({ models, size, columns, rows }, buffer) {
-    const url = URL.createObjectURL(new Blob([buffer], { type: "image/jpeg" }));
-    const picture = new Image();
-    picture.src = url;
-    await picture.decode().catch(() => {
-    });
-    const sheet = { url, size, models };
-    this.#sheets.add(sheet);
-    models.forEach((model, index) => {
-      if ((this.#known.get(model)?.size ?? 0) > size) return;
-      const [column, row] = [index % columns, Math.floor(index / columns)];
-      const place = `${percent(column, columns - 1)} ${percent(row, rows - 1)}`;
-      this.#known.set(model, {
-        sheet,
-        image: `url("${url}")`,
-        extent: `${columns * 100}% ${rows * 100}%`,
-        place,
-        size
-      });
-    });
-    this.#tidy();
-    this.#came();
-  }
-  /** Lets go of old sheets of which nothing is shown. */
-  #tidy() {
-    for (const sheet of this.#sheets) {
-      if (this.#sheets.size <= SHEETS_KEPT) return;
-      const used = sheet.models.filter((model) => this.#known.get(model)?.sheet === sheet);
-      if (used.some((model) => this.#shown.has(model))) continue;
-      for (const model of used) this.#known.delete(model);
-      URL.revokeObjectURL(sheet.url);
-      this.#sheets.delete(sheet);
-    }
-  }
-};
-function percent(part, whole) {
-  return whole ? `${100 * part / whole}%` : "0";
-}
-
-// source/display.js
-var SMALLEST = 26;
-var LARGEST = 640;
-var ROOMY = 104;
-var BARS = 12;
-var ROOMY_BARS = 27;
-var NARROW = 620;
-function makeDisplay(page) {
-  const grids = [];
-  const board = element("div", { class: "gl-board" });
-  const stage = element("div", { class: "gl-stage" }, board);
-  const about = element("p", { class: "gl-about" });
-  const pictures = new Pictures(page.channel, drawSoon);
-  let zoom = 1;
-  let size = 0;
-  let frame = 0;
-  const resizes = new ResizeObserver(() => fit());
-  resizes.observe(stage);
-  function update(state) {
-    page.selection.show(state.grids.flatMap((grid) => grid.models));
-    while (grids.length < state.grids.length) grids.push(makeGrid(grids.length));
-    if (board.childElementCount !== state.grids.length) {
-      board.replaceChildren(...state.grids.map((_, index) => grids[index].element));
-    }
-    state.grids.forEach((grid, index) => fill(grids[index], grid.title, grid.models.length));
-    fit();
-    draw();
-  }
-  function fill({ title: heading, list, cells }, title, count) {
-    heading.textContent = title || "more";
-    while (cells.length < count) cells.push(new Cell());
-    while (list.childElementCount > count) list.lastElementChild?.remove();
-    for (let next = list.childElementCount; next < count; next += 1) list.append(cells[next].element);
-  }
-  function fit() {
-    const { rows, columns } = page.state.layout;
-    const count = page.state.grids.length;
-    const { clientWidth: width, clientHeight: height } = stage;
-    if (!width) return;
-    const stacked = count > 1 && width < NARROW;
-    const across = stacked ? columns : count * columns;
-    const gap = columns > 6 ? 4 : 8;
-    const wide = (width - 34 - (stacked ? 0 : (count - 1) * 24)) / across - gap;
-    const tall = (height - 56) / rows - gap;
-    const bars = page.preferences.bars ? tall - ROOMY_BARS >= ROOMY ? ROOMY_BARS : BARS : 0;
-    const high = tall - bars;
-    const fitting = stacked || height < 260 ? wide : Math.min(wide, high);
-    size = Math.min(Math.max(Math.floor(fitting * zoom), SMALLEST), LARGEST);
-    stage.classList.toggle("gl-stacked", stacked);
-    stage.classList.toggle("gl-roomy", size >= ROOMY);
-    stage.classList.toggle("gl-no-bars", !page.preferences.bars);
-    stage.style.setProperty("--gl-size", `${size}px`);
-    stage.style.setProperty("--gl-gap", `${gap}px`);
-    stage.style.setProperty("--gl-columns", String(columns));
-    pictures.want(page.selection.order, pixelsFor(size));
-  }
-  function drawSoon() {
-    frame ||= requestAnimationFrame(() => {
-      frame = 0;
-      draw();
-    });
-  }
-  function draw() {
-    let position = 0;
-    page.state.grids.forEach((grid, index) => {
-      const first = position;
-      const here = page.selection.cursor - first;
-      const keyboard = here >= 0 && here < grid.models.length ? here : 0;
-      grid.models.forEach((model, place) => {
-        const chosen = page.selection.chosen.has(model);
-        const [picture, cursor] = [pictures.find(model), place === keyboard];
-        grids[index].cells[place].draw({ ...knownOf(page, model), model, picture, chosen, cursor });
-      });
-      position += grid.models.length;
-    });
-    describe(page.selection.current);
-  }
-  function describe(model) {
-    about.textContent = model && page.state.models[model] ? inWords(knownOf(page, model)) : "";
-  }
-  function zoomBy(factor, to = middle(), held = hold(to)) {
-    zoom = factor ? Math.min(Math.max(zoom * factor, 0.5), 10) : 1;
-    fit();
-    const box = held.anchor.getBoundingClientRect();
-    stage.scrollLeft += box.x + held.x * box.width - to.clientX;
-    stage.scrollTop += box.y + held.y * box.height - to.clientY;
-  }
-  function hold({ clientX, clientY }) {
-    const ground = (
-      /** @type {Document | ShadowRoot} */
-      stage.getRootNode()
-    );
-    const anchor = ground.elementFromPoint(clientX, clientY)?.closest(".gl-cell") ?? board;
-    const box = anchor.getBoundingClientRect();
-    return { anchor, x: (clientX - box.x) / box.width, y: (clientY - box.y) / box.height };
-  }
-  function middle() {
-    const { x, y, width, height } = stage.getBoundingClientRect();
-    return { clientX: x + width / 2, clientY: y + height / 2 };
-  }
-  function positionOf(target) {
-    const tile = target instanceof Element ? target.closest(".gl-cell") : null;
-    return tile ? tiles().indexOf(tile) : -1;
-  }
-  function tiles() {
-    return page.state.grids.flatMap((_, index) => [...grids[index].list.children]);
-  }
-  function focus() {
-    const tile = (
-      /** @type {HTMLElement | undefined} */
-      tiles()[page.selection.cursor]
-    );
-    tile?.focus({ preventScroll: true });
-    tile?.scrollIntoView({ block: "nearest", inline: "nearest" });
-  }
-  function askAgain() {
-    pictures.askAgain();
-    fit();
-  }
-  function close() {
-    resizes.disconnect();
-    pictures.close();
-  }
-  return {
-    element: stage,
-    about,
-    update,
-    drawSoon,
-    fit,
-    describe,
-    zoomBy,
-    hold,
-    positionOf,
-    tiles,
-    focus,
-    askAgain,
-    close
-  };
-}
-function makeGrid(index) {
-  const id = `gl-grid-${Math.random().toString(36).slice(2, 8)}-${index}`;
-  const title = element("h2", { id, class: "gl-title" });
-  const list = element("div", {
-    class: "gl-grid",
-    role: "listbox",
-    "aria-multiselectable": "true",
-    "aria-labelledby": id
-  });
-  const cells = [];
-  return { element: element("section", { class: "gl-section" }, title, list), title, list, cells };
-}
-function pixelsFor(size) {
-  return size * Math.min(globalThis.devicePixelRatio || 1, 2) > 200 ? 320 : 160;
 }
 
 // source/menu.js
@@ -492,6 +177,537 @@ function chooserButton(name) {
   const value = element("b");
   const button = element("button", { type: "button", class: "gl-button gl-chooser" }, element("span", {}, name), value);
   return { button, set: (text) => void (value.textContent = text) };
+}
+
+// source/compare.js
+var PIXELS = 512;
+var NAMES = { first: "This one", second: "That one", alike: "" };
+var VERDICTS = { ArrowLeft: "first", ArrowRight: "second", ArrowDown: "alike", Delete: null, Backspace: null };
+function makeCompare(page) {
+  let index = 0;
+  let shown = "";
+  const heading = element("p", { class: "gl-asked", role: "status" });
+  const sides = [makeSide("first"), makeSide("second")];
+  const alike = textButton("Both alike", () => say("alike"), { title: "key ↓", class: "gl-button gl-alike" });
+  const back = iconButton("previous", "Pair before", () => go(index - 1), "↑");
+  const skip = iconButton("next", "Next pair", () => go(index + 1), "N");
+  const clear = textButton("No answer", () => say(null), {
+    title: "Take the answer away (Delete)",
+    class: "gl-button gl-quiet"
+  });
+  const more = textButton("More pairs", () => void page.ask("populate", { way: "pairs" }), {
+    title: "Show other pairs of models"
+  });
+  const section = element(
+    "section",
+    { class: "gl-compare", "aria-label": "Compare two models", tabIndex: 0 },
+    heading,
+    element("div", { class: "gl-two" }, ...sides.map((side) => side.element)),
+    element("div", { class: "gl-row gl-answers" }, back, alike, clear, skip, more)
+  );
+  function makeSide(verdict) {
+    const picture = element("div", { class: "gl-picture gl-empty" });
+    const choose = element(
+      "button",
+      {
+        type: "button",
+        class: "gl-candidate",
+        title: verdict === "first" ? "key ←" : "key →",
+        ariaLabel: NAMES[verdict],
+        // The second click of a double click would be about the next pair.
+        onclick: (event) => event.detail < 2 && say(verdict)
+      },
+      picture
+    );
+    const name = element("span");
+    const look = element(
+      "button",
+      {
+        type: "button",
+        class: "gl-button gl-quiet",
+        title: "Enter",
+        onclick: () => page.look(pair().models[verdict === "first" ? 0 : 1])
+      },
+      icon("cube"),
+      "3D view"
+    );
+    const caption = element("figcaption", { class: "gl-row" }, name, element("span", { class: "gl-space" }), look);
+    return {
+      element: element("figure", { class: "gl-side-by-side" }, choose, caption),
+      picture,
+      choose,
+      name,
+      verdict
+    };
+  }
+  function pair() {
+    return pairs()[index];
+  }
+  function pairs() {
+    return page.state.pairs ?? [];
+  }
+  function saidOf({ models, said: said2 }) {
+    return page.outbox.findPair(models, page.factor().id) ?? { said: said2, saved: true };
+  }
+  function say(verdict) {
+    if (!pair()) return;
+    page.compare(pair().models, verdict);
+    if (verdict !== null && page.state.view !== "product") go(index + 1);
+  }
+  function go(to) {
+    index = Math.max(0, Math.min(to, pairs().length - 1));
+    draw();
+  }
+  function press(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey || !pair()) return false;
+    if (event.key in VERDICTS) say(VERDICTS[event.key]);
+    else if (event.key === "ArrowUp") go(index - 1);
+    else if (event.key === "n") go(index + 1);
+    else if (event.key === "Enter" && event.target === section) page.look(pair().models[0]);
+    else return false;
+    return true;
+  }
+  function update() {
+    const now = JSON.stringify(pairs().map(({ models }) => models));
+    if (now !== shown) {
+      const open = pairs().findIndex((each) => saidOf(each).said === null);
+      index = Math.max(open, 0);
+    }
+    shown = now;
+    draw();
+  }
+  function draw() {
+    if (!pair()) return;
+    const open = pairs().filter((each) => saidOf(each).said === null).length;
+    const { said: said2, saved } = saidOf(pair());
+    const words = open ? "Which one would you rather have?" : "All are answered: update, or show more pairs.";
+    const asked = `Pair ${index + 1} of ${pairs().length}. ${words}`;
+    if (heading.textContent !== asked) heading.textContent = asked;
+    page.selection.follow(pair().models);
+    sides.forEach(({ picture, choose, name, verdict }, side) => {
+      const model = pair().models[side];
+      const { label } = page.state.models[model];
+      page.pictures.draw(picture, model);
+      name.textContent = label;
+      choose.ariaLabel = `${NAMES[verdict]}: ${label}`;
+      mark(choose, said2 === verdict, saved);
+    });
+    mark(alike, said2 === "alike", saved);
+    back.disabled = index === 0;
+    skip.disabled = index === pairs().length - 1;
+    clear.disabled = said2 === null;
+    more.classList.toggle("gl-primary", open === 0);
+    const here = pair().models.every((model) => (page.pictures.find(model)?.size ?? 0) >= PIXELS);
+    const wanted = pairs().slice(index, index + (here ? 2 : 1));
+    page.pictures.want(
+      wanted.flatMap(({ models }) => models),
+      PIXELS
+    );
+  }
+  return { element: section, press, update, draw, focus: () => section.focus({ preventScroll: true }) };
+}
+function mark(button, on, saved) {
+  button.ariaPressed = String(on);
+  button.classList.toggle("gl-unsaved", on && !saved);
+}
+
+// source/scale.js
+var SCALES = {
+  score: {
+    name: "0–100",
+    steps: Array.from({ length: 11 }, (_, step) => ({
+      score: 10 * step,
+      key: step === 10 ? "h" : String(step),
+      text: String(10 * step)
+    }))
+  },
+  stars: {
+    name: "Stars",
+    steps: Array.from({ length: 5 }, (_, step) => ({
+      score: 25 * step,
+      key: String(step + 1),
+      text: "★",
+      label: `${step + 1} of 5 stars`
+    }))
+  },
+  thumb: {
+    name: "Thumbs",
+    steps: [
+      { score: 0, key: "0", text: "Down", label: "thumb down", picture: "down" },
+      { score: 100, key: "1", text: "Up", label: "thumb up", picture: "up" }
+    ]
+  }
+};
+function scaleOf({ preferences: { scale } }) {
+  return Object.hasOwn(SCALES, scale) ? (
+    /** @type {Scale} */
+    scale
+  ) : "score";
+}
+function nextScale(page) {
+  const names = (
+    /** @type {Scale[]} */
+    Object.keys(SCALES)
+  );
+  return names[(names.indexOf(scaleOf(page)) + 1) % names.length];
+}
+function scoreOfKey(scale, key) {
+  if (key === "Delete" || key === "Backspace") return null;
+  return SCALES[scale].steps.find((step) => step.key === key.toLowerCase())?.score;
+}
+function shortly({ score, kind }) {
+  if (score === null) return "";
+  if (kind === "stars") return `${1 + score / 25}★`;
+  if (kind === "thumb") return score > 50 ? "▲" : "▼";
+  return String(Math.round(score * 10) / 10);
+}
+function inWords({ score, kind }) {
+  const step = SCALES[kind ?? "score"].steps.find((each) => each.score === score);
+  return score === null ? "no score" : step?.label ?? `scored ${shortly({ score, kind: "score" })}`;
+}
+function makeSteps(page, label, give) {
+  const box = element("div", { class: "gl-steps", role: "group", "aria-label": label });
+  let drawn = "";
+  function draw({ score, kind }) {
+    const scale = scaleOf(page);
+    const { steps } = SCALES[scale];
+    if (scale !== drawn) box.replaceChildren(...steps.map((step) => makeStep(step, give)));
+    drawn = scale;
+    const isOn = (step) => scale === "stars" ? step.score <= Number(score) : step.score === score;
+    steps.forEach(
+      (step, index) => box.children[index].classList.toggle("gl-on", score !== null && kind === scale && isOn(step))
+    );
+  }
+  return { element: box, draw };
+}
+function makeStep({ score, key, text, label, picture }, give) {
+  return element(
+    "button",
+    {
+      type: "button",
+      class: "gl-button gl-step",
+      title: `key ${key.toUpperCase()}`,
+      "aria-label": label,
+      onclick: () => give(score)
+    },
+    picture ? icon(picture) : null,
+    text
+  );
+}
+
+// source/known.js
+function knownOf(page, model) {
+  const { state, outbox } = page;
+  const { mean, std, product, label, ...stored2 } = state.models[model];
+  const { score, kind, saved } = outbox.find(model, page.factor().id) ?? { ...stored2, saved: true };
+  if (state.view === "product") return { label, score, kind, saved, predicted: product ?? null, uncertain: null };
+  return { label, score, kind, saved, predicted: mean, uncertain: std };
+}
+function inWords2({ label, score, kind, saved, predicted, uncertain }) {
+  const parts = [label, `${inWords({ score, kind })}${score === null || saved ? "" : ", not saved yet"}`];
+  if (predicted !== null) {
+    parts.push(`predicted ${Math.round(predicted)}${uncertain === null ? "" : ` ± ${Math.round(uncertain)}`}`);
+  }
+  return parts.join(", ");
+}
+
+// source/pictures.js
+var SHEETS_KEPT = 80;
+var Pictures = class {
+  #channel;
+  #came;
+  /** @type {Map<string, Picture>} */
+  #known = /* @__PURE__ */ new Map();
+  /** @type {Map<string, number>} size asked for, where it is under way */
+  #asked = /* @__PURE__ */ new Map();
+  /** @type {Set<Sheet>} */
+  #sheets = /* @__PURE__ */ new Set();
+  /** @type {Set<string>} */
+  #shown = /* @__PURE__ */ new Set();
+  /** @param {Channel} channel @param {() => void} came */
+  constructor(channel, came) {
+    this.#channel = channel;
+    this.#came = came;
+    channel.on("pictures", (message, [buffer]) => void this.#take(message, buffer));
+  }
+  /**
+   * Asks for those that are not here in that size or better. A request replaces the one before it.
+   * @param {string[]} models
+   * @param {number} size pixels
+   */
+  want(models, size) {
+    this.#shown = new Set(models);
+    const missing = [...this.#shown].filter((model) => (this.#known.get(model)?.size ?? 0) < size);
+    if (!this.#channel.connected || missing.every((model) => (this.#asked.get(model) ?? 0) >= size)) return;
+    this.#asked = new Map(missing.map((model) => [model, size]));
+    this.#channel.request("pictures", { models: missing, size }).catch(() => this.askAgain());
+  }
+  /** After a reconnection nobody works on what was asked before. */
+  askAgain() {
+    this.#asked.clear();
+  }
+  /** @param {string} model */
+  find(model) {
+    return this.#known.get(model);
+  }
+  /** Shows a model on an element, as far as its picture is there. @param {HTMLElement} where @param {string} model */
+  draw(where, model) {
+    drawPicture(where, this.find(model));
+  }
+  close() {
+    for (const { url } of this.#sheets) URL.revokeObjectURL(url);
+  }
+  /** @param {{ models: string[], size: number, columns: number, rows: number }} message @param {ArrayBuffer} buffer */
+  async #take({ models, size, columns, rows }, buffer) {
+    const url = URL.createObjectURL(new Blob([buffer], { type: "image/jpeg" }));
+    const picture = new Image();
+    picture.src = url;
+    await picture.decode().catch(() => {
+    });
+    const sheet = { url, size, models };
+    this.#sheets.add(sheet);
+    models.forEach((model, index) => {
+      if ((this.#known.get(model)?.size ?? 0) > size) return;
+      const [column, row] = [index % columns, Math.floor(index / columns)];
+      const place = `${percent(column, columns - 1)} ${percent(row, rows - 1)}`;
+      this.#known.set(model, {
+        sheet,
+        image: `url("${url}")`,
+        extent: `${columns * 100}% ${rows * 100}%`,
+        place,
+        size
+      });
+    });
+    this.#tidy();
+    this.#came();
+  }
+  /** Lets go of old sheets of which nothing is shown. */
+  #tidy() {
+    for (const sheet of this.#sheets) {
+      if (this.#sheets.size <= SHEETS_KEPT) return;
+      const used = sheet.models.filter((model) => this.#known.get(model)?.sheet === sheet);
+      if (used.some((model) => this.#shown.has(model))) continue;
+      for (const model of used) this.#known.delete(model);
+      URL.revokeObjectURL(sheet.url);
+      this.#sheets.delete(sheet);
+    }
+  }
+};
+function drawPicture(where, picture) {
+  where.style.backgroundImage = picture?.image ?? "";
+  where.style.backgroundSize = picture?.extent ?? "";
+  where.style.backgroundPosition = picture?.place ?? "";
+  where.classList.toggle("gl-empty", !picture);
+}
+function percent(part, whole) {
+  return whole ? `${100 * part / whole}%` : "0";
+}
+
+// source/cell.js
+var WIDEST = 50;
+var Cell = class {
+  #picture = element("div", { class: "gl-picture gl-empty" });
+  #score = element("span", { class: "gl-score" });
+  #predicted = bar("gl-predicted");
+  #uncertain = bar("gl-uncertain");
+  /** @type {Partial<Look>} */
+  #look = {};
+  element = element(
+    "div",
+    { class: "gl-cell", role: "option", tabindex: -1 },
+    this.#picture,
+    this.#score,
+    element("div", { class: "gl-bars", "aria-hidden": "true" }, this.#predicted.element, this.#uncertain.element)
+  );
+  /** @param {Look} look */
+  draw(look) {
+    const before = this.#look;
+    this.#look = look;
+    if (look.model !== before.model) this.element.dataset.model = look.model;
+    if (look.picture !== before.picture) drawPicture(this.#picture, look.picture);
+    if (look.score !== before.score || look.kind !== before.kind || look.saved !== before.saved) this.#drawScore(look);
+    if (look.predicted !== before.predicted) this.#predicted.set(look.predicted, 100);
+    if (look.uncertain !== before.uncertain) this.#uncertain.set(look.uncertain, WIDEST);
+    if (look.chosen !== before.chosen) this.element.setAttribute("aria-selected", String(look.chosen));
+    if (look.cursor !== before.cursor) this.element.tabIndex = look.cursor ? 0 : -1;
+    const words = inWords2(look);
+    if (before.label === void 0 || words !== inWords2(
+      /** @type {Look} */
+      before
+    )) this.element.ariaLabel = words;
+  }
+  /** @param {Look} look */
+  #drawScore({ score, kind, saved }) {
+    this.#score.textContent = shortly({ score, kind });
+    this.#score.classList.toggle("gl-unsaved", !saved);
+  }
+};
+function bar(name) {
+  const fill = element("i");
+  const number2 = element("b");
+  return {
+    element: element("div", { class: `gl-bar ${name}` }, element("span", {}, fill), number2),
+    /** @param {number | null} value @param {number} full */
+    set(value, full) {
+      fill.style.transform = `scaleX(${Math.min(Math.max((value ?? 0) / full, 0), 1)})`;
+      number2.dataset.value = value === null ? "" : String(Math.round(value));
+    }
+  };
+}
+
+// source/display.js
+var SMALLEST = 26;
+var LARGEST = 640;
+var ROOMY = 104;
+var BARS = 12;
+var ROOMY_BARS = 27;
+var NARROW = 620;
+function makeDisplay(page) {
+  const grids = [];
+  const board = element("div", { class: "gl-board" });
+  const stage = element("div", { class: "gl-stage" }, board);
+  const about = element("p", { class: "gl-about" });
+  const { pictures } = page;
+  let zoom = 1;
+  let size = 0;
+  let frame = 0;
+  const resizes = new ResizeObserver(() => fit());
+  resizes.observe(stage);
+  function update(state) {
+    page.selection.show(state.grids.flatMap((grid) => grid.models));
+    while (grids.length < state.grids.length) grids.push(makeGrid(grids.length));
+    if (board.childElementCount !== state.grids.length) {
+      board.replaceChildren(...state.grids.map((_, index) => grids[index].element));
+    }
+    state.grids.forEach((grid, index) => fill(grids[index], grid.title, grid.models.length));
+    fit();
+    draw();
+  }
+  function fill({ title: heading, list, cells }, title, count) {
+    heading.textContent = title || "more";
+    while (cells.length < count) cells.push(new Cell());
+    while (list.childElementCount > count) list.lastElementChild?.remove();
+    for (let next = list.childElementCount; next < count; next += 1) list.append(cells[next].element);
+  }
+  function fit() {
+    const { rows, columns } = page.state.layout;
+    const count = page.state.grids.length;
+    const { clientWidth: width, clientHeight: height } = stage;
+    if (!width) return;
+    const stacked = count > 1 && width < NARROW;
+    const across = stacked ? columns : count * columns;
+    const gap = columns > 6 ? 4 : 8;
+    const wide = (width - 34 - (stacked ? 0 : (count - 1) * 24)) / across - gap;
+    const tall = (height - 56) / rows - gap;
+    const bars = page.preferences.bars ? tall - ROOMY_BARS >= ROOMY ? ROOMY_BARS : BARS : 0;
+    const high = tall - bars;
+    const fitting = stacked || height < 260 ? wide : Math.min(wide, high);
+    size = Math.min(Math.max(Math.floor(fitting * zoom), SMALLEST), LARGEST);
+    stage.classList.toggle("gl-stacked", stacked);
+    stage.classList.toggle("gl-roomy", size >= ROOMY);
+    stage.classList.toggle("gl-no-bars", !page.preferences.bars);
+    stage.style.setProperty("--gl-size", `${size}px`);
+    stage.style.setProperty("--gl-gap", `${gap}px`);
+    stage.style.setProperty("--gl-columns", String(columns));
+    pictures.want(page.selection.order, pixelsFor(size));
+  }
+  function drawSoon() {
+    frame ||= requestAnimationFrame(() => {
+      frame = 0;
+      draw();
+    });
+  }
+  function draw() {
+    if (page.state.pairs) return;
+    let position = 0;
+    page.state.grids.forEach((grid, index) => {
+      const first = position;
+      const here = page.selection.cursor - first;
+      const keyboard = here >= 0 && here < grid.models.length ? here : 0;
+      grid.models.forEach((model, place) => {
+        const chosen = page.selection.chosen.has(model);
+        const [picture, cursor] = [pictures.find(model), place === keyboard];
+        grids[index].cells[place].draw({ ...knownOf(page, model), model, picture, chosen, cursor });
+      });
+      position += grid.models.length;
+    });
+    describe(page.selection.current);
+  }
+  function describe(model) {
+    about.textContent = model && page.state.models[model] ? inWords2(knownOf(page, model)) : "";
+  }
+  function zoomBy(factor, to = middle(), held = hold(to)) {
+    zoom = factor ? Math.min(Math.max(zoom * factor, 0.5), 10) : 1;
+    fit();
+    const box = held.anchor.getBoundingClientRect();
+    stage.scrollLeft += box.x + held.x * box.width - to.clientX;
+    stage.scrollTop += box.y + held.y * box.height - to.clientY;
+  }
+  function hold({ clientX, clientY }) {
+    const ground = (
+      /** @type {Document | ShadowRoot} */
+      stage.getRootNode()
+    );
+    const anchor = ground.elementFromPoint(clientX, clientY)?.closest(".gl-cell") ?? board;
+    const box = anchor.getBoundingClientRect();
+    return { anchor, x: (clientX - box.x) / box.width, y: (clientY - box.y) / box.height };
+  }
+  function middle() {
+    const { x, y, width, height } = stage.getBoundingClientRect();
+    return { clientX: x + width / 2, clientY: y + height / 2 };
+  }
+  function positionOf(target) {
+    const tile = target instanceof Element ? target.closest(".gl-cell") : null;
+    return tile ? tiles().indexOf(tile) : -1;
+  }
+  function tiles() {
+    return page.state.grids.flatMap((_, index) => [...grids[index].list.children]);
+  }
+  function focus() {
+    const tile = (
+      /** @type {HTMLElement | undefined} */
+      tiles()[page.selection.cursor]
+    );
+    tile?.focus({ preventScroll: true });
+    tile?.scrollIntoView({ block: "nearest", inline: "nearest" });
+  }
+  function askAgain() {
+    pictures.askAgain();
+    fit();
+  }
+  function close() {
+    resizes.disconnect();
+  }
+  return {
+    element: stage,
+    about,
+    update,
+    drawSoon,
+    fit,
+    describe,
+    zoomBy,
+    hold,
+    positionOf,
+    tiles,
+    focus,
+    askAgain,
+    close
+  };
+}
+function makeGrid(index) {
+  const id = `gl-grid-${Math.random().toString(36).slice(2, 8)}-${index}`;
+  const title = element("h2", { id, class: "gl-title" });
+  const list = element("div", {
+    class: "gl-grid",
+    role: "listbox",
+    "aria-multiselectable": "true",
+    "aria-labelledby": id
+  });
+  const cells = [];
+  return { element: element("section", { class: "gl-section" }, title, list), title, list, cells };
+}
+function pixelsFor(size) {
+  return size * Math.min(globalThis.devicePixelRatio || 1, 2) > 200 ? 320 : 160;
 }
 
 // source/factors.js
@@ -605,6 +821,9 @@ var KEYS = [
   ["0 … 9", "score 0 … 90 for all selected models"],
   ["H", "score 100"],
   ["S", "type any score, then Enter"],
+  ["1 … 5", "on the scale of stars: one to five"],
+  ["0, 1", "on the scale of thumbs: down, up"],
+  ["T", "next scale: 0–100, stars, thumbs"],
   ["Delete", "take the score away"],
   ["Arrows, Home, End", "move; with Shift, select a range; with Ctrl, move only"],
   ["Space", "select or deselect"],
@@ -612,6 +831,11 @@ var KEYS = [
   [
     "Enter",
     "look at the model in 3D; there ← and → show its neighbours, ↑ and ↓ the rules of its parts, Shift with arrows turns it"
+  ],
+  ["C", "compare models two at a time, or go back to the grids"],
+  [
+    "← → ↓",
+    "while comparing: rather the left one, rather the right one, both alike; ↑ the pair before, N the next one, Delete takes the answer away, Enter looks at both in 3D"
   ],
   ["U or Ctrl Z, Ctrl Shift Z", "undo, redo"],
   ["Ctrl Enter", "update"],
@@ -639,7 +863,7 @@ function listenToKeys(page, display, panel) {
   }
   function plain(event) {
     const { key } = event;
-    const score = scoreOfKey(key);
+    const score = scoreOfKey(scaleOf(page), key);
     if (score !== void 0) scoreSelected(score);
     else if (key === "s") panel.typeScore();
     else if (key === " ") selection.toggle(selection.cursor);
@@ -672,11 +896,6 @@ function listenToKeys(page, display, panel) {
     display.focus();
   }
   return { handOn };
-}
-function scoreOfKey(key) {
-  if (/^\d$/.test(key)) return 10 * Number(key);
-  if (key === "h" || key === "H") return 100;
-  return key === "Delete" || key === "Backspace" ? null : void 0;
 }
 function destination({ state, selection }, key) {
   const { columns } = state.layout;
@@ -775,7 +994,7 @@ function makeLearning(page) {
   let drawn = "";
   function update(state) {
     progress(state.updating);
-    start.disabled = state.scored === 0;
+    start.disabled = said(state) === "";
     start.classList.toggle("gl-calm", state.fresh);
     hint.textContent = hintOf(state);
     why.hidden = state.relevance.length === 0;
@@ -795,14 +1014,18 @@ function makeLearning(page) {
   }
   return { element: section, update, progress };
 }
-function hintOf({ scored, fresh, chart, gain }) {
-  if (scored === 0) return "Score some models, then update: the density follows what you like.";
-  if (!fresh) return `${scored} scores; the predictions do not know all of them yet.`;
+function hintOf(state) {
+  const [{ fresh, chart, gain }, all] = [state, said(state)];
+  if (!all) return "Score some models, then update: the density follows what you like.";
+  if (!fresh) return `${all}; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
   const settled = last.length === 2 && last.every(({ js }) => js < SETTLED);
   const more = gain === null ? "" : ` 16 more may gain about ${gain.toPrecision(1)} nats.`;
   const known = settled ? "the density has settled." : "the predictions know them all.";
-  return `${scored} scores; ${known}${more}`;
+  return `${all}; ${known}${more}`;
+}
+function said({ scored, compared }) {
+  return [scored && `${scored} scores`, compared && `${compared} comparisons`].filter(Boolean).join(" and ");
 }
 function relevanceLine({ name, level, share }) {
   const fill = element("i");
@@ -856,7 +1079,7 @@ function drawChart(movements) {
 
 // source/rule.js
 var INVITATION = "Click a part of the model to see the rule that made it.";
-function makeRule(page, mark) {
+function makeRule(page, mark2) {
   let model = "";
   let asked = 0;
   let part = null;
@@ -875,7 +1098,7 @@ function makeRule(page, mark) {
   function clear() {
     asked += 1;
     part = null;
-    mark(null);
+    mark2(null);
     text.replaceChildren(INVITATION);
   }
   function pick(triangle) {
@@ -892,15 +1115,15 @@ function makeRule(page, mark) {
       if (turn !== asked) return;
       part = /** @type {ModelPart} */
       result;
-      mark(part.triangles);
-      text.replaceChildren(...inWords2(part));
+      mark2(part.triangles);
+      text.replaceChildren(...inWords3(part));
     } catch (error) {
       if (turn === asked) text.replaceChildren(`No rule: ${error instanceof Error ? error.message : error}`);
     }
   }
   return { element: panel, open, pick, step };
 }
-function inWords2({ number: number2, count, path }) {
+function inWords3({ number: number2, count, path }) {
   const [symbol, place] = path[path.length - 1];
   return [
     element("p", {}, element("b", {}, symbol), " ", element("code", {}, place), ` part ${number2 + 1} of ${count}`),
@@ -938,6 +1161,7 @@ function makeLook(page, backToGrid) {
   const title = element("h2", { class: "gl-look-title" });
   const note = element("p", { class: "gl-look-note", role: "status" });
   const rule = makeRule(page, (triangles) => view?.mark(triangles));
+  const steps = makeSteps(page, "Score of this model", (score) => page.score([model], score));
   const dialog = element(
     "dialog",
     { class: "gl-look", "aria-label": "Model in 3D" },
@@ -954,14 +1178,7 @@ function makeLook(page, backToGrid) {
     room,
     note,
     rule.element,
-    element(
-      "footer",
-      { class: "gl-steps", role: "group", "aria-label": "Score of this model" },
-      ...Array.from(
-        { length: 11 },
-        (_, step) => textButton(String(10 * step), () => page.score([model], 10 * step), { class: "gl-step" })
-      )
-    )
+    element("footer", {}, steps.element)
   );
   const resizes = new ResizeObserver(() => view?.resize());
   resizes.observe(room);
@@ -976,7 +1193,7 @@ function makeLook(page, backToGrid) {
   });
   dialog.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const score = scoreOfKey(event.key);
+    const score = scoreOfKey(scaleOf(page), event.key);
     const movement = MOVEMENTS[`${event.shiftKey && event.key.startsWith("Arrow") ? "Shift " : ""}${event.key}`];
     if (movement) view?.move(...movement);
     else if (event.key === "=") view?.reset();
@@ -1016,10 +1233,8 @@ function makeLook(page, backToGrid) {
   function update() {
     if (!dialog.open || !page.state.models[model]) return;
     const known = knownOf(page, model);
-    title.textContent = inWords(known);
-    [...dialog.querySelectorAll(".gl-step")].forEach(
-      (step, index) => step.classList.toggle("gl-on", known.score === 10 * index)
-    );
+    title.textContent = inWords2(known);
+    steps.draw(known);
   }
   return {
     element: dialog,
@@ -1059,10 +1274,18 @@ var Outbox = class {
     this.#changed = changed;
     this.#refused = refused;
   }
-  /** @param {string[]} models @param {number | null} score @param {number} factor */
-  add(models, score, factor) {
+  /** @param {string[]} models @param {Said} said @param {number} factor */
+  add(models, said2, factor) {
+    this.#put({ models, said: said2, verdict: null, factor });
+  }
+  /** @param {string[]} models two of them @param {Verdict | null} verdict @param {number} factor */
+  compare(models, verdict, factor) {
+    this.#put({ models, said: null, verdict, factor });
+  }
+  /** @param {Omit<Entry, "key" | "since">} act */
+  #put(act) {
     const key = Math.random().toString(36).slice(2) + Date.now().toString(36);
-    const entry = { key, models, score, factor, since: performance.now() };
+    const entry = { ...act, key, since: performance.now() };
     this.#entries.push(entry);
     this.#changed();
     void this.#send(entry);
@@ -1075,9 +1298,9 @@ var Outbox = class {
   settle(revision) {
     this.#entries = this.#entries.filter((entry) => entry.revision === void 0 || entry.revision > revision);
   }
-  /** How many scores are not on disk. */
+  /** How many scores and comparisons are not on disk. */
   get unsaved() {
-    return this.#unsaved.reduce((sum, entry) => sum + entry.models.length, 0);
+    return this.#unsaved.reduce((sum, { said: said2, models }) => sum + (said2 ? models.length : 1), 0);
   }
   /** Milliseconds since the oldest score that is not on disk. */
   get waiting() {
@@ -1088,20 +1311,33 @@ var Outbox = class {
    * The score that a model has here, newer than the one Python told.
    * @param {string} model
    * @param {number} factor
-   * @returns {{ score: number | null, saved: boolean } | undefined}
+   * @returns {Said & { saved: boolean } | undefined}
    */
   find(model, factor) {
-    const entry = this.#entries.findLast((each) => each.factor === factor && each.models.includes(model));
-    return entry && { score: entry.score, saved: entry.revision !== void 0 };
+    const entry = this.#entries.findLast((each) => each.said && each.factor === factor && each.models.includes(model));
+    return entry?.said ? { ...entry.said, saved: entry.revision !== void 0 } : void 0;
+  }
+  /**
+   * What was said of a pair here, newer than what Python told.
+   * @param {string[]} models
+   * @param {number} factor
+   * @returns {{ said: Verdict | null, saved: boolean } | undefined}
+   */
+  findPair(models, factor) {
+    const entry = this.#entries.findLast(
+      (each) => !each.said && each.factor === factor && each.models.join() === models.join()
+    );
+    return entry && { said: entry.verdict, saved: entry.revision !== void 0 };
   }
   get #unsaved() {
     return this.#entries.filter((entry) => entry.revision === void 0);
   }
   /** @param {Entry} entry */
   async #send(entry) {
-    const { key, models, score, factor } = entry;
+    const { key, factor } = entry;
+    const [command, rest] = entry.said ? ["score", { models: entry.models, ...entry.said }] : ["compare", comparison(entry.models, entry.verdict)];
     try {
-      const { result } = await this.#channel.request("score", { key, models, score, factor });
+      const { result } = await this.#channel.request(command, { key, factor, ...rest });
       entry.revision = result.revision;
     } catch (error) {
       if (error instanceof ConnectionLost) return this.#changed();
@@ -1114,6 +1350,10 @@ var Outbox = class {
     this.#changed();
   }
 };
+function comparison(models, verdict) {
+  if (verdict === null) return { models, kind: null };
+  return { models: verdict === "second" ? models.toReversed() : models, kind: verdict === "alike" ? "tie" : "rather" };
+}
 
 // source/pointer.js
 var SLACK = 4;
@@ -1260,7 +1500,7 @@ function apart({ touches }) {
 }
 
 // source/preferences.js
-var DEFAULTS = { bars: true, advance: true };
+var DEFAULTS = { bars: true, advance: true, scale: "score" };
 function loadPreferences() {
   return new Proxy(
     { ...DEFAULTS, ...stored() },
@@ -1402,7 +1642,6 @@ function makeResults(page) {
 }
 
 // source/scoring.js
-var STEPS = [0, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100];
 function makeScoring(page, backToGrid) {
   const heading = element("h2", {}, "Score");
   const count = element("p", { class: "gl-count", role: "status" });
@@ -1422,11 +1661,12 @@ function makeScoring(page, backToGrid) {
     max: "100",
     "aria-label": "Score of the selected models"
   });
-  const steps = STEPS.map(
-    (score) => textButton(String(score), () => give(score), {
-      class: "gl-step",
-      title: score === 100 ? "key H" : `key ${score / 10}`
-    })
+  const steps = makeSteps(page, "Score of the selected models", give);
+  const scales = Object.entries(SCALES).map(
+    ([scale, { name }]) => textButton(name, () => choose(
+      /** @type {Scale} */
+      scale
+    ), { class: "gl-scale", title: "T: next scale" })
   );
   const clear = textButton("No score", () => give(null), {
     title: "Take the score away (Delete)",
@@ -1448,6 +1688,7 @@ function makeScoring(page, backToGrid) {
     checked: page.preferences.advance,
     onchange: () => void (page.preferences.advance = advance.checked)
   });
+  const set = element("button", { class: "gl-button" }, "Set");
   const form = element(
     "form",
     {
@@ -1461,23 +1702,18 @@ function makeScoring(page, backToGrid) {
       }
     },
     number2,
-    element("button", { class: "gl-button" }, "Set"),
+    set,
     element("span", { class: "gl-space" }),
     clear
   );
   slider.addEventListener("input", () => void (number2.value = slider.value));
   slider.addEventListener("change", () => give(slider.valueAsNumber));
-  const controls = element(
-    "fieldset",
-    { class: "gl-plain" },
-    element("div", { class: "gl-steps", role: "group", "aria-label": "Score of the selected models" }, ...steps),
-    slider,
-    form
-  );
+  const controls = element("fieldset", { class: "gl-plain" }, steps.element, slider, form);
   const section = element(
     "section",
     { class: "gl-card", "aria-label": "Score" },
     element("div", { class: "gl-row" }, heading, count, element("span", { class: "gl-space" }), look),
+    element("div", { class: "gl-row", role: "group", "aria-label": "Scale" }, ...scales),
     controls,
     element("label", { class: "gl-check" }, advance, "after a key, go on to the next model")
   );
@@ -1486,18 +1722,22 @@ function makeScoring(page, backToGrid) {
   }
   function update() {
     const chosen = page.selection.models;
-    const scores = new Set(chosen.map((model) => knownOf(page, model).score));
-    const [shared] = scores.size === 1 ? scores : [null];
+    const said2 = new Map(chosen.map((model) => sayingOf(knownOf(page, model))));
+    const shared = said2.size === 1 && [...said2.values()][0] || { score: null, kind: null };
+    const scale = scaleOf(page);
+    const plain = scale === "score" && shared.kind !== "stars" && shared.kind !== "thumb" ? shared.score : null;
+    for (const part of [number2, set, slider]) part.hidden = scale !== "score";
+    scales.forEach((button, index) => button.ariaPressed = String(Object.keys(SCALES)[index] === scale));
     const product = page.state.view === "product";
     const words = product ? "choose a factor first" : chosen.length ? `${chosen.length} selected` : "select models";
     if (count.textContent !== words) count.textContent = words;
     look.disabled = chosen.length === 0;
     controls.disabled = look.disabled || product;
-    if (focused() !== number2) number2.value = shared === null ? "" : shortly(shared);
-    number2.placeholder = scores.size > 1 ? "mixed" : "0–100";
-    if (focused() !== slider) slider.value = String(shared ?? 50);
-    slider.classList.toggle("gl-unset", shared === null);
-    steps.forEach((button, index) => button.classList.toggle("gl-on", shared === STEPS[index]));
+    if (focused() !== number2) number2.value = shortly({ score: plain, kind: "score" });
+    number2.placeholder = said2.size > 1 ? "mixed" : "0–100";
+    if (focused() !== slider) slider.value = String(plain ?? 50);
+    slider.classList.toggle("gl-unset", plain === null);
+    steps.draw(shared);
   }
   function focused() {
     return (
@@ -1505,12 +1745,19 @@ function makeScoring(page, backToGrid) {
       section.getRootNode().activeElement
     );
   }
+  function choose(scale) {
+    page.preferences.scale = scale;
+    update();
+  }
   function typeScore() {
-    if (controls.disabled) return;
+    if (controls.disabled || number2.hidden) return;
     number2.focus();
     number2.select();
   }
-  return { element: section, update, typeScore };
+  return { element: section, update, typeScore, nextScale: () => choose(nextScale(page)) };
+}
+function sayingOf({ score, kind }) {
+  return [`${kind} ${score}`, { score, kind }];
 }
 
 // source/selection.js
@@ -1545,6 +1792,13 @@ var Selection = class {
     [this.cursor, this.#anchor] = [follow(this.cursor), follow(this.#anchor)];
     this.order = order;
     this.#set(order.filter((model) => this.chosen.has(model)));
+  }
+  /** A pair to compare is shown instead; nothing of it is selected. @param {string[]} models */
+  follow(models) {
+    if (models.join() === this.order.join()) return;
+    this.order = models;
+    this.cursor = this.#anchor = 0;
+    this.chosen = /* @__PURE__ */ new Set();
   }
   /** @param {number} position */
   only(position) {
@@ -1673,6 +1927,7 @@ function makeToolbar(page, display, pointer) {
   const again = textButton("New models", () => void page.ask("populate", { way: page.state.way }), {
     title: "Show other models, chosen as said beside"
   });
+  const compare = toggleButton("Compare", "Two models at a time: which one would you rather have? (C)", page.pairwise);
   const sort = element("button", { type: "button", class: "gl-button gl-chooser" }, "Sort");
   const pan = toggle("hand", "Drag to pan", false, (on) => pointer.pan(on));
   const bars = toggle("bars", "Bars of predicted score and uncertainty", page.preferences.bars, (on) => {
@@ -1683,15 +1938,18 @@ function makeToolbar(page, display, pointer) {
     "div",
     { class: "gl-toolbar", role: "toolbar", "aria-label": "Display" },
     element("span", { class: "gl-joined" }, again, menu(way.button, "How models are chosen", buildWays)),
-    menu(sort, "Sort", (close) => buildSort(page, close)),
-    menu(size.button, "Size of the grids", buildSizes),
-    element("span", { class: "gl-space" }),
-    legend(),
-    bars,
-    pan,
-    iconButton("minus", "Zoom out", () => display.zoomBy(0.8)),
-    iconButton("fit", "Show all", () => display.zoomBy(0)),
-    iconButton("plus", "Zoom in", () => display.zoomBy(1.25))
+    compare,
+    ...ofGrids(
+      menu(sort, "Sort", (close) => buildSort(page, close)),
+      menu(size.button, "Size of the grids", buildSizes),
+      element("span", { class: "gl-space" }),
+      legend(),
+      bars,
+      pan,
+      iconButton("minus", "Zoom out", () => display.zoomBy(0.8)),
+      iconButton("fit", "Show all", () => display.zoomBy(0)),
+      iconButton("plus", "Zoom in", () => display.zoomBy(1.25))
+    )
   );
   function buildWays(close) {
     return page.state.ways.map(({ name, says }) => {
@@ -1736,6 +1994,7 @@ function makeToolbar(page, display, pointer) {
   function update(state) {
     way.set(state.way);
     size.set(nameOf(state.layout));
+    compare.ariaPressed = String(state.pairs !== null);
   }
   return { element: bar2, update };
 }
@@ -1781,6 +2040,15 @@ function buildSort(page, close) {
     query,
     found
   ];
+}
+function ofGrids(...parts) {
+  for (const part of parts) part.classList.add("gl-of-grids");
+  return parts;
+}
+function toggleButton(text, title, onclick) {
+  const button = textButton(text, onclick, { title });
+  button.ariaPressed = "false";
+  return button;
 }
 function legend() {
   const key = (name, text) => element("span", { class: `gl-key ${name}` }, element("i"), text);
@@ -1934,9 +2202,11 @@ function mount(host, transport) {
 }
 function build(root, channel, first) {
   const redraw = () => {
-    display.drawSoon();
+    if (page.state.pairs) compare.draw();
+    else display.drawSoon();
     scoring.update();
   };
+  let way = "default";
   const page = {
     root,
     state: first,
@@ -1952,11 +2222,15 @@ function build(root, channel, first) {
       ({ result }) => result,
       (error) => void page.complain(error)
     ),
+    pictures: new Pictures(channel, () => redraw()),
     score(models, score) {
-      if (page.state.view === "product")
-        status.say("The product is only looked at: choose the factor that the score belongs to.");
-      else if (models.length) page.outbox.add(models, score, page.factor().id);
+      const kind = scaleOf(page);
+      if (models.length && scorable()) page.outbox.add(models, { score, kind }, page.factor().id);
     },
+    compare(models, verdict) {
+      if (scorable()) page.outbox.compare(models, verdict, page.factor().id);
+    },
+    pairwise: () => void page.ask("populate", { way: page.state.pairs ? way : "pairs" }),
     factor() {
       const { factors: factors2, active } = page.state;
       return factors2.find(({ name }) => name === active) ?? factors2[0];
@@ -1965,12 +2239,13 @@ function build(root, channel, first) {
     say: (text) => status.say(text),
     complain: (error) => status.complain(error)
   };
+  const compare = makeCompare(page);
   const display = makeDisplay(page);
   const pointer = listenToPointer(page, display);
   const status = makeStatus(page);
   const scoring = makeScoring(page, () => keys.handOn());
   const keys = listenToKeys(page, display, scoring);
-  const look = makeLook(page, () => display.focus());
+  const look = makeLook(page, () => page.state.pairs ? compare.focus() : display.focus());
   const learning = makeLearning(page);
   const results = makeResults(page);
   const factors = makeFactors(page);
@@ -1996,7 +2271,7 @@ function build(root, channel, first) {
     element(
       "div",
       { class: "gl-main" },
-      element("div", { class: "gl-left" }, toolbar.element, display.element, display.about),
+      element("div", { class: "gl-left" }, toolbar.element, display.element, display.about, compare.element),
       element(
         "section",
         { class: "gl-side", "aria-label": "Score and learn" },
@@ -2009,6 +2284,11 @@ function build(root, channel, first) {
     look.element,
     help.element
   );
+  function scorable() {
+    if (page.state.view !== "product") return true;
+    status.say("The product is only looked at: choose the factor that the score belongs to.");
+    return false;
+  }
   function changed() {
     redraw();
     look.update();
@@ -2019,16 +2299,30 @@ function build(root, channel, first) {
     const command = event.ctrlKey || event.metaKey;
     const key = event.key.toLowerCase();
     if (command && key === "enter") void page.ask("update");
-    else if (typing) return;
+    else if (typing || event.defaultPrevented) return;
+    else if (!inDialog(event) && compare.press(event)) return event.preventDefault();
     else if (key === "?") help.open();
+    else if (!command && key === "t") {
+      scoring.nextScale();
+      look.update();
+    } else if (!command && key === "c" && !inDialog(event)) page.pairwise();
     else if (command && key === "z" && event.shiftKey || command && key === "y") void page.ask("redo");
     else if (command && key === "z" || !command && key === "u") void page.ask("undo");
     else return;
     event.preventDefault();
   };
   root.addEventListener("keydown", everywhere);
-  const loose = (event) => event.target === document.body && everywhere(event);
+  const loose = (event) => {
+    if (event.target === document.body) everywhere(event);
+  };
   if (isAlone()) document.addEventListener("keydown", loose);
+  function hasKeyboard() {
+    const { activeElement } = (
+      /** @type {Document | ShadowRoot} */
+      root.getRootNode()
+    );
+    return root.contains(activeElement) && !(activeElement instanceof HTMLInputElement);
+  }
   const warn = (event) => page.outbox.unsaved && event.preventDefault();
   addEventListener("beforeunload", warn);
   return {
@@ -2039,14 +2333,19 @@ function build(root, channel, first) {
         warned.add(warning);
         page.complain(warning);
       }
+      const [before, after] = [page.state.pairs !== null, state.pairs !== null];
       page.state = state;
+      if (!after) way = state.way;
+      root.classList.toggle("gl-pairwise", after);
       page.outbox.settle(state.revision);
       title.textContent = state.title;
       title.title = state.session;
       if (isAlone()) document.title = `${state.title} – grammarlab`;
       undo.disabled = !state.can_undo;
       redo.disabled = !state.can_redo;
-      for (const part of [factors, toolbar, display, scoring, learning, look, status]) part.update(state);
+      const shown = after ? compare : display;
+      for (const part of [factors, toolbar, shown, scoring, learning, look, status]) part.update(state);
+      if (before !== after && hasKeyboard()) shown.focus();
     },
     /** @param {import("./types.js").Progress} progress */
     progress(progress) {
@@ -2069,9 +2368,12 @@ function build(root, channel, first) {
     close() {
       removeEventListener("beforeunload", warn);
       document.removeEventListener("keydown", loose);
-      for (const part of [display, results, look, help, status]) part.close();
+      for (const part of [display, page.pictures, results, look, help, status]) part.close();
     }
   };
+}
+function inDialog({ target }) {
+  return target instanceof Element && target.closest("dialog") !== null;
 }
 function isAlone() {
   return document.body.classList.contains("gl-alone");

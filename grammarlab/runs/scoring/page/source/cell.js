@@ -1,5 +1,7 @@
 import { element } from "./element.js";
-import { inWords, shortly } from "./known.js";
+import { inWords } from "./known.js";
+import { drawPicture } from "./pictures.js";
+import { shortly } from "./scale.js";
 
 /** @typedef {import("./pictures.js").Picture} Picture */
 /** @typedef {import("./known.js").Known} Known */
@@ -33,8 +35,8 @@ export class Cell {
     const before = this.#look;
     this.#look = look;
     if (look.model !== before.model) this.element.dataset.model = look.model;
-    if (look.picture !== before.picture) this.#drawPicture(look.picture);
-    if (look.score !== before.score || look.saved !== before.saved) this.#drawScore(look);
+    if (look.picture !== before.picture) drawPicture(this.#picture, look.picture);
+    if (look.score !== before.score || look.kind !== before.kind || look.saved !== before.saved) this.#drawScore(look);
     if (look.predicted !== before.predicted) this.#predicted.set(look.predicted, 100);
     if (look.uncertain !== before.uncertain) this.#uncertain.set(look.uncertain, WIDEST);
     if (look.chosen !== before.chosen) this.element.setAttribute("aria-selected", String(look.chosen));
@@ -43,18 +45,9 @@ export class Cell {
     if (before.label === undefined || words !== inWords(/** @type {Look} */ (before))) this.element.ariaLabel = words;
   }
 
-  /** @param {Picture | undefined} picture */
-  #drawPicture(picture) {
-    const { style } = this.#picture;
-    style.backgroundImage = picture?.image ?? "";
-    style.backgroundSize = picture?.extent ?? "";
-    style.backgroundPosition = picture?.place ?? "";
-    this.#picture.classList.toggle("gl-empty", !picture);
-  }
-
   /** @param {Look} look */
-  #drawScore({ score, saved }) {
-    this.#score.textContent = score === null ? "" : shortly(score);
+  #drawScore({ score, kind, saved }) {
+    this.#score.textContent = shortly({ score, kind });
     this.#score.classList.toggle("gl-unsaved", !saved);
   }
 }

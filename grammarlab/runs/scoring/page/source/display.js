@@ -1,7 +1,6 @@
 import { Cell } from "./cell.js";
 import { element } from "./element.js";
 import { inWords, knownOf } from "./known.js";
-import { Pictures } from "./pictures.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").State} State */
@@ -27,7 +26,7 @@ export function makeDisplay(page) {
   const board = element("div", { class: "gl-board" });
   const stage = element("div", { class: "gl-stage" }, board);
   const about = element("p", { class: "gl-about" });
-  const pictures = new Pictures(page.channel, drawSoon);
+  const { pictures } = page;
   let zoom = 1;
   let size = 0;
   let frame = 0;
@@ -88,6 +87,7 @@ export function makeDisplay(page) {
   }
 
   function draw() {
+    if (page.state.pairs) return;
     let position = 0;
     page.state.grids.forEach((grid, index) => {
       const first = position;
@@ -165,7 +165,6 @@ export function makeDisplay(page) {
 
   function close() {
     resizes.disconnect();
-    pictures.close();
   }
 
   return {

@@ -1,3 +1,5 @@
+import { scaleOf, scoreOfKey } from "./scale.js";
+
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {ReturnType<typeof import("./display.js").makeDisplay>} Display */
 
@@ -6,6 +8,9 @@ export const KEYS = [
   ["0 … 9", "score 0 … 90 for all selected models"],
   ["H", "score 100"],
   ["S", "type any score, then Enter"],
+  ["1 … 5", "on the scale of stars: one to five"],
+  ["0, 1", "on the scale of thumbs: down, up"],
+  ["T", "next scale: 0–100, stars, thumbs"],
   ["Delete", "take the score away"],
   ["Arrows, Home, End", "move; with Shift, select a range; with Ctrl, move only"],
   ["Space", "select or deselect"],
@@ -13,6 +18,11 @@ export const KEYS = [
   [
     "Enter",
     "look at the model in 3D; there ← and → show its neighbours, ↑ and ↓ the rules of its parts, Shift with arrows turns it",
+  ],
+  ["C", "compare models two at a time, or go back to the grids"],
+  [
+    "← → ↓",
+    "while comparing: rather the left one, rather the right one, both alike; ↑ the pair before, N the next one, Delete takes the answer away, Enter looks at both in 3D",
   ],
   ["U or Ctrl Z, Ctrl Shift Z", "undo, redo"],
   ["Ctrl Enter", "update"],
@@ -54,7 +64,7 @@ export function listenToKeys(page, display, panel) {
   /** @param {KeyboardEvent} event */
   function plain(event) {
     const { key } = event;
-    const score = scoreOfKey(key);
+    const score = scoreOfKey(scaleOf(page), key);
     if (score !== undefined) scoreSelected(score);
     else if (key === "s") panel.typeScore();
     else if (key === " ") selection.toggle(selection.cursor);
@@ -94,17 +104,6 @@ export function listenToKeys(page, display, panel) {
   }
 
   return { handOn };
-}
-
-/**
- * The score that a key stands for; undefined for other keys.
- * @param {string} key
- * @returns {number | null | undefined}
- */
-export function scoreOfKey(key) {
-  if (/^\d$/.test(key)) return 10 * Number(key);
-  if (key === "h" || key === "H") return 100;
-  return key === "Delete" || key === "Backspace" ? null : undefined;
 }
 
 /**

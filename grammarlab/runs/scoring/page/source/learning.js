@@ -39,7 +39,7 @@ export function makeLearning(page) {
   /** @param {State} state */
   function update(state) {
     progress(state.updating);
-    start.disabled = state.scored === 0;
+    start.disabled = said(state) === "";
     start.classList.toggle("gl-calm", state.fresh);
     hint.textContent = hintOf(state);
     why.hidden = state.relevance.length === 0;
@@ -64,14 +64,20 @@ export function makeLearning(page) {
 }
 
 /** @param {State} state */
-function hintOf({ scored, fresh, chart, gain }) {
-  if (scored === 0) return "Score some models, then update: the density follows what you like.";
-  if (!fresh) return `${scored} scores; the predictions do not know all of them yet.`;
+function hintOf(state) {
+  const [{ fresh, chart, gain }, all] = [state, said(state)];
+  if (!all) return "Score some models, then update: the density follows what you like.";
+  if (!fresh) return `${all}; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
   const settled = last.length === 2 && last.every(({ js }) => js < SETTLED);
   const more = gain === null ? "" : ` 16 more may gain about ${gain.toPrecision(1)} nats.`;
   const known = settled ? "the density has settled." : "the predictions know them all.";
-  return `${scored} scores; ${known}${more}`;
+  return `${all}; ${known}${more}`;
+}
+
+/** How much a person has said. @param {State} state */
+function said({ scored, compared }) {
+  return [scored && `${scored} scores`, compared && `${compared} comparisons`].filter(Boolean).join(" and ");
 }
 
 /** @param {import("./types.js").Relevance} relevance */

@@ -1,8 +1,7 @@
 import { element, iconButton } from "./element.js";
-import { scoreOfKey } from "./keyboard.js";
 import { inWords, knownOf } from "./known.js";
-import { textButton } from "./menu.js";
 import { makeRule } from "./rule.js";
+import { makeSteps, scaleOf, scoreOfKey } from "./scale.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {ReturnType<typeof import("../viewer/viewer.js").show>} View */
@@ -40,6 +39,7 @@ export function makeLook(page, backToGrid) {
   const title = element("h2", { class: "gl-look-title" });
   const note = element("p", { class: "gl-look-note", role: "status" });
   const rule = makeRule(page, (triangles) => view?.mark(triangles));
+  const steps = makeSteps(page, "Score of this model", (score) => page.score([model], score));
   const dialog = element(
     "dialog",
     { class: "gl-look", "aria-label": "Model in 3D" },
@@ -56,13 +56,7 @@ export function makeLook(page, backToGrid) {
     room,
     note,
     rule.element,
-    element(
-      "footer",
-      { class: "gl-steps", role: "group", "aria-label": "Score of this model" },
-      ...Array.from({ length: 11 }, (_, step) =>
-        textButton(String(10 * step), () => page.score([model], 10 * step), { class: "gl-step" }),
-      ),
-    ),
+    element("footer", {}, steps.element),
   );
   const resizes = new ResizeObserver(() => view?.resize());
   resizes.observe(room);
@@ -78,7 +72,7 @@ export function makeLook(page, backToGrid) {
 
   dialog.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const score = scoreOfKey(event.key);
+    const score = scoreOfKey(scaleOf(page), event.key);
     const movement = MOVEMENTS[`${event.shiftKey && event.key.startsWith("Arrow") ? "Shift " : ""}${event.key}`];
     if (movement) view?.move(...movement);
     else if (event.key === "=") view?.reset();
@@ -124,9 +118,7 @@ export function makeLook(page, backToGrid) {
     if (!dialog.open || !page.state.models[model]) return;
     const known = knownOf(page, model);
     title.textContent = inWords(known);
-    [...dialog.querySelectorAll(".gl-step")].forEach((step, index) =>
-      step.classList.toggle("gl-on", known.score === 10 * index),
-    );
+    steps.draw(known);
   }
 
   return {

@@ -1,4 +1,5 @@
 import { Channel } from "./channel.js";
+import { makeCompare } from "./compare.js";
 import { makeDisplay } from "./display.js";
 import { element, iconButton } from "./element.js";
 import { makeFactors } from "./factors.js";
@@ -7,9 +8,11 @@ import { listenToKeys } from "./keyboard.js";
 import { makeLearning } from "./learning.js";
 import { makeLook } from "./look.js";
 import { Outbox } from "./outbox.js";
+import { Pictures } from "./pictures.js";
 import { listenToPointer } from "./pointer.js";
 import { loadPreferences } from "./preferences.js";
 import { makeResults } from "./results.js";
+import { scaleOf } from "./scale.js";
 import { makeScoring } from "./scoring.js";
 import { Selection } from "./selection.js";
 import { makeStatus } from "./status.js";
@@ -90,9 +93,11 @@ export function mount(host, transport) {
 /** @param {HTMLElement} root @param {Channel} channel @param {State} first */
 function build(root, channel, first) {
   const redraw = () => {
-    display.drawSoon();
+    if (page.state.pairs) compare.draw();
+    else display.drawSoon();
     scoring.update();
   };
+  let way = "default"; // how models were chosen before pairs were
   /** @type {Page} */
   const page = {
     root,
@@ -110,11 +115,15 @@ function build(root, channel, first) {
         ({ result }) => result,
         (error) => void page.complain(error),
       ),
+    pictures: new Pictures(channel, () => redraw()),
     score(models, score) {
-      if (page.state.view === "product")
-        status.say("The product is only looked at: choose the factor that the score belongs to.");
-      else if (models.length) page.outbox.add(models, score, page.factor().id);
+      const kind = scaleOf(page);
+      if (models.length && scorable()) page.outbox.add(models, { score, kind }, page.factor().id);
     },
+    compare(models, verdict) {
+      if (scorable()) page.outbox.compare(models, verdict, page.factor().id);
+    },
+    pairwise: () => void page.ask("populate", { way: page.state.pairs ? way : "pairs" }),
     factor() {
       const { factors, active } = page.state;
       return factors.find(({ name }) => name === active) ?? factors[0];
@@ -123,12 +132,13 @@ function build(root, channel, first) {
     say: (text) => status.say(text),
     complain: (error) => status.complain(error),
   };
+  const compare = makeCompare(page);
   const display = makeDisplay(page);
   const pointer = listenToPointer(page, display);
   const status = makeStatus(page);
   const scoring = makeScoring(page, () => keys.handOn());
   const keys = listenToKeys(page, display, scoring);
-  const look = makeLook(page, () => display.focus());
+  const look = makeLook(page, () => (page.state.pairs ? compare.focus() : display.focus()));
   const learning = makeLearning(page);
   const results = makeResults(page);
   const factors = makeFactors(page);
@@ -156,7 +166,7 @@ function build(root, channel, first) {
     element(
       "div",
       { class: "gl-main" },
-      element("div", { class: "gl-left" }, toolbar.element, display.element, display.about),
+      element("div", { class: "gl-left" }, toolbar.element, display.element, display.about, compare.element),
       element(
         "section",
         { class: "gl-side", "aria-label": "Score and learn" },
@@ -170,6 +180,12 @@ function build(root, channel, first) {
     help.element,
   );
 
+  function scorable() {
+    if (page.state.view !== "product") return true;
+    status.say("The product is only looked at: choose the factor that the score belongs to.");
+    return false;
+  }
+
   function changed() {
     redraw();
     look.update();
@@ -182,8 +198,13 @@ function build(root, channel, first) {
     const command = event.ctrlKey || event.metaKey;
     const key = event.key.toLowerCase();
     if (command && key === "enter") void page.ask("update");
-    else if (typing) return;
+    else if (typing || event.defaultPrevented) return;
+    else if (!inDialog(event) && compare.press(event)) return event.preventDefault();
     else if (key === "?") help.open();
+    else if (!command && key === "t") {
+      scoring.nextScale();
+      look.update();
+    } else if (!command && key === "c" && !inDialog(event)) page.pairwise();
     else if ((command && key === "z" && event.shiftKey) || (command && key === "y")) void page.ask("redo");
     else if ((command && key === "z") || (!command && key === "u")) void page.ask("undo");
     else return;
@@ -191,8 +212,16 @@ function build(root, channel, first) {
   };
   root.addEventListener("keydown", everywhere);
   // Before the first click, keys belong to nothing on the page; in a notebook they are the notebook's.
-  const loose = (/** @type {KeyboardEvent} */ event) => event.target === document.body && everywhere(event);
+  const loose = (/** @type {KeyboardEvent} */ event) => {
+    if (event.target === document.body) everywhere(event);
+  };
   if (isAlone()) document.addEventListener("keydown", loose);
+
+  /** Whether the keyboard is on the page, and nothing is being typed; a notebook may keep the page in a shadow tree. */
+  function hasKeyboard() {
+    const { activeElement } = /** @type {Document | ShadowRoot} */ (root.getRootNode());
+    return root.contains(activeElement) && !(activeElement instanceof HTMLInputElement);
+  }
 
   const warn = (/** @type {BeforeUnloadEvent} */ event) => page.outbox.unsaved && event.preventDefault();
   addEventListener("beforeunload", warn);
@@ -205,14 +234,19 @@ function build(root, channel, first) {
         warned.add(warning);
         page.complain(warning);
       }
+      const [before, after] = [page.state.pairs !== null, state.pairs !== null];
       page.state = state;
+      if (!after) way = state.way;
+      root.classList.toggle("gl-pairwise", after);
       page.outbox.settle(state.revision);
       title.textContent = state.title;
       title.title = state.session;
       if (isAlone()) document.title = `${state.title} – grammarlab`;
       undo.disabled = !state.can_undo;
       redo.disabled = !state.can_redo;
-      for (const part of [factors, toolbar, display, scoring, learning, look, status]) part.update(state);
+      const shown = after ? compare : display;
+      for (const part of [factors, toolbar, shown, scoring, learning, look, status]) part.update(state);
+      if (before !== after && hasKeyboard()) shown.focus();
     },
     /** @param {import("./types.js").Progress} progress */
     progress(progress) {
@@ -235,9 +269,14 @@ function build(root, channel, first) {
     close() {
       removeEventListener("beforeunload", warn);
       document.removeEventListener("keydown", loose);
-      for (const part of [display, results, look, help, status]) part.close();
+      for (const part of [display, page.pictures, results, look, help, status]) part.close();
     },
   };
+}
+
+/** @param {KeyboardEvent} event */
+function inDialog({ target }) {
+  return target instanceof Element && target.closest("dialog") !== null;
 }
 
 /** Whether the page has a window of its own. */

@@ -1,11 +1,14 @@
 import { ConnectionLost } from "./channel.js";
 
 /** @typedef {import("./channel.js").Channel} Channel */
+/** @typedef {import("./types.js").Said} Said */
+/** @typedef {import("./types.js").Verdict} Verdict */
 /**
- * @typedef {object} Entry one act of scoring
+ * @typedef {object} Entry one act of scoring or comparing
  * @property {string} key the same however often it is sent, so that Python stores it once
  * @property {string[]} models
- * @property {number | null} score
+ * @property {Said | null} said null for a comparison
+ * @property {Verdict | null} verdict of a comparison
  * @property {number} factor id of the factor that the person saw
  * @property {number} since when it was given, ms
  * @property {number} [revision] of the session, once it is saved
@@ -31,10 +34,20 @@ export class Outbox {
     this.#refused = refused;
   }
 
-  /** @param {string[]} models @param {number | null} score @param {number} factor */
-  add(models, score, factor) {
+  /** @param {string[]} models @param {Said} said @param {number} factor */
+  add(models, said, factor) {
+    this.#put({ models, said, verdict: null, factor });
+  }
+
+  /** @param {string[]} models two of them @param {Verdict | null} verdict @param {number} factor */
+  compare(models, verdict, factor) {
+    this.#put({ models, said: null, verdict, factor });
+  }
+
+  /** @param {Omit<Entry, "key" | "since">} act */
+  #put(act) {
     const key = Math.random().toString(36).slice(2) + Date.now().toString(36);
-    const entry = { key, models, score, factor, since: performance.now() };
+    const entry = { ...act, key, since: performance.now() };
     this.#entries.push(entry);
     this.#changed();
     void this.#send(entry);
@@ -50,9 +63,9 @@ export class Outbox {
     this.#entries = this.#entries.filter((entry) => entry.revision === undefined || entry.revision > revision);
   }
 
-  /** How many scores are not on disk. */
+  /** How many scores and comparisons are not on disk. */
   get unsaved() {
-    return this.#unsaved.reduce((sum, entry) => sum + entry.models.length, 0);
+    return this.#unsaved.reduce((sum, { said, models }) => sum + (said ? models.length : 1), 0);
   }
 
   /** Milliseconds since the oldest score that is not on disk. */
@@ -65,11 +78,24 @@ export class Outbox {
    * The score that a model has here, newer than the one Python told.
    * @param {string} model
    * @param {number} factor
-   * @returns {{ score: number | null, saved: boolean } | undefined}
+   * @returns {Said & { saved: boolean } | undefined}
    */
   find(model, factor) {
-    const entry = this.#entries.findLast((each) => each.factor === factor && each.models.includes(model));
-    return entry && { score: entry.score, saved: entry.revision !== undefined };
+    const entry = this.#entries.findLast((each) => each.said && each.factor === factor && each.models.includes(model));
+    return entry?.said ? { ...entry.said, saved: entry.revision !== undefined } : undefined;
+  }
+
+  /**
+   * What was said of a pair here, newer than what Python told.
+   * @param {string[]} models
+   * @param {number} factor
+   * @returns {{ said: Verdict | null, saved: boolean } | undefined}
+   */
+  findPair(models, factor) {
+    const entry = this.#entries.findLast(
+      (each) => !each.said && each.factor === factor && each.models.join() === models.join(),
+    );
+    return entry && { said: entry.verdict, saved: entry.revision !== undefined };
   }
 
   get #unsaved() {
@@ -78,9 +104,12 @@ export class Outbox {
 
   /** @param {Entry} entry */
   async #send(entry) {
-    const { key, models, score, factor } = entry;
+    const { key, factor } = entry;
+    const [command, rest] = entry.said
+      ? ["score", { models: entry.models, ...entry.said }]
+      : ["compare", comparison(entry.models, entry.verdict)];
     try {
-      const { result } = await this.#channel.request("score", { key, models, score, factor });
+      const { result } = await this.#channel.request(command, { key, factor, ...rest });
       entry.revision = result.revision;
     } catch (error) {
       if (error instanceof ConnectionLost) return this.#changed();
@@ -89,4 +118,10 @@ export class Outbox {
     }
     this.#changed();
   }
+}
+
+/** As Python wants it: the model that is preferred comes first. @param {string[]} models @param {Verdict | null} verdict */
+function comparison(models, verdict) {
+  if (verdict === null) return { models, kind: null };
+  return { models: verdict === "second" ? models.toReversed() : models, kind: verdict === "alike" ? "tie" : "rather" };
 }

@@ -47,6 +47,11 @@ export class Pictures {
     return this.#known.get(model);
   }
 
+  /** Shows a model on an element, as far as its picture is there. @param {HTMLElement} where @param {string} model */
+  draw(where, model) {
+    drawPicture(where, this.find(model));
+  }
+
   close() {
     for (const { url } of this.#sheets) URL.revokeObjectURL(url);
   }
@@ -86,6 +91,14 @@ export class Pictures {
       this.#sheets.delete(sheet);
     }
   }
+}
+
+/** @param {HTMLElement} where @param {Picture | undefined} picture */
+export function drawPicture(where, picture) {
+  where.style.backgroundImage = picture?.image ?? "";
+  where.style.backgroundSize = picture?.extent ?? "";
+  where.style.backgroundPosition = picture?.place ?? "";
+  where.classList.toggle("gl-empty", !picture);
 }
 
 /** @param {number} part @param {number} whole */

@@ -1,4 +1,4 @@
-const DEFAULTS = { bars: true, advance: true };
+const DEFAULTS = { bars: true, advance: true, scale: "score" };
 
 /** @typedef {typeof DEFAULTS} Preferences */
 

@@ -1,13 +1,14 @@
 import { element, icon } from "./element.js";
-import { knownOf, shortly } from "./known.js";
+import { knownOf } from "./known.js";
 import { textButton } from "./menu.js";
+import { makeSteps, nextScale, SCALES, scaleOf, shortly } from "./scale.js";
 
 /** @typedef {import("./types.js").Page} Page */
-
-const STEPS = [0, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100];
+/** @typedef {import("./types.js").Scale} Scale */
+/** @typedef {import("./types.js").Said} Said */
 
 /**
- * One score for all that is selected: typed, by slider or by a step.
+ * One score for all that is selected, on the scale of choice: typed, by slider or by a step.
  * @param {Page} page
  * @param {() => void} backToGrid
  */
@@ -30,11 +31,9 @@ export function makeScoring(page, backToGrid) {
     max: "100",
     "aria-label": "Score of the selected models",
   });
-  const steps = STEPS.map((score) =>
-    textButton(String(score), () => give(score), {
-      class: "gl-step",
-      title: score === 100 ? "key H" : `key ${score / 10}`,
-    }),
+  const steps = makeSteps(page, "Score of the selected models", give);
+  const scales = Object.entries(SCALES).map(([scale, { name }]) =>
+    textButton(name, () => choose(/** @type {Scale} */ (scale)), { class: "gl-scale", title: "T: next scale" }),
   );
   const clear = textButton("No score", () => give(null), {
     title: "Take the score away (Delete)",
@@ -56,6 +55,7 @@ export function makeScoring(page, backToGrid) {
     checked: page.preferences.advance,
     onchange: () => void (page.preferences.advance = advance.checked),
   });
+  const set = element("button", { class: "gl-button" }, "Set");
   const form = element(
     "form",
     {
@@ -69,7 +69,7 @@ export function makeScoring(page, backToGrid) {
       },
     },
     number,
-    element("button", { class: "gl-button" }, "Set"),
+    set,
     element("span", { class: "gl-space" }),
     clear,
   );
@@ -77,17 +77,12 @@ export function makeScoring(page, backToGrid) {
   slider.addEventListener("input", () => void (number.value = slider.value));
   slider.addEventListener("change", () => give(slider.valueAsNumber));
 
-  const controls = element(
-    "fieldset",
-    { class: "gl-plain" },
-    element("div", { class: "gl-steps", role: "group", "aria-label": "Score of the selected models" }, ...steps),
-    slider,
-    form,
-  );
+  const controls = element("fieldset", { class: "gl-plain" }, steps.element, slider, form);
   const section = element(
     "section",
     { class: "gl-card", "aria-label": "Score" },
     element("div", { class: "gl-row" }, heading, count, element("span", { class: "gl-space" }), look),
+    element("div", { class: "gl-row", role: "group", "aria-label": "Scale" }, ...scales),
     controls,
     element("label", { class: "gl-check" }, advance, "after a key, go on to the next model"),
   );
@@ -99,18 +94,23 @@ export function makeScoring(page, backToGrid) {
 
   function update() {
     const chosen = page.selection.models;
-    const scores = new Set(chosen.map((model) => knownOf(page, model).score));
-    const [shared] = scores.size === 1 ? scores : [null];
+    const said = new Map(chosen.map((model) => sayingOf(knownOf(page, model))));
+    /** @type {Said} */
+    const shared = (said.size === 1 && [...said.values()][0]) || { score: null, kind: null };
+    const scale = scaleOf(page);
+    const plain = scale === "score" && shared.kind !== "stars" && shared.kind !== "thumb" ? shared.score : null;
+    for (const part of [number, set, slider]) part.hidden = scale !== "score";
+    scales.forEach((button, index) => (button.ariaPressed = String(Object.keys(SCALES)[index] === scale)));
     const product = page.state.view === "product";
     const words = product ? "choose a factor first" : chosen.length ? `${chosen.length} selected` : "select models";
     if (count.textContent !== words) count.textContent = words;
     look.disabled = chosen.length === 0;
     controls.disabled = look.disabled || product;
-    if (focused() !== number) number.value = shared === null ? "" : shortly(shared);
-    number.placeholder = scores.size > 1 ? "mixed" : "0–100";
-    if (focused() !== slider) slider.value = String(shared ?? 50);
-    slider.classList.toggle("gl-unset", shared === null);
-    steps.forEach((button, index) => button.classList.toggle("gl-on", shared === STEPS[index]));
+    if (focused() !== number) number.value = shortly({ score: plain, kind: "score" });
+    number.placeholder = said.size > 1 ? "mixed" : "0–100";
+    if (focused() !== slider) slider.value = String(plain ?? 50);
+    slider.classList.toggle("gl-unset", plain === null);
+    steps.draw(shared);
   }
 
   /** Where the keyboard is, also where a notebook keeps its outputs in a shadow tree. */
@@ -118,11 +118,22 @@ export function makeScoring(page, backToGrid) {
     return /** @type {Document | ShadowRoot} */ (section.getRootNode()).activeElement;
   }
 
+  /** @param {Scale} scale */
+  function choose(scale) {
+    page.preferences.scale = scale;
+    update();
+  }
+
   function typeScore() {
-    if (controls.disabled) return;
+    if (controls.disabled || number.hidden) return;
     number.focus();
     number.select();
   }
 
-  return { element: section, update, typeScore };
+  return { element: section, update, typeScore, nextScale: () => choose(nextScale(page)) };
+}
+
+/** What was said, by a text that is the same for the same. @param {Said} said @returns {[string, Said]} */
+function sayingOf({ score, kind }) {
+  return [`${kind} ${score}`, { score, kind }];
 }

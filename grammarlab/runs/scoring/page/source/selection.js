@@ -41,6 +41,14 @@ export class Selection {
     this.#set(order.filter((model) => this.chosen.has(model)));
   }
 
+  /** A pair to compare is shown instead; nothing of it is selected. @param {string[]} models */
+  follow(models) {
+    if (models.join() === this.order.join()) return;
+    this.order = models;
+    this.cursor = this.#anchor = 0;
+    this.chosen = new Set();
+  }
+
   /** @param {number} position */
   only(position) {
     this.cursor = this.#anchor = position;

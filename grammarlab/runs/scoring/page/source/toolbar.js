@@ -25,6 +25,7 @@ export function makeToolbar(page, display, pointer) {
   const again = textButton("New models", () => void page.ask("populate", { way: page.state.way }), {
     title: "Show other models, chosen as said beside",
   });
+  const compare = toggleButton("Compare", "Two models at a time: which one would you rather have? (C)", page.pairwise);
   const sort = element("button", { type: "button", class: "gl-button gl-chooser" }, "Sort");
   const pan = toggle("hand", "Drag to pan", false, (on) => pointer.pan(on));
   const bars = toggle("bars", "Bars of predicted score and uncertainty", page.preferences.bars, (on) => {
@@ -35,15 +36,18 @@ export function makeToolbar(page, display, pointer) {
     "div",
     { class: "gl-toolbar", role: "toolbar", "aria-label": "Display" },
     element("span", { class: "gl-joined" }, again, menu(way.button, "How models are chosen", buildWays)),
-    menu(sort, "Sort", (close) => buildSort(page, close)),
-    menu(size.button, "Size of the grids", buildSizes),
-    element("span", { class: "gl-space" }),
-    legend(),
-    bars,
-    pan,
-    iconButton("minus", "Zoom out", () => display.zoomBy(0.8)),
-    iconButton("fit", "Show all", () => display.zoomBy(0)),
-    iconButton("plus", "Zoom in", () => display.zoomBy(1.25)),
+    compare,
+    ...ofGrids(
+      menu(sort, "Sort", (close) => buildSort(page, close)),
+      menu(size.button, "Size of the grids", buildSizes),
+      element("span", { class: "gl-space" }),
+      legend(),
+      bars,
+      pan,
+      iconButton("minus", "Zoom out", () => display.zoomBy(0.8)),
+      iconButton("fit", "Show all", () => display.zoomBy(0)),
+      iconButton("plus", "Zoom in", () => display.zoomBy(1.25)),
+    ),
   );
 
   /** @param {() => void} close */
@@ -94,6 +98,7 @@ export function makeToolbar(page, display, pointer) {
   function update(state) {
     way.set(state.way);
     size.set(nameOf(state.layout));
+    compare.ariaPressed = String(state.pairs !== null);
   }
 
   return { element: bar, update };
@@ -142,6 +147,19 @@ function buildSort(page, close) {
     query,
     found,
   ];
+}
+
+/** Parts that have no meaning where pairs are shown. @param {HTMLElement[]} parts */
+function ofGrids(...parts) {
+  for (const part of parts) part.classList.add("gl-of-grids");
+  return parts;
+}
+
+/** @param {string} text @param {string} title @param {() => void} onclick */
+function toggleButton(text, title, onclick) {
+  const button = textButton(text, onclick, { title });
+  button.ariaPressed = "false";
+  return button;
 }
 
 /** What the bars mean. */

@@ -6,10 +6,16 @@
  *
  * @typedef {object} Model
  * @property {number | null} score given for the active factor, 0 to 100
+ * @property {Scale | null} kind how it was given
  * @property {number | null} mean predicted for the active factor
  * @property {number | null} std standard deviation of that prediction, in points
  * @property {number | null} [product] predicted over all factors, 0 to 100
  * @property {string} label in words
+ *
+ * @typedef {"score" | "stars" | "thumb"} Scale of 0 to 100; five stars; up and down
+ * @typedef {{ score: number | null, kind: Scale | null }} Said of one model
+ * @typedef {"first" | "second" | "alike"} Verdict which of two models is preferred
+ * @typedef {{ models: string[], said: Verdict | null }} Pair two models to compare, and what was said for the active factor
  *
  * @typedef {{ id: number, name: string, labels: number }} Factor known by its id, since other windows may rename it
  * @typedef {{ title: string, models: string[] }} Grid
@@ -37,7 +43,9 @@
  * @property {string} way
  * @property {Grid[]} grids
  * @property {Record<string, Model>} models
- * @property {number} scored
+ * @property {Pair[] | null} pairs that are shown; null where models are shown in grids
+ * @property {number} scored models that have a score
+ * @property {number} compared comparisons, of all factors
  * @property {boolean} can_undo
  * @property {boolean} can_redo
  * @property {Movement[]} chart
@@ -68,7 +76,10 @@
  * @property {import("./selection.js").Selection} selection
  * @property {import("./preferences.js").Preferences} preferences of this browser
  * @property {(command: string, parameters?: object) => Promise<any>} ask sends a command; a refusal is shown
- * @property {(models: string[], score: number | null) => void} score
+ * @property {import("./pictures.js").Pictures} pictures
+ * @property {(models: string[], score: number | null) => void} score on the scale in use
+ * @property {(models: string[], said: Verdict | null) => void} compare two models
+ * @property {() => void} pairwise pairs instead of grids, or grids again
  * @property {() => Factor} factor the one that is active as far as this page shows
  * @property {(text: string) => void} say a passing note, also for screen readers
  * @property {(error: unknown) => void} complain something that a person has to know

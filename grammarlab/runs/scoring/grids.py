@@ -1,0 +1,113 @@
+"""What is shown: models in grids, how many of them; and checks of names that come from elsewhere."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from grammarlab.errors import UsageError
+from grammarlab.learning.addresses import Address, shown
+
+PAIRS = "pairs"
+"""The way to choose models that shows two at a time: those at one place of two grids."""
+MAX_SIDE, MAX_GRIDS = 10, 2
+"""Rows and columns of a grid, and grids, at most."""
+MAX_MODELS = 20_000
+"""Models that one event may be about."""
+MAX_NAME = 60
+"""Characters of a name."""
+
+_CONTROL = re.compile(r"[\x00-\x1f\x7f]")
+
+Body = Mapping[str, Any]
+"""Of an event."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How many models are shown, and how."""
+
+    grids: int = 2
+    rows: int = 4
+    columns: int = 4
+
+    @property
+    def models(self) -> int:
+        """How many models all grids have room for."""
+        return self.grids * self.rows * self.columns
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Models side by side."""
+
+    title: str
+    models: tuple[str, ...]
+
+    def as_json(self) -> Body:
+        """As events hold it."""
+        return {"title": self.title, "models": list(self.models)}
+
+
+def checked_models(value: object, most: int = MAX_MODELS) -> list[str]:
+    """Addresses of different models.
+
+    Raises:
+        UsageError: when they are none, or too many.
+    """
+    if not isinstance(value, list) or len(value) > most:
+        raise UsageError(f"models: expected a list of at most {most:,}, found {shown(value)}.")
+    for text in value:
+        Address.parse(text)
+    if len(set(value)) < len(value):
+        raise UsageError("models: expected different ones, found one twice.")
+    return value
+
+
+def checked_name(value: object) -> str:
+    """A name for a factor.
+
+    Raises:
+        UsageError: when it is none.
+    """
+    if not isinstance(value, str) or not value.strip() or len(value) > MAX_NAME or _CONTROL.search(value):
+        raise UsageError(f"name: expected one line of 1 to {MAX_NAME} characters, found {shown(value)}.")
+    return value
+
+
+def check_layout(body: Body) -> None:
+    """Makes sure that an event says how many models are shown.
+
+    Raises:
+        UsageError: when it does not.
+    """
+    for name, most in (("grids", MAX_GRIDS), ("rows", MAX_SIDE), ("columns", MAX_SIDE)):
+        value = body.get(name)
+        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+            raise UsageError(f"{name}: expected a number from 1 to {most}, found {shown(value)}.")
+
+
+def check_shown(body: Body) -> None:
+    """Makes sure that an event says which models are shown.
+
+    Raises:
+        UsageError: when it does not.
+    """
+    grids, way = body.get("grids"), body.get("way")
+    if not isinstance(way, str) or len(way) > MAX_NAME:
+        raise UsageError(f"way: expected a name, found {shown(way)}.")
+    if not isinstance(grids, list) or len(grids) > MAX_GRIDS:
+        raise UsageError(f"grids: expected at most {MAX_GRIDS}, found {shown(grids)}.")
+    for grid in grids:
+        title = grid.get("title") if isinstance(grid, dict) else None
+        if not isinstance(title, str) or len(title) > MAX_NAME:
+            raise UsageError(f"grids: expected a title and models for each, found {shown(grid)}.")
+        checked_models(grid.get("models"), MAX_SIDE * MAX_SIDE)
+    if way == PAIRS:
+        sides = [grid["models"] for grid in grids]
+        if len(sides) != MAX_GRIDS or len(sides[0]) != len(sides[1]):
+            raise UsageError(f"grids: expected two of as many models for pairs, found {shown(grids)}.")
+        for pair in zip(*sides, strict=True):
+            checked_models(list(pair))
