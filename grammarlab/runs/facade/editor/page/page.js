@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 2c0c5f5683a95d87 */
+/* Built from source/ by bundle.js; do not edit. Source 300e41093270be9d */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -96,10 +96,11 @@ var ICONS = {
   hand: "M5 8V4.2a1 1 0 0 1 2 0V7m0-3.8a1 1 0 0 1 2 0V7m0-2.8a1 1 0 0 1 2 0V8m0-1.8a1 1 0 0 1 2 0V10a4 4 0 0 1-4 4H8.4a3 3 0 0 1-2.3-1.1L3 9.2a1 1 0 0 1 1.5-1.3L5 8.4",
   bars: "M2.5 5.5h11M2.5 10.5h7",
   more: "M4 8h.01M8 8h.01M12 8h.01",
-  down: "M4.5 6.5 8 10l3.5-3.5",
   previous: "M10 3 5 8l5 5",
   next: "M6 3l5 5-5 5",
   cube: "M8 2l5.2 3v6L8 14l-5.2-3V5zM8 8l5.2-3M8 8v6M8 8 2.8 5",
+  up: "M5 7v6.5M5 7l2.6-4.8a1.3 1.3 0 0 1 2.3 1.2L9.3 6.5h3.2a1.2 1.2 0 0 1 1.2 1.5l-1.1 4.4a1.5 1.5 0 0 1-1.4 1.1H5M2.3 7H5v6.5H2.3z",
+  down: "M5 9V2.5M5 9l2.6 4.8a1.3 1.3 0 0 0 2.3-1.2L9.3 9.5h3.2a1.2 1.2 0 0 0 1.2-1.5l-1.1-4.4a1.5 1.5 0 0 0-1.4-1.1H5M2.3 9H5V2.5H2.3z",
   keys: "M2 4.5h12v7H2zM4.5 7h.01M7 7h.01M9.5 7h.01M11.8 7h.01M5 9.3h6"
 };
 function icon(name) {
@@ -717,7 +718,6 @@ function makeStage(page, drag) {
     place2(handles.height, (view.left + right) / 2, top, drawing.height);
     place2(handles.both, right, top, 0);
     stage.classList.toggle("fe-bad", Boolean(drag.conflict));
-    stage.classList.toggle("fe-moving", drag.active);
     stage.classList.toggle("fe-gridding", page.gridding);
     alert.hidden = !drag.conflict;
     if (alert.textContent !== drag.conflict) alert.textContent = drag.conflict;
@@ -736,7 +736,7 @@ function makeStage(page, drag) {
       ...measure(view.left, view.bottom + 22, right, view.bottom + 22, `${metres(state.drawing.width)} m`),
       ...measure(right + 30, view.bottom, right + 30, top, `${metres(state.drawing.height)} m`)
     ];
-    for (const node of grid?.nodes ?? []) marks.push(box(node, "fe-element"));
+    for (const node of !drag.active && grid?.nodes || []) marks.push(box(node, "fe-element"));
     for (const { node } of state.locks) if (node) marks.push(box(node, "fe-locked"));
     if (hovered >= 0 && hovered < state.parent.length) marks.push(box(hovered, "fe-hovered"));
     if (page.selected >= 0) marks.push(box(page.selected, "fe-selected"));
@@ -1155,6 +1155,7 @@ function makeStrip(page) {
     if (wanted === shown) return;
     shown = wanted;
     list.classList.add("fe-old");
+    about.textContent = active ? "Trying them…" : "";
     if (!active)
       return show([], 0, "Draw a rectangle around some windows to make a grid; then its variations are here.");
     page.channel.request("vary", { axis: kind.axis, change: kind.change, most }).then(
@@ -1331,6 +1332,7 @@ function build(root, channel, first) {
   const strip = makeStrip(page);
   const acts = {
     async save() {
+      if (document.activeElement instanceof HTMLInputElement) document.activeElement.blur();
       const saved2 = await page.ask("save");
       if (saved2) page.say(`Saved to ${saved2.file}`);
     },

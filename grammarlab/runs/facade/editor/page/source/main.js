@@ -101,6 +101,8 @@ function build(root, channel, first) {
   const strip = makeStrip(page);
   const acts = {
     async save() {
+      // A length that is being typed counts.
+      if (document.activeElement instanceof HTMLInputElement) document.activeElement.blur();
       const saved = await page.ask("save");
       if (saved) page.say(`Saved to ${saved.file}`);
     },

@@ -44,6 +44,7 @@ export function makeStrip(page) {
     if (wanted === shown) return;
     shown = wanted;
     list.classList.add("fe-old");
+    about.textContent = active ? "Trying them…" : "";
     if (!active)
       return show([], 0, "Draw a rectangle around some windows to make a grid; then its variations are here.");
     page.channel.request("vary", { axis: kind.axis, change: kind.change, most }).then(
