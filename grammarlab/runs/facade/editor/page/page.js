@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source 300e41093270be9d */
+/* Built from source/ by bundle.js; do not edit. Source ecd677ecd12a5aeb */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -1399,6 +1399,9 @@ function build(root, channel, first) {
       drag.told();
       if (page.selected >= state.parent.length) page.selected = -1;
       page.gridding &&= Boolean(state.active);
+      if (!drag.active) stage.fit();
+      page.changed();
+      stage.draw();
       void page.pictures.want(state.pictures);
       title.textContent = state.title;
       title.title = state.file;
@@ -1409,8 +1412,6 @@ function build(root, channel, first) {
       undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
       redo.disabled = !state.redo;
       redo.title = state.redo ? `Redo: ${state.redo} (Ctrl Y)` : "Nothing to redo";
-      if (!drag.active) stage.fit();
-      page.changed();
     },
     /** @param {boolean} connected */
     connection(connected) {
