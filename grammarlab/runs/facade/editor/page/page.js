@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source ecd677ecd12a5aeb */
+/* Built from source/ by bundle.js; do not edit. Source e898dba81b9be4ea */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -1176,7 +1176,9 @@ function makeStrip(page) {
       variation,
       canvas: element("canvas", { class: "fe-small", "aria-hidden": "true" })
     }));
+    const held = [...list.children].findIndex((each) => each === document.activeElement);
     list.replaceChildren(...tiles.map(tile));
+    if (held >= 0) list.children[Math.min(held, tiles.length - 1)]?.focus();
     if (total > found.length && most < 60)
       list.append(
         element(
@@ -1202,15 +1204,12 @@ function makeStrip(page) {
         class: `fe-tile${told.length ? " fe-flawed" : ""}`,
         title: [words, size, ...told].join("\n"),
         "aria-label": [words, size, ...told].join(", "),
-        onclick: () => accept(number)
+        onclick: () => void page.ask("accept", { number })
       },
       canvas,
       element("span", { class: "fe-words" }, words),
       element("small", {}, told.length ? "incomplete" : size)
     );
-  }
-  async function accept(number) {
-    if (await page.ask("accept", { number }) && list.contains(document.activeElement)) first();
   }
   function draw() {
     const [width, height] = [
