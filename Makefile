@@ -56,6 +56,11 @@ facades: $(VENV)/.dev
 		sheet([Image.open(f"out/arcade/{each}.png") for each in sys.argv[1:]]).save("docs/images/arcade_widths.png")' \
 		14.7 21 31.5 42
 
+	for start in Block Corner; do \
+		$(BIN)/grammarlab sample $(FACADES)/blocks.cga --start $$start -n 1 --format obj --no-image -o out/$$start && \
+		$(BIN)/grammarlab facade synthesize out/$$start/blocks-00000.obj --rows 8 --columns 15 -o out/$$start/made && \
+		cp out/$$start/made/001.png docs/images/synthesis_$$start.png || exit 1; done
+
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix $(CODE)
 	$(BIN)/ruff format $(CODE)

@@ -14,8 +14,12 @@ from grammarlab.cli.examples import list_examples
 from grammarlab.cli.facade import facade
 from grammarlab.cli.facade_edit import edit
 from grammarlab.cli.facade_grammar import grammar
+from grammarlab.cli.facade_layers import layers
+from grammarlab.cli.facade_match import match
 from grammarlab.cli.facade_open import open_facade
+from grammarlab.cli.facade_scene import scene
 from grammarlab.cli.facade_show import show as show_facade
+from grammarlab.cli.facade_synthesize import synthesize
 from grammarlab.cli.format import format_file
 from grammarlab.cli.label import label
 from grammarlab.cli.learn import learn
@@ -61,5 +65,9 @@ app.command("evaluate")(evaluate)
 facade.command("edit")(edit)
 facade.command("grammar")(grammar)
 facade.command("open")(open_facade)
+facade.command("layers")(layers)
+facade.command("match")(match)
+facade.command("scene")(scene)
 facade.command("show")(show_facade)
+facade.command("synthesize")(synthesize)
 app.add_typer(facade)

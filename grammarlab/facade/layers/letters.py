@@ -22,6 +22,13 @@ class Letter:
     """Whether nothing of it is seen: a letter of a control pattern that nothing stands for."""
     mirrored: bool = False
     """Whether a reflection put it there."""
+    covers: bool = True
+    """Whether it is seen all along the other axis, so that it may hide that nothing is below it."""
+
+    @property
+    def hides(self) -> bool:
+        """Whether layers below may leave room for it."""
+        return self.opaque and self.covers and not self.transparent
 
 
 Word = tuple[Letter, ...]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from collections.abc import Sequence as Listed
 from dataclasses import dataclass, field, replace
 from math import isfinite
@@ -62,6 +63,30 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
         FacadeError: when no such facade is in these ranges; says what sizes there are.
     """
     pattern = pattern_of(facade, stretch)
+    storeys, found = _ways(pattern, widths, heights)
+    written = _Writer(pattern, storeys, found, leaf_body).write()
+    return replace(written, error=_own_error(facade, pattern, storeys, found))
+
+
+def write_pattern(
+    pattern: Pattern, widths: Range, heights: Range, leaf: Callable[[str], str] = leaf_body
+) -> WrittenFamily:
+    """The family of a pattern of columns and rows.
+
+    Args:
+        pattern: what it is the family of.
+        widths: metres.
+        heights: metres.
+        leaf: what makes a thing of that name, in CGA.
+
+    Raises:
+        FacadeError: when no such facade is in these ranges; says what sizes there are.
+    """
+    return _Writer(pattern, *_ways(pattern, widths, heights), leaf).write()
+
+
+def _ways(pattern: Pattern, widths: Range, heights: Range) -> tuple[Storeys, Walks]:
+    """Of rows and of columns of these sizes."""
     storeys = storeys_of(pattern.rows, *heights)
     found = walks(pattern.columns, *widths)
     if found is None:
@@ -72,14 +97,14 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
                 f"its columns make widths from {min(some):.4g} m to {max(some):.4g} m, with {LONGEST} columns at most"
             )
         raise FacadeError(f"no facade of this family is {widths[0]:g} to {widths[1]:g} m wide: {told}.")
-    return replace(_Writer(pattern, storeys, found).write(), error=_own_error(facade, pattern, storeys, found))
+    return storeys, found
 
 
 def _own_error(facade: Facade, pattern: Pattern, storeys: Storeys, found: Walks) -> float | None:
     member = own_member(pattern, storeys, found)
     if member is None:
         return None
-    writer = _Writer(pattern, *member)
+    writer = _Writer(pattern, *member, leaf_body)
     grammar = Grammar.parse(writer.write().text)
     error = thing_error(facade, grammar, {name: cell.label for cell, name in writer.cells.items() if cell.axis == LEAF})
     return error if isfinite(error) else None
@@ -92,6 +117,7 @@ class _Writer:
     pattern: Pattern
     storeys: Storeys
     walks: Walks
+    leaf: Callable[[str], str]
     names: Names = field(default_factory=Names)
     lines: list[str] = field(default_factory=list)
     cells: dict[Cell, str] = field(default_factory=dict)
@@ -236,7 +262,7 @@ class _Writer:
                 rule_name(cell.label) if cell.axis == LEAF else self._name([cell], "Cell")
             )
             if cell.axis == LEAF:
-                self.lines.append(f"{name} --> {leaf_body(cell.label)}")
+                self.lines.append(f"{name} --> {self.leaf(cell.label)}")
             else:
                 floats = [part.gives(cell.axis) for _, part in cell.parts]
                 sizes = [

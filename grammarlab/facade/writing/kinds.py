@@ -27,6 +27,8 @@ class Sequence:
     """[K]"""
     doors: tuple[bool, ...]
     """[K] whether doors are in it."""
+    ends: tuple[int, ...] = ()
+    """Kinds that stand at an end and never follow themselves."""
 
 
 @dataclass(frozen=True, slots=True)

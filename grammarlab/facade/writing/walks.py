@@ -118,13 +118,13 @@ def _move(columns: Sequence, gap: int, kind: int) -> _Move:
 
 
 def _with_repeats(columns: Sequence) -> dict[int, Counter[_Move]]:
-    """The same, and every column without a door follows itself."""
+    """The same, and every column without a door follows itself, but for one that belongs to an end."""
     found = _moves(columns)
     usual = Counter(move.gap for moves in found.values() for move in moves).most_common(1)
     end = columns.kind[0] if not columns.stands[columns.kind[0]] else -1
     gap = usual[0][0] if usual else end
     for kind, moves in found.items():
-        if not columns.doors[kind]:
+        if not columns.doors[kind] and kind not in columns.ends:
             moves[_move(columns, next((move.gap for move in moves), gap), kind)] += 1
     return found
 

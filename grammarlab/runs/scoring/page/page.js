@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source cc8a0fec4c0b83ad */
+/* Built from source/ by bundle.js; do not edit. Source d6d8e6653647bb05 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -179,6 +179,93 @@ function chooserButton(name) {
   return { button, set: (text) => void (value.textContent = text) };
 }
 
+// source/pictures.js
+var SHEETS_KEPT = 80;
+var Pictures = class {
+  #channel;
+  #came;
+  /** @type {Map<string, Picture>} */
+  #known = /* @__PURE__ */ new Map();
+  /** @type {Map<string, number>} size asked for, where it is under way */
+  #asked = /* @__PURE__ */ new Map();
+  /** @type {Set<Sheet>} */
+  #sheets = /* @__PURE__ */ new Set();
+  /** @type {Set<string>} */
+  #shown = /* @__PURE__ */ new Set();
+  /** @param {Channel} channel @param {() => void} came */
+  constructor(channel, came) {
+    this.#channel = channel;
+    this.#came = came;
+    channel.on("pictures", (message, [buffer]) => void this.#take(message, buffer));
+  }
+  /**
+   * Asks for those that are not here in that size or better. A request replaces the one before it.
+   * @param {string[]} models
+   * @param {number} size pixels
+   */
+  want(models, size) {
+    this.#shown = new Set(models);
+    const missing = [...this.#shown].filter((model) => (this.#known.get(model)?.size ?? 0) < size);
+    if (!this.#channel.connected || missing.every((model) => (this.#asked.get(model) ?? 0) >= size)) return;
+    this.#asked = new Map(missing.map((model) => [model, size]));
+    this.#channel.request("pictures", { models: missing, size }).catch(() => this.askAgain());
+  }
+  /** After a reconnection nobody works on what was asked before. */
+  askAgain() {
+    this.#asked.clear();
+  }
+  /** @param {string} model */
+  find(model) {
+    return this.#known.get(model);
+  }
+  close() {
+    for (const { url } of this.#sheets) URL.revokeObjectURL(url);
+  }
+  /** @param {{ models: string[], size: number, columns: number, rows: number }} message @param {ArrayBuffer} buffer */
+  async #take({ models, size, columns, rows }, buffer) {
+    const url = URL.createObjectURL(new Blob([buffer], { type: "image/jpeg" }));
+    const picture = new Image();
+    picture.src = url;
+    await picture.decode().catch(() => {
+    });
+    const sheet = { url, size, models };
+    this.#sheets.add(sheet);
+    models.forEach((model, index) => {
+      if ((this.#known.get(model)?.size ?? 0) > size) return;
+      const [column, row] = [index % columns, Math.floor(index / columns)];
+      const place = `${percent(column, columns - 1)} ${percent(row, rows - 1)}`;
+      this.#known.set(model, {
+        sheet,
+        image: `url("${url}")`,
+        extent: `${columns * 100}% ${rows * 100}%`,
+        place,
+        size
+      });
+    });
+    this.#tidy();
+    this.#came();
+  }
+  /** Lets go of old sheets of which nothing is shown. */
+  #tidy() {
+    for (const sheet of this.#sheets) {
+      if (this.#sheets.size <= SHEETS_KEPT) return;
+      const used = sheet.models.filter((model) => this.#known.get(model)?.sheet === sheet);
+      if (used.some((model) => this.#shown.has(model))) continue;
+      for (const model of used) this.#known.delete(model);
+      URL.revokeObjectURL(sheet.url);
+      this.#sheets.delete(sheet);
+    }
+  }
+};
+function drawPicture(where, picture) {
+  where.style.backgroundImage = picture?.image ?? "";
+  where.style.backgroundSize = picture?.extent ?? "";
+  where.style.backgroundPosition = picture?.place ?? "";
+}
+function percent(part, whole) {
+  return whole ? `${100 * part / whole}%` : "0";
+}
+
 // source/compare.js
 var PIXELS = 512;
 var NAMES = { first: "This one", second: "That one", alike: "" };
@@ -206,7 +293,7 @@ function makeCompare(page) {
     element("div", { class: "gl-row gl-answers" }, back, alike, clear, skip, more)
   );
   function makeSide(verdict) {
-    const picture = element("div", { class: "gl-picture gl-empty" });
+    const picture = element("div", { class: "gl-picture" });
     const choose = element(
       "button",
       {
@@ -287,7 +374,9 @@ function makeCompare(page) {
     sides.forEach(({ picture, choose, name, verdict }, side) => {
       const model = pair().models[side];
       const { label } = page.state.models[model];
-      page.pictures.draw(picture, model);
+      const found = page.pictures.find(model);
+      drawPicture(picture, found);
+      choose.ariaBusy = String(!found);
       name.textContent = label;
       choose.ariaLabel = `${NAMES[verdict]}: ${label}`;
       mark(choose, said2 === verdict, saved);
@@ -411,98 +500,6 @@ function inWords2({ label, score, kind, saved, predicted, uncertain }) {
   return parts.join(", ");
 }
 
-// source/pictures.js
-var SHEETS_KEPT = 80;
-var Pictures = class {
-  #channel;
-  #came;
-  /** @type {Map<string, Picture>} */
-  #known = /* @__PURE__ */ new Map();
-  /** @type {Map<string, number>} size asked for, where it is under way */
-  #asked = /* @__PURE__ */ new Map();
-  /** @type {Set<Sheet>} */
-  #sheets = /* @__PURE__ */ new Set();
-  /** @type {Set<string>} */
-  #shown = /* @__PURE__ */ new Set();
-  /** @param {Channel} channel @param {() => void} came */
-  constructor(channel, came) {
-    this.#channel = channel;
-    this.#came = came;
-    channel.on("pictures", (message, [buffer]) => void this.#take(message, buffer));
-  }
-  /**
-   * Asks for those that are not here in that size or better. A request replaces the one before it.
-   * @param {string[]} models
-   * @param {number} size pixels
-   */
-  want(models, size) {
-    this.#shown = new Set(models);
-    const missing = [...this.#shown].filter((model) => (this.#known.get(model)?.size ?? 0) < size);
-    if (!this.#channel.connected || missing.every((model) => (this.#asked.get(model) ?? 0) >= size)) return;
-    this.#asked = new Map(missing.map((model) => [model, size]));
-    this.#channel.request("pictures", { models: missing, size }).catch(() => this.askAgain());
-  }
-  /** After a reconnection nobody works on what was asked before. */
-  askAgain() {
-    this.#asked.clear();
-  }
-  /** @param {string} model */
-  find(model) {
-    return this.#known.get(model);
-  }
-  /** Shows a model on an element, as far as its picture is there. @param {HTMLElement} where @param {string} model */
-  draw(where, model) {
-    drawPicture(where, this.find(model));
-  }
-  close() {
-    for (const { url } of this.#sheets) URL.revokeObjectURL(url);
-  }
-  /** @param {{ models: string[], size: number, columns: number, rows: number }} message @param {ArrayBuffer} buffer */
-  async #take({ models, size, columns, rows }, buffer) {
-    const url = URL.createObjectURL(new Blob([buffer], { type: "image/jpeg" }));
-    const picture = new Image();
-    picture.src = url;
-    await picture.decode().catch(() => {
-    });
-    const sheet = { url, size, models };
-    this.#sheets.add(sheet);
-    models.forEach((model, index) => {
-      if ((this.#known.get(model)?.size ?? 0) > size) return;
-      const [column, row] = [index % columns, Math.floor(index / columns)];
-      const place = `${percent(column, columns - 1)} ${percent(row, rows - 1)}`;
-      this.#known.set(model, {
-        sheet,
-        image: `url("${url}")`,
-        extent: `${columns * 100}% ${rows * 100}%`,
-        place,
-        size
-      });
-    });
-    this.#tidy();
-    this.#came();
-  }
-  /** Lets go of old sheets of which nothing is shown. */
-  #tidy() {
-    for (const sheet of this.#sheets) {
-      if (this.#sheets.size <= SHEETS_KEPT) return;
-      const used = sheet.models.filter((model) => this.#known.get(model)?.sheet === sheet);
-      if (used.some((model) => this.#shown.has(model))) continue;
-      for (const model of used) this.#known.delete(model);
-      URL.revokeObjectURL(sheet.url);
-      this.#sheets.delete(sheet);
-    }
-  }
-};
-function drawPicture(where, picture) {
-  where.style.backgroundImage = picture?.image ?? "";
-  where.style.backgroundSize = picture?.extent ?? "";
-  where.style.backgroundPosition = picture?.place ?? "";
-  where.classList.toggle("gl-empty", !picture);
-}
-function percent(part, whole) {
-  return whole ? `${100 * part / whole}%` : "0";
-}
-
 // source/cell.js
 var WIDEST = 50;
 var Cell = class {
@@ -524,7 +521,7 @@ var Cell = class {
     const before = this.#look;
     this.#look = look;
     if (look.model !== before.model) this.element.dataset.model = look.model;
-    if (look.picture !== before.picture) drawPicture(this.#picture, look.picture);
+    if (look.picture !== before.picture) this.#drawPicture(look.picture);
     if (look.score !== before.score || look.kind !== before.kind || look.saved !== before.saved) this.#drawScore(look);
     if (look.predicted !== before.predicted) this.#predicted.set(look.predicted, 100);
     if (look.uncertain !== before.uncertain) this.#uncertain.set(look.uncertain, WIDEST);
@@ -535,6 +532,11 @@ var Cell = class {
       /** @type {Look} */
       before
     )) this.element.ariaLabel = words;
+  }
+  /** @param {Picture | undefined} picture */
+  #drawPicture(picture) {
+    drawPicture(this.#picture, picture);
+    this.#picture.classList.toggle("gl-empty", !picture);
   }
   /** @param {Look} look */
   #drawScore({ score, kind, saved }) {

@@ -35,7 +35,7 @@ export class Cell {
     const before = this.#look;
     this.#look = look;
     if (look.model !== before.model) this.element.dataset.model = look.model;
-    if (look.picture !== before.picture) drawPicture(this.#picture, look.picture);
+    if (look.picture !== before.picture) this.#drawPicture(look.picture);
     if (look.score !== before.score || look.kind !== before.kind || look.saved !== before.saved) this.#drawScore(look);
     if (look.predicted !== before.predicted) this.#predicted.set(look.predicted, 100);
     if (look.uncertain !== before.uncertain) this.#uncertain.set(look.uncertain, WIDEST);
@@ -43,6 +43,12 @@ export class Cell {
     if (look.cursor !== before.cursor) this.element.tabIndex = look.cursor ? 0 : -1;
     const words = inWords(look);
     if (before.label === undefined || words !== inWords(/** @type {Look} */ (before))) this.element.ariaLabel = words;
+  }
+
+  /** @param {Picture | undefined} picture */
+  #drawPicture(picture) {
+    drawPicture(this.#picture, picture);
+    this.#picture.classList.toggle("gl-empty", !picture);
   }
 
   /** @param {Look} look */

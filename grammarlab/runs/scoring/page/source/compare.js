@@ -1,5 +1,6 @@
 import { element, icon, iconButton } from "./element.js";
 import { textButton } from "./menu.js";
+import { drawPicture } from "./pictures.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").State} State */
@@ -41,7 +42,7 @@ export function makeCompare(page) {
 
   /** @param {Verdict} verdict */
   function makeSide(verdict) {
-    const picture = element("div", { class: "gl-picture gl-empty" });
+    const picture = element("div", { class: "gl-picture" });
     const choose = element(
       "button",
       {
@@ -135,7 +136,9 @@ export function makeCompare(page) {
     sides.forEach(({ picture, choose, name, verdict }, side) => {
       const model = pair().models[side];
       const { label } = page.state.models[model];
-      page.pictures.draw(picture, model);
+      const found = page.pictures.find(model);
+      drawPicture(picture, found);
+      choose.ariaBusy = String(!found);
       name.textContent = label;
       choose.ariaLabel = `${NAMES[verdict]}: ${label}`;
       mark(choose, said === verdict, saved);

@@ -47,11 +47,6 @@ export class Pictures {
     return this.#known.get(model);
   }
 
-  /** Shows a model on an element, as far as its picture is there. @param {HTMLElement} where @param {string} model */
-  draw(where, model) {
-    drawPicture(where, this.find(model));
-  }
-
   close() {
     for (const { url } of this.#sheets) URL.revokeObjectURL(url);
   }
@@ -98,7 +93,6 @@ export function drawPicture(where, picture) {
   where.style.backgroundImage = picture?.image ?? "";
   where.style.backgroundSize = picture?.extent ?? "";
   where.style.backgroundPosition = picture?.place ?? "";
-  where.classList.toggle("gl-empty", !picture);
 }
 
 /** @param {number} part @param {number} whole */

@@ -1,0 +1,93 @@
+"""Elements of a wall: whatever is not in its plane, such as windows, doors and balconies, each with its box."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import ndimage
+
+from grammarlab.facade.examples.analysis.walls import Wall
+from grammarlab.facade.examples.mesh.surface import Bools, Floats
+
+_OFF, _NOISES = 0.03, 4.0
+"""Metres, and multiples of the noise, from which something is not in the plane of a wall."""
+_NEAR = 0.06
+"""Metres between parts of one element."""
+_LEAST_SIDE, _LEAST_AREA = 0.15, 0.05
+"""Metres and square metres of an element."""
+_LONGEST = 0.6
+"""Part of a wall's side; what is longer is a band, a cornice or a pilaster, which all units share."""
+_BESIDE, _ONE_PLACE = 1.0, 0.002
+"""Pixels between the side of an element on the map and the points that make it, and metres within which these lie."""
+
+
+@dataclass(frozen=True, slots=True)
+class Elements:
+    """E elements."""
+
+    low: Floats
+    """[E, 2] metres, lower left corners, in the coordinates of the wall's view."""
+    high: Floats
+    """[E, 2] metres, upper right corners."""
+
+
+def off_plane(wall: Wall) -> Bools:
+    """[H, W] pixels of the wall that show something before or behind its plane, or nothing."""
+    return wall.seen & ~(np.abs(wall.map.depth - wall.depth) <= _OFF + _NOISES * wall.noise)
+
+
+def elements_of(wall: Wall, corners: Floats) -> Elements:
+    """The elements of a wall.
+
+    Their sides are those of the points that are seen near them, averaged, so that they are exact where the mesh is and
+    noise of points cancels out; where no points are near, they are as exact as the map.
+
+    Args:
+        wall: the wall.
+        corners: [T, 3, 3] of all triangles of the building, in the coordinates of the view.
+    """
+    mask = off_plane(wall)
+    boxes, long = _boxes(mask, wall, corners)
+    # A plinth or a cornice before the wall takes what adjoins it along: what lies behind the wall is looked at alone.
+    beneath, _ = _boxes(long & ~(wall.map.depth > wall.depth), wall, corners)
+    boxes = np.array([*boxes, *beneath]).reshape(-1, 2, 2)
+    return Elements(boxes[:, 0], boxes[:, 1])
+
+
+def _boxes(mask: Bools, wall: Wall, corners: Floats) -> tuple[list[Floats], Bools]:
+    """[2, 2] low and high corner of each connected part that is large enough, and the pixels of parts too long."""
+    map_ = wall.map
+    reach = max(1, round(_NEAR / map_.step / 2.0))
+    grown = ndimage.binary_dilation(mask, iterations=reach, structure=np.ones((3, 3)))
+    found: Any = ndimage.label(grown, structure=np.ones((3, 3)))
+    label, num = found
+    label[~mask] = 0
+    boxes, long = [], np.zeros_like(mask)
+    for number, place in enumerate(ndimage.find_objects(label, num), start=1):
+        if place is None:
+            continue
+        own = label[place] == number
+        low = map_.low + np.array([place[1].start, place[0].start]) * map_.step
+        high = map_.low + np.array([place[1].stop, place[0].stop]) * map_.step
+        if (high - low > _LONGEST * (wall.high - wall.low)).any():
+            long[place] |= own
+            continue
+        if (high - low).min() < _LEAST_SIDE or own.sum() * map_.step**2 < _LEAST_AREA:
+            continue
+        seen = np.unique(map_.triangle[place][own])
+        points = corners[seen[seen >= 0], :, :2].reshape(-1, 2)
+        boxes.append(np.stack([_exact(side, points, map_.step, wall.noise) for side in (low, high)]))
+    return boxes, long
+
+
+def _exact(side: Floats, points: Floats, step: float, noise: float) -> Floats:
+    """[2] the mean of the coordinates that make each side, or itself where there are none near."""
+    exact = side.copy()
+    for axis in range(2):
+        place = np.unique(points[:, axis])
+        nearest = place[np.abs(place - side[axis]).argmin()] if len(place) else np.inf
+        if abs(nearest - side[axis]) <= _BESIDE * step + noise:
+            exact[axis] = float(place[np.abs(place - nearest) <= max(_ONE_PLACE, _NOISES * noise)].mean())
+    return exact

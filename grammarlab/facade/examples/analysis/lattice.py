@@ -1,0 +1,111 @@
+"""Rows and columns of the elements of a wall, and the lines between them: translational symmetry along both axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.facade.examples.mesh.surface import Floats, Ints
+from grammarlab.facade.grids import lines
+
+_REGULAR = 0.06
+"""Part of a pitch by which places may miss a multiple of it."""
+_THIN = 0.02
+"""Metres beside a grid that are not worth a margin."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lattice:
+    """K rows, or columns, one after the other."""
+
+    line: Floats
+    """[K + 1] metres, of the lines around and between them, ascending."""
+    pitch: float
+    """Metres from one to the next, fitted to all; the mean where they are not regular, 0 for a single one."""
+    is_regular: bool
+    member: Ints
+    """[E] which of them each element belongs to."""
+
+    def __len__(self) -> int:
+        return len(self.line) - 1
+
+
+def lattice(low: Floats, high: Floats, first: float, last: float) -> Lattice:
+    """The rows or columns of E intervals.
+
+    Where the places between two neighbours are a multiple of the pitch of most, units are missing there: an empty row
+    or column takes each of their places.
+
+    Args:
+        low: [E] metres, at least one.
+        high: [E] metres.
+        first: metres, where the wall begins.
+        last: metres, where it ends.
+    """
+    member = lines(low, high)
+    num = int(member.max()) + 1
+    lows = np.array([np.median(low[member == k]) for k in range(num)])
+    highs = np.array([np.median(high[member == k]) for k in range(num)])
+    order = np.argsort(lows + highs, kind="stable")
+    rank = np.empty(num, dtype=np.int64)
+    rank[order] = np.arange(num)
+    lows, highs, member = lows[order], highs[order], rank[member]
+    middle = (lows + highs) / 2.0
+    step = _steps(middle, highs - lows)
+    place = np.concatenate([[0], np.cumsum(step)]).astype(np.int64)
+    pitch, regular = _pitch(place, middle)
+    line = _lines(place, lows, highs, first, last)
+    line[0] = min(line[0], _edge(float(low.min()), _THIN, first, -1.0))
+    line[-1] = max(line[-1], _edge(float(high.max()), _THIN, last, 1.0))
+    return Lattice(line, pitch, regular, place[member])
+
+
+def _steps(middle: Floats, size: Floats) -> Ints:
+    """[K - 1] how many pitches lie between neighbours: 1, or more where units are missing."""
+    gap = np.diff(middle)
+    if len(gap) < 3:
+        return np.ones(len(gap), dtype=np.int64)
+    pitch = float(np.median(gap))
+    times = np.rint(gap / pitch)
+    fits = (times >= 2) & (np.abs(gap - times * pitch) <= _REGULAR * pitch)
+    # Large elements, such as shops, stand apart from others without anything missing.
+    fits &= np.maximum(size[:-1], size[1:]) <= 1.25 * np.median(size)
+    return np.where(fits, times, 1).astype(np.int64)
+
+
+def _pitch(place: Ints, middle: Floats) -> tuple[float, bool]:
+    if len(place) < 2:
+        return 0.0, False
+    slope, start = np.polyfit(place, middle, 1)
+    regular = bool(np.abs(middle - start - slope * place).max() <= _REGULAR * slope)
+    return float(slope), regular
+
+
+def _lines(place: Ints, low: Floats, high: Floats, first: float, last: float) -> Floats:
+    """[K + 1] lines halfway between neighbours, as far outside the first and the last as inside, within the wall."""
+    line = np.zeros(place[-1] + 2)
+    for k in range(len(place) - 1):
+        here, there = (high[k] + low[k + 1]) / 2.0, place[k + 1] - place[k]
+        if there == 1:
+            line[place[k] + 1] = here
+        else:
+            pitch = (low[k + 1] + high[k + 1] - low[k] - high[k]) / 2.0 / there
+            line[place[k] + 1 : place[k + 1] + 1] = (low[k] + high[k]) / 2.0 + pitch * (np.arange(there) + 0.5)
+    if len(place) == 1:
+        half = min((high[0] - low[0]) / 2.0, max(low[0] - first, 0.0) / 2.0, max(last - high[0], 0.0) / 2.0)
+        before = after = half
+    else:
+        before, after = line[1] - high[0], low[-1] - line[-2]
+    line[0] = _edge(low[0], before, first, -1.0)
+    line[-1] = _edge(high[-1], after, last, 1.0)
+    return line
+
+
+def _edge(side: float, room: float, end: float, sign: float) -> float:
+    """Where the grid ends: as much room as inside, if the wall has it and a margin; else half of what there is."""
+    there = max((end - side) * sign, 0.0)
+    if there <= _THIN:
+        return end
+    room = max(room, _THIN / 2.0)
+    return side + sign * (room if room <= there - _THIN else there / 2.0)

@@ -1,0 +1,92 @@
+"""Walls of a building: where much of what is seen from one side lies in one upright plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import ndimage
+
+from grammarlab.facade.examples.analysis.depth import DepthMap, depth_map
+from grammarlab.facade.examples.mesh.surface import Bools, Floats, Surface
+from grammarlab.facade.examples.mesh.views import seen_from
+
+PIXELS = 250_000
+"""Of the depth map of each side."""
+_FACING = 0.9
+"""Part of a normal towards the viewer from which a triangle may lie in a wall."""
+_BIN = 0.05
+"""Metres of depth that are counted together."""
+BEHIND, BEFORE = 1.0, 2.0
+"""Metres behind and before the plane of a wall that belong to it: recesses, and balconies."""
+_LEAST_PART, _LEAST_SIDE = 0.04, 1.5
+"""Of a wall: part of what is seen from its side, and metres of width and height."""
+_MOST = 6
+"""Walls of one side."""
+
+
+@dataclass(frozen=True, eq=False)
+class Wall:
+    """A wall, in the coordinates of the view from its side."""
+
+    side: int
+    depth: float
+    """Metres, of its plane."""
+    low: Floats
+    """[2] metres, lower left corner."""
+    high: Floats
+    """[2] metres, upper right corner."""
+    map: DepthMap
+    seen: Bools
+    """[H, W] pixels of the map that belong to it."""
+    noise: float
+    """Metres by which what lies in its plane deviates from it."""
+
+
+def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall]:
+    """The walls of one side, the largest first, as a map of so many pixels shows them."""
+    corners = seen_from(side, surface.points)[surface.triangles]
+    facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(facing, axis=1)
+    map_ = depth_map(corners, num_pixels)
+    upright = np.append(np.abs(facing[:, 2]) >= _FACING * length, False)[map_.triangle] & (map_.triangle >= 0)
+    left = upright.copy()
+    walls: list[Wall] = []
+    while left.any() and len(walls) < _MOST:
+        plane = _plane(map_.depth[left])
+        plane = float(np.median(map_.depth[left & (np.abs(map_.depth - plane) <= 1.5 * _BIN)]))
+        flat = left & (np.abs(map_.depth - plane) <= _BIN)
+        if not flat.any():
+            break
+        plane = float(np.median(map_.depth[flat]))
+        near = (map_.depth >= plane - BEHIND) & (map_.depth <= plane + BEFORE)
+        # Pieces of wall between windows belong together, and so do windows: they may be holes.
+        found: Any = ndimage.label(near, structure=np.ones((3, 3)))
+        pieces, num = found
+        if not num:
+            break
+        sizes = np.bincount(pieces[flat], minlength=num + 1)
+        sizes[0] = 0
+        own = pieces == int(sizes.argmax())
+        own_flat = own & flat
+        rows, columns = np.flatnonzero(own_flat.any(axis=1)), np.flatnonzero(own_flat.any(axis=0))
+        left &= ~own
+        if not own_flat.any():
+            continue
+        low = map_.low + np.array([columns[0], rows[0]]) * map_.step
+        high = map_.low + np.array([columns[-1] + 1, rows[-1] + 1]) * map_.step
+        if own_flat.sum() < _LEAST_PART * upright.sum() or (high - low).min() < _LEAST_SIDE:
+            continue
+        within = np.zeros_like(own)
+        within[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = True
+        noise = float(np.sqrt(np.mean((map_.depth[own_flat] - plane) ** 2)))
+        walls.append(Wall(side, plane, low, high, map_, within & (own | (map_.triangle < 0)), noise))
+    return sorted(walls, key=lambda wall: -float((wall.high - wall.low).prod()))
+
+
+def _plane(depth: Floats) -> float:
+    """The depth that most pixels have, to `_BIN`."""
+    low = float(depth.min())
+    count = np.bincount(((depth - low) / _BIN).astype(np.int64), minlength=3)
+    return low + (int(np.convolve(count, [1, 2, 1], mode="same").argmax()) + 0.5) * _BIN

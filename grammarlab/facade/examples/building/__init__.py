@@ -1,0 +1,1 @@
+"""Label grids back to meshes: units placed, stitched and closed, the rest stretched."""

@@ -1,0 +1,145 @@
+"""Pieces of a building to one surface: stitched, with common points along seams, closed where unlike units meet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.facade.examples.building.assembly import Pieces, Tiling
+from grammarlab.facade.examples.building.caps import capped
+from grammarlab.facade.examples.building.conforming import conformed, on_planes
+from grammarlab.facade.examples.building.mending import mended
+from grammarlab.facade.examples.building.stitching import Matches, matches, nearest_pairs, stitched
+from grammarlab.facade.examples.mesh.surface import (
+    Bools,
+    Floats,
+    Ints,
+    Surface,
+    naked_edges,
+    one_per_place,
+    welded,
+    without_empty,
+    without_slivers,
+)
+from grammarlab.facade.examples.mesh.views import Plane, plane_of, seen_from
+
+TOLERANCE = 1e-5
+"""Metres: of points on seams, and the width of T-junctions that may remain."""
+_LEAST_REACH, _MOST_REACH, _NOISES = 0.005, 0.05, 4.0
+"""Metres that stitching moves points at most, and multiples of the noise in between."""
+_ROUNDS = 3
+"""Times that nearest points are looked for."""
+_WORTH = 0.7
+"""Part of the open edges that a round of caps may leave for another to follow."""
+
+
+@dataclass(frozen=True, eq=False)
+class Closed:
+    """A building as one surface."""
+
+    surface: Surface
+    moved: int
+    """Points that stitching has moved."""
+    farthest: float
+    """Metres, by which it has moved one at most: the widest gap that it has closed."""
+
+
+def closed(pieces: Pieces, tilings: Sequence[Tiling], noise: float, *, was_closed: bool) -> Closed:
+    """The surface of pieces that stand side by side.
+
+    Args:
+        pieces: the pieces.
+        tilings: what tells where they meet.
+        noise: metres by which points of the example deviate from their walls.
+        was_closed: whether the example has no open edges, so that the building shall have none.
+    """
+    reach = min(max(_LEAST_REACH, _NOISES * noise), _MOST_REACH)
+    planes = seams(tilings)
+    points, place = one_per_place(pieces.surface.points, TOLERANCE)
+    connected, moved = stitched(points, list(_pairs(points, place, pieces.first, tilings, reach)))
+    distance = np.linalg.norm(connected - points, axis=1)
+    surface = Surface(connected, place[pieces.surface.triangles], pieces.surface.material)
+    surface = welded(surface, TOLERANCE)
+    bend = max(TOLERANCE, min(_NOISES * noise, _MOST_REACH))
+    for _ in range(_ROUNDS if bend > TOLERANCE else 0):
+        surface = _nearer(surface, planes, bend)
+    surface = conformed(surface, planes, bend)
+    before = np.inf
+    while 0 < (left := len(naked_edges(surface)[0])) < _WORTH * before:
+        surface, before = conformed(welded(capped(surface, planes, bend), TOLERANCE), planes, TOLERANCE), left
+    surface = without_slivers(rounded(surface), TOLERANCE / 10.0)
+    if was_closed:
+        surface = without_slivers(mended(surface), TOLERANCE / 10.0)
+    return Closed(surface, int(moved.sum()), float(distance.max(initial=0.0)))
+
+
+def _nearer(surface: Surface, planes: Sequence[Plane], reach: float) -> Surface:
+    """The surface with open points of seams that are each other's nearest as one."""
+    edges = on_planes(surface.points, naked_edges(surface)[0], planes, TOLERANCE)
+    pairs = nearest_pairs(surface.points, np.unique(edges), edges, reach)
+    place = np.arange(len(surface.points))
+    place[pairs.moved] = pairs.kept
+    return without_empty(Surface(surface.points, place[surface.triangles], surface.material))
+
+
+def seams(tilings: Sequence[Tiling]) -> list[Plane]:
+    """The planes where the pieces of a building meet."""
+    planes = []
+    for tiling in tilings:
+        side = tiling.region.side
+        planes += [plane_of(side, 0, float(at)) for at in tiling.columns]
+        planes += [plane_of(side, 1, float(at)) for at in tiling.rows]
+        planes.append(plane_of(side, 2, tiling.region.back - tiling.region.plane + tiling.plane))
+    order = {(each.axis, round(each.at, 6)): each for each in planes}
+    return [order[key] for key in sorted(order)]
+
+
+def rounded(surface: Surface) -> Surface:
+    """The surface with coordinates that 32-bit floating point numbers have, as files keep them."""
+    return welded(surface.moved(surface.points.astype(np.float32).astype(np.float64)), TOLERANCE / 10.0)
+
+
+def _pairs(points: Floats, place: Ints, first: Ints, tilings: Sequence[Tiling], reach: float) -> Iterator[Matches]:
+    """Connection points of units side by side or one above the other that are no neighbours in the example.
+
+    Args:
+        points: [Q, 3] of all pieces, each place once.
+        place: [P] which of them each point of a piece is.
+        first: [N + 1] first point of each piece.
+        tilings: of the pieces.
+        reach: metres that a point moves at most.
+    """
+    piece = 1
+    for tiling in tilings:
+        rows, columns = tiling.grid.labels.shape
+        own = [np.unique(place[first[k] : first[k + 1]]) for k in range(piece, piece + rows * columns)]
+        piece += rows * columns
+        seen = seen_from(tiling.region.side, points)
+        rest = np.unique(place[: first[1]])
+        for axis, (down, across), line in ((0, (0, 1), tiling.columns), (1, (1, 0), tiling.rows)):
+            step = tiling.sources[down:, across:] - tiling.sources[: rows - down, : columns - across]
+            for row, column in np.argwhere((step != [down, across]).any(axis=2)).tolist():
+                at = float(line[(column if axis == 0 else row) + 1])
+                here, there = own[row * columns + column], own[(row + down) * columns + column + across]
+                here, there = (each[np.abs(seen[each, axis] - at) <= TOLERANCE] for each in (here, there))
+                yield matches(points, here, there, reach)
+            within = _beside(seen[rest], tiling, axis, reach)
+            for at in (float(line[0]), float(line[-1])):
+                ends = [
+                    each[np.abs(seen[each, axis] - at) <= TOLERANCE] for each in (np.concatenate(own), rest[within])
+                ]
+                yield matches(points, np.unique(ends[0]), ends[1], reach)
+
+
+def _beside(seen: Floats, tiling: Tiling, axis: int, reach: float) -> Bools:
+    """[K] which points lie beside a region along an axis, and at the depth of its units."""
+    line = tiling.rows if axis == 0 else tiling.columns
+    depth = seen[:, 2] - tiling.plane + tiling.region.plane
+    return (
+        (seen[:, 1 - axis] >= line[0] - reach)
+        & (seen[:, 1 - axis] <= line[-1] + reach)
+        & (depth >= tiling.region.back - reach)
+        & (depth <= tiling.region.front + reach)
+    )

@@ -1,0 +1,74 @@
+"""Edges that meet points of their neighbours: pieces that stand side by side share all points along their seam."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface, naked_edges, split_edges
+from grammarlab.facade.examples.mesh.views import Plane
+
+_ROUNDS = 40
+
+
+def conformed(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Surface:
+    """The surface without T-junctions on seams: naked points on naked edges become corners of their triangles.
+
+    Args:
+        surface: welded.
+        planes: of the seams; T-junctions elsewhere are the example's own, and stay.
+        tolerance: metres between an edge and a point on it.
+    """
+    for _ in range(_ROUNDS):
+        edges = on_planes(surface.points, naked_edges(surface)[0], planes, tolerance)
+        edge, via = _on_edges(surface.points, edges, tolerance)
+        if not len(edge):
+            return surface
+        chosen = edges[edge]
+        # An edge may run both ways in triangles that meet nothing else; its points are found twice then.
+        key = chosen.min(axis=1) * len(surface.points) + chosen.max(axis=1)
+        _, first = np.unique(key, return_index=True)
+        surface = split_edges(surface, chosen[first, 0], chosen[first, 1], via[first])
+    return surface
+
+
+def on_planes(points: Floats, edges: Ints, planes: Sequence[Plane], tolerance: float) -> Ints:
+    """[K, 2] those of the edges [E, 2] that lie on one of the planes."""
+    on = np.zeros(len(edges), dtype=bool)
+    for axis in range(3):
+        places = np.unique([each.at for each in planes if each.axis == axis])
+        if not len(places):
+            continue
+        start, end = points[edges[:, 0], axis], points[edges[:, 1], axis]
+        at = np.searchsorted(places, start - tolerance)
+        place = places[np.minimum(at, len(places) - 1)]
+        on |= (np.abs(start - place) <= tolerance) & (np.abs(end - place) <= tolerance)
+    return edges[on]
+
+
+def _on_edges(points: Floats, edges: Ints, tolerance: float) -> tuple[Ints, Ints]:
+    """Edges that have a point between their ends, and of those points the one nearest to the middle."""
+    none = np.zeros(0, dtype=np.int64)
+    if not len(edges):
+        return none, none
+    candidates = np.unique(edges)
+    tree = KDTree(points[candidates])
+    start, end = points[edges[:, 0]], points[edges[:, 1]]
+    length = np.linalg.norm(end - start, axis=1)
+    near = tree.query_ball_point((start + end) / 2.0, length / 2.0 + tolerance, return_sorted=False)
+    count = np.array([len(each) for each in near])
+    edge = np.repeat(np.arange(len(edges)), count)
+    via = candidates[np.concatenate([np.asarray(each, dtype=np.int64) for each in near])]
+    other = (via != edges[edge, 0]) & (via != edges[edge, 1])
+    edge, via = edge[other], via[other]
+    along = end[edge] - start[edge]
+    part = ((points[via] - start[edge]) * along).sum(axis=1) / length[edge] ** 2
+    miss = np.linalg.norm(points[via] - start[edge] - part[:, None] * along, axis=1)
+    inside = np.minimum(part, 1.0 - part) * length[edge] > tolerance
+    on = (miss <= tolerance) & inside
+    edge, via, part = edge[on], via[on], part[on]
+    order = np.lexsort((via, np.abs(part - 0.5), edge))
+    first = np.append(True, np.diff(edge[order]) != 0) if len(order) else np.zeros(0, dtype=bool)
+    return edge[order][first], via[order][first]

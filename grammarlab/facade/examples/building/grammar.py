@@ -1,0 +1,141 @@
+"""A new building as rules: rows and columns of units, which are meshes, and the rest as one mesh.
+
+What the rules make is the building before it is stitched, to the millimetre.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.facade.examples.building.assembly import Tiling
+from grammarlab.facade.examples.building.stretching import Stretch
+from grammarlab.facade.examples.building.units import Cut
+from grammarlab.facade.examples.mesh.surface import Floats, Surface
+from grammarlab.facade.examples.mesh.views import VIEWS
+from grammarlab.facade.writing.rule_text import Names, number, rule_name
+
+_DIGITS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Terminal:
+    """A mesh of one material that rules insert."""
+
+    name: str
+    """File name."""
+    surface: Surface
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """Rules and the meshes they insert."""
+
+    text: str
+    terminals: tuple[Terminal, ...]
+
+
+def building_rules(
+    cut: Cut,
+    tilings: Sequence[Tiling],
+    stretch: Stretch,
+    colors: Sequence[tuple[float, float, float, float]],
+    title: str,
+) -> Written:
+    """The rules of one building; its lowest corner lies at the corner of the lot."""
+    rest = cut.rest.moved(stretch.points(cut.rest.points))
+    origin = rest.points.min(axis=0) if len(rest) else np.zeros(3)
+    names, terminals = Names(), []
+    start, rules = [], []
+    if len(rest):
+        start.append(f"[ {names.new('Rest')} ]")
+        rules.append(f"Rest -->\n{_inserted('rest', rest, rest.points.min(axis=0), None, colors, terminals)}")
+    for cells, tiling in zip(cut.cells, tilings, strict=True):
+        rule = names.new(rule_name(tiling.region.name))
+        low = np.array([tiling.columns[0], tiling.rows[0], tiling.plane]) @ VIEWS[tiling.region.side] - origin
+        size = np.array([tiling.columns[-1] - tiling.columns[0], tiling.rows[-1] - tiling.rows[0], 1.0])
+        turn = f" r(0, {90 * tiling.region.side}, 0)" if tiling.region.side else ""
+        # Splits need something to split: the front of a box behind the wall.
+        start.append(
+            f"[ t({_list(low)}){turn} t(0, 0, -1) s({_list(size)}) primitiveCube() comp(f) {{ front : {rule} }} ]"
+        )
+        rules += _rows(rule, cells, tiling, names, colors, terminals)
+    head = f'// {title}\nversion "2023.0"\n\n@StartRule\nLot -->\n    ' + "\n    ".join([*start, "NIL"])
+    return Written("\n\n".join([head, *rules]) + "\n", tuple(terminals))
+
+
+def _rows(
+    rule: str,
+    cells: Sequence[Sequence[Surface]],
+    tiling: Tiling,
+    names: Names,
+    colors: Sequence[tuple[float, float, float, float]],
+    terminals: list[Terminal],
+) -> list[str]:
+    """The rules of one wall: its rows, each different row, each unit."""
+    region = tiling.region
+    places = tiling.sources[..., 0] * len(region.columns) + tiling.sources[..., 1]
+    unit = {}
+    for place in np.unique(places).tolist():
+        label = int(region.grid.labels.flat[place])
+        unit[place] = names.new(f"{rule}{rule_name(region.grid.names[label])}")
+    kinds: dict[tuple[int, ...], str] = {}
+    for row in places.tolist():
+        if tuple(row) not in kinds:
+            kinds[tuple(row)] = names.new(f"{rule}Row{len(kinds) + 1}")
+    heights, widths = np.diff(tiling.rows), np.diff(tiling.columns)
+    parts = [(float(height), kinds[tuple(row)]) for height, row in zip(heights, places.tolist(), strict=True)]
+    rules = [f"{rule} -->\n    split(y) {{ {_split(parts)} }}"]
+    for row, name in kinds.items():
+        split = _split([(float(width), unit[place]) for width, place in zip(widths, row, strict=True)])
+        rules.append(f"{name} -->\n    split(x) {{ {split} }}")
+    for place, name in unit.items():
+        row, column = divmod(place, len(region.columns))
+        low, high = region.cell(row, column)
+        surface = cells[row][column]
+        if not len(surface):
+            rules.append(f"{name} --> NIL")
+            continue
+        corner = np.array([*low, region.plane])
+        file = f"{region.name.replace(':', '-')}-{place}"
+        rules.append(f"{name} -->\n{_inserted(file, surface, corner, high - low, colors, terminals)}")
+    return rules
+
+
+def _inserted(
+    file: str,
+    surface: Surface,
+    corner: Floats,
+    cell: Floats | None,
+    colors: Sequence[tuple[float, float, float, float]],
+    terminals: list[Terminal],
+) -> str:
+    """What inserts a surface, material by material, relative to a corner and, in x and y, to the size of a cell."""
+    lines = []
+    used = np.unique(surface.material).tolist()
+    for place, material in enumerate(used):
+        part = surface.part(surface.material == material)
+        low, size = part.points.min(axis=0) - corner, np.ptp(part.points, axis=0)
+        name = f"unit-{file}{f'-{place}' if len(used) > 1 else ''}.glb"
+        terminals.append(Terminal(name, part))
+        if cell is None:
+            at, scope = _list(low), _list(size)
+        else:
+            at = _list([*(low[:2] / cell), low[2]], ("scope.sx * ", "scope.sy * ", ""))
+            scope = _list([*(size[:2] / cell), size[2]], ("'", "'", ""))
+        lines.append(f'    [ color("{_hex(colors[material])}") t({at}) s({scope}) i("{name}") Mesh. ]')
+    return "\n".join([*lines, "    NIL"])
+
+
+def _split(parts: list[tuple[float, str]]) -> str:
+    return " | ".join(f"{number(size, _DIGITS)} : {name}" for size, name in parts)
+
+
+def _list(values: Sequence[float] | Floats, before: Sequence[str] = ("", "", "")) -> str:
+    return ", ".join(f"{head}{number(float(value), _DIGITS)}" for head, value in zip(before, values, strict=True))
+
+
+def _hex(color: tuple[float, float, float, float]) -> str:
+    return "#" + "".join(f"{round(255 * each):02X}" for each in color[:3])

@@ -1,0 +1,87 @@
+"""Pictures of examples and of what came of them: buildings, label arrays, and all side by side."""
+
+from __future__ import annotations
+
+import colorsys
+from collections.abc import Sequence
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from grammarlab.derivation.materials import CHANNELS, Materials
+from grammarlab.facade.examples.label_grid import LabelGrid
+from grammarlab.facade.examples.mesh.surface import Surface
+from grammarlab.render.camera import View, frame
+from grammarlab.render.look import Look
+from grammarlab.render.raycast import RaycastRenderer
+from grammarlab.render.renderer import RenderOptions
+from grammarlab.scene import TriangleBatch
+
+_VIEW = View(azimuth=28.0, elevation=16.0)
+_LARGEST = 900
+"""Pixels along a side of a label picture."""
+
+
+def label_picture(grid: LabelGrid, cell: int = 28) -> Image.Image:
+    """Each cell in the color of its label, the lowest row below; the names of labels beneath."""
+    cell = max(4, min(cell, _LARGEST // max(grid.rows, grid.columns)))
+    colors = np.array([_color(k) for k in range(len(grid.names))] + [(255, 255, 255)], dtype=np.uint8)
+    cells = np.kron(colors[grid.labels[::-1]], np.ones((cell, cell, 1), dtype=np.uint8))
+    if cell >= 8:
+        cells[::cell], cells[:, ::cell] = 255, 255
+    width = max(cells.shape[1], 120)
+    page = Image.new("RGB", (width, cells.shape[0] + 8 + 16 * len(grid.names[:12])), "white")
+    page.paste(Image.fromarray(cells), (0, 0))
+    pen = ImageDraw.Draw(page)
+    for number, name in enumerate(grid.names[:12]):
+        top = cells.shape[0] + 8 + 16 * number
+        pen.rectangle((0, top, 10, top + 10), fill=_color(number))
+        pen.text((16, top - 1), name[:40], fill="black")
+    return page
+
+
+def _color(number: int) -> tuple[int, int, int]:
+    # Steps by the golden ratio keep the hues of few labels apart, whatever their number.
+    red, green, blue = colorsys.hls_to_rgb((0.58 + 0.618034 * number) % 1.0, 0.62 - 0.12 * (number % 3 == 2), 0.5)
+    return round(255 * red), round(255 * green), round(255 * blue)
+
+
+def building_picture(
+    surface: Surface, colors: Sequence[tuple[float, float, float, float]], size: tuple[int, int] = (480, 400)
+) -> Image.Image:
+    """A building from the front right."""
+    batch = triangle_batch(surface, colors)
+    options = RenderOptions(*size, samples=2, openness_rays=2, ground=True, view=_VIEW, look=Look())
+    camera = frame(batch.vertices, size[0] / size[1], _VIEW)
+    return Image.fromarray(RaycastRenderer().render(batch, camera, options))
+
+
+def triangle_batch(surface: Surface, colors: Sequence[tuple[float, float, float, float]]) -> TriangleBatch:
+    """A surface as renderers take it: flat, sorted by material."""
+    order = np.argsort(surface.material, kind="stable")
+    corners = surface.corners()[order]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    used, counts = np.unique(surface.material, return_counts=True)
+    ends = np.concatenate([[0], np.cumsum(counts)])
+    channels = np.array([_channels(colors[each]) for each in used.tolist()])
+    return TriangleBatch(
+        num_models=1,
+        materials=Materials(channels, ("",) * len(used)),
+        vertices=corners.reshape(-1, 3).astype(np.float32),
+        normals=np.repeat(normals, 3, axis=0).astype(np.float32),
+        triangles=np.arange(3 * len(order), dtype=np.uint32).reshape(-1, 3),
+        group_model=np.zeros(len(used), np.int32),
+        group_material=np.arange(len(used), dtype=np.int32),
+        group_vertices=3 * ends,
+        group_triangles=ends,
+        model_groups=np.array([0, len(used)]),
+        texture_map=np.full(len(order), -1, np.int32),
+        texture_maps=np.zeros((0, 2, 4)),
+        origins=np.zeros((1, 3)),
+    )
+
+
+def _channels(color: tuple[float, float, float, float]) -> list[float]:
+    red, green, blue, _ = color
+    return list({**CHANNELS, "color.r": red, "color.g": green, "color.b": blue}.values())

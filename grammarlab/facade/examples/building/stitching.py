@@ -1,0 +1,108 @@
+"""Points where units meet that were no neighbours: those that belong together become one (paper 004, section 4.2).
+
+The connection points of a side are the points of a unit on its seam. Of two sides, the smaller set looks for the
+nearest points of the larger (Eq. 3). Where the distances are close to each other, the largest at most `CLOSE` times the
+smallest, all are merged; else those up to the mean of the smallest and the largest. The paper leaves open what close
+means. Nothing moves further than a reach that the noise of the example gives: two features that merely stand near each
+other are kept apart, and caps close what is between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from grammarlab.facade.examples.mesh.surface import Bools, Floats, Ints
+
+CLOSE = 1.5
+"""Ratio of the largest to the smallest distance up to which all points of a side are merged."""
+
+
+@dataclass(frozen=True, slots=True)
+class Matches:
+    """M pairs of points that become one."""
+
+    kept: Ints
+    """[M] rows of the points that stay."""
+    moved: Ints
+    """[M] rows of the points that move onto them."""
+
+
+def matches(points: Floats, one: Ints, other: Ints, reach: float) -> Matches:
+    """The pairs of two sides that are merged; the same whichever comes first.
+
+    Args:
+        points: [P, 3] metres.
+        one: [A] rows of the connection points of a side.
+        other: [B] those of the side that meets it.
+        reach: metres that a point moves at most.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    if not len(one) or not len(other):
+        return Matches(none, none)
+    # Of equally many, those whose first coordinates come first stay: the order of the arguments says nothing.
+    if (len(other), _first(points[other])) < (len(one), _first(points[one])):
+        one, other = other, one
+    found = KDTree(points[other]).query(points[one])
+    distance, nearest = (np.asarray(each) for each in found)
+    low, high = float(distance.min()), float(distance.max())
+    limit = high if high <= CLOSE * low or high == 0.0 else (low + high) / 2.0
+    within = distance <= min(limit, reach)
+    return Matches(one[within], other[nearest[within]])
+
+
+def nearest_pairs(points: Floats, rows: Ints, edges: Ints, reach: float) -> Matches:
+    """Of some points those pairs that are each other's nearest, within reach, and on no common edge.
+
+    What stitching leaves apart by less than the noise of the example are no two features.
+
+    Args:
+        points: [P, 3] metres.
+        rows: [K] points that are looked at.
+        edges: [E, 2] pairs of points that stay apart.
+        reach: metres.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    pairs = KDTree(points[rows]).query_pairs(reach, output_type="ndarray") if len(rows) else none
+    if not len(pairs):
+        return Matches(none, none)
+    pairs = np.sort(rows[pairs], axis=1)
+    number = len(points)
+    apart = ~np.isin(pairs[:, 0] * number + pairs[:, 1], edges.min(axis=1) * number + edges.max(axis=1))
+    pairs = pairs[apart]
+    distance = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
+    pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0], distance))]
+    place = np.arange(len(pairs))
+    best = np.full(number, len(pairs))
+    np.minimum.at(best, pairs[:, 0], place)
+    np.minimum.at(best, pairs[:, 1], place)
+    mutual = (best[pairs[:, 0]] == place) & (best[pairs[:, 1]] == place)
+    return Matches(pairs[mutual, 0], pairs[mutual, 1])
+
+
+def _first(points: Floats) -> tuple[float, ...]:
+    return tuple(points[np.lexsort(points.T[::-1])][0].tolist())
+
+
+def stitched(points: Floats, pairs: Sequence[Matches]) -> tuple[Floats, Bools]:
+    """[P, 3] points after all pairs are merged at once, in whatever order they come, and [P] which have moved.
+
+    Points that several pairs connect come to lie on the one that most of them keep.
+    """
+    kept = np.concatenate([np.zeros(0, np.int64), *(each.kept for each in pairs)])
+    moved = np.concatenate([np.zeros(0, np.int64), *(each.moved for each in pairs)])
+    if not len(kept):
+        return points, np.zeros(len(points), dtype=bool)
+    graph = coo_matrix((np.ones(len(kept)), (kept, moved)), shape=(len(points), len(points)))
+    group = connected_components(graph, directed=False)[1]
+    times = np.bincount(kept, minlength=len(points)) - np.bincount(moved, minlength=len(points))
+    order = np.lexsort((*points.T[::-1], -times, group))
+    first = np.append(True, np.diff(group[order]) != 0)
+    chosen = order[first][group]
+    found = points[chosen]
+    return found, (found != points).any(axis=1)

@@ -1,0 +1,109 @@
+"""A grid of units as a stochastic CGA grammar: other rows and columns that follow each other as they do in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.examples.label_grid import LabelGrid, Labels
+from grammarlab.facade.examples.labels.demands import ground_labels
+from grammarlab.facade.looks import look_of
+from grammarlab.facade.tree import LEAF
+from grammarlab.facade.writing.cells import Cell
+from grammarlab.facade.writing.family import Range, WrittenFamily, write_pattern
+from grammarlab.facade.writing.kinds import Pattern
+from grammarlab.facade.writing.kinds import Sequence as Lines
+from grammarlab.facade.writing.rule_text import number
+
+_DIGITS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Units:
+    """What stands in the cells of a grid."""
+
+    widths: NDArray[np.float64]
+    """[columns] metres."""
+    heights: NDArray[np.float64]
+    """[rows] metres, from the bottom up."""
+    bodies: tuple[str, ...]
+    """By label: CGA that makes a unit in its scope, such as ``i("unit-3.glb")``."""
+
+
+def inserted(name: str, depth: float) -> str:
+    """CGA that puts a mesh into the rectangle of its cell.
+
+    >>> print(inserted("unit-3.glb", 0.35))
+    s('1, '1, 0.35) i("unit-3.glb")
+    """
+    return f"s('1, '1, {number(depth, _DIGITS)}) i(\"{name}\")"
+
+
+def write_label_family(grid: LabelGrid, units: Units, widths: Range, heights: Range) -> WrittenFamily:
+    """The family of a grid, as rules whose every derivation is a facade of its rows and columns.
+
+    Columns are a Markov chain: one follows another as often as in the grid. The first and the last stay at the ends;
+    the lowest and the highest row stay where they are, runs of rows between them come any number of times. A unit that
+    the ground floor has once, such as its door, is in every facade once.
+
+    Args:
+        grid: an example, or a result of synthesis; without holes.
+        units: what stands in its cells.
+        widths: metres of facades, at least and at most.
+        heights: metres.
+
+    Raises:
+        FacadeError: for holes, sizes or bodies that do not fit the grid, and ranges in which no facade is.
+    """
+    _check(grid, units)
+    labels = grid.labels
+    once = [label for label, alone in ground_labels([grid]) if alone]
+    door = np.isin(labels, once)
+    columns, column = _lines(labels.T, units.widths, np.any(door, axis=0))
+    rows, row = _lines(labels, units.heights, np.any(door, axis=1))
+    names = [_unit_name(name, label) for label, name in enumerate(grid.names)]
+    cells = tuple(tuple(Cell(names[labels[r, c]], LEAF, ()) for c in column) for r in row)
+    bodies = dict(zip(names, units.bodies, strict=True))
+    return write_pattern(Pattern(columns, rows, cells), widths, heights, bodies.__getitem__)
+
+
+def _unit_name(name: str, label: int) -> str:
+    """What a unit is called: by its label, unless walls are called so, which are stretched and joined."""
+    return f"unit {label}" if look_of(name).gives else name
+
+
+def _lines(labels: Labels, sizes: NDArray[np.float64], door: NDArray[np.bool_]) -> tuple[Lines, list[int]]:
+    """Lines of equal labels as kinds, but those at both ends as kinds of their own; and the first line of each kind."""
+    kinds: list[int] = []
+    first: list[int] = []
+    known: dict[tuple[int, bytes], int] = {}
+    for place, line in enumerate(labels):
+        end = 1 if place == 0 else 2 if place == len(labels) - 1 else 0
+        key = (end, np.ascontiguousarray(line).tobytes())
+        if key not in known:
+            known[key] = len(first)
+            first.append(place)
+        kinds.append(known[key])
+    size = tuple(float(sizes[place]) for place in first)
+    doors = tuple(bool(door[place]) for place in first)
+    ends = (kinds[0], kinds[-1]) if len(kinds) > 1 else ()
+    return Lines(tuple(kinds), size, (True,) * len(first), doors, ends), first
+
+
+def _check(grid: LabelGrid, units: Units) -> None:
+    if (grid.labels < 0).any():
+        raise FacadeError("labels: a grammar needs a label in every cell; fill the holes first.")
+    _fits("widths", units.widths, grid.columns)
+    _fits("heights", units.heights, grid.rows)
+    if len(units.bodies) != len(grid.names):
+        raise FacadeError(f"units: expected {len(grid.names)} bodies, one for each label; found {len(units.bodies)}.")
+
+
+def _fits(name: str, sizes: Sequence[float] | NDArray[np.float64], count: int) -> None:
+    values = np.asarray(sizes, dtype=np.float64)
+    if values.shape != (count,) or not (np.isfinite(values) & (values > 0.0)).all():
+        raise FacadeError(f"units: expected {count} {name} above 0 metres, found {values.tolist()}.")

@@ -1,0 +1,92 @@
+"""Labels of the units of a facade, in rows and columns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from grammarlab.errors import FacadeError
+
+HOLE = -1
+"""Label of a cell of which nothing is known."""
+MOST_CELLS = 40_000
+"""Cells that a grid may have: 200 x 200."""
+
+Labels = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class LabelGrid:
+    """A facade as an array of labels."""
+
+    labels: Labels
+    """[rows, columns] label of each unit, row 0 at the bottom, column 0 at the left; `HOLE` where none is known."""
+    names: tuple[str, ...]
+    """Name of each label, each once."""
+
+    @classmethod
+    def of(cls, labels: ArrayLike, names: Sequence[str] | None = None) -> LabelGrid:
+        """A checked grid, with labels named by their number where no names are given.
+
+        Args:
+            labels: [rows, columns] whole numbers from 0, or `HOLE`; row 0 at the bottom.
+            names: one for each label.
+
+        Raises:
+            FacadeError: for no cell at all, labels without a name, or a grid that is too large.
+        """
+        try:
+            values = np.asarray(labels)
+        except ValueError as error:
+            raise FacadeError("labels: expected rows of equal length.") from error
+        if values.ndim != 2 or values.size == 0:
+            raise FacadeError(f"labels: expected rows and columns with one cell at least, found shape {values.shape}.")
+        if values.size > MOST_CELLS:
+            raise FacadeError(
+                f"labels: {values.shape[0]} x {values.shape[1]} cells; at most {MOST_CELLS:,} are allowed."
+            )
+        if not np.issubdtype(values.dtype, np.integer):
+            raise FacadeError(f"labels: expected whole numbers, found {values.dtype}.")
+        found = values.astype(np.int64)
+        if found.min() < HOLE or found.max() >= MOST_CELLS:
+            raise FacadeError(f"labels: expected 0 to {MOST_CELLS - 1:,}, or {HOLE} for a hole; found {found.min()}.")
+        if found.max() < 0:
+            raise FacadeError("labels: all cells are holes; label one at least.")
+        given = tuple(str(k) for k in range(int(found.max()) + 1)) if names is None else tuple(names)
+        if found.max() >= len(given):
+            raise FacadeError(f"labels: label {found.max()} has no name; {len(given)} names are given.")
+        if len(set(given)) < len(given):
+            raise FacadeError("labels: a name occurs twice; each label needs a name of its own.")
+        found.setflags(write=False)
+        return cls(found, given)
+
+    @property
+    def rows(self) -> int:
+        return self.labels.shape[0]
+
+    @property
+    def columns(self) -> int:
+        return self.labels.shape[1]
+
+    def label(self, name: str) -> int:
+        """Number of a name.
+
+        Raises:
+            FacadeError: for an unknown name; lists those there are.
+        """
+        if name not in self.names:
+            raise FacadeError(f"unknown label {name!r}; expected one of {', '.join(self.names)}.")
+        return self.names.index(name)
+
+
+def joined(examples: Sequence[LabelGrid]) -> list[LabelGrid]:
+    """The same grids with one numbering of names, in the order in which names first come."""
+    names = tuple(dict.fromkeys(name for example in examples for name in example.names))
+    found = []
+    for example in examples:
+        number = np.array([names.index(name) for name in example.names] + [HOLE])  # index -1 is the hole's
+        found.append(LabelGrid.of(number[example.labels], names))
+    return found

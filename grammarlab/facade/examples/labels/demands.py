@@ -1,0 +1,203 @@
+"""Wishes as labels that cells may have, counts and symmetry; what contradicts itself is said in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.examples.label_grid import LabelGrid, Labels
+from grammarlab.facade.examples.wishes import Count, Rows, Wishes
+
+Domain = NDArray[np.bool_]
+_MOST_PLACED = 400
+"""Units whose places are looked for before the search; more are left to it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Demands:
+    """What a grid must keep."""
+
+    domain: Domain
+    """[rows, columns, labels] which labels each cell may have."""
+    counts: tuple[tuple[int, int, int], ...]
+    """Label, least, most."""
+    symmetric: bool
+    notes: tuple[str, ...] = ()
+    """Defaults that could not be kept, in words."""
+
+    def domain_kept(self, labels: Labels) -> bool:
+        """Whether each cell has a label that it may have."""
+        rows, columns = np.indices(labels.shape)
+        return bool(self.domain[rows, columns, labels].all())
+
+    def broken(self, labels: Labels) -> int:
+        """Cells that must change before a grid keeps all this, at least."""
+        rows, columns = np.indices(labels.shape)
+        cells = int((~self.domain[rows, columns, labels]).sum())
+        for label, least, most in self.counts:
+            often = int((labels == label).sum())
+            cells += max(0, least - often, often - most)
+        if self.symmetric:
+            cells += int((labels != labels[:, ::-1]).sum()) // 2
+        return cells
+
+
+def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) -> Demands:
+    """What a person's wishes, and the defaults, ask of a grid.
+
+    A wish goes before what the example has at a border: a label that is wished for in a row may come there.
+
+    Args:
+        domain: [rows, columns, labels] labels that the examples have at the same borders.
+        examples: with one numbering of labels.
+        wishes: what is asked.
+
+    Raises:
+        FacadeError: for unknown labels, cells outside of the grid, and wishes that contradict each other.
+    """
+    found = _only(domain.copy(), examples[0], wishes)
+    found = _fixed(found, examples[0], wishes)
+    fixed = {(wish.row, wish.column): wish.label for wish in wishes.fixed}
+    rows, columns = found.shape[:2]
+    if wishes.equal_corners or wishes.symmetric:
+        pairs = {(row, 0) for row in (0, rows - 1)} if wishes.equal_corners else set()
+        pairs |= set(np.ndindex(rows, columns // 2)) if wishes.symmetric else set()
+        for row, column in sorted(pairs):
+            _agree(found, (row, column), (row, columns - 1 - column), fixed)
+    counts = [_counted(found, examples[0], count, wishes.symmetric) for count in wishes.counts]
+    _check_room(found, examples[0].names, counts)
+    least = sum(count[1] for count in counts)
+    notes = []
+    if wishes.keep:
+        wished = {label for label, _, _ in counts}
+        for label, once in sorted(ground_labels(examples), key=lambda each: not each[1]):
+            name = examples[0].names[label]
+            if label in wished or least >= max(1, columns - 2):
+                continue
+            able = int(found[:, :, label].sum())
+            for most in (1, 2) if once else (max(1, able),):  # symmetric grids may have a pair only
+                try:
+                    counts.append(_counted(found, examples[0], Count(name, 1, most), wishes.symmetric))
+                except FacadeError:
+                    continue
+                least += 1
+                break
+            else:
+                notes.append(f"{name} is on the ground floor of the example; there is no place for it here")
+    counts.sort(key=lambda each: each[2])
+    return Demands(found, tuple(counts), wishes.symmetric, tuple(notes))
+
+
+def _check_room(domain: Domain, names: tuple[str, ...], counts: Sequence[tuple[int, int, int]]) -> None:
+    """Counts for which there is room one by one, but not together."""
+    wanted = np.array([label for label, least, _ in counts for _ in range(least)], dtype=np.int64)
+    if not 0 < len(wanted) <= _MOST_PLACED:
+        return
+    refused = ~domain.reshape(-1, domain.shape[2]).T[wanted]  # [wanted, cells]
+    if len(wanted) > refused.shape[1] or refused[linear_sum_assignment(refused)].any():
+        told = ", ".join(f"{names[label]} at least {least} times" for label, least, _ in counts if least)
+        raise FacadeError(f"wishes: {told}: there is no room for all of these together.")
+
+
+def ground_labels(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
+    """Labels that only the ground floor has, between its corners, and whether the examples have them once."""
+    size = len(examples[0].names)
+    tall = [example.labels for example in examples if example.rows > 1]
+    inner = np.zeros(size, dtype=np.int64)
+    often = np.zeros(size, dtype=np.int64)
+    for labels in tall:
+        inner += np.bincount(labels[0, 1:-1][labels[0, 1:-1] >= 0], minlength=size)
+        often += np.bincount(labels[labels >= 0], minlength=size)
+    if not (often[inner > 0] > 1).any():  # nothing repeats there: no label stands out
+        return []
+    return [(int(label), bool(often[label] == 1)) for label in np.flatnonzero((inner > 0) & (inner == often))]
+
+
+def _only(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
+    for wish in wishes.only:
+        label = example.label(wish.label)
+        rows = _rows(wish.rows, len(domain))
+        if not rows.any():
+            raise FacadeError(
+                f"wishes: {wish.label} only {wish.rows}, but a grid of {len(domain)} rows has none there."
+            )
+        if not domain[rows, :, label].any():
+            domain[rows, :, label] = True
+        alone = domain.sum(axis=2) == 1
+        alone &= domain[:, :, label] & ~rows[:, None]
+        domain[alone] = domain.any(axis=(0, 1))
+        domain[~rows, :, label] = False
+    empty = np.argwhere(~domain.any(axis=2))
+    if len(empty):
+        row, column = empty[0].tolist()
+        told = ", ".join(f"{wish.label} only {wish.rows}" for wish in wishes.only)
+        raise FacadeError(f"wishes: {told}: no label is left for row {row}, column {column}.")
+    return domain
+
+
+def _rows(where: Rows, rows: int) -> NDArray[np.bool_]:
+    place = np.arange(rows)
+    if where == "ground":
+        return place == 0
+    return place == rows - 1 if where == "top" else (place > 0) & (place < rows - 1)
+
+
+def _fixed(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
+    seen: dict[tuple[int, int], str] = {}
+    rows, columns = domain.shape[:2]
+    for wish in wishes.fixed:
+        cell = (wish.row, wish.column)
+        if not (0 <= wish.row < rows and 0 <= wish.column < columns):
+            raise FacadeError(
+                f"wishes: row {wish.row}, column {wish.column} is fixed; the grid has rows 0 to {rows - 1} and "
+                f"columns 0 to {columns - 1}."
+            )
+        if seen.setdefault(cell, wish.label) != wish.label:
+            raise FacadeError(
+                f"wishes: row {wish.row}, column {wish.column} cannot be both {seen[cell]} and {wish.label}."
+            )
+        label = example.label(wish.label)
+        for only in wishes.only:
+            if only.label == wish.label and not _rows(only.rows, rows)[wish.row]:
+                raise FacadeError(f"wishes: {wish.label} only {only.rows}, but row {wish.row} is fixed to be one.")
+        domain[cell] = False
+        domain[wish.row, wish.column, label] = True
+    return domain
+
+
+def _agree(domain: Domain, one: tuple[int, int], other: tuple[int, int], fixed: dict[tuple[int, int], str]) -> None:
+    """Two cells get the labels common to both, or those of either where none is; a fixed one gives its own."""
+    both = domain[one] & domain[other]
+    if not both.any():
+        if one in fixed and other in fixed:
+            raise FacadeError(
+                f"wishes: row {one[0]}: column {one[1]} is fixed to be {fixed[one]} and column {other[1]} to be "
+                f"{fixed[other]}, but they are to be equal."
+            )
+        both = domain[one] if one in fixed else domain[other] if other in fixed else domain[one] | domain[other]
+    domain[one] = domain[other] = both
+
+
+def _counted(domain: Domain, example: LabelGrid, count: Count, symmetric: bool) -> tuple[int, int, int]:
+    label = example.label(count.label)
+    told = f"{count.label} {count.least} to {count.most} times"
+    if count.least < 0 or count.most < count.least:
+        raise FacadeError(f"wishes: {told}; expected 0 or more, and no more at least than at most.")
+    able = int(domain[:, :, label].sum())
+    if able < count.least:
+        raise FacadeError(f"wishes: {told}, but only {able} cells may be {count.label}.")
+    forced = int((domain[:, :, label] & (domain.sum(axis=2) == 1)).sum())
+    if forced > count.most:
+        raise FacadeError(f"wishes: {told}, but {forced} cells can be nothing else.")
+    columns = domain.shape[1]
+    odd = columns % 2 == 1 and domain[:, columns // 2, label].any()
+    if symmetric and count.least == count.most and count.least % 2 == 1 and not odd:
+        raise FacadeError(
+            f"wishes: symmetric and {told} contradict each other: an odd number needs a middle column for one."
+        )
+    return label, count.least, count.most

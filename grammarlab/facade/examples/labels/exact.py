@@ -1,0 +1,176 @@
+"""Grids of least energy, or near it, with a bound that says how near."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.examples.label_grid import LabelGrid, Labels
+from grammarlab.facade.examples.labels.demands import Demands
+from grammarlab.facade.examples.labels.dual import Dual, least_work, strips_alone
+from grammarlab.facade.examples.labels.expectation import expectation_maximization
+from grammarlab.facade.examples.labels.problem import Problem
+from grammarlab.facade.examples.labels.search import Search
+from grammarlab.facade.examples.labels.solver import solve, suits
+
+_DUAL_WORK = 4e7
+"""Sums that all steps of the dual may take together: some tenths of a second."""
+_MOST_STEPS = 40
+_SWEEPS = 4
+_FIRST_STEPS = 12
+"""Steps of the dual before it is worth to sweep."""
+_STEPS_A_GRID = 4
+"""Steps of the dual between two grids that are made of what the strips want."""
+_TRIES = 4
+"""Grids that may be made for each one that is wanted, to find different ones."""
+_RUN = 3
+"""Lines that are taken from an example together."""
+_POOL = 40
+"""Columns to recombine."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bounded:
+    """Grids, best first, and what no grid is below."""
+
+    grids: tuple[tuple[int, Labels], ...]
+    """Energy and labels."""
+    bound: int
+
+
+def least_energy(
+    problem: Problem, demands: Demands, examples: Sequence[LabelGrid], seed: int, count: int, effort: float
+) -> Bounded:
+    """Grids of little energy that keep the demands.
+
+    First grids of whole rows and columns of an example, each made as good as changes of one line can; then what the
+    strips of the dual want, whose bound rises meanwhile; last, where the grid is small, CP-SAT. It ends as soon as a
+    grid is as good as the bound.
+
+    Args:
+        problem: what windows are compared with.
+        demands: what the grids keep.
+        examples: to begin with.
+        seed: of all random choices.
+        count: grids wanted.
+        effort: how much more work than usual is done before a gap is accepted.
+
+    Raises:
+        FacadeError: when no grid keeps the demands, or none was found.
+    """
+    problem = problem.within(demands.domain)
+    search = Search(problem, demands, np.random.default_rng(seed), effort)
+    bound, turned = _alone(problem, demands)
+    _try(search, _in_order(search, examples), bound)
+    if not _done(search, bound):
+        bound = _dual(search, bound, turned, effort)
+    if not _done(search, bound):
+        _try(search, _others(search, examples, seed), bound)
+        search.recombined(_POOL)
+    if not _done(search, bound) and suits(problem):
+        bound = _solved(search, bound, seed, effort)
+    if search.best is None:
+        raise FacadeError("wishes: no grid that keeps all of them was found; ask for less, or for a larger grid.")
+    for turn in range(_TRIES * count):
+        if len(search.found) >= count:
+            break
+        search.settle(_scattered(search, examples[turn % len(examples)]))
+    return Bounded(tuple(search.ranked()[:count]), bound)
+
+
+def _done(search: Search, bound: int) -> bool:
+    return search.best is not None and search.best <= bound
+
+
+def _alone(problem: Problem, demands: Demands) -> tuple[int, bool]:
+    """The bound of strips by themselves, of rows or of columns, whichever is better, and whether it is of columns."""
+    rows, columns = strips_alone(problem), strips_alone(problem.transposed())
+    return max(rows, columns), columns > rows and not demands.symmetric
+
+
+def _dual(search: Search, bound: int, turned: bool, effort: float) -> int:
+    """A better bound, while grids are made of what its strips want: a few steps first, then sweeps and more steps."""
+    steps = int(min(_MOST_STEPS * effort, _DUAL_WORK * effort / least_work(search.problem)))
+    problem, demands = search.problem, search.demands
+    if turned:
+        problem = problem.transposed()
+        demands = Demands(np.ascontiguousarray(problem.domain), demands.counts, symmetric=False)
+    if steps < 1:
+        return bound
+    dual = Dual(problem, demands)
+    for sweeps, most in ((0, min(_FIRST_STEPS, steps)), (_SWEEPS, steps - _FIRST_STEPS)):
+        if most < 1 or _done(search, bound):
+            break
+        dual.sweep(sweeps)
+        target = search.best if search.best is not None else 2 * bound + 9
+        for step, wanted in enumerate(dual.steps(target, most)):
+            bound = max(bound, dual.whole)
+            if step % _STEPS_A_GRID == _STEPS_A_GRID - 1:
+                search.settle(np.ascontiguousarray(wanted.T if turned else wanted))
+            if _done(search, bound):
+                break
+    return bound
+
+
+def _try(search: Search, starts: Iterator[Labels], bound: int) -> None:
+    """Settle one start after the other, until one is good enough or the budget is spent."""
+    for start in starts:
+        search.settle(start)
+        if _done(search, bound) or search.spent > search.budget:
+            return
+
+
+def _in_order(search: Search, examples: Sequence[LabelGrid]) -> Iterator[Labels]:
+    """Grids of lines of an example, stretched over the new grid or again and again."""
+    for example in examples:
+        across = np.round(np.linspace(0, example.columns - 1, search.problem.columns)).astype(np.int64)
+        yield search.factored(_whole(example), across)
+    for example in examples:
+        yield _drawn(search, example)
+
+
+def _others(search: Search, examples: Sequence[LabelGrid], seed: int) -> Iterator[Labels]:
+    """Grids of the paper's method, with borders, and of lines from other places."""
+    for turn in range(2):
+        yield expectation_maximization(search.problem, seed + turn).labels
+    for example in examples:
+        yield _drawn(search, example)
+
+
+def _solved(search: Search, bound: int, seed: int, effort: float) -> int:
+    """The bound that CP-SAT proves, and the grid that it finds."""
+    best = search.ranked()
+    solved = solve(search.problem, search.demands, bound, best[0][1] if best else None, seed, effort)
+    if solved.impossible:
+        raise FacadeError("wishes: no grid of this size keeps all of them.")
+    if solved.labels is not None:
+        search.keep(solved.labels)
+    return solved.bound
+
+
+def _drawn(search: Search, example: LabelGrid) -> Labels:
+    """Lines of an example in its order, from a place that is drawn, again and again."""
+    size, columns = example.columns, search.problem.columns
+    inner = np.arange(1, size - 1) if size > 2 else np.arange(size)
+    across = np.resize(np.roll(inner, -int(search.generator.integers(len(inner)))), columns)
+    if columns > 1:
+        across[0], across[-1] = 0, size - 1
+    return search.factored(_whole(example), across)
+
+
+def _scattered(search: Search, example: LabelGrid) -> Labels:
+    """Runs of a few lines of an example, from places that are drawn: its grids differ most from those found before."""
+    lines = []
+    for wanted, size in ((search.problem.rows, example.rows), (search.problem.columns, example.columns)):
+        starts = search.generator.integers(size, size=wanted)
+        lines.append(((starts[:, None] + np.arange(_RUN)) % size).ravel()[:wanted])
+    return _whole(example)[np.ix_(*lines)]
+
+
+def _whole(example: LabelGrid) -> Labels:
+    """The labels of an example, with its most frequent label in the place of holes."""
+    labels = example.labels
+    return np.where(labels < 0, np.bincount(labels[labels >= 0]).argmax(), labels)

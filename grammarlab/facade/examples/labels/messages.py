@@ -1,0 +1,126 @@
+"""Prices of labels that strips of windows pass on, so that what one border asks for is known at the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.facade.examples.label_grid import Labels
+from grammarlab.facade.examples.labels.chains import Costs
+from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
+from grammarlab.facade.examples.labels.strips import cell_costs
+
+_PART = 0.5
+"""Part of what a strip knows that it passes on; with all of it, sweeps end at a worse bound."""
+
+
+def swept(problem: Problem, start: Costs, sweeps: int) -> Costs:
+    """Prices with which the bound of the strips is better: block coordinate ascent, upwards and downwards in turn.
+
+    A strip's min-marginals of a cell, how much more it costs when the cell has this label, are its price of the label:
+    half of it moves to the next strip over the same cell. No step lowers the bound.
+
+    Args:
+        problem: what windows are compared with.
+        start: [strips, 3, columns, labels] prices to begin with.
+        sweeps: over all strips.
+
+    Returns:
+        [strips, 3, columns, labels]; over a cell they add up to what they did.
+    """
+    prices = start.copy()
+    known: dict[tuple[int, int], _Wants] = {}
+    for sweep in range(sweeps):
+        step = 1 if sweep % 2 == 0 else -1
+        for row in range(problem.rows)[::step]:
+            _Strip(problem, prices, row, known).pass_on(step)
+    return prices
+
+
+@dataclass(frozen=True, slots=True)
+class _Wants:
+    """What the patches of a list want in one of their columns."""
+
+    label: Labels
+    """[3, patches]"""
+    order: Labels
+    """[3, patches] patches sorted by their label."""
+    starts: tuple[Labels, ...]
+    """By row: where the patches of another label begin."""
+    first: tuple[Labels, ...]
+    """By row: these labels; the number behind the last one stands for nothing wanted."""
+
+    @classmethod
+    def of(cls, patches: Labels, column: int, num_labels: int) -> _Wants:
+        label = patches[:, :, column].T
+        wanted = np.where(label == AWAY, num_labels, label)
+        order = np.argsort(wanted, axis=1, kind="stable")
+        sorts = [np.unique(each, return_index=True) for each in np.take_along_axis(wanted, order, axis=1)]
+        return cls(label, order, tuple(start for _, start in sorts), tuple(label for label, _ in sorts))
+
+
+class _Strip:
+    """One row of windows, at the prices of the moment."""
+
+    def __init__(self, problem: Problem, prices: Costs, row: int, known: dict[tuple[int, int], _Wants]) -> None:
+        self.problem, self.prices, self.row, self.known = problem, prices, row, known
+        self.inside = [up for up in range(WINDOW) if 0 <= row + up - 1 < problem.rows]
+        differ = np.ones((problem.num_labels, problem.num_labels + 1))
+        differ[np.arange(problem.num_labels), np.arange(problem.num_labels)] = 0.0
+        differ[:, -1] = 0.0
+        self.differ = differ
+        """[labels, wanted labels]"""
+
+    def pass_on(self, step: int) -> None:
+        """Move prices to the strip above (1) or below (-1), cell after cell."""
+        columns = self.problem.columns
+        costs = [{up: self._cost(column, up) for up in self.inside} for column in range(columns)]
+        after = [np.zeros((1, 1))] * columns
+        after[-1] = np.zeros((len(self._wanted(columns - 1)[1].label[0]), 1))
+        for column in range(columns - 1, 0, -1):
+            after[column - 1] = (sum(costs[column].values()) + after[column][None]).min(axis=2)
+        before = np.zeros((1, after[0].shape[0]))
+        to = self.row + step
+        shared = [up for up in (1 + step, 1) if up in self.inside] if 0 <= to < self.problem.rows else []
+        for column in range(columns):
+            for up in shared:
+                others = sum((costs[column][other] for other in self.inside if other != up), np.zeros(()))
+                rest = before[:, :, None] + after[column][None] + others
+                marginals = self._marginals(rest, column, up)
+                moved = _PART * np.where(np.isfinite(marginals), marginals - marginals.min(), 0.0)
+                self.prices[self.row, up, column] -= moved
+                self.prices[to, up - step, column] += moved
+                costs[column][up] = self._cost(column, up)
+            before = (before[:, :, None] + sum(costs[column].values())).min(axis=0)
+
+    def _own(self, column: int, up: int) -> Costs:
+        """[labels] price of each label of a cell; infinite where it is not allowed."""
+        return np.where(self.problem.domain[self.row + up - 1, column], self.prices[self.row, up, column], np.inf)
+
+    def _cost(self, column: int, up: int) -> Costs:
+        """[before, here, after] least cost of a cell, given the patches of three windows."""
+        wanted = [wants.label[up][None] for wants in self._wanted(column)]
+        return cell_costs(self._own(column, up)[None].astype(np.float32), wanted)[0].astype(np.float64)
+
+    def _marginals(self, rest: Costs, column: int, up: int) -> Costs:
+        """[labels] least cost of the strip for each label of a cell; `rest` is that of all other cells."""
+        wanted = self._wanted(column)
+        sorts = rest[np.ix_(*(wants.order[up] for wants in wanted))]
+        for axis, wants in enumerate(wanted):
+            sorts = np.minimum.reduceat(sorts, wants.starts[up], axis=axis)
+        left, middle, right = (self.differ[:, wants.first[up]] for wants in wanted)
+        differ = left[:, :, None, None] + middle[:, None, :, None] + right[:, None, None, :]
+        return (sorts + differ).min(axis=(1, 2, 3)) + self._own(column, up)
+
+    def _wanted(self, column: int) -> tuple[_Wants, _Wants, _Wants]:
+        """What the windows before, about and after a column want of its cells."""
+        return self._of(column - 1, 2), self._of(column, 1), self._of(column + 1, 0)
+
+    def _of(self, column: int, side: int) -> _Wants:
+        """What the patches of a window want in one of their columns; beyond the grid, one that wants nothing."""
+        kind = int(self.problem.kind[self.row, column]) if 0 <= column < self.problem.columns else -1
+        if (kind, side) not in self.known:
+            patches = self.problem.patches[kind] if kind >= 0 else np.full((1, WINDOW, WINDOW), AWAY)
+            self.known[kind, side] = _Wants.of(patches, side, self.problem.num_labels)
+        return self.known[kind, side]

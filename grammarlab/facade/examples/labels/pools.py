@@ -1,0 +1,85 @@
+"""Grids put together of whole columns: the best choice among a pool of them, exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.facade.examples.label_grid import Labels
+from grammarlab.facade.examples.labels.chains import Costs, Tally, cheapest
+from grammarlab.facade.examples.labels.folding import cheapest_palindrome
+from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
+
+_LARGEST = 2e8
+"""Sums for all windows about one column at most."""
+_STRAY = 10.0
+"""Cost of a cell with a label that it may not have: more than all 9 windows over it can gain by it."""
+
+
+def best_columns(
+    problem: Problem, pool: Labels, noise: Costs, limits: Sequence[tuple[int, int, int]] = (), symmetric: bool = False
+) -> NDArray[np.int64]:
+    """The grid of least energy among those whose columns are all in the pool.
+
+    Args:
+        problem: what windows are compared with.
+        pool: [states, rows] columns.
+        noise: [rows, columns, labels] added to the energy, to choose among equals.
+        limits: label, least and most: how often it may come; given up where no such grid is in the pool.
+        symmetric: the columns read the same from both sides.
+
+    Returns:
+        the state [columns] of each column.
+    """
+    rows = np.arange(problem.rows)
+    extra = noise + _STRAY * ~problem.domain
+    own = list(extra[rows[None, :], :, pool].sum(axis=1).T)  # [columns][states]
+    known: dict[tuple[int, ...], Costs] = {}
+    costs = []
+    for column in range(problem.columns):
+        kinds = tuple(problem.kind[:, column].tolist())
+        if kinds not in known:
+            known[kinds] = _triplets(problem, pool, kinds)
+        found = known[kinds]
+        found = found if column else found[:1]
+        costs.append(found if column + 1 < problem.columns else found[:, :, :1])
+    solve = cheapest_palindrome if symmetric else cheapest
+    if limits:
+        weight = np.stack([(pool == label).sum(axis=1) for label, _, _ in limits], axis=1)
+        tally = Tally((weight,) * problem.columns, tuple(at[1] for at in limits), tuple(at[2] for at in limits))
+        chain = solve(costs, own, tally)
+        if np.isfinite(chain.cost):
+            return chain.states
+    return solve(costs, own).states
+
+
+def suits(problem: Problem, pool: Labels) -> bool:
+    """Whether a pool is small enough to choose from."""
+    most = max(len(patches) for patches in problem.patches)
+    return float(len(pool)) ** 3 * most * problem.rows <= _LARGEST
+
+
+def _triplets(problem: Problem, pool: Labels, kinds: tuple[int, ...]) -> Costs:
+    """[states, states, states] energy of the windows about a column, of its states and those of its neighbours."""
+    size = len(pool)
+    ring = np.full((size, problem.rows + 2), AWAY, dtype=np.int64)
+    ring[:, 1:-1] = pool
+    total = np.zeros((size, size, size), dtype=np.float32)
+    for row, kind in enumerate(kinds):
+        if kind < 0:
+            continue
+        patches = problem.patches[kind]
+        here = ring[:, row : row + WINDOW]  # [states, 3]
+        counts = np.zeros((WINDOW, size, len(patches)), dtype=np.uint8)
+        for up, right in np.ndindex(WINDOW, WINDOW):
+            wanted = patches[:, up, right]
+            counts[right] += (here[:, up, None] != wanted) & (wanted != AWAY)
+        left, middle, right = counts
+        nearest = np.full((size, size, size), 255, dtype=np.uint8)
+        for patch in range(len(patches)):
+            pair = left[:, None, patch] + middle[None, :, patch]
+            np.minimum(nearest, pair[:, :, None] + right[None, None, :, patch], out=nearest)
+        total += nearest
+    return total.astype(np.float64)

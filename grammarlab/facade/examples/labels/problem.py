@@ -1,0 +1,179 @@
+"""Windows of a new grid, and the windows of the examples that each may look like."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.facade.examples.label_grid import HOLE, LabelGrid, Labels
+
+MOST_COMPARED = 400_000_000
+"""Windows times patches of a problem at most."""
+WINDOW = 3
+"""Rows and columns of a window: the paper's w, whose centres are |w / 4| = 1 cell apart."""
+AWAY = -2
+"""In a window, a place that is not compared: beyond a border, or a hole."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Sum over windows of the labels that differ from the nearest patch; labels are chosen from domains."""
+
+    kind: NDArray[np.int64]
+    """[rows, columns] which list of patches the window about a cell is compared with; -1 where there is no window."""
+    patches: tuple[Labels, ...]
+    """By kind: [patches, 3, 3] labels, no two equal; `AWAY` where nothing is compared."""
+    domain: NDArray[np.bool_]
+    """[rows, columns, labels] which labels each cell may have."""
+
+    @property
+    def rows(self) -> int:
+        return self.kind.shape[0]
+
+    @property
+    def columns(self) -> int:
+        return self.kind.shape[1]
+
+    @property
+    def num_labels(self) -> int:
+        return self.domain.shape[2]
+
+    def transposed(self) -> Problem:
+        """Rows for columns and columns for rows."""
+        turned = tuple(np.ascontiguousarray(each.transpose(0, 2, 1)) for each in self.patches)
+        return Problem(np.ascontiguousarray(self.kind.T), turned, np.ascontiguousarray(self.domain.transpose(1, 0, 2)))
+
+    def within(self, domain: NDArray[np.bool_]) -> Problem:
+        """The same with other domains."""
+        return replace(self, domain=domain)
+
+
+def bordered(examples: Sequence[LabelGrid], regions: Labels) -> Problem:
+    """A window about every cell, like a window of the example that has the same borders.
+
+    A corner looks like the same corner, the ground floor like the ground floor, and a cell has the labels that the
+    example has at that border. Where the example has no cell with the same borders (it is one row high, say, or the new
+    grid is), the borders beyond are left open: a single row is like the ground floor, a single column like any.
+
+    Args:
+        examples: with one numbering of labels.
+        regions: [rows, columns] example that each cell is like, or -1 for any of them.
+    """
+    rows, columns = regions.shape
+    vertical, horizontal = _sides(rows), _sides(columns)
+    ids: dict[tuple[int, int, int], int] = {}
+    kind = np.empty((rows, columns), dtype=np.int64)
+    patches, allowed = [], []
+    for row, column in np.ndindex(rows, columns):
+        key = (int(vertical[row]), int(horizontal[column]), int(regions[row, column]))
+        if key not in ids:
+            ids[key] = len(patches)
+            chosen = [examples[key[2]]] if key[2] >= 0 else examples
+            found = [_like(example, key[0], key[1]) for example in chosen]
+            patches.append(_distinct(np.concatenate([windows for windows, _ in found])))
+            own = _present(np.concatenate([labels for _, labels in found]), len(examples[0].names))
+            allowed.append(own if own.any() else _present(_all_labels(chosen), len(own)))
+        kind[row, column] = ids[key]
+    return Problem(kind, tuple(patches), np.array(allowed)[kind])
+
+
+def unbordered(examples: Sequence[LabelGrid], regions: Labels) -> Problem:
+    """The paper's windows: those that lie in the grid, each like any window of the examples.
+
+    A window has fewer rows or columns than 3 where the grid, or the smallest example, has fewer.
+
+    Args:
+        examples: with one numbering of labels.
+        regions: [rows, columns] example that each cell is like, or -1 for any of them.
+    """
+    rows, columns = regions.shape
+    height = min(WINDOW, rows, *(example.rows for example in examples))
+    width = min(WINDOW, columns, *(example.columns for example in examples))
+    names = len(examples[0].names)
+    lists = [_inner(examples, height, width), *(_inner([example], height, width) for example in examples)]
+    kind = np.full((rows, columns), -1, dtype=np.int64)
+    up, right = _before(height), _before(width)
+    inner = slice(up, up + rows - height + 1), slice(right, right + columns - width + 1)
+    kind[inner] = regions[inner] + 1
+    present = np.array(
+        [_present(_all_labels(each), names) for each in (examples, *([example] for example in examples))]
+    )
+    return Problem(kind, tuple(lists), present[regions + 1])
+
+
+def _all_labels(examples: Sequence[LabelGrid]) -> Labels:
+    return np.concatenate([example.labels.ravel() for example in examples])
+
+
+def _before(size: int) -> int:
+    """Cells of a window below, or left of, its centre."""
+    return (size - 1) // 2
+
+
+def _sides(size: int) -> NDArray[np.int64]:
+    """[size] borders of each row: 1 the first, 2 the last, 3 both, 0 none."""
+    sides = np.zeros(size, dtype=np.int64)
+    sides[0] |= 1
+    sides[-1] |= 2
+    return sides
+
+
+def _padded(labels: Labels) -> Labels:
+    """The windows [rows, columns, 3, 3] about the cells; `AWAY` beyond the borders and at holes."""
+    ring = np.full((labels.shape[0] + 2, labels.shape[1] + 2), AWAY, dtype=np.int64)
+    ring[1:-1, 1:-1] = np.where(labels == HOLE, AWAY, labels)
+    return np.lib.stride_tricks.sliding_window_view(ring, (WINDOW, WINDOW))
+
+
+def _like(example: LabelGrid, vertical: int, horizontal: int) -> tuple[Labels, Labels]:
+    """Windows [n, 3, 3] of an example about cells with these borders, and the labels of those cells."""
+    rows = _matching(_sides(example.rows), vertical, alone=1)
+    columns = _matching(_sides(example.columns), horizontal, alone=0)
+    found = _padded(example.labels)[np.ix_(rows, columns)].copy()
+    for side, place in ((1, 0), (2, 2)):  # nothing lies beyond a border of the new grid
+        if vertical & side:
+            found[:, :, place, :] = AWAY
+        if horizontal & side:
+            found[:, :, :, place] = AWAY
+    return found.reshape(-1, WINDOW, WINDOW), example.labels[np.ix_(rows, columns)].ravel()
+
+
+def _matching(sides: NDArray[np.int64], wanted: int, alone: int) -> NDArray[np.int64]:
+    """Rows of an example for a row with these borders.
+
+    Args:
+        sides: borders of the example's rows.
+        wanted: borders of the new grid's row.
+        alone: borders that the only row of a new grid keeps, where the example has several.
+    """
+    equal = np.flatnonzero(sides == wanted)
+    if len(equal):
+        return equal
+    kept = alone if wanted == 3 else wanted
+    return np.flatnonzero((sides & kept) == kept)
+
+
+def _inner(examples: Sequence[LabelGrid], height: int, width: int) -> Labels:
+    """Windows of height x width cells, in the middle of places that are not compared."""
+    parts = []
+    for example in examples:
+        views = np.lib.stride_tricks.sliding_window_view(example.labels, (height, width)).reshape(-1, height, width)
+        found = np.full((len(views), WINDOW, WINDOW), AWAY, dtype=np.int64)
+        up, right = 1 - _before(height), 1 - _before(width)
+        found[:, up : up + height, right : right + width] = np.where(views == HOLE, AWAY, views)
+        parts.append(found)
+    return _distinct(np.concatenate(parts))
+
+
+def _distinct(windows: Labels) -> Labels:
+    """Different windows; those with more holes than others are left out."""
+    holes = (windows == AWAY).sum(axis=(1, 2))
+    return np.unique(windows[holes == holes.min()], axis=0)
+
+
+def _present(labels: Labels, num_labels: int) -> NDArray[np.bool_]:
+    """[num_labels] which labels occur."""
+    return np.bincount(labels[labels >= 0].ravel(), minlength=num_labels)[:num_labels] > 0

@@ -1,0 +1,166 @@
+"""Grids of little energy: grids of whole rows and columns first, then rows and columns anew in turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.facade.examples.label_grid import Labels
+from grammarlab.facade.examples.labels.demands import Demands, Domain
+from grammarlab.facade.examples.labels.energy import energy
+from grammarlab.facade.examples.labels.pools import best_columns, suits
+from grammarlab.facade.examples.labels.problem import Problem
+from grammarlab.facade.examples.labels.rows import RowWindows
+
+_WORK = 1e8
+"""Sums that settling may take before what was found is kept: some tenths of a second."""
+_PASSES = 2
+"""Times that all lines of a grid may be settled, however large it is."""
+PENALTY = 9
+"""Energy of a cell that must change: no less than what changing it can add, as 9 windows lie over it."""
+_FEW = 4
+"""Labels that may come this often or more are not counted while lines are chosen."""
+_NOISE = 0.25
+"""Sum of what is added to the energy, over a grid, to choose among grids of equal energy."""
+
+
+@dataclass
+class Search:
+    """A search for grids, and what it found."""
+
+    problem: Problem
+    demands: Demands
+    generator: np.random.Generator
+    effort: float = 1.0
+    """How much more work than usual it may do."""
+    spent: float = 0.0
+    """Sums so far."""
+    found: dict[bytes, tuple[int, Labels]] = field(default_factory=dict)
+    """By content: energy and labels of grids that keep all demands."""
+
+    def __post_init__(self) -> None:
+        self.rows = RowWindows.of(self.problem)
+        self.columns = RowWindows.of(self.problem.transposed())
+        shape = self.problem.domain.shape
+        once = self.problem.rows * self.rows.work + self.problem.columns * self.columns.work
+        self.budget = max(_WORK, _PASSES * once) * self.effort
+        self.noise = self.generator.random(shape) * (_NOISE / (shape[0] * shape[1]))
+
+    @property
+    def best(self) -> int | None:
+        return min((value for value, _ in self.found.values()), default=None)
+
+    def ranked(self) -> list[tuple[int, Labels]]:
+        """What was found, best first."""
+        return sorted(self.found.values(), key=lambda each: each[0])
+
+    def settle(self, labels: Labels) -> Labels:
+        """A grid that keeps the demands, and that no change of one row or one column makes better."""
+        domain = self._pinned(labels)
+        if domain is None:
+            return labels
+        labels = labels.copy()
+        dirty = [set(range(self.problem.rows)), set() if self.demands.symmetric else set(range(self.problem.columns))]
+        while dirty[0] or dirty[1]:
+            if self.spent > self.budget and self.demands.domain_kept(labels):
+                break
+            axis = 0 if dirty[0] else 1
+            line = int(self.generator.choice(sorted(dirty[axis])))
+            dirty[axis].discard(line)
+            view, allowed = (labels, domain) if axis == 0 else (labels.T, domain.transpose(1, 0, 2))
+            noise = self.noise if axis == 0 else self.noise.transpose(1, 0, 2)
+            windows = self.rows if axis == 0 else self.columns
+            self.spent += windows.work
+            chosen = windows.best_row(view, line, allowed[line], noise[line], self.demands.symmetric)
+            changed = np.flatnonzero(chosen != view[line])
+            if len(changed):
+                view[line] = chosen
+                dirty[axis] |= {near for near in range(line - 2, line + 3) if 0 <= near < len(view) and near != line}
+                if not self.demands.symmetric:
+                    near = {int(place) + step for place in changed for step in range(-2, 3)}
+                    dirty[1 - axis] |= {place for place in near if 0 <= place < view.shape[1]}
+        self.keep(labels)
+        return labels
+
+    def keep(self, labels: Labels) -> None:
+        """Remembers a grid, if it keeps the demands."""
+        if self.demands.broken(labels) == 0:
+            self.found.setdefault(labels.tobytes(), (energy(self.problem, labels), labels))
+
+    def _pinned(self, labels: Labels) -> Domain | None:
+        """Domains in which every label that is counted stays as often as it may come; None when there is no room."""
+        domain = self.demands.domain.copy()
+        for label, least, most in self.demands.counts:
+            able = domain[:, :, label]
+            forced = able & (domain.sum(axis=2) == 1)
+            here = able & (labels == label) & ~forced
+            others = able & ~here & ~forced
+            strict = most < int(able.sum())
+            chosen = self._chosen(forced, here, others, least, most if strict else least)
+            if chosen is None:
+                return None
+            if strict:
+                domain[:, :, label] = False
+            domain[chosen] = False
+            domain[chosen, label] = True
+        return domain
+
+    def _chosen(self, forced: Domain, here: Domain, others: Domain, least: int, most: int) -> NDArray[np.bool_] | None:
+        """[rows, columns] cells that get a label: those that must, then those that have it, then any."""
+        chosen = forced.copy()
+        columns = chosen.shape[1]
+        for cells, wanted in ((here, most), (others, least)):
+            for row, column in self.generator.permutation(np.argwhere(cells)):
+                if chosen[row, column]:
+                    continue
+                mirror = columns - 1 - column if self.demands.symmetric else column
+                added = 1 + int(mirror != column)
+                if int(chosen.sum()) + added <= min(wanted, most):
+                    chosen[row, [column, mirror]] = True
+        return chosen if least <= int(chosen.sum()) else None
+
+    def factored(self, example: Labels, across: Labels) -> Labels:
+        """The best grid of rows of an example for these columns of it, the best columns for those rows, and so on.
+
+        Args:
+            example: [rows, columns] without holes.
+            across: [columns] column of the example that each column is made after at first.
+        """
+        cost = np.inf
+        labels = example[np.ix_(np.arange(self.problem.rows) % len(example), across)]
+        while suits(self.problem, example.T) and suits(self.problem.transposed(), example):
+            rows = self._lines(example[:, across], turned=True)
+            columns = self._lines(example[rows].T, turned=False)
+            chosen = example[np.ix_(rows, columns)]
+            value = energy(self.problem, chosen) + PENALTY * self.demands.broken(chosen)
+            if value >= cost:
+                return labels
+            labels, cost, across = chosen, value, columns
+        return labels
+
+    def recombined(self, most: int) -> None:
+        """The best grid of the columns of those found, and that of their rows.
+
+        Args:
+            most: columns to choose from; what is found last is left out.
+        """
+        for turned in (False,) if self.demands.symmetric else (False, True):
+            grids = [labels if turned else labels.T for _, labels in self.ranked()[:8]]
+            if grids:
+                lines = np.concatenate(grids)
+                first = np.sort(np.unique(lines, axis=0, return_index=True)[1])
+                pool = lines[first[:most]]
+                if not suits(self.problem.transposed() if turned else self.problem, pool):
+                    continue
+                grid = pool[self._lines(pool, turned)]
+                self.settle(grid if turned else np.ascontiguousarray(grid.T))
+
+    def _lines(self, pool: Labels, turned: bool) -> NDArray[np.int64]:
+        """Which columns of a pool, or rows when turned, make the best grid."""
+        problem, noise = self.problem.within(self.demands.domain), self.noise
+        limits = [at for at in self.demands.counts if at[2] < _FEW]
+        if turned:
+            return best_columns(problem.transposed(), pool, noise.transpose(1, 0, 2), limits)
+        return best_columns(problem, pool, noise, limits, self.demands.symmetric)

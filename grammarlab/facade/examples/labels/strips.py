@@ -1,0 +1,134 @@
+"""Rows of windows, each by itself: their least energies, over all labels of the three rows that each covers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.facade.examples.label_grid import Labels
+from grammarlab.facade.examples.labels.chains import Costs
+from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
+
+_PAIRS = ((0, 1), (0, 2), (1, 2))
+_Kind = TypeVar("_Kind", bound=np.generic)
+
+
+@dataclass(frozen=True, slots=True)
+class Strips:
+    """Some rows of windows of a problem."""
+
+    problem: Problem
+    rows: NDArray[np.int64]
+    """[strips] row of the centres of each."""
+    wants: Labels
+    """[strips, columns + 2, patches, 3, 3] what the patches of each window want; one place before and after wants
+    nothing, and the first patch comes again where a cell has fewer than others."""
+    allowed: NDArray[np.bool_]
+    """[strips, 3, columns, labels] labels that the cells may have."""
+    inside: NDArray[np.bool_]
+    """[strips, 3] which rows of each strip are in the grid."""
+
+    @classmethod
+    def of(cls, problem: Problem, rows: Sequence[int]) -> Strips:
+        most = max(len(patches) for patches in problem.patches)
+        filled = [patches[np.arange(most) % len(patches)] for patches in problem.patches]
+        filled.append(np.full((most, WINDOW, WINDOW), AWAY, dtype=np.int64))
+        chosen = np.asarray(rows, dtype=np.int64)
+        kinds = np.full((len(chosen), problem.columns + 2), -1, dtype=np.int64)
+        kinds[:, 1:-1] = problem.kind[chosen]
+        around = chosen[:, None] + np.arange(-1, 2)
+        inside = (around >= 0) & (around < problem.rows)
+        allowed = problem.domain[np.clip(around, 0, problem.rows - 1)]
+        return cls(problem, chosen, np.array(filled)[kinds], allowed, inside)
+
+    def least(self, prices: Costs) -> tuple[Costs, Labels]:
+        """The least energy of each strip, and the labels that have it.
+
+        The chain is of patches: when three patches that follow each other are chosen, so is the best label of each
+        cell between them. It is exact.
+
+        Args:
+            prices: [strips, 3, columns, labels] added for each label of each cell.
+
+        Returns:
+            energies [strips] and labels [strips, 3, columns]; -1 outside of the grid.
+        """
+        own = np.where(self.allowed, prices, np.inf)
+        own[~self.inside] = 0.0
+        size = self.wants.shape[2]
+        value = np.zeros((len(self.rows), 1, size))
+        choices = []
+        columns = self.problem.columns
+        for column in range(columns):
+            through = value[:, :, :, None] + self._cost(own, column)
+            choice = through.argmin(axis=1)
+            value = np.take_along_axis(through, choice[:, None], axis=1)[:, 0]
+            choices.append(choice)
+        # The place after the last column is one state; so is the one before the first.
+        last = value[:, :, 0]
+        place = np.arange(len(self.rows))
+        after, here = np.zeros(len(self.rows), dtype=np.int64), last.argmin(axis=1)
+        energies = last[place, here]
+        labels = np.empty((len(self.rows), WINDOW, columns), dtype=np.int64)
+        for column in range(columns - 1, -1, -1):
+            before = choices[column][place, here, after]
+            labels[:, :, column] = self._labels(own, column, (before, here, after))
+            here, after = before, here
+        labels[~self.inside] = -1
+        return energies, labels
+
+    def _wanted(self, column: int) -> tuple[Labels, Labels, Labels]:
+        """[strips, states, 3 rows] what the windows before, about and after a column want of its cells."""
+        before, here, after = (self.wants[:, column + step] for step in range(3))
+        before = before[:, :1] if column == 0 else before
+        after = after[:, :1] if column == self.problem.columns - 1 else after
+        return before[..., 2], here[..., 1], after[..., 0]
+
+    def _cost(self, own: Costs, column: int) -> NDArray[np.float32]:
+        """[strips, before, here, after] least cost of the cells of a column, given the patches of three windows."""
+        wanted = self._wanted(column)
+        total = np.zeros((len(self.rows), *(each.shape[1] for each in wanted)), dtype=np.float32)
+        for row in range(WINDOW):
+            total += cell_costs(own[:, row, column].astype(np.float32), [each[:, :, row] for each in wanted])
+        return total
+
+    def _labels(self, own: Costs, column: int, states: Sequence[NDArray[np.int64]]) -> Labels:
+        """[strips, 3] the best label of each cell of a column, given the patches of three windows."""
+        place = np.arange(len(self.rows))
+        cost = own[:, :, column].copy()
+        for wanted, state in zip(self._wanted(column), states, strict=True):
+            want = wanted[place, state][:, :, None]
+            cost += (np.arange(cost.shape[2]) != want) & (want != AWAY)
+        return cost.argmin(axis=2)
+
+
+def cell_costs(prices: NDArray[np.float32], wanted: Sequence[Labels]) -> NDArray[np.float32]:
+    """[strips, before, here, after] least cost of one cell: of a label its price, and 1 for each window that it fails.
+
+    Args:
+        prices: [strips, labels] of its labels.
+        wanted: what the patches [strips, states] of the windows before, about and after it want.
+    """
+    strips = np.arange(len(prices))[:, None]
+    wants = [_axis(each, axis) for axis, each in enumerate(wanted)]
+    agree = [(wants[one] == wants[other]).astype(np.float32) for one, other in _PAIRS]
+    size = (len(prices), *(each.shape[1] for each in wanted))
+    best = np.broadcast_to(prices.min(axis=1)[:, None, None, None], size).copy()
+    for axis, want in enumerate(wanted):
+        gain = np.where(want != AWAY, prices[strips, np.maximum(want, 0)], np.float32(np.inf)) - np.float32(1.0)
+        one, other = (pair for pair, both in zip(agree, _PAIRS, strict=True) if axis in both)
+        np.minimum(best, _axis(gain, axis) - one - other, out=best)
+    for want in wants:
+        best += want != AWAY
+    return best
+
+
+def _axis(values: NDArray[_Kind], axis: int) -> NDArray[_Kind]:
+    """[strips, states] along one of the three axes of states."""
+    shape = [len(values), 1, 1, 1]
+    shape[axis + 1] = values.shape[1]
+    return values.reshape(shape)

@@ -1,0 +1,140 @@
+"""Meshes of buildings from files: OBJ, PLY, GLB, glTF and OFF, read by trimesh.
+
+A file may come from a stranger: its size is bounded before it is read, and what it unfolds to before it is used.
+"""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grammarlab.errors import AssetError, FacadeError
+from grammarlab.facade.examples.mesh.surface import Surface, welded, without_slivers
+from grammarlab.geometry.assets import find_asset
+from grammarlab.geometry.gltf_guard import check_gltf
+
+FORMATS = (".obj", ".ply", ".glb", ".gltf", ".off")
+MOST_BYTES = 256 * 2**20
+MOST_TRIANGLES = 2_000_000
+"""More are refused: simplify such a mesh first."""
+_LARGEST, _SMALLEST = 5_000.0, 0.01
+"""Metres, of the longest side of a building."""
+_SAME = 1e-6
+"""Points nearer than this part of the longest side are one."""
+_GREY = (0.7, 0.7, 0.68, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class ExampleMesh:
+    """A building as it is in a file, near the origin."""
+
+    surface: Surface
+    origin: np.ndarray
+    """[3] what was taken off the coordinates of the file: national ones are too large for a model."""
+    colors: tuple[tuple[float, float, float, float], ...]
+    """Red, green, blue and opacity of each material, 0 to 1."""
+    has_materials: bool
+    """Whether the file says how anything looks."""
+    num_read: int
+    """Triangles in the file."""
+
+
+def read_mesh(path: Path) -> ExampleMesh:
+    """The triangles of a file, with points that coincide as one.
+
+    Raises:
+        FacadeError: when the file is of another kind, broken, too large, or no building's size.
+    """
+    kind = path.suffix.lower()
+    if kind not in FORMATS:
+        raise FacadeError(f"{path.name}: expected a mesh as {', '.join(FORMATS)}, found {kind or 'no suffix'}.")
+    size = path.stat().st_size
+    if size > MOST_BYTES:
+        raise FacadeError(f"{path.name} has {size:,} bytes; at most {MOST_BYTES:,} are read. Simplify the mesh first.")
+    groups = _groups(path, kind)
+    points = np.concatenate([each[0] for each in groups])
+    num = sum(len(each[1]) for each in groups)
+    if not num:
+        raise FacadeError(f"{path.name} holds no faces.")
+    if num > MOST_TRIANGLES:
+        raise FacadeError(f"{path.name} has {num:,} triangles; at most {MOST_TRIANGLES:,} are read. Simplify it first.")
+    if not np.isfinite(points).all():
+        raise FacadeError(f"{path.name} has points that are not finite numbers.")
+    colors = list(dict.fromkeys(each[2] or _GREY for each in groups))
+    firsts = np.cumsum([0, *(len(each[0]) for each in groups)])
+    triangles = np.concatenate([each[1] + first for each, first in zip(groups, firsts, strict=False)])
+    if triangles.min() < 0 or triangles.max() >= len(points):
+        raise FacadeError(f"{path.name} has faces with corners that do not exist.")
+    material = np.concatenate([np.full(len(each[1]), colors.index(each[2] or _GREY)) for each in groups])
+    used = points[triangles.ravel()]
+    low, high = used.min(axis=0), used.max(axis=0)
+    extent = float((high - low).max())
+    if not _SMALLEST <= extent <= _LARGEST:
+        raise FacadeError(
+            f"{path.name} is {extent:g} m large; expected {_SMALLEST:g} to {_LARGEST:,.0f} m. Scale it to metres."
+        )
+    origin = np.round((low + high) / 2.0)
+    surface = welded(Surface(points - origin, triangles, material), _SAME * extent)
+    surface = without_slivers(_once(surface), _SAME * extent)
+    if not len(surface):
+        raise FacadeError(f"{path.name}: all of its triangles are empty.")
+    return ExampleMesh(surface, origin, tuple(colors), any(each[2] for each in groups), num)
+
+
+def _once(surface: Surface) -> Surface:
+    """The surface without triangles that are there twice in one direction."""
+    rows = surface.triangles
+    turned = np.take_along_axis(rows, (rows.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
+    _, first = np.unique(turned, axis=0, return_index=True)
+    which = np.zeros(len(rows), dtype=bool)
+    which[first] = True
+    return surface.part(which)
+
+
+def _groups(path: Path, kind: str) -> list[tuple[Any, Any, tuple[float, float, float, float] | None]]:
+    """Points, triangles and color of each group of a file."""
+    import trimesh  # noqa: PLC0415  # takes longer to import than most commands take
+
+    content = path.read_bytes()
+    try:
+        if kind in {".glb", ".gltf"}:
+            check_gltf(content, path.name, 3 * MOST_TRIANGLES)
+        neighbours: Any = _Neighbours(path.parent)
+        loaded: Any = trimesh.load_scene(io.BytesIO(content), file_type=kind[1:], resolver=neighbours, process=False)
+        found = []
+        for mesh in loaded.dump():
+            if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
+                points = np.asarray(mesh.vertices, dtype=np.float64)
+                found.append((points, np.asarray(mesh.faces, dtype=np.int64), _color(mesh)))
+    except (AssetError, Exception) as error:  # trimesh's readers raise whatever a broken file leads them to
+        raise FacadeError(f"{path.name} cannot be read: {error or type(error).__name__}") from error
+    if not found:
+        raise FacadeError(f"{path.name} holds no faces.")
+    return found
+
+
+class _Neighbours:
+    """The files that a mesh refers to, as trimesh asks for them: those in its own folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def __getitem__(self, name: str) -> bytes:
+        return self.get(name)
+
+    def get(self, name: str) -> bytes:
+        """The content of a file given by its path from the folder of the mesh."""
+        return find_asset(name.strip(), self._folder).read_bytes()
+
+
+def _color(mesh: Any) -> tuple[float, float, float, float] | None:
+    """Main color of a group; None where the file says nothing."""
+    visual = mesh.visual
+    if not getattr(visual, "defined", False) or visual.kind != "texture":
+        return None
+    red, green, blue, opacity = (float(each) / 255.0 for each in np.asarray(visual.material.main_color)[:4])
+    return round(red, 4), round(green, 4), round(blue, 4), round(opacity, 4)

@@ -1,0 +1,218 @@
+"""Triangles of one building over shared points, and what holds of their edges."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """T triangles over P points."""
+
+    points: Floats
+    """[P, 3] metres."""
+    triangles: Ints
+    """[T, 3] rows of `points`."""
+    material: Ints
+    """[T] number of the material of each triangle."""
+
+    def __len__(self) -> int:
+        return len(self.triangles)
+
+    def part(self, which: Bools) -> Surface:
+        """Some of the triangles, with the points that they have."""
+        triangles = self.triangles[which]
+        used = np.zeros(len(self.points), dtype=bool)
+        used[triangles] = True
+        place = np.cumsum(used) - 1
+        return Surface(self.points[used], place[triangles], self.material[which])
+
+    def moved(self, points: Floats) -> Surface:
+        """The same triangles over other points [P, 3]."""
+        return replace(self, points=points)
+
+    def corners(self) -> Floats:
+        """[T, 3, 3] the points of each triangle."""
+        return self.points[self.triangles]
+
+
+def joined(surfaces: Sequence[Surface]) -> Surface:
+    """All surfaces as one; points are not shared between them."""
+    firsts = np.cumsum([0, *(len(each.points) for each in surfaces)])
+    return Surface(
+        np.concatenate([np.zeros((0, 3)), *(each.points for each in surfaces)]),
+        np.concatenate(
+            [
+                np.zeros((0, 3), np.int64),
+                *(each.triangles + first for each, first in zip(surfaces, firsts, strict=False)),
+            ]
+        ),
+        np.concatenate([np.zeros(0, np.int64), *(each.material for each in surfaces)]),
+    )
+
+
+def welded(surface: Surface, tolerance: float) -> Surface:
+    """The surface with points nearer than the tolerance as one, without triangles that this makes empty."""
+    points, place = one_per_place(surface.points, tolerance)
+    return without_empty(Surface(points, place[surface.triangles], surface.material))
+
+
+def one_per_place(points: Floats, tolerance: float) -> tuple[Floats, Ints]:
+    """[Q, 3] points no two of which are nearer than the tolerance, and [P] which of them each point becomes."""
+    _, first, place = np.unique(np.ascontiguousarray(points + 0.0), axis=0, return_index=True, return_inverse=True)
+    place = place.ravel().astype(np.int64)
+    chosen = points[first]
+    pairs = KDTree(chosen).query_pairs(tolerance, output_type="ndarray") if len(chosen) else np.zeros((0, 2), int)
+    if not len(pairs):
+        return chosen, place
+    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(chosen), len(chosen)))
+    count, group = connected_components(graph, directed=False)
+    lowest = np.zeros(count, dtype=np.int64)
+    lowest[group[::-1]] = np.arange(len(chosen))[::-1]
+    return chosen[lowest], group[place].astype(np.int64)
+
+
+def without_empty(surface: Surface) -> Surface:
+    """The surface without triangles that have a point twice, and without points that no triangle has."""
+    a, b, c = surface.triangles.T
+    return surface.part((a != b) & (b != c) & (c != a))
+
+
+def without_slivers(surface: Surface, tolerance: float) -> Surface:
+    """The surface without triangles lower than the tolerance; what lies along their long side shares their points.
+
+    A triangle whose three points lie on a line cannot be left out alone: its neighbour along the long side gets the
+    point in between, so that what was closed stays closed.
+    """
+    for _ in range(20):
+        surface = without_empty(surface)
+        a, b, c = (surface.points[column] for column in surface.triangles.T)
+        sides = (b - a, c - b, a - c)
+        squares = np.stack([np.einsum("ij,ij->i", side, side) for side in sides], axis=1)
+        normal = np.cross(sides[0], sides[1])
+        longest = squares.argmax(axis=1)
+        height = np.einsum("ij,ij->i", normal, normal)
+        flat = np.flatnonzero(height <= tolerance**2 * squares[np.arange(len(squares)), longest])
+        if not flat.size:
+            return surface
+        side = longest[flat]
+        start, end = surface.triangles[flat, side], surface.triangles[flat, (side + 1) % 3]
+        via = surface.triangles[flat, (side + 2) % 3]
+        # Slivers upon slivers would use one side twice in a round; the first of each side goes first.
+        key = np.minimum(start, end) * len(surface.points) + np.maximum(start, end)
+        _, first = np.unique(key, return_index=True)
+        surface = split_edges(surface, start[first], end[first], via[first])
+    return surface
+
+
+def split_edges(surface: Surface, start: Ints, end: Ints, via: Ints) -> Surface:
+    """The surface with a point on some of its edges, in all triangles that have them.
+
+    Args:
+        surface: the surface.
+        start: [K] points where edges start; direction does not matter, and no edge comes twice.
+        end: [K] points where they end.
+        via: [K] the point between.
+    """
+    if not len(start):
+        return surface
+    triangles, rows = split_triangles(surface.points, surface.triangles, np.stack([start, end], axis=1), via)
+    return without_empty(Surface(surface.points, triangles, surface.material[rows]))
+
+
+def split_triangles(points: Floats, triangles: Ints, edges: Ints, via: Ints) -> tuple[Ints, Ints]:
+    """Triangles with points on some of their edges: [S, 3] triangles, and [S] which of the given ones each is part of.
+
+    Args:
+        points: [P, 3] metres.
+        triangles: [T, 3] rows of `points`.
+        edges: [K, 2] each once, in either direction.
+        via: [K] the point on each.
+    """
+    number = len(points)
+    key = edges.min(axis=1) * number + edges.max(axis=1)
+    order = np.argsort(key)
+    key, via = key[order], via[order]
+    after = triangles[:, [1, 2, 0]]
+    own = np.minimum(triangles, after) * number + np.maximum(triangles, after)
+    at = np.minimum(np.searchsorted(key, own), len(key) - 1)
+    middle = np.where(key[at] == own, via[at], -1)
+    count = (middle >= 0).sum(axis=1)
+    pieces, source = [triangles[count == 0]], [np.flatnonzero(count == 0)]
+    for num in (1, 2, 3):
+        rows = np.flatnonzero(count == num)
+        if not rows.size:
+            continue
+        # One split side comes first; of two, the whole one comes last.
+        is_split = middle[rows] >= 0
+        turn = is_split.argmax(axis=1) if num == 1 else ((~is_split).argmax(axis=1) + 1) % 3 if num == 2 else 0 * rows
+        pick = (turn[:, None] + np.arange(3)) % 3
+        a, b, c = np.take_along_axis(triangles[rows], pick, axis=1).T
+        p, q, r = np.take_along_axis(middle[rows], pick, axis=1).T
+        if num == 1:
+            made = [(a, p, c), (p, b, c)]
+        elif num == 2:
+            near = _squared(points, a, q) <= _squared(points, p, c)
+            made = [(p, b, q), (a, p, np.where(near, q, c)), (np.where(near, a, p), q, c)]
+        else:
+            made = [(a, p, r), (p, b, q), (r, q, c), (p, q, r)]
+        pieces += [np.stack(each, axis=1) for each in made]
+        source += [rows] * len(made)
+    found, rows = np.concatenate(pieces), np.concatenate(source)
+    order = np.argsort(rows, kind="stable")
+    return found[order], rows[order]
+
+
+def _squared(points: Floats, a: Ints, b: Ints) -> Floats:
+    return ((points[a] - points[b]) ** 2).sum(axis=1)
+
+
+def edge_table(surface: Surface) -> tuple[Ints, Ints, Ints]:
+    """[E, 2] points of every undirected edge, the lower first; [E] triangles at it; [E] how many more run upwards."""
+    start = surface.triangles.ravel()
+    end = surface.triangles[:, [1, 2, 0]].ravel()
+    number = max(len(surface.points), 1)
+    # The last bit is the direction, so that one sort gives edges and what runs along them.
+    key = (np.minimum(start, end) * number + np.maximum(start, end)) * 2 + (start < end)
+    key.sort()
+    edge, upwards = key >> 1, key & 1
+    first = np.flatnonzero(np.diff(edge, prepend=-1))
+    count = np.diff(np.append(first, len(edge)))
+    sign = 2 * np.add.reduceat(upwards, first) - count if len(first) else count
+    unique = edge[first]
+    return np.stack([unique // number, unique % number], axis=1), count, sign
+
+
+def num_boundary_edges(surface: Surface) -> int:
+    """Edges that only one triangle has."""
+    return edge_numbers(surface)[0]
+
+
+def is_watertight(surface: Surface) -> bool:
+    """Whether every edge has two triangles, or another even number where closed parts touch."""
+    return edge_numbers(surface)[1]
+
+
+def edge_numbers(surface: Surface) -> tuple[int, bool]:
+    """How many edges only one triangle has, and whether all have an even number of them."""
+    count = edge_table(surface)[1]
+    return int((count == 1).sum()), bool(len(count)) and not (count % 2).any()
+
+
+def naked_edges(surface: Surface) -> tuple[Ints, Ints]:
+    """[E, 2] directed edges that nothing runs against, and [E] how many times; those of closed surfaces are none."""
+    edge, _, sign = edge_table(surface)
+    open_ = sign != 0
+    edge, sign = edge[open_], sign[open_]
+    return np.where(sign[:, None] > 0, edge, edge[:, ::-1]), np.abs(sign)

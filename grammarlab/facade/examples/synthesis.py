@@ -1,0 +1,137 @@
+"""Other grids of labels after the manner of examples, of any size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.examples.label_grid import MOST_CELLS, LabelGrid, Labels, joined
+from grammarlab.facade.examples.labels.demands import demands_of
+from grammarlab.facade.examples.labels.energy import energy
+from grammarlab.facade.examples.labels.exact import least_energy
+from grammarlab.facade.examples.labels.expectation import expectation_maximization
+from grammarlab.facade.examples.labels.problem import MOST_COMPARED, bordered, unbordered
+from grammarlab.facade.examples.labels.search import PENALTY
+from grammarlab.facade.examples.quality import Quality, quality_of
+from grammarlab.facade.examples.wishes import Wishes
+
+Method = Literal["exact", "em"]
+NO_WISHES = Wishes()
+MOST_RESULTS = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Synthesis:
+    """A new grid of labels, and how good it is."""
+
+    grid: LabelGrid
+    method: Method
+    energy: int
+    """Labels that differ, summed over a window about every cell, each against the nearest window of the examples that
+    has the same borders (Eq. 1 and 2, with borders), and 9 for every cell that breaks what is asked of the grid, which
+    is no less than what mending it may add. Grids of both methods are measured by it; without borders it is
+    `paper_energy` and those 9."""
+    bound: int
+    """No grid that keeps what is asked has less energy; 0 by method em, which knows none."""
+    proven: bool
+    """Energy and bound are equal."""
+    paper_energy: int
+    """E(O) of the paper's Eq. 1: windows of 3 x 3 cells within the grid only, borders forgotten."""
+    history: tuple[int, ...]
+    """By method em, the paper's energy after each iteration; else empty."""
+    quality: Quality
+    notes: tuple[str, ...]
+    """What had to give way, in words."""
+
+
+def synthesize(
+    examples: Sequence[LabelGrid],
+    rows: int,
+    columns: int,
+    *,
+    method: Method = "exact",
+    wishes: Wishes = NO_WISHES,
+    seed: int = 0,
+    count: int = 1,
+    regions: Labels | None = None,
+    effort: float = 1.0,
+    borders: bool = True,
+) -> list[Synthesis]:
+    """Grids of the same kind as the examples, best first; by method exact no two are equal.
+
+    Args:
+        examples: one or more; labels of equal name are equal.
+        rows: of the new grid, 1 or more.
+        columns: of the new grid, 1 or more.
+        method: `exact` keeps borders and wishes and bounds the energy; `em` is the paper's, for comparison: it keeps
+            neither.
+        wishes: what is asked of the grid.
+        seed: of all random choices.
+        count: grids wanted; exact gives fewer where it found fewer, em one for each seed from the given one on.
+        regions: [rows, columns] which example each cell is made after; all examples everywhere, when left out.
+        effort: how much more work than usual is done before a gap between energy and bound is accepted.
+        borders: compare windows about all cells, borders with borders; if not, energies are the paper's E(O), and
+            nothing keeps the ground floor, the corners or the door.
+
+    Raises:
+        FacadeError: for wishes that contradict each other, or sizes out of range.
+    """
+    if not examples:
+        raise FacadeError("examples: expected one at least, found none.")
+    if rows < 1 or columns < 1 or rows * columns > MOST_CELLS:
+        raise FacadeError(
+            f"rows, columns: expected 1 or more, and {MOST_CELLS:,} cells at most; found {rows} x {columns}."
+        )
+    if not 1 <= count <= MOST_RESULTS:
+        raise FacadeError(f"count: expected 1 to {MOST_RESULTS}, found {count}.")
+    grids = joined(examples)
+    places = _checked(regions, rows, columns, len(grids))
+    plain = unbordered(grids, places)
+    problem = bordered(grids, places) if borders else plain
+    if rows * columns * sum(len(patches) for patches in plain.patches) > MOST_COMPARED:
+        raise FacadeError(
+            f"examples: {sum(len(patches) for patches in plain.patches):,} different windows are too many for "
+            f"{rows} x {columns} cells; give smaller examples, or ask for fewer cells."
+        )
+    demands = demands_of(problem.domain, grids, wishes if borders else replace(wishes, keep=False))
+    bound = 0
+    runs: list[tuple[int, Labels, tuple[int, ...]]] = []
+    if method == "em":
+        for turn in range(count):
+            trace = expectation_maximization(plain, seed + turn)
+            value = energy(problem, trace.labels) + PENALTY * demands.broken(trace.labels)
+            runs.append((value, trace.labels, trace.history))
+        runs.sort(key=lambda run: run[0])
+    else:
+        found = least_energy(problem, demands, grids, seed, count, effort)
+        bound = found.bound
+        runs = [(value, labels, ()) for value, labels in found.grids]
+    return [
+        Synthesis(
+            grid=LabelGrid.of(labels, grids[0].names),
+            method=method,
+            energy=value,
+            bound=bound,
+            proven=method == "exact" and value == bound,
+            paper_energy=energy(plain, labels),
+            history=history,
+            quality=quality_of(labels, grids),
+            notes=demands.notes,
+        )
+        for value, labels, history in runs
+    ]
+
+
+def _checked(regions: Labels | None, rows: int, columns: int, examples: int) -> Labels:
+    if regions is None:
+        return np.full((rows, columns), -1, dtype=np.int64)
+    found = np.asarray(regions)
+    if found.shape != (rows, columns) or not np.issubdtype(found.dtype, np.integer):
+        raise FacadeError(f"regions: expected {rows} x {columns} whole numbers, found {found.dtype} of {found.shape}.")
+    if found.min() < 0 or found.max() >= examples:
+        raise FacadeError(f"regions: expected examples 0 to {examples - 1}, found {found.min()} to {found.max()}.")
+    return found.astype(np.int64)

@@ -1,0 +1,317 @@
+"""Words of all layers that go together: one value for each counter, each word about as long as its canvas.
+
+A word may be longer or shorter than the canvas by a tolerance, which grows until there are enough candidates. What lies
+below letters that hide it may leave room for them, and be shorter by as much (supplement 002, section 3.2).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.layers.designs.design import Design
+from grammarlab.facade.layers.letters import Word
+from grammarlab.facade.layers.solving import Candidate
+from grammarlab.facade.layers.words import STRETCH, Instance, Range, choices_of, counter_ranges, instance, instances
+from grammarlab.facade.tree import X, Y
+
+MOST = 5_000
+"""Candidates within one tolerance."""
+_PARTS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0, STRETCH - 1.0)
+"""Tolerances as parts of the longer side of the canvas."""
+_USUAL = 1 / 2
+"""Words that miss more are looked for only when there are no others."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """One word for each pattern, and how well they fit."""
+
+    counters: Mapping[str, int]
+    words: Mapping[str, Instance]
+    """By pattern."""
+    bound: float
+    """What each layout of them costs at least, whatever the alignment."""
+    gap: float
+    """Metres by which a word is too long or too short at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """A pattern of a layer along one axis."""
+
+    group: tuple[int, str]
+    """Axis and alignment group."""
+    pattern: str
+    above: tuple[int, ...] = ()
+    """Rows of the same group that lie over it."""
+    covering: frozenset[str] = frozenset()
+    """Symbols for which rows below may leave room."""
+
+    @property
+    def axis(self) -> int:
+        """Along which it lies."""
+        return self.group[0]
+
+
+class Fits:
+    """Words that fit a canvas."""
+
+    def __init__(self, design: Design, width: float, height: float) -> None:
+        """Look up the words of all patterns.
+
+        Raises:
+            FacadeError: for a counter that nothing bounds, and too many words.
+        """
+        self.design, self.canvas = design, (width, height)
+        self.rows = _rows(design)
+        self._known: dict[tuple[int, tuple[tuple[str, int], ...], tuple[int, ...]], Word] = {}
+        self.problem = _Problem(design, self.canvas, self.rows, 1.0 + _USUAL)
+
+    def __call__(self, tolerance: float) -> Iterator[Candidate]:
+        """Candidates whose words miss the canvas by so much at most, metres, in the order of their bounds."""
+        return map(self._candidate, self.within(tolerance) or ())
+
+    def within(self, tolerance: float) -> list[Fit] | None:
+        """Words that miss the canvas by so much at most, by their bounds; None when there are more than `MOST`."""
+        if tolerance > _USUAL * max(self.canvas) and self.problem.stretch < STRETCH:
+            self.problem = _Problem(self.design, self.canvas, self.rows, STRETCH)
+        found = self.problem.within(tolerance)
+        return None if found is None else sorted(found, key=lambda fit: (fit.bound, fit.gap))
+
+    def tolerances(self, enough: int) -> tuple[float, ...]:
+        """Growing tolerances, metres; with the first there are enough candidates, if there are that many that fit well.
+
+        Raises:
+            FacadeError: when nothing fits, and which patterns contradict each other; or when there are too many.
+        """
+        longest = max(self.canvas)
+        largest = max((symbol.size or 0.0 for symbol in self.design.symbols.values()), default=0.0)
+        growing = [part * longest for part in _PARTS if part * longest > largest or part >= _USUAL]
+        found: list[Fit] | None = []
+        for place, tolerance in enumerate(growing):
+            more = self.within(tolerance)
+            if more is None and not found:
+                raise FacadeError(
+                    f"more than {MOST:,} combinations of words fit {self.canvas[X]:g} x {self.canvas[Y]:g} m: bound "
+                    f"some of the counters {', '.join(self.problem.ranges)}, such as "
+                    f"[counters] {next(iter(self.problem.ranges), 'k')} = {{ most = 9 }}."
+                )
+            if more is None:
+                return (growing[place - 1],)
+            found = more
+            if len(found) >= enough or (found and tolerance >= _USUAL * longest):
+                return tuple(each for each in growing[place:] if each <= max(tolerance, _USUAL * longest))
+        raise FacadeError(_explained(self.design, self.canvas, self.rows))
+
+    def _candidate(self, fit: Fit) -> Candidate:
+        words: dict[tuple[int, str], list[Word]] = {}
+        for number, row in enumerate(self.rows):
+            words.setdefault(row.group, []).append(self._word(number, fit.words[row.pattern]))
+        return Candidate(fit.counters, {group: tuple(rows) for group, rows in sorted(words.items())}, fit.bound)
+
+    def _word(self, number: int, instance: Instance) -> Word:
+        """The word of a row; below the lowest one of a group there is nothing to hide."""
+        key = number, instance.counters, instance.choices
+        if key not in self._known:
+            row = self.rows[number]
+            lowest = all(number not in other.above for other in self.rows)
+            self._known[key] = tuple(
+                replace(letter, covers=lowest or letter.symbol in row.covering) for letter in instance.word
+            )
+        return self._known[key]
+
+
+def _rows(design: Design) -> list[_Row]:
+    """Patterns of the layers that are on, from the topmost down."""
+    rows: list[_Row] = []
+    above: dict[tuple[int, str], tuple[int, ...]] = {}
+    for layer in design.visible_layers:
+        for axis in (X, Y):
+            group = (axis, layer.groups[axis])
+            rows.append(_Row(group, layer.patterns[axis], above.get(group, ()), design.covering(layer, axis)))
+            above[group] = (*rows[-1].above, len(rows) - 1)
+    return rows
+
+
+class _Problem:
+    """The words of all patterns up to a length, and how they go together."""
+
+    def __init__(self, design: Design, canvas: tuple[float, float], rows: Sequence[_Row], stretch: float) -> None:
+        self.design, self.canvas, self.rows, self.stretch = design, canvas, rows, stretch
+        self.names = tuple(dict.fromkeys(row.pattern for row in rows))
+        length = {name: max(canvas[row.axis] for row in rows if row.pattern == name) for name in self.names}
+        try:
+            self.ranges = counter_ranges(design, self.names, length, stretch)
+        except FacadeError:
+            self.ranges = counter_ranges(design, self.names, length)
+        self.words = {name: instances(design, name, self.ranges, STRETCH * length[name]) for name in self.names}
+        self.shared = self._shared()
+
+    def _shared(self) -> list[list[tuple[int, str]]]:
+        """Groups that are about the same symbols."""
+        found: list[tuple[set[str], list[tuple[int, str]]]] = []
+        for group in dict.fromkeys(row.group for row in self.rows):
+            symbols = {each for row in self.rows if row.group == group for each in self._sized(row)}
+            groups = [group]
+            for other in [other for other in found if other[0] & symbols]:
+                found.remove(other)
+                symbols, groups = symbols | other[0], groups + other[1]
+            found.append((symbols, groups))
+        return [groups for _, groups in found]
+
+    def _sized(self, row: _Row) -> Iterator[str]:
+        symbols = self.design.symbols
+        return (each for each in self.design.patterns[row.pattern].symbols() if symbols[each].size is not None)
+
+    def within(self, tolerance: float) -> list[Fit] | None:
+        """Words that miss their canvas by a tolerance at most; None when there are too many."""
+        found: list[Fit] = []
+        for chosen in self._joined(tolerance):
+            fit = self._fit(chosen, tolerance)
+            if fit is not None:
+                found.append(fit)
+                if len(found) > MOST:
+                    return None
+        return found
+
+    def _joined(self, tolerance: float) -> Iterator[dict[str, Instance]]:
+        """One word per pattern, with one value per counter, none too long and none that cannot be long enough."""
+        words = {name: [each for each in self.words[name] if self.fits(name, each, tolerance)] for name in self.names}
+        order = sorted(self.names, key=lambda name: len(words[name]))
+        yield from _join(order, words, {}, {})
+
+    def fits(self, name: str, instance: Instance, tolerance: float) -> bool:
+        """Whether a word of a pattern may be one of a candidate within a tolerance."""
+        return all(
+            instance.size <= self.canvas[row.axis] + tolerance
+            and (row.above or self._short(row, instance, math.inf) <= tolerance)
+            for row in self.rows
+            if row.pattern == name
+        )
+
+    def _short(self, row: _Row, instance: Instance, hidden: float) -> float:
+        """Metres by which a word is too short, if it may leave room for so much above it."""
+        if instance.unsized or not instance.size:
+            return 0.0
+        canvas = self.canvas[row.axis]
+        short = max(0.0, canvas - instance.size - (hidden if row.above else 0.0))
+        return short if short <= canvas - canvas / STRETCH + 1e-9 else math.inf
+
+    def _hidden(self, row: _Row, chosen: Mapping[str, Instance]) -> dict[str, int]:
+        """How often each symbol occurs for which a row may leave room."""
+        counts: dict[str, int] = {}
+        for above in (self.rows[number] for number in row.above):
+            for name, often in chosen[above.pattern].opaque.items():
+                if name in above.covering:
+                    counts[name] = counts.get(name, 0) + often
+        return counts
+
+    def _fit(self, chosen: Mapping[str, Instance], tolerance: float) -> Fit | None:
+        gaps, bounds = 0.0, dict[tuple[int, str], float]()
+        for row in self.rows:
+            each, canvas = chosen[row.pattern], self.canvas[row.axis]
+            gap = each.size - canvas
+            if gap < 0.0:
+                hidden = self._hidden(row, chosen)
+                symbols = self.design.symbols
+                gap = self._short(row, each, sum((symbols[name].size or math.inf) * n for name, n in hidden.items()))
+                bound = self._short_bound(row, chosen, gap)
+            else:
+                bound = self.design.weights.sizing * gap**2 / (sum(often**2 for often in each.counts.values()) or 1.0)
+            if gap > tolerance:
+                return None
+            gaps = max(gaps, gap)
+            bounds[row.group] = max(bounds.get(row.group, 0.0), 0.0 if each.transparent and gap > 0.0 else bound)
+        counters = {name: value for name in self.names for name, value in chosen[name].counters}
+        total = sum(max(bounds[group] for group in groups) for groups in self.shared)
+        return Fit(counters, chosen, 0.0 if self.design.overhang else total, gaps)
+
+    def _short_bound(self, row: _Row, chosen: Mapping[str, Instance], gap: float) -> float:
+        """What a word costs that is so much too short, with all that may be hidden above it.
+
+        A part of the gap may be space beside letters of other rows, which counts as an error of columns; the rest is
+        made up for by larger symbols. Least squares of these are the square of the rest over the sum of the squares of
+        how often each symbol occurs, in all of these rows.
+        """
+        own = chosen[row.pattern]
+        others = {other.pattern for other in self.rows if other.group == row.group} - {row.pattern}
+        if not gap or any(chosen[name].loose for name in others):
+            return 0.0
+        counts = dict(own.counts)
+        for name in others:
+            for symbol, often in chosen[name].counts.items():
+                counts[symbol] = counts.get(symbol, 0) + often
+        squares = sum(often**2 for often in counts.values())
+        weights = self.design.weights
+        if not others or 2.0 * weights.sizing * gap <= weights.omega * squares:
+            return weights.sizing * gap**2 / squares
+        rest = weights.omega * squares / (2.0 * weights.sizing)
+        return weights.omega * (gap - rest) + weights.sizing * rest**2 / squares
+
+
+def _join(
+    order: Sequence[str],
+    words: Mapping[str, Sequence[Instance]],
+    chosen: dict[str, Instance],
+    counters: dict[str, int],
+) -> Iterator[dict[str, Instance]]:
+    if not order:
+        yield dict(chosen)
+        return
+    name, *rest = order
+    for each in words[name]:
+        own = dict(each.counters)
+        if all(counters.get(key, value) == value for key, value in own.items()):
+            yield from _join(rest, words, {**chosen, name: each}, {**counters, **own})
+
+
+def _explained(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]) -> str:
+    """Which patterns contradict each other: of those, leaving out any one would do."""
+    needed = list(range(len(rows)))
+    for row in range(len(rows)):
+        fewer = [each for each in needed if each != row]
+        if fewer and not _possible(design, canvas, [rows[each] for each in fewer]):
+            needed = fewer
+    told = [_told(design, canvas, rows[row]) for row in needed]
+    if len(told) == 1:
+        return f"no word fits: {told[0]}"
+    return "these patterns contradict each other: " + "; ".join(dict.fromkeys(told)) + ". Counters are the same in all."
+
+
+def _possible(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]) -> bool:
+    alone = [_Row(row.group, row.pattern) for row in rows]
+    problem = _Problem(design, canvas, alone, STRETCH)
+    return problem.within(STRETCH * max(canvas)) != []
+
+
+def _told(design: Design, canvas: tuple[float, float], row: _Row) -> str:
+    """A pattern, and which values of its counters let it fit alone."""
+    side = canvas[row.axis]
+    problem = _Problem(design, canvas, [_Row(row.group, row.pattern)], STRETCH)
+    fitting = [each for each in problem.words[row.pattern] if problem.fits(row.pattern, each, STRETCH * side)]
+    text = f"{row.pattern} = {design.patterns[row.pattern].text!r} over {side:g} m"
+    if not fitting:
+        sizes = [each.size for each in problem.words[row.pattern]]
+        if not sizes:
+            sizes = [_shortest(design, row.pattern, problem.ranges)]
+        return f"{text}, whose nearest word is {min(sizes, key=lambda size: abs(size - side)):g} m long"
+    if not fitting[0].counters:
+        return text
+    ranges = []
+    for place, (name, _) in enumerate(fitting[0].counters):
+        values = [each.counters[place][1] for each in fitting]
+        ranges.append(f"{name} = {min(values)}" + (f" to {max(values)}" if max(values) > min(values) else ""))
+    return f"{text} with {', '.join(ranges)}"
+
+
+def _shortest(design: Design, name: str, ranges: Mapping[str, Range]) -> float:
+    """Metres of the shortest word of a pattern."""
+    found = [
+        instance(design, name, {counter: low + more for counter, (low, _) in ranges.items()}, choices)
+        for choices in choices_of(design.patterns[name])
+        for more in (0, 1)
+    ]
+    return min((each.size for each in found if each is not None and each.word), default=0.0)

@@ -1,0 +1,1 @@
+"""Designs of layers: values, patterns, and their text."""

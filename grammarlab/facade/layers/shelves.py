@@ -1,0 +1,80 @@
+"""Alignments of words as they are asked for: the best, the next best, and so on, each searched for once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from grammarlab.facade.layers.alignment import Aligned, Alignment, align
+from grammarlab.facade.layers.demands import Demands, demands
+from grammarlab.facade.layers.letters import Word
+from grammarlab.facade.layers.naming import Element
+from grammarlab.facade.layers.weights import Weights
+
+
+@dataclass
+class Budget:
+    """Steps that searches may still take."""
+
+    left: int
+
+
+@dataclass
+class Shelf:
+    """Alignments of the same words."""
+
+    words: tuple[Word, ...]
+    canvas: float
+    weights: Weights
+    tolerance: float
+    budget: Budget
+    sizing: float
+    """Weight of strains."""
+    gaps: bool
+    known: Aligned = field(default_factory=lambda: Aligned((), 0.0, done=False))
+    asked: int = 0
+    """How many alignments have been searched for."""
+    cutoff: float = -math.inf
+    """Up to which energy."""
+    demanded: dict[tuple[tuple[Element, ...], ...], Demands] = field(default_factory=dict)
+
+    @property
+    def varied(self) -> bool:
+        """Whether words differ: alignments of one word differ in nothing that is seen."""
+        return any(word != self.words[0] for word in self.words)
+
+    def at(self, place: int, cutoff: float) -> Alignment | None:
+        """The alignment that so many others are better than; None when it costs more, or effort ran out."""
+        missing = place >= len(self.known.best) and not self.sure(place, cutoff)
+        if missing and self.budget.left > 0:
+            self._search(max(place + 1, 2 * place), max(cutoff, self.cutoff))
+        if place < len(self.known.best) and self.energy(place) <= cutoff:
+            return self.known.best[place]
+        return None
+
+    def demands(self, place: int) -> Demands:
+        """Those of an alignment that is known."""
+        cells = self.known.best[place].cells
+        if cells not in self.demanded:
+            self.demanded[cells] = demands(self.known.best[place], self.canvas, gaps=self.gaps)
+        return self.demanded[cells]
+
+    def energy(self, place: int) -> float:
+        """What a layout with this alignment costs at least."""
+        found = self.known.best[place]
+        return found.energy + self.sizing * found.strain
+
+    def sure(self, place: int, cutoff: float) -> bool:
+        """Whether there is no such alignment that was not found."""
+        exhausted = self.known.done and len(self.known.best) < self.asked and cutoff <= self.cutoff
+        return place < len(self.known.best) or exhausted
+
+    def _search(self, count: int, cutoff: float) -> None:
+        found = align(
+            self.words, self.canvas, self.weights, count,
+            tolerance=self.tolerance, effort=max(self.budget.left // 4, 1_000), cutoff=cutoff,
+            sizing=self.sizing, gaps=self.gaps,
+        )  # fmt: skip
+        self.budget.left -= found.steps
+        if found.done or len(found.best) >= len(self.known.best):
+            self.known, self.asked, self.cutoff = found, count, cutoff

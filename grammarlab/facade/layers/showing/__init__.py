@@ -1,0 +1,1 @@
+"""What solved layouts look like: facades, scenes, grammars."""

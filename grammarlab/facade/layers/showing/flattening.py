@@ -1,0 +1,37 @@
+"""A solved layout as a facade: at each place the topmost shape, in a tree of rectangles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grammarlab.facade.assembling import OUTSIDE
+from grammarlab.facade.cutting import cut
+from grammarlab.facade.filling import WALL, fill
+from grammarlab.facade.layers.showing.panels import Panels, rectangles
+from grammarlab.facade.overlaps import Pieces
+from grammarlab.facade.tree import Facade, X, Y
+
+
+def flattened(panels: Panels) -> Facade:
+    """The facade of what is seen from the front.
+
+    A shape that others hide in part keeps its rest, in as many rectangles as that takes; what no line divides is cut
+    as rarely as possible. Where nothing is seen the facade is `outside`.
+    """
+    boxes: list[tuple[int, int, int, int]] = []
+    source: list[int] = []
+    for number, panel in enumerate(panels.panels):
+        left, bottom, right, top = panel.lines
+        seen = panels.topmost[bottom:top, left:right] == number
+        if seen.any():
+            found = rectangles(seen, panel.lines)
+            boxes += found
+            source += [number] * len(found)
+    pieces = Pieces(np.array(boxes).reshape(-1, 4), np.array(source, dtype=np.int64), np.zeros(len(boxes), dtype=bool))
+    frame = (0, 0, len(panels.lines[X]) - 1, len(panels.lines[Y]) - 1)
+    tiles, shown = fill(pieces, frame)
+    low, high = (
+        np.stack([panels.lines[X][tiles[:, side]], panels.lines[Y][tiles[:, side + 1]]], axis=1) for side in (0, 2)
+    )
+    names = [OUTSIDE if each == WALL else panels.panels[each].shape.label for each in shown.tolist()]
+    return cut(low, high, names)[0]

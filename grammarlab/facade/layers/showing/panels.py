@@ -1,0 +1,147 @@
+"""What the layers of a solved layout show: panels, each where a horizontal and a vertical letter of a layer meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.facade.layers.designs.design import Design, Layer, Shape
+from grammarlab.facade.layers.letters import Word
+from grammarlab.facade.layers.solving import Layout
+from grammarlab.facade.tree import Floats, Ints, X, Y
+
+_SLIVER = 1e-7
+"""Part of the canvas that coordinates may differ by and still be one, and that panels are wide at least."""
+
+Rectangle = tuple[int, int, int, int]
+"""Lines of left, bottom, right and top."""
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """A shape of a layer."""
+
+    layer: int
+    """From the topmost down, of those that are on."""
+    symbols: tuple[str, str]
+    """Horizontal and vertical."""
+    shape: Shape
+    lines: Rectangle
+    opaque: bool
+    """Whether it hides what is below it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Panels:
+    """All panels of a layout that are seen at least in part, from the topmost layer down."""
+
+    lines: tuple[Floats, Floats]
+    """Metres along x and y, ascending, from 0 to the end of the canvas."""
+    panels: tuple[Panel, ...]
+
+    @cached_property
+    def topmost(self) -> Ints:
+        """[rows, columns] which panel is seen in front at each cell between lines; -1 for none."""
+        front = np.full((len(self.lines[Y]) - 1, len(self.lines[X]) - 1), -1, dtype=np.int64)
+        for number in range(len(self.panels) - 1, -1, -1):
+            front[_cells(self.panels[number].lines)] = number
+        return front
+
+    def seen(self) -> list[list[Rectangle]]:
+        """Of each panel, rectangles of all cells in which no panel above it is opaque."""
+        hidden = np.zeros(self.topmost.shape, dtype=bool)
+        found = []
+        for panel in self.panels:
+            found.append(rectangles(~hidden[_cells(panel.lines)], panel.lines))
+            if panel.opaque:
+                hidden[_cells(panel.lines)] = True
+        return found
+
+
+def panels_of(design: Design, layout: Layout, width: float, height: float) -> Panels:
+    """What a layout shows.
+
+    Args:
+        design: what was solved.
+        layout: its solution for this canvas.
+        width: metres.
+        height: metres.
+    """
+    canvas = (width, height)
+    along = [_places(design, layout, axis) for axis in (X, Y)]
+    lines = tuple(_merged(np.concatenate([each[1].ravel() for each in along[axis]]), canvas[axis]) for axis in (X, Y))
+    panels: list[Panel] = []
+    for number, layer in enumerate(design.visible_layers):
+        across, up = (_seen(layer, axis, *along[axis][number], lines[axis]) for axis in (X, Y))
+        panels += [
+            Panel(
+                number,
+                (column[0], row[0]),
+                design.shape(layer, column[0], row[0]),
+                (column[2], row[2], column[3], row[3]),
+                column[1] and row[1],
+            )
+            for row in up
+            for column in across
+        ]
+    return Panels((lines[X], lines[Y]), tuple(panels))
+
+
+def rectangles(shown: NDArray[np.bool_], lines: Rectangle) -> list[Rectangle]:
+    """Rectangles that cover the true cells [rows, columns] of a panel: runs of rows, like ones above each other as one."""
+    left, bottom, _, top = lines
+    if shown.all():
+        return [lines]
+    found: list[Rectangle] = []
+    open_runs: dict[tuple[int, int], int] = {}
+    for row in range(top - bottom + 1):
+        runs = _runs(shown[row]) if row < top - bottom else []
+        for run in [run for run in open_runs if run not in runs]:
+            found.append((left + run[0], bottom + open_runs.pop(run), left + run[1], bottom + row))
+        for run in runs:
+            open_runs.setdefault(run, row)
+    return found
+
+
+def _runs(shown: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    steps = np.flatnonzero(np.diff(np.concatenate([[False], shown, [False]]).astype(np.int8)))
+    return [(int(start), int(end)) for start, end in zip(steps[::2], steps[1::2], strict=True)]
+
+
+def _cells(lines: Rectangle) -> tuple[slice, slice]:
+    left, bottom, right, top = lines
+    return slice(bottom, top), slice(left, right)
+
+
+def _places(design: Design, layout: Layout, axis: int) -> list[tuple[Word, Floats]]:
+    """Of each layer that is on, its word and from where to where its letters stand [letters, 2]."""
+    placed = dict(zip(layout.groups, layout.sizing.placed, strict=True))
+    found, rows = [], dict[tuple[int, str], int]()
+    for layer in design.visible_layers:
+        group = (axis, layer.groups[axis])
+        row = rows[group] = rows.get(group, -1) + 1
+        ends = np.stack([placed[group].lower[row], placed[group].upper[row]], axis=1)
+        found.append((layout.alignments[group].words[row], ends))
+    return found
+
+
+def _merged(ends: Floats, canvas: float) -> Floats:
+    """Different coordinates within the canvas; those that are nearly the same are one."""
+    inside = np.sort(np.clip(np.concatenate([[0.0, canvas], ends]), 0.0, canvas))
+    kept = inside[np.concatenate([[True], np.diff(inside) > _SLIVER * canvas])]
+    kept[-1] = canvas
+    return kept
+
+
+def _seen(layer: Layer, axis: int, word: Word, ends: Floats, lines: Floats) -> list[tuple[str, bool, int, int]]:
+    """Letters that are seen: symbol, whether it is opaque, and the lines where it begins and ends."""
+    mask = layer.masks[axis]
+    first, last = (np.abs(lines[:, None] - np.clip(side, lines[0], lines[-1])).argmin(axis=0) for side in ends.T)
+    return [
+        (letter.symbol, letter.opaque, int(start), int(end))
+        for letter, start, end in zip(word, first, last, strict=True)
+        if start < end and not letter.transparent and (mask is None or letter.symbol in mask)
+    ]

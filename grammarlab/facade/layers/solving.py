@@ -1,0 +1,320 @@
+"""Counters, alignment and sizes together: the layouts of least energy."""
+
+from __future__ import annotations
+
+import bisect
+import heapq
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from grammarlab.facade.layers.alignment import Alignment
+from grammarlab.facade.layers.demands import least_error
+from grammarlab.facade.layers.letters import Word
+from grammarlab.facade.layers.shelves import Budget, Shelf
+from grammarlab.facade.layers.sizing import Sizing, size_letters
+from grammarlab.facade.layers.weights import Weights
+
+_PARTS = (1 / 8, 1 / 4, 1 / 2)
+"""Of the tolerance, when effort has run out."""
+_GROWTH = 2.0
+"""Of the cap on energies."""
+_STEPS_OF_SIZES = 300
+"""Steps of effort that solving for sizes takes, about."""
+_MOST_ENERGY = 4.0
+"""Metres of errors for each metre of the canvas after which no cap is set."""
+
+Group = tuple[int, str]
+"""An axis, 0 for x and 1 for y, and the name of an alignment group on it."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A word for each layer and axis."""
+
+    counters: Mapping[str, int]
+    words: Mapping[Group, tuple[Word, ...]]
+    """Of each group, from its top layer down."""
+    bound: float = 0.0
+    """Energy that each of its layouts has at least, as far as is known."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A candidate that is aligned and sized."""
+
+    candidate: Candidate
+    alignments: Mapping[Group, Alignment]
+    sizing: Sizing
+    energy: float
+    bound: float
+    """No layout that comes after those before it in the list has less energy than this, within `tolerance`."""
+    proven: bool
+    tolerance: float
+    """Metres, mu."""
+
+    @property
+    def groups(self) -> tuple[Group, ...]:
+        """In the order of `sizing.placed`."""
+        return tuple(self.alignments)
+
+
+Candidates = Callable[[float], Iterable[Candidate]]
+"""All candidates whose words fit the canvas within a tolerance, metres."""
+
+
+def solve(
+    candidates: Candidates,
+    canvas: tuple[float, float],
+    weights: Weights,
+    count: int = 1,
+    *,
+    tolerances: Sequence[float],
+    gaps: bool = False,
+    effort: int = 1_000_000,
+) -> list[Layout]:
+    """The best different layouts, best first; none where even the last tolerance has none.
+
+    Args:
+        candidates: of a tolerance.
+        canvas: width and height, metres.
+        weights: of the energy.
+        count: how many.
+        tolerances: metres, growing; the first with a layout is searched whole.
+        gaps: see `size_letters`.
+        effort: steps of all searches with one tolerance, see `align`; then layouts may not be proven.
+    """
+    for tolerance in tolerances:
+        given = tuple(candidates(tolerance))
+        whole = _Branches(given, canvas, weights, count, tolerance, gaps, Budget(effort // 2))
+        best = whole.layouts()
+        # Where effort ran out, layouts within a part of the tolerance are found sooner.
+        for part in _PARTS if whole.budget.left <= 0 else ():
+            narrow = _Branches(given, canvas, weights, count, part * tolerance, gaps, Budget(effort // 8))
+            found = narrow.layouts()
+            if len(found) > len(best):
+                best = [whole.judged(layout) for layout in found]
+        if best:
+            return best
+    return []
+
+
+Places = tuple[int, ...]
+"""For each group of a candidate, how many of its alignments are better."""
+
+
+@dataclass
+class _Branches:
+    """Candidates and their alignments, branched over by what they cost at least.
+
+    All that costs more than a cap is left out; while there are too few layouts within it, it grows. So candidates
+    that do not fit well are dropped before much is spent on them.
+    """
+
+    candidates: tuple[Candidate, ...]
+    canvas: tuple[float, float]
+    weights: Weights
+    count: int
+    tolerance: float
+    gaps: bool
+    budget: Budget
+    shelves: dict[tuple[int, tuple[Word, ...], int], Shelf] = field(default_factory=dict)
+    opened: dict[int, _Opened] = field(default_factory=dict)
+    sized: dict[tuple[int, Places], Sizing | None] = field(default_factory=dict)
+    best: list[tuple[float, int, Places]] = field(default_factory=list)
+    seen: dict[tuple[int, bytes], tuple[float, Places]] = field(default_factory=dict)
+    """What `best` looks like: layouts that look the same are one."""
+    heap: list[tuple[float, int, Places]] = field(default_factory=list)
+    cap: float = 0.0
+    unsure: float = math.inf
+    """What effort did not suffice to look at costs at least this much."""
+
+    def layouts(self) -> list[Layout]:
+        longest = max(self.canvas)
+        caps = [self.weights.omega * longest / 50.0 + 3.0 * self.weights.merge]
+        while caps[-1] < _MOST_ENERGY * longest * (self.weights.omega + self.weights.merge / longest):
+            caps.append(caps[-1] * _GROWTH)
+        for cap in (*caps, math.inf):
+            self._within(cap)
+            if len(self.best) == self.count or self.budget.left <= 0:
+                break
+        return [self._layout(*each) for each in self.best]
+
+    @property
+    def bound(self) -> float:
+        """What is not among the best costs at least this much."""
+        return min(self.unsure, self.heap[0][0] if self.heap else math.inf, self.cap)
+
+    @property
+    def threshold(self) -> float:
+        """What layouts may cost to be among the best."""
+        return min(self.best[-1][0], self.cap) if len(self.best) == self.count else self.cap
+
+    def _within(self, cap: float) -> None:
+        self.cap, self.best, self.seen, self.unsure = cap, [], {}, math.inf
+        self.heap = [(candidate.bound, number, ()) for number, candidate in enumerate(self.candidates)]
+        heapq.heapify(self.heap)
+        while self.heap and self.heap[0][0] <= self.threshold:
+            if self.budget.left <= 0:
+                break
+            _, number, places = heapq.heappop(self.heap)
+            if number not in self.opened:
+                self.opened[number] = self._open(number)
+            if places:
+                self._next(number, places)
+            else:
+                self._first(number)
+
+    def _open(self, number: int) -> _Opened:
+        words = self.candidates[number].words
+        sharing = sharing_groups(words)
+        shelves = []
+        for group, rows in words.items():
+            key = group[0], rows, sharing[group]
+            if key not in self.shelves:
+                share = self.weights.sizing / sharing[group]
+                self.shelves[key] = Shelf(
+                    rows, self.canvas[group[0]], self.weights, self.tolerance, self.budget, share, self.gaps
+                )
+            shelves.append(self.shelves[key])
+        return _Opened(tuple(words), tuple(shelves))
+
+    def _take(self, shelf: Shelf, place: int, rest: float) -> Alignment | None:
+        """An alignment of a group that is cheap enough beside what else is to pay."""
+        cutoff = self.threshold - rest
+        found = shelf.at(place, cutoff)
+        if found is None and not shelf.sure(place, cutoff):
+            self.unsure = min(self.unsure, rest + shelf.known.bound)
+        return found
+
+    def _first(self, number: int) -> None:
+        """The best alignment of each group of a candidate."""
+        bound, opened = 0.0, self.opened[number]
+        for shelf in opened.shelves:
+            if self._take(shelf, 0, bound) is None:
+                return
+            bound += shelf.energy(0)
+        opened.floor = self.weights.sizing * least_error(
+            [each.demands(0) for each in opened.shelves if not each.varied]
+        )
+        self._push(number, (0,) * len(opened.shelves))
+
+    def _next(self, number: int, places: Places) -> None:
+        """The next best alignment of each group in turn; groups before the last that was changed are left alone.
+
+        Of layers that all have one word, alignments differ in nothing that is seen.
+        """
+        opened = self.opened[number]
+        bound = opened.bound(places)
+        last = max((at for at, place in enumerate(places) if place), default=0)
+        for at in range(last, len(places)):
+            shelf = opened.shelves[at]
+            rest = bound - shelf.energy(places[at])
+            if shelf.varied and self._take(shelf, places[at] + 1, rest) is not None:
+                self._push(number, (*places[:at], places[at] + 1, *places[at + 1 :]))
+
+    def _push(self, number: int, places: Places) -> None:
+        opened = self.opened[number]
+        aligned = opened.aligned(places)
+        bound = opened.bound(places)
+        paid = sum(each.energy for each in aligned)
+        # What is not the same for all alignments of a candidate would say nothing about those still to come.
+        heapq.heappush(self.heap, (max(bound, paid + opened.floor), number, places))
+        if max(bound, paid + opened.floor) > self.threshold:
+            return
+        demands = [shelf.demands(place) for shelf, place in zip(opened.shelves, places, strict=True)]
+        if paid + self.weights.sizing * least_error(demands) > self.threshold:
+            return
+        key = number, places
+        if key not in self.sized:
+            canvases = [self.canvas[axis] for axis, _ in opened.groups]
+            self.sized[key] = size_letters(list(zip(aligned, canvases, strict=True)), gaps=self.gaps)
+            self.budget.left -= _STEPS_OF_SIZES
+        sizing = self.sized[key]
+        if sizing is None:
+            return
+        energy = paid + self.weights.sizing * sizing.error
+        if energy <= self.threshold:
+            self._keep(energy, number, places, _look(aligned, sizing))
+
+    def _keep(self, energy: float, number: int, places: Places, look: bytes) -> None:
+        """A layout becomes one of the best, unless one that looks the same is better."""
+        twin = self.seen.get((number, look))
+        if twin is not None:
+            if twin[0] <= energy:
+                return
+            self.best.remove((twin[0], number, twin[1]))
+        self.seen[number, look] = energy, places
+        bisect.insort(self.best, (energy, number, places))
+        for worst in self.best[self.count :]:
+            self.seen = {key: kept for key, kept in self.seen.items() if kept != (worst[0], worst[2])}
+        del self.best[self.count :]
+
+    def judged(self, layout: Layout) -> Layout:
+        """A layout from elsewhere, with what is known here."""
+        bound = min(self.bound, layout.energy)
+        return replace(layout, bound=bound, proven=bound == layout.energy, tolerance=self.tolerance)
+
+    def _layout(self, energy: float, number: int, places: Places) -> Layout:
+        sizing, opened = self.sized[number, places], self.opened[number]
+        if sizing is None:
+            raise AssertionError("Only layouts with sizes are among the best.")
+        return Layout(
+            candidate=self.candidates[number],
+            alignments=dict(zip(opened.groups, opened.aligned(places), strict=True)),
+            sizing=sizing,
+            energy=energy,
+            bound=min(self.bound, energy),
+            proven=self.bound >= energy,
+            tolerance=self.tolerance,
+        )
+
+
+@dataclass
+class _Opened:
+    """A candidate whose groups are being aligned."""
+
+    groups: tuple[Group, ...]
+    shelves: tuple[Shelf, ...]
+    floor: float = 0.0
+    """Energy of sizes at least, whatever the alignments."""
+
+    def aligned(self, places: Places) -> list[Alignment]:
+        return [shelf.known.best[place] for shelf, place in zip(self.shelves, places, strict=True)]
+
+    def bound(self, places: Places) -> float:
+        """Energy of alignments and of the strains that they put on sizes."""
+        return sum(shelf.energy(place) for shelf, place in zip(self.shelves, places, strict=True))
+
+
+def _look(aligned: Sequence[Alignment], sizing: Sizing) -> bytes:
+    """Where all letters are that are seen, to 1e-7 of the canvas."""
+    places = [
+        np.stack([lower[seen], upper[seen]]) / placed.ends[-1]
+        for alignment, placed in zip(aligned, sizing.placed, strict=True)
+        for word, lower, upper in zip(alignment.words, placed.lower, placed.upper, strict=True)
+        for seen in ([at for at, letter in enumerate(word) if not letter.transparent],)
+    ]
+    return b"".join(np.round(place, 7).astype(np.float32).tobytes() for place in places)
+
+
+def sharing_groups(words: Mapping[Group, tuple[Word, ...]]) -> dict[Group, int]:
+    """How many groups of several words are about the same symbols as each, directly or through others.
+
+    The errors of their sizes are one, so that each may count a part of it only.
+    """
+    parts: list[tuple[set[Group], set[str]]] = []
+    for group, rows in words.items():
+        groups, symbols = {group}, {letter.symbol for word in rows for letter in word if letter.size is not None}
+        apart = []
+        for part in parts:
+            if part[1].isdisjoint(symbols):
+                apart.append(part)
+            else:
+                groups, symbols = groups | part[0], symbols | part[1]
+        parts = [*apart, (groups, symbols)]
+    return {
+        group: max(sum(len(set(words[other])) > 1 for other in groups), 1) for groups, _ in parts for group in groups
+    }

@@ -1,0 +1,26 @@
+"""How much each part of a layout's energy counts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+from grammarlab.errors import FacadeError
+
+
+@dataclass(frozen=True, slots=True)
+class Weights:
+    """The energy of a layout is omega * errors of columns + merge * merged letters + sizing * error of sizes."""
+
+    omega: float = 1.0
+    """For each metre by which elements of one column differ (Equation 9)."""
+    merge: float = 0.05
+    """For each letter of an element beyond its first: without it, one column for all would often be best."""
+    sizing: float = 1.0
+    """For each square metre of the sum of squares by which sizes of symbols are not what is preferred."""
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (math.isfinite(value) and 0.0 <= value <= 1e6):
+                raise FacadeError(f"Weight {field.name}: expected a number from 0 to 1,000,000, found {value}.")

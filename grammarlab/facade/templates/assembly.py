@@ -1,0 +1,157 @@
+"""From kinds of each template to a match: parameters of elements and kinds with their standard deviations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.facade.templates.elements import Elements, Floats, Ints
+from grammarlab.facade.templates.evidence.kinds import Solution
+from grammarlab.facade.templates.evidence.maps import Maps
+from grammarlab.facade.templates.evidence.particles import Samples
+from grammarlab.facade.templates.match import UNKNOWN, Match
+from grammarlab.facade.templates.template import Template
+
+_LEAST_SPREAD = 5e-4
+"""Metres: what the grid and the samples cannot tell."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Part:
+    """The M elements of one template, and the kinds among them."""
+
+    template: Template
+    element: Ints
+    """[M] number of each among all elements."""
+    middle: Floats
+    """[M, 2] of the boxes."""
+    sure: Floats
+    """[M] probability of the template."""
+    hidden: Floats
+    """[M] part of the outline."""
+    samples: Samples
+    maps: Maps
+    solution: Solution
+    rounds: int
+
+
+def assemble(
+    elements: Elements, parts: Sequence[Part], reasons: Mapping[int, str], seconds: Mapping[str, float]
+) -> Match:
+    """The match that kinds of the templates make, the kinds of each template with most elements first."""
+    number = len(elements)
+    kind = np.full(number, UNKNOWN, dtype=np.int64)
+    parameters: list[Floats] = [np.zeros(0)] * number
+    deviations: list[Floats] = [np.zeros(0)] * number
+    corner, hidden = elements.low.copy(), np.zeros(number)
+    total = sum(len(part.solution.kinds) for part in parts)
+    posterior = np.zeros((number, total + 1))
+    posterior[:, -1] = 1.0
+    values: list[Floats] = []
+    spreads: list[Floats] = []
+    template: list[int] = []
+    told = dict(reasons)
+    for place, part in enumerate(parts):
+        first = len(values)
+        own_values, own_spreads = kind_values(part)
+        values += own_values
+        spreads += own_spreads
+        template += [place] * len(own_values)
+        chance = part.solution.posterior * part.sure[:, None]
+        posterior[part.element] = 0.0
+        posterior[part.element, first : first + len(own_values)] = chance[:, :-1]
+        posterior[part.element, -1] = 1.0 - chance[:, :-1].sum(axis=1)
+        hidden[part.element] = part.hidden
+        for row, element in enumerate(part.element.tolist()):
+            best = int(part.solution.posterior[row].argmax())
+            if best == len(own_values):
+                told[element] = "its size is that of no kind, and too uncertain for one of its own"
+                continue
+            kind[element] = first + best
+            parameters[element] = own_values[best]
+            deviations[element] = _deviation(part.solution.posterior[row, :-1], best, own_values, own_spreads)
+            corner[element] = part.middle[row] + _corner(part.samples, row, own_values[best])
+    return Match(
+        elements=elements,
+        templates=tuple(part.template for part in parts),
+        kind=kind,
+        kind_template=np.array(template, dtype=np.int64),
+        values=tuple(values),
+        spread=tuple(spreads),
+        posterior=posterior,
+        parameters=tuple(parameters),
+        deviations=tuple(deviations),
+        corner=corner,
+        hidden=hidden,
+        reasons=told,
+        iterations=sum(part.rounds for part in parts),
+        seconds=dict(seconds),
+    )
+
+
+def kind_values(part: Part) -> tuple[list[Floats], list[Floats]]:
+    """Parameters [K] [D] of each kind and their standard deviations: means over what all sharing elements say."""
+    kinds = part.solution.kinds
+    weight = part.solution.posterior[:, :-1]
+    logs = np.log(part.maps.evidence)
+    size = np.asarray(part.samples.parameters).shape[2]
+    values = np.zeros((len(kinds), size))
+    spreads = np.zeros((len(kinds), size))
+    for axis, (own, places) in enumerate(((kinds.width, part.maps.widths), (kinds.height, part.maps.heights))):
+        for value in np.unique(own):
+            which = np.flatnonzero(own == value)
+            if axis == 0:
+                score = sum(weight[:, k] @ logs[:, :, kinds.height[k]] for k in which)
+            else:
+                score = sum(weight[:, k] @ logs[:, kinds.width[k], :] for k in which)
+            values[which, axis], spreads[which, axis] = _peak(np.asarray(score), places, int(value))
+    for k in range(len(kinds)):
+        values[k, 2:], spreads[k, 2:] = _further(part.samples, weight[:, k], values[k])
+    return list(values), list(spreads)
+
+
+def _peak(score: Floats, places: Floats, value: int) -> tuple[float, float]:
+    """Mean and standard deviation of a value around its place, of an unnormalised log-density on its axis."""
+    near = np.abs(np.arange(len(places)) - value) <= 8
+    chance = np.where(near, np.exp(np.minimum(score - score[value], 50.0)), 0.0)
+    chance /= chance.sum()
+    mean = float(chance @ places)
+    step = places[1] - places[0]
+    return mean, float(np.sqrt(chance @ (places - mean) ** 2 + step**2 / 12.0 + _LEAST_SPREAD**2))
+
+
+def _further(samples: Samples, weight: Floats, value: Floats) -> tuple[Floats, Floats]:
+    """Means [D - 2] and standard deviations of further parameters of a kind; precise elements count for more."""
+    drawn = np.asarray(samples.parameters)[:, :, 2:]
+    if not drawn.shape[2]:
+        return np.zeros(0), np.zeros(0)
+    near = _nearness(samples, value)
+    mean = (near[:, :, None] * drawn).sum(axis=1)
+    variance = (near[:, :, None] * (drawn - mean[:, None]) ** 2).sum(axis=1) + _LEAST_SPREAD**2
+    precision = weight[:, None] / variance
+    total = np.maximum(precision.sum(axis=0), 1e-9)
+    return (precision * mean).sum(axis=0) / total, np.sqrt(1.0 / total)
+
+
+def _nearness(samples: Samples, value: Floats) -> Floats:
+    """[M, Q] weights of samples, by how near their width and height are to those of a kind; sums of 1."""
+    away = np.asarray(samples.parameters)[:, :, :2] - value[:2]
+    scale = np.maximum(np.asarray(samples.noise).mean(axis=1), 1e-3)[:, None]
+    square = 0.5 * ((away / scale[:, :, None]) ** 2).sum(axis=2)
+    near = np.exp(square.min(axis=1, keepdims=True) - square)
+    return near / near.sum(axis=1, keepdims=True)
+
+
+def _deviation(chance: Floats, best: int, values: Sequence[Floats], spreads: Sequence[Floats]) -> Floats:
+    """Standard deviations [D] of an element around the kind that it is given, over all that it may be."""
+    chance = chance / max(float(chance.sum()), 1e-12)
+    away = np.array(values) - values[best]
+    return np.sqrt(chance @ (away**2 + np.array(spreads) ** 2))
+
+
+def _corner(samples: Samples, row: int, value: Floats) -> Floats:
+    """[2] lower left corner of an element, from the middle of its box, if it is as large as a kind."""
+    one = Samples(*(np.asarray(each)[row : row + 1] for each in samples))
+    return _nearness(one, value)[0] @ np.asarray(samples.corner)[row]

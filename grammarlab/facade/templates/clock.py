@@ -1,0 +1,19 @@
+"""Seconds that stages take."""
+
+from __future__ import annotations
+
+import time
+
+
+class Clock:
+    """Measures one stage after the other."""
+
+    def __init__(self) -> None:
+        self._last = time.perf_counter()
+        self.seconds: dict[str, float] = {}
+
+    def lap(self, stage: str) -> None:
+        """Ends a stage, which began with the end of the one before."""
+        now = time.perf_counter()
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
+        self._last = now

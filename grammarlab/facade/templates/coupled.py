@@ -1,0 +1,132 @@
+"""The default method: kinds that share parameters, from how well every size explains every element."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.facade.templates.assembly import Part, assemble
+from grammarlab.facade.templates.choosing import description, used_templates
+from grammarlab.facade.templates.clock import Clock
+from grammarlab.facade.templates.clouds import Clouds, clouds_of
+from grammarlab.facade.templates.elements import Elements, Floats, Ints, too_poor
+from grammarlab.facade.templates.evidence.maps import Maps, maps_of
+from grammarlab.facade.templates.evidence.particles import STEPS, Bounds, Draws, Samples, Task, num_draws, sample
+from grammarlab.facade.templates.evidence.strength import find_kinds_with
+from grammarlab.facade.templates.fitting.fit import fit_all
+from grammarlab.facade.templates.match import Match
+from grammarlab.facade.templates.plain import NO_FIT
+from grammarlab.facade.templates.template import Template, stack
+
+PARTICLES = 512
+_LARGER, _SMALLER = 1.5, 0.6
+"""Sizes that are thought of, in parts of those that are seen."""
+_NOISE = np.array([0.4, 2.5])
+"""Of an element, in parts of the median of all."""
+_FEW, _TOGETHER = 8, 32
+"""Elements of a batch."""
+
+
+def couple(elements: Elements, templates: Sequence[Template], seed: int) -> Match:
+    """Kinds of elements, by the evidence of all of them together.
+
+    Args:
+        elements: what to match.
+        templates: to choose from.
+        seed: of the samples.
+    """
+    clock = Clock()
+    reasons = too_poor(elements)
+    which = np.array([each for each in range(len(elements)) if each not in reasons], dtype=np.int64)
+    if not len(which):
+        return assemble(elements, [], reasons, clock.seconds)
+    clouds = clouds_of(elements, which)
+    fits = fit_all(clouds, stack(templates))
+    costs = description(clouds, templates, fits)
+    used = used_templates(costs)
+    odds = _odds(costs[:, [*used.tolist(), -1]])
+    clock.lap("fitting")
+    best = odds.argmax(axis=1)
+    reasons |= dict.fromkeys(which[best == len(used)].tolist(), NO_FIT)
+    taken = []
+    for number, place in enumerate(used.tolist()):
+        members = np.flatnonzero(best == number)
+        size = fits.parameters[members, place, : len(templates[place].parameters)]
+        samples = _samples(clouds, templates[place], members, size, fits.noise[members, place], seed)
+        taken.append((place, members, samples, _maps(clouds, members, samples)))
+    clock.lap("evidence")
+    parts = []
+    for number, (place, members, samples, maps) in enumerate(taken):
+        inside = which[members]
+        solution, rounds = find_kinds_with(maps, elements.row[inside], elements.column[inside])
+        sure = odds[members, number]
+        hidden = fits.hidden[members, place]
+        middle = clouds.middle[members]
+        parts.append(
+            Part(
+                template=templates[place],
+                element=inside,
+                middle=middle,
+                sure=sure,
+                hidden=hidden,
+                samples=samples,
+                maps=maps,
+                solution=solution,
+                rounds=rounds,
+            )
+        )
+    clock.lap("kinds")
+    return assemble(elements, parts, reasons, clock.seconds)
+
+
+def _odds(costs: Floats) -> Floats:
+    odds = np.exp(costs.min(axis=1, keepdims=True) - costs)
+    return odds / odds.sum(axis=1, keepdims=True)
+
+
+def _samples(clouds: Clouds, template: Template, members: Ints, sizes: Floats, noise: Floats, seed: int) -> Samples:
+    """Posterior samples of the parameters of some elements, between sizes that the largest and smallest suggest."""
+    low = np.maximum(template.low, 0.1 * template.low)
+    high = template.high.copy()
+    low[:2] = np.maximum(_SMALLER * np.quantile(sizes[:, :2], 0.1, axis=0), 1e-3)
+    high[:2] = np.maximum(_LARGER * sizes[:, :2].max(axis=0), 1.2 * low[:2])
+    limits = template.limits if len(template.limits) else np.zeros((1, 1 + len(template.parameters)))
+    numbers = (low, high, limits, np.median(noise) * _NOISE)
+    bounds = Bounds(*(jnp.asarray(each, jnp.float32) for each in numbers))
+    columns = (clouds.points, clouds.weight, clouds.area, clouds.reach)
+    pieces = jnp.asarray(template.pieces, jnp.float32)
+    found = []
+    for first in range(0, len(members), _TOGETHER):
+        which = slice(first, first + _TOGETHER)
+        task = Task(*(jnp.asarray(_filled(each[members[which]]), jnp.float32) for each in columns))
+        drawn = sample(_draws(_filled(clouds.element[members[which]]), len(low), seed), task, bounds, pieces)
+        found.append([np.asarray(each, dtype=np.float64) for each in drawn])
+    return Samples(*(np.concatenate(each)[: len(members)] for each in zip(*found, strict=True)))
+
+
+def _filled(rows: NDArray[Any]) -> NDArray[Any]:
+    """Rows repeated up to a whole batch, so that few sizes of a batch have to be compiled."""
+    return rows[np.arange(_TOGETHER) % len(rows)] if len(rows) > _FEW else rows[np.arange(_FEW) % len(rows)]
+
+
+def _draws(element: Ints, size: int, seed: int) -> Draws:
+    """Random numbers by seed and element, so that others in the scan do not change what is drawn for it."""
+    begin, moves = num_draws(size)
+    shapes = ((PARTICLES, begin), (STEPS,), (STEPS, PARTICLES, moves))
+    drawn = []
+    for each in element.tolist():
+        random = np.random.Generator(np.random.Philox(key=[seed, each]))
+        drawn.append([random.random(shape, dtype=np.float32) for shape in shapes])
+    return Draws(*(jnp.asarray(np.stack(each)) for each in zip(*drawn, strict=True)))
+
+
+def _maps(clouds: Clouds, members: Ints, samples: Samples) -> Maps:
+    """Evidence maps between the sizes that samples reach."""
+    sizes = np.asarray(samples.parameters)[:, :, :2]
+    points = clouds.weight[members].sum(axis=1)
+    error = np.asarray(samples.noise).mean(axis=1) * np.sqrt(8.0 / np.maximum(points, 8.0))
+    return maps_of(sizes, error, sizes.min(axis=(0, 1)), sizes.max(axis=(0, 1)) + 1e-6)

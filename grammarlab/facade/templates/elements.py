@@ -1,0 +1,116 @@
+"""Elements of a scan: the points that lie in the box of each window, door or column."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import row_of_value
+from grammarlab.errors import FacadeError
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+MOST_ELEMENTS = 10_000
+MOST_POINTS = 50_000_000
+FEWEST = 8
+"""Points that an element needs to say anything about a template."""
+FARTHEST = 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What a synthetic scene was made of."""
+
+    kind: Ints
+    """[N] from 0; equal numbers are replicas of each other."""
+    names: tuple[str, ...]
+    """[K] template of each kind."""
+    parameters: tuple[dict[str, float], ...]
+    """[K] parameters of each kind, metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """N elements with the points of each; x to the right, y up, z out of the wall, in metres."""
+
+    offsets: Ints
+    """[N + 1] of the points of each element."""
+    points: Floats
+    """[P, 2] or [P, 3]."""
+    low: Floats
+    """[N, 2] lower left corner of each box on the facade."""
+    high: Floats
+    """[N, 2] upper right corner."""
+    row: Ints
+    """[N] of the facade, from 0 at the top; -1 for none."""
+    column: Ints
+    """[N] from 0 at the left; -1 for none."""
+    truth: Truth | None = None
+    notes: tuple[str, ...] = ()
+    """What a person should know of how they were read."""
+
+    def __len__(self) -> int:
+        return len(self.low)
+
+    @property
+    def counts(self) -> Ints:
+        """[N] points of each element."""
+        return np.diff(self.offsets)
+
+    def of(self, element: int) -> Floats:
+        """[P, 2 or 3] points of an element."""
+        return self.points[self.offsets[element] : self.offsets[element + 1]]
+
+
+def check(elements: Elements) -> Elements:
+    """The elements themselves, if they can be matched; how bad single ones are is said later, for each of them.
+
+    Raises:
+        FacadeError: for none, too many, numbers that are not finite, or boxes without size.
+    """
+    if not len(elements):
+        raise FacadeError("There are no elements: expected at least one box with points in it.")
+    if len(elements) > MOST_ELEMENTS or len(elements.points) > MOST_POINTS:
+        raise FacadeError(
+            f"There are {len(elements):,} elements with {len(elements.points):,} points; expected at most "
+            f"{MOST_ELEMENTS:,} with {MOST_POINTS:,}. Leave out every second point, or cut the scan."
+        )
+    for name, values in (("point", elements.points), ("box", elements.low), ("box", elements.high)):
+        wrong = ~(np.abs(values) <= FARTHEST).all(axis=1)
+        if wrong.any():
+            place = int(np.flatnonzero(wrong)[0])
+            owner = int(row_of_value(elements.counts)[place]) if name == "point" else place
+            raise FacadeError(
+                f"Element {owner}: a {name} has a coordinate that is not a finite number within {FARTHEST:g} m."
+            )
+    flat = (elements.high <= elements.low).any(axis=1)
+    if flat.any():
+        place = int(np.flatnonzero(flat)[0])
+        raise FacadeError(f"Element {place}: expected a box with a width and a height above 0.")
+    if not elements.counts.any():
+        raise FacadeError("All boxes are empty: no point lies in any of them. Are boxes and points in the same frame?")
+    return elements
+
+
+def on_plane(elements: Elements) -> Elements:
+    """The elements as flat outlines, without depth."""
+    return replace(elements, points=elements.points[:, :2])
+
+
+def too_poor(elements: Elements) -> dict[int, str]:
+    """Elements of which nothing can be said, and why."""
+    reasons: dict[int, str] = {}
+    for element in range(len(elements)):
+        points = elements.of(element)[:, :2]
+        if not len(points):
+            reasons[element] = "its box is empty"
+        elif len(points) < FEWEST:
+            reasons[element] = f"it has {len(points)} points; {FEWEST} are needed"
+        else:
+            spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+            if spread[1] <= 1e-3 * max(spread[0], 1e-12):
+                reasons[element] = "its points lie on one line" if spread[0] > 0.0 else "its points are all the same"
+    return reasons

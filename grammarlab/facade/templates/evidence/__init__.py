@@ -1,0 +1,1 @@
+"""What the points of an element say about the sizes of a template."""

@@ -1,0 +1,68 @@
+"""Density of scanned points around the visible part of an outline.
+
+The visible outline V of an element is its template cut by a half-plane. Points are drawn evenly from V with normal
+noise s in both coordinates, and a part of them is spread over the box:
+p(x) = (1 - e) / |V| integral_V N(x; u, s^2) du + e / |box|, in closed form for each segment.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import jax
+import jax.numpy as jnp
+
+Array: TypeAlias = jax.Array
+
+OUTLIERS = 0.05
+"""e: part of the points that belong to nothing."""
+_LEAST = 1e-6
+
+
+def visible(segments: Array, angle: Array, cut: Array) -> tuple[Array, Array]:
+    """Where [S] the visible part of each segment begins and ends, in metres from its start.
+
+    Args:
+        segments: [S, 2, 2] start and end of each.
+        angle: of the normal of the half-plane that hides, radians.
+        cut: distance of the half-plane from the origin along that normal; what lies beyond is hidden.
+    """
+    normal = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
+    step = segments[:, 1] - segments[:, 0]
+    length = jnp.sqrt((step**2).sum(-1) + 1e-12)
+    slope = (step @ normal) / length
+    room = cut - segments[:, 0] @ normal
+    edge = room / jnp.where(jnp.abs(slope) < _LEAST, _LEAST, slope)
+    start = jnp.where(slope < -_LEAST, jnp.clip(edge, 0.0, length), 0.0)
+    end = jnp.where(slope > _LEAST, jnp.clip(edge, 0.0, length), length)
+    seen = (jnp.abs(slope) > _LEAST) | (room >= 0.0)
+    return start, jnp.where(seen, jnp.maximum(end, start), start)
+
+
+def log_likelihood(
+    segments: Array, angle: Array, cut: Array, noise: Array, points: Array, weight: Array, area: Array
+) -> Array:
+    """Log-density of the points of one element.
+
+    Args:
+        segments: [S, 2, 2] outline; segments of no length do not count.
+        angle: as in `visible`.
+        cut: likewise.
+        noise: s, metres.
+        points: [P, 2]
+        weight: [P] how often each counts; 0 for padding.
+        area: of the box, square metres.
+    """
+    start, end = visible(segments, angle, cut)
+    step = segments[:, 1] - segments[:, 0]
+    direction = step / jnp.sqrt((step**2).sum(-1, keepdims=True) + 1e-12)
+    away = points[:, None, :] - segments[None, :, 0]
+    along = (away * direction).sum(-1)
+    across = away[..., 0] * direction[:, 1] - away[..., 1] * direction[:, 0]
+    scale = 0.70710678 / noise
+    inside = jax.lax.erf((along - start) * scale) - jax.lax.erf((along - end) * scale)
+    near = jnp.exp(-((across * scale) ** 2)) * inside
+    total = (end - start).sum()
+    density = near.sum(-1) * (0.5 * 0.3989423 / noise) / jnp.maximum(total, _LEAST)
+    value = (weight * jnp.log((1.0 - OUTLIERS) * density + OUTLIERS / area)).sum()
+    return jnp.where(total > 1e-3, value, -1e9)

@@ -1,0 +1,59 @@
+"""Evidence maps: how well each width and height explains an element, on a grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from grammarlab.facade.templates.elements import Floats
+
+FINEST = 0.01
+"""Metres between values."""
+_MOST_VALUES = 200
+"""Along each axis."""
+_SPREAD = 0.5
+"""Width of the kernel that smooths samples, in parts of the noise of an element's lines."""
+_FLOOR = 1e-4
+"""Least part of the evidence that lies anywhere: what samples cannot tell."""
+
+
+@dataclass(frozen=True, eq=False)
+class Maps:
+    """Evidence of N elements for widths and heights; 1 where the points say nothing."""
+
+    widths: Floats
+    """[A] metres, evenly spaced."""
+    heights: Floats
+    """[B] metres, evenly spaced."""
+    evidence: Floats
+    """[N, A, B] relative to the mean over all sizes."""
+
+
+def axis_values(low: float, high: float) -> Floats:
+    """Values from low to high, a centimetre apart or as many as are affordable."""
+    count = min(_MOST_VALUES, max(2, round((high - low) / FINEST) + 1))
+    return np.linspace(low, high, count)
+
+
+def maps_of(parameters: Floats, smoothing: Floats, low: Floats, high: Floats) -> Maps:
+    """Evidence maps from posterior samples that were drawn with an even prior.
+
+    Args:
+        parameters: [N, Q, 2] widths and heights.
+        smoothing: [N] metres, standard deviation of the error of a side.
+        low: [2] least width and height.
+        high: [2] greatest.
+    """
+    widths, heights = axis_values(low[0], high[0]), axis_values(low[1], high[1])
+    shape = len(widths), len(heights)
+    step = np.array([widths[1] - widths[0], heights[1] - heights[0]])
+    place = np.clip(np.rint((parameters - low) / step).astype(np.int64), 0, np.array(shape) - 1)
+    evidence = np.empty((len(parameters), *shape))
+    for element, each in enumerate(place):
+        counts = np.bincount(each[:, 0] * shape[1] + each[:, 1], minlength=shape[0] * shape[1]).reshape(shape)
+        width = np.maximum(_SPREAD * smoothing[element] / step, 0.7)
+        smooth = gaussian_filter(counts.astype(np.float64), width, mode="nearest")
+        evidence[element] = smooth * ((1.0 - _FLOOR) * smooth.size / smooth.sum()) + _FLOOR
+    return Maps(widths, heights, evidence)

@@ -1,0 +1,218 @@
+"""Posterior samples of the sizes of each element, by tempered sequential Monte Carlo.
+
+Integrated over are the place of the element, the half-plane that hides a part of it and the noise. What is cut off is
+"at least so large" all by itself: once a side lies behind the half-plane, its place no longer changes the density.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from grammarlab.facade.templates.evidence.density import Array, log_likelihood
+from grammarlab.facade.templates.outline import outline
+
+TEMPERATURES = 10
+MOVES = 2
+"""At each temperature."""
+LAST_MOVES = 6
+"""At the posterior itself; the samples after each of them are kept."""
+COLDEST = 0.02
+"""Temperature at which the samples begin."""
+STEPS = TEMPERATURES * MOVES + LAST_MOVES
+NEAREST, FARTHEST = -0.3, 2.0
+"""Of the half-plane from the middle of an element, in parts of its half extent; beyond 1 nothing is hidden."""
+
+_OUTERMOST = 4
+"""Points in a direction behind which a half-plane may begin; the others beyond it are outliers."""
+
+
+class Task(NamedTuple):
+    """One element, in metres from the middle of its box."""
+
+    points: Array
+    """[P, 2]"""
+    weight: Array
+    """[P] 0 for padding."""
+    area: Array
+    """Of the box."""
+    reach: Array
+    """[2, 2] lowest and highest coordinates of its points, without the outermost ones."""
+
+
+class Bounds(NamedTuple):
+    """Between which values all parameters are equally likely beforehand."""
+
+    low: Array
+    """[D] of width, height and further parameters."""
+    high: Array
+    """[D]"""
+    limits: Array
+    """[C, 1 + D] what is never below 0, as a template has it."""
+    noise: Array
+    """[2] metres."""
+
+
+class Samples(NamedTuple):
+    """Equally weighted samples of one element."""
+
+    parameters: Array
+    """[Q, D]"""
+    corner: Array
+    """[Q, 2] lower left corner, metres from the middle of the box."""
+    plane: Array
+    """[Q, 2] angle and distance of what hides."""
+    noise: Array
+    """[Q] metres."""
+    evidence: Array
+    """Logarithm of the marginal likelihood."""
+
+
+def _parameters(state: Array, size: int) -> Array:
+    """[D] width, height and further parameters of a state: sides (4), further (D - 2), angle, cut, log noise."""
+    return jnp.concatenate([jnp.stack([state[1] - state[0], state[3] - state[2]]), state[4 : 4 + size - 2]])
+
+
+def _log_prior(state: Array, bounds: Bounds) -> Array:
+    size = len(bounds.low)
+    parameters = _parameters(state, size)
+    angle, cut, log_noise = state[-3], state[-2], state[-1]
+    across, up = jnp.cos(angle), jnp.sin(angle)
+    half = 0.5 * (jnp.abs(across) * parameters[0] + jnp.abs(up) * parameters[1])
+    middle = 0.5 * (across * (state[0] + state[1]) + up * (state[2] + state[3]))
+    place = (cut - middle) / jnp.maximum(half, 1e-6)
+    inside = ((parameters >= bounds.low) & (parameters <= bounds.high)).all()
+    # Equalities are written as two limits: half a centimetre of play lets samples move between them.
+    inside &= (bounds.limits[:, 0] + bounds.limits[:, 1:] @ parameters >= -0.005).all()
+    inside &= (place > NEAREST) & (place < FARTHEST)
+    inside &= (log_noise > jnp.log(bounds.noise[0])) & (log_noise < jnp.log(bounds.noise[1]))
+    return jnp.where(inside, -jnp.log(jnp.maximum(half, 1e-6)), -jnp.inf)
+
+
+class Draws(NamedTuple):
+    """All random numbers of one element: made outside, so that nothing here hides where they come from."""
+
+    begin: Array
+    """[Q, 10 + D] even in 0 to 1."""
+    resampling: Array
+    """[STEPS] even in 0 to 1."""
+    moves: Array
+    """[STEPS, Q, 5 + 2 (5 + D)] even in 0 to 1: partners, part of the coordinates, acceptance, which ones, jitter."""
+
+
+def num_draws(size: int) -> tuple[int, int]:
+    """Last axes of `Draws.begin` and `Draws.moves` for D parameters."""
+    return 10 + size, 5 + 2 * (5 + size)
+
+
+def _start(draw: Array, task: Task, bounds: Bounds) -> tuple[Array, Array]:
+    """A state near what is seen, and the logarithm of the density that it was drawn with.
+
+    A side lies near the outermost points, roughly there, or anywhere farther out; the half-plane anywhere, or just
+    beyond one of the outermost points in its direction.
+    """
+    extent = task.reach[1] - task.reach[0]
+    scale = jnp.sqrt(bounds.noise[0] * bounds.noise[1])
+    widths = jnp.stack([jnp.full(2, 2.0 * scale), 0.06 * extent])
+    room = jnp.maximum(bounds.high[:2] - extent, 0.05 * extent)
+    outward = jnp.array([[-1.0], [1.0]])
+    which = jnp.floor(3.0 * draw[0:4]).reshape(2, 2)
+    part = draw[4:8].reshape(2, 2)
+    normal = jax.scipy.special.ndtri(jnp.clip(part, 1e-4, 1.0 - 1e-4))
+    away = jnp.where(which == 0, normal * widths[0], jnp.where(which == 1, normal * widths[1], part * room))
+    sides = task.reach + outward * away
+    near = jnp.exp(-0.5 * (away[None] / widths[:, None]) ** 2) / (2.5066283 * widths[:, None])
+    far = jnp.where((away >= 0.0) & (away <= room), 1.0 / room, 0.0)
+    density = jnp.log((near.sum(axis=0) + far) / 3.0).sum()
+    further = bounds.low[2:] + draw[12 : 10 + len(bounds.low)] * (bounds.high[2:] - bounds.low[2:])
+    angle = 2.0 * jnp.pi * draw[8]
+    direction = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
+    half = 0.5 * (jnp.abs(direction) @ jnp.abs(sides[1] - sides[0])) + 1e-6
+    middle = direction @ (sides[0] + sides[1]) / 2
+    outermost = jax.lax.top_k(jnp.where(task.weight > 0.0, task.points @ direction, -jnp.inf), _OUTERMOST)[0]
+    choice = draw[9] * 2.0 * _OUTERMOST
+    beyond = outermost[jnp.minimum(choice.astype(jnp.int32), _OUTERMOST - 1)]
+    beyond += 2.0 * scale * jax.scipy.special.ndtri(jnp.clip(draw[10], 1e-4, 1.0 - 1e-4))
+    cut = jnp.where(choice < _OUTERMOST, beyond, middle + (NEAREST + draw[10] * (FARTHEST - NEAREST)) * half)
+    close = jnp.exp(-0.5 * ((cut - outermost) / (2.0 * scale)) ** 2).mean() / (2.5066283 * 2.0 * scale)
+    place = (cut - middle) / half
+    wide = jnp.where((place > NEAREST) & (place < FARTHEST), 1.0 / (half * (FARTHEST - NEAREST)), 0.0)
+    density += jnp.log(0.5 * close + 0.5 * wide + 1e-30)
+    log_noise = jnp.log(bounds.noise[0]) + draw[11] * jnp.log(bounds.noise[1] / bounds.noise[0])
+    flat = jnp.stack([sides[0, 0], sides[1, 0], sides[0, 1], sides[1, 1]])
+    return jnp.concatenate([flat, further, jnp.stack([angle, cut, log_noise])]), density
+
+
+def _resampled(offset: Array, log_weight: Array) -> Array:
+    """[Q] which particles go on, systematically; each of them once where all weigh the same."""
+    number = len(log_weight)
+    edges = jnp.cumsum(jax.nn.softmax(log_weight))
+    places = (jnp.arange(number) + 0.05 + 0.9 * offset) / number
+    return jnp.clip(jnp.searchsorted(edges, places), 0, number - 1)
+
+
+def _sample(draws: Draws, task: Task, bounds: Bounds, pieces: Array) -> Samples:
+    size = len(bounds.low)
+    number = len(draws.begin)
+    dimension = 5 + size
+
+    def log_like(state: Array) -> Array:
+        corner = jnp.stack([state[0], state[2]])
+        segments = outline(pieces, _parameters(state, size)) + corner
+        return log_likelihood(segments, state[-3], state[-2], jnp.exp(state[-1]), task.points, task.weight, task.area)
+
+    def measure(states: Array) -> tuple[Array, Array]:
+        priors = jax.vmap(lambda state: _log_prior(state, bounds))(states)
+        return priors, jnp.where(jnp.isfinite(priors), jax.vmap(log_like)(states), -1e9)
+
+    def step(carry: tuple, now: tuple) -> tuple[tuple, Array]:
+        """Weigh, resample, and one Metropolis step along differences of others in some of the coordinates."""
+        states, priors, likes, evidence = carry
+        offset, draw, before, after, first = now
+        log_weight = (after - before) * likes + first
+        evidence += jax.nn.logsumexp(log_weight) - jnp.log(number)
+        chosen = _resampled(offset, log_weight)
+        states, priors, likes = states[chosen], priors[chosen], likes[chosen]
+        partner = (draw[:, 0:2] * number).astype(jnp.int32)
+        part = 2.0 ** -jnp.floor(3.0 * draw[:, 2:3])
+        always = jnp.floor(draw[:, 3:4] * dimension) == jnp.arange(dimension)
+        moved = (draw[:, 5 : 5 + dimension] < part) | always
+        count = moved.sum(axis=1, keepdims=True)
+        away = 2.38 / jnp.sqrt(2.0 * count) * (states[partner[:, 0]] - states[partner[:, 1]])
+        away += 4e-4 * (draw[:, 5 + dimension :] - 0.5)
+        proposed = states + jnp.where(moved, away, 0.0)
+        new_priors, new_likes = measure(proposed)
+        taken = jnp.log(draw[:, 4]) < new_priors - priors + after * (new_likes - likes)
+        states = jnp.where(taken[:, None], proposed, states)
+        priors, likes = jnp.where(taken, new_priors, priors), jnp.where(taken, new_likes, likes)
+        return (states, priors, likes, evidence), states
+
+    states, density = jax.vmap(lambda draw: _start(draw, task, bounds))(draws.begin)
+    priors, likes = measure(states)
+    heat = jnp.minimum(jnp.arange(STEPS + 1 + MOVES) // MOVES / TEMPERATURES, 1.0) ** 2
+    heat = COLDEST + (1.0 - COLDEST) * heat
+    # At first, samples weigh by how much likelier the coldest posterior is than the way they were drawn.
+    first = jnp.zeros((STEPS, len(states))).at[0].set(jnp.maximum(priors - density + COLDEST * likes, -1e9))
+    # The first step of each temperature weighs, the others find the same temperature before and after.
+    before, after = heat[MOVES - 1 : STEPS + MOVES - 1], heat[MOVES : STEPS + MOVES]
+    carry, kept = jax.lax.scan(
+        step, (states, priors, likes, jnp.zeros(())), (draws.resampling, draws.moves, before, after, first)
+    )
+    kept = kept[-LAST_MOVES:].reshape(-1, dimension)
+    parameters = jax.vmap(lambda state: _parameters(state, size))(kept)
+    return Samples(parameters, kept[:, jnp.array([0, 2])], kept[:, -3:-1], jnp.exp(kept[:, -1]), carry[-1])
+
+
+@jax.jit
+def sample(draws: Draws, tasks: Task, bounds: Bounds, pieces: Array) -> Samples:
+    """Samples of N elements, one after the other, so that memory does not grow with N.
+
+    Args:
+        draws: of N elements with Q particles each; `LAST_MOVES` times as many samples come out.
+        tasks: N elements.
+        bounds: of the template's parameters, the same for all.
+        pieces: [S, 7, 1 + D] of the template, see `outline`.
+    """
+    return jax.lax.map(lambda each: _sample(each[0], each[1], bounds, pieces), (draws, tasks))

@@ -1,0 +1,42 @@
+"""How much rows and columns agree, by likelihood."""
+
+from __future__ import annotations
+
+from itertools import product
+
+from grammarlab.facade.templates.elements import Ints
+from grammarlab.facade.templates.evidence.averaging import averaged
+from grammarlab.facade.templates.evidence.kinds import Solution, find_kinds
+from grammarlab.facade.templates.evidence.maps import Maps
+from grammarlab.facade.templates.evidence.neighbours import Groups
+
+STRENGTHS = (1.0, 4.0, 16.0)
+"""Values of kappa that are tried, beside none at all."""
+_FEWEST = 2
+"""Groups of more than one element that it takes to learn from them."""
+
+
+def find_kinds_with(maps: Maps, row: Ints, column: Ints) -> tuple[Solution, int]:
+    """The kinds of shortest description, with the prior of rows or columns where that shortens it; how many were tried.
+
+    Args:
+        maps: evidence of N elements.
+        row: [N] of the facade, -1 for none.
+        column: [N] likewise.
+    """
+    best = plain = find_kinds(maps)
+    sides = [index for index in (row, column) if _grouped(index)]
+    priors = [(Groups(index, kappa),) for index, kappa in product(sides, STRENGTHS)]
+    if len(sides) > 1:
+        priors.append(tuple(Groups(index, STRENGTHS[1]) for index in sides))
+    chosen: tuple[Groups, ...] = ()
+    for groups in priors:
+        found = find_kinds(maps, groups, plain.kinds)
+        if found.length < best.length:
+            best, chosen = found, groups
+    return averaged(maps, chosen, best), 1 + len(priors)
+
+
+def _grouped(index: Ints) -> bool:
+    known = index[index >= 0].tolist()
+    return sum(known.count(each) > 1 for each in set(known)) >= _FEWEST

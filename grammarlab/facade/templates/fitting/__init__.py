@@ -1,0 +1,1 @@
+"""Templates fitted to elements one by one: all pairs in one call."""

@@ -1,0 +1,191 @@
+"""Robust fits of all templates to all elements in one call, each with a covariance and what seems to be hidden."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, TypeAlias
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.facade.templates.clouds import Clouds
+from grammarlab.facade.templates.elements import Floats
+from grammarlab.facade.templates.evidence.density import log_likelihood, visible
+from grammarlab.facade.templates.fitting.residuals import residuals
+from grammarlab.facade.templates.outline import outline
+from grammarlab.facade.templates.template import Stack
+
+Array: TypeAlias = jax.Array
+
+STEPS = 12
+"""Of Gauss and Newton."""
+_DIRECTIONS = 12
+_HIDING = 4.0
+"""Nats that a half-plane has to gain; what may be anywhere explains more by chance."""
+_LEAST_NOISE = 0.002
+
+
+@dataclass(frozen=True, eq=False)
+class Fits:
+    """Fits of T templates to N elements."""
+
+    corner: Floats
+    """[N, T, 2] lower left corner, metres from the middle of the box."""
+    parameters: Floats
+    """[N, T, D] metres; 1 where a template has fewer parameters."""
+    covariance: Floats
+    """[N, T, D, D] square metres."""
+    noise: Floats
+    """[N, T] metres, of the points that belong to it."""
+    cost: Floats
+    """[N, T] negative logarithm of the density of the points, nats."""
+    inside: Floats
+    """[N, T] part of the points that belong to it."""
+    plane: Floats
+    """[N, T, 2] angle and distance from the middle of the box of what hides a part of it; inf where nothing does."""
+    hidden: Floats
+    """[N, T] part of the outline that is hidden."""
+    distance: Floats
+    """[N, T] mean distance of the points, metres: the data term of Equation 5.3."""
+
+    def of(self, which: NDArray[Any]) -> Fits:
+        """The fits of some elements."""
+        return Fits(*(getattr(self, each.name)[which] for each in fields(self)))
+
+
+def fit_all(clouds: Clouds, stack: Stack) -> Fits:
+    """Fits of all templates to all elements."""
+    made = _fit(
+        *(jnp.asarray(each, jnp.float32) for each in (clouds.points, clouds.weight, clouds.area, clouds.reach)),
+        *(jnp.asarray(each, jnp.float32) for each in (stack.pieces, stack.usual, stack.low, stack.high)),
+        *(jnp.asarray(each, jnp.float32) for each in (stack.limits, stack.used)),
+    )
+    return Fits(*(np.asarray(each, dtype=np.float64) for each in made))
+
+
+@jax.jit
+def _fit(
+    points: Array,
+    weight: Array,
+    area: Array,
+    reach: Array,
+    pieces: Array,
+    usual: Array,
+    low: Array,
+    high: Array,
+    limits: Array,
+    used: Array,
+) -> tuple[Array, ...]:
+    templates = (pieces, usual, low, high, limits, used)
+    one = jax.vmap(_fit_one, in_axes=(None, None, None, None, 0, 0, 0, 0, 0, 0))
+    return jax.lax.map(lambda each: one(*each, *templates), (points, weight, area, reach))
+
+
+def _begin(reach: Array, usual: Array, low: Array, high: Array) -> Array:
+    """[2 + D] a template as large as what is seen, its other parameters in the usual proportion."""
+    size = jnp.clip(reach[1] - reach[0], low[:2], high[:2])
+    further = jnp.clip(usual[2:] * size.min() / usual[:2].min(), low[2:], high[2:])
+    return jnp.concatenate([reach[0], size, further])
+
+
+def _fit_one(
+    points: Array,
+    weight: Array,
+    area: Array,
+    reach: Array,
+    pieces: Array,
+    usual: Array,
+    low: Array,
+    high: Array,
+    limits: Array,
+    used: Array,
+) -> tuple[Array, ...]:
+    begin = _begin(reach, usual, low, high)
+    extent = (reach[1] - reach[0]).max()
+    free = jnp.concatenate([jnp.ones(2), used])
+    # A weak pull towards where it began holds what no point says anything about.
+    pull = 1.0 / (0.3 * extent) ** 2
+
+    def linear(state: Array) -> tuple[Array, Array]:
+        """Residuals [P] and their derivatives [P, 2 + D]."""
+
+        def twice(state: Array) -> tuple[Array, Array]:
+            value = residuals(state, pieces, points)
+            return value, value
+
+        slope, value = jax.jacfwd(twice, has_aux=True)(state)
+        return value, slope
+
+    def robust(value: Array, scale: Array) -> Array:
+        return weight / (1.0 + (value / scale) ** 2) ** 2
+
+    def step(state: Array, place: Array) -> tuple[Array, None]:
+        scale = extent * jnp.maximum(0.2 * 0.7**place, 0.02)
+        value, slopes = linear(state)
+        weighted = slopes * robust(value, scale)[:, None]
+        matrix, slope = weighted.T @ slopes, weighted.T @ value
+        broken = jnp.minimum(limits[:, 0] + limits[:, 1:] @ state[2:], 0.0)
+        normal = jnp.concatenate([jnp.zeros((len(limits), 2)), limits[:, 1:]], axis=1)
+        stiff = 100.0 * (broken < 0.0)
+        matrix += (normal * stiff[:, None]).T @ normal
+        slope += normal.T @ (stiff * broken)
+        anchor = pull * scale**2 * 0.05
+        matrix += jnp.diag(anchor + 1e-3 + 1e6 * (1.0 - free))
+        change = _inverse(matrix) @ (slope + anchor * (state - begin))
+        moved = state - jnp.clip(change, -0.3 * extent, 0.3 * extent) * free
+        return moved.at[2:].set(jnp.clip(moved[2:], low, high)), None
+
+    state, _ = jax.lax.scan(step, begin, jnp.arange(STEPS))
+    value, slopes = linear(state)
+    near = robust(value, 0.05 * extent)
+    noise = jnp.sqrt((near * value**2).sum() / jnp.maximum(near.sum(), 1.0))
+    noise = jnp.clip(1.1 * noise, _LEAST_NOISE, 0.2 * extent)
+    close = weight * (jnp.abs(value) < 4.0 * noise)
+    inside = close.sum() / weight.sum()
+    segments = outline(pieces, state[2:]) + state[:2]
+    angle, cut, gain = _hiding(segments, points, close, noise)
+    cost = -log_likelihood(segments, angle, cut, noise, points, weight, area)
+    start, end = visible(segments, angle, cut)
+    length = jnp.sqrt(((segments[:, 1] - segments[:, 0]) ** 2).sum(-1) + 1e-12)
+    hidden = jnp.where(gain, 1.0 - (end - start).sum() / length.sum(), 0.0)
+    full = (slopes * close[:, None]).T @ slopes / noise**2 + jnp.diag(1.0 / (0.5 * extent) ** 2 + 1e6 * (1.0 - free))
+    covariance = _inverse(full)[2:, 2:]
+    outside = (limits[:, 0] + limits[:, 1:] @ state[2:] < -0.02).any()
+    cost = jnp.where(outside, 1e6, cost)
+    distance = (weight * jnp.minimum(jnp.abs(value), 0.2 * extent)).sum() / weight.sum()
+    return state[:2], state[2:], covariance, noise, cost, inside, jnp.stack([angle, cut]), hidden, distance
+
+
+def _inverse(matrix: Array) -> Array:
+    """Inverse of a small positive definite matrix, by Gauss and Jordan: far less to compile than LAPACK in a batch."""
+
+    def eliminate(place: Array, matrix: Array) -> Array:
+        pivot = matrix[place, place]
+        row = (matrix[place] / pivot).at[place].set(1.0 / pivot)
+        column = matrix[:, place].at[place].set(0.0)
+        return (matrix - jnp.outer(column, row)).at[:, place].set(-column / pivot).at[place].set(row)
+
+    return jax.lax.fori_loop(0, len(matrix), eliminate, matrix)
+
+
+def _hiding(segments: Array, points: Array, close: Array, noise: Array) -> tuple[Array, Array, Array]:
+    """Angle and distance of the half-plane that hides most of what has no points, and whether it is worth it.
+
+    A half-plane in a direction lies just beyond the outermost point: nearer ones hide points, farther ones less.
+    """
+    angles = 2.0 * jnp.pi * jnp.arange(_DIRECTIONS) / _DIRECTIONS
+    normals = jnp.stack([jnp.cos(angles), jnp.sin(angles)], axis=1)
+    cuts = jnp.where(close[:, None] > 0.0, points @ normals.T, -jnp.inf).max(axis=0) + 0.5 * noise
+    start, end = jax.vmap(visible, in_axes=(None, 0, 0))(segments, angles, cuts)
+    length = jnp.sqrt(((segments[:, 1] - segments[:, 0]) ** 2).sum(-1) + 1e-12).sum()
+    gains = -close.sum() * jnp.log(jnp.maximum((end - start).sum(axis=1), 1e-3) / length)
+    best = jnp.argmax(gains)
+    worth = gains[best] > _HIDING
+    return angles[best], jnp.where(worth, cuts[best], jnp.inf), worth
+
+
+def background_cost(clouds: Clouds) -> Floats:
+    """[N] negative logarithm of the density of the points where nothing explains them, nats."""
+    return clouds.weight.sum(axis=1) * np.log(clouds.area)

@@ -1,0 +1,162 @@
+"""Labels of elements by a Markov random field with label costs (paper 001, Equation 5.3).
+
+Minimised is sum_i D_i(l_i) + sum_{i<k} w_ik V(l_i, l_k) + sum over used templates of their cost, by alpha expansion:
+each move lets any elements change to one label, and the best such move is a minimum cut (Boykov, Veksler and Zabih
+2001; label costs: Delong, Osokin, Isack and Boykov 2012). V has to be a metric.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.facade.templates.elements import Floats, Ints
+
+FEW = 12
+"""Elements up to which several beginnings are tried."""
+_SCALE = 1 << 40
+"""Capacities are whole numbers; the sum of all that a cut may cost stays far below 2^63."""
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """N elements, L labels."""
+
+    data: Floats
+    """[N, L] >= 0."""
+    weight: Floats
+    """[N, N] >= 0, symmetric, 0 on the diagonal."""
+    distance: Floats
+    """[L, L] a metric."""
+    owner: Ints
+    """[L] template of each label."""
+    cost: Floats
+    """[T] >= 0 of each template that is used."""
+
+
+def energy(field: Field, labels: Ints) -> float:
+    """Equation 5.3 for labels [N]."""
+    data = field.data[np.arange(len(labels)), labels].sum()
+    smooth = (field.weight * field.distance[np.ix_(labels, labels)]).sum() / 2.0
+    return float(data + smooth + field.cost[np.unique(field.owner[labels])].sum())
+
+
+def label(field: Field) -> tuple[Ints, list[float]]:
+    """Labels [N] of low energy, and the energies after each move, which never rise.
+
+    Begins with the best label of each element; of few elements also with those of each template alone.
+    """
+    starts = [field.data.argmin(axis=1)]
+    for template in np.unique(field.owner):
+        own = np.flatnonzero(field.owner == template)
+        starts += [
+            own[field.data[:, own].argmin(axis=1)],
+            np.full(len(field.data), own[field.data[:, own].sum(axis=0).argmin()]),
+        ]
+    few = starts if len(field.data) <= FEW else starts[:1]
+    tried = [expanded(field, start) for start in few]
+    return min(tried, key=lambda each: each[1][-1])
+
+
+def expanded(field: Field, start: Ints) -> tuple[Ints, list[float]]:
+    """Labels after expansions to every label, until none helps."""
+    labels, energies = start.copy(), [energy(field, start)]
+    since = 0
+    while since < field.data.shape[1]:
+        for alpha in range(field.data.shape[1]):
+            moved = _expand(field, labels, alpha)
+            found = energies[-1] if moved is None else energy(field, moved)
+            if moved is not None and found < energies[-1] - 1e-12:
+                labels, since = moved, 0
+                energies.append(found)
+            else:
+                since += 1
+            if since >= field.data.shape[1]:
+                break
+    return labels, energies
+
+
+def _expand(field: Field, labels: Ints, alpha: int) -> Ints | None:
+    """Labels after the best move in which any elements take one label; None if none would."""
+    free = _undecided(field, labels, alpha)
+    if not len(free):
+        return None
+    taken = _cut(field, labels, alpha, free)
+    if not taken.any():
+        return None
+    moved = labels.copy()
+    moved[free[taken]] = alpha
+    return moved
+
+
+def _undecided(field: Field, labels: Ints, alpha: int) -> Ints:
+    """Elements that may take a label in the best move; for the others it does not pay even if all of these take it."""
+    every = np.arange(len(labels))
+    own, other = field.data[every, labels], field.data[:, alpha]
+    saved = np.where(field.owner[labels] != field.owner[alpha], field.cost[field.owner[labels]], 0.0)
+    apart = field.distance[labels, alpha]
+    free = labels != alpha
+    away = field.weight * field.distance[np.ix_(labels, labels)]
+    while free.any():
+        # With those that are free at alpha: what keeping costs, and what taking it costs.
+        keep = own + (field.weight[:, free].sum(axis=1)) * apart + away[:, ~free].sum(axis=1)
+        take = other + field.weight[:, ~free] @ apart[~free]
+        still = free & (take < keep + saved)
+        if (still == free).all():
+            break
+        free = still
+    return np.flatnonzero(free)
+
+
+def _cut(field: Field, labels: Ints, alpha: int, free: Ints) -> np.ndarray:
+    """[F] which free elements take the label in the best move: those beyond the minimum cut."""
+    from ortools.graph.python import max_flow  # noqa: PLC0415 an extra
+
+    number = len(free)
+    fixed = np.setdiff1d(np.arange(len(labels)), free)
+    keep = field.data[free, labels[free]] + (
+        field.weight[np.ix_(free, fixed)] * field.distance[np.ix_(labels[free], labels[fixed])]
+    ).sum(axis=1)
+    take = field.data[free, alpha] + field.weight[np.ix_(free, fixed)] @ field.distance[alpha, labels[fixed]]
+    first, second = np.triu_indices(number, 1)
+    weight = field.weight[free[first], free[second]]
+    linked = weight > 0.0
+    first, second, weight = first[linked], second[linked], weight[linked]
+    own = field.distance[labels[free], alpha]
+    both = weight * field.distance[labels[free[first]], labels[free[second]]]
+    # A pair costs `both` if none changes, `one` if only the second does, `two` if only the first does.
+    one, two = weight * own[first], weight * own[second]
+    np.add.at(keep, first, both - two)
+    np.add.at(keep, second, two)
+    between = np.maximum(one + two - both, 0.0)
+    tails, heads, sizes = [first], [second], [between]
+    source, sink, nodes = number, number + 1, number + 2
+    base = np.minimum(keep, take)
+    tails += [np.full(number, source), np.arange(number)]
+    heads += [np.arange(number), np.full(number, sink)]
+    sizes += [take - base, keep - base]
+    infinite = 2.0 * float(sum(each.sum() for each in sizes) + field.cost.sum() + 1.0)
+    for template in np.unique(field.owner[labels]):
+        members = np.flatnonzero(field.owner[labels[free]] == template)
+        stays = (field.owner[labels[fixed]] == template).any()
+        if template == field.owner[alpha] or stays or not len(members):
+            continue
+        # Paid for as long as one of its elements keeps its label.
+        tails += [members, np.array([nodes])]
+        heads += [np.full(len(members), nodes), np.array([sink])]
+        sizes += [np.full(len(members), infinite), field.cost[template : template + 1]]
+        nodes += 1
+    if not (field.owner[labels] == field.owner[alpha]).any():
+        tails += [np.array([source]), np.full(number, nodes)]
+        heads += [np.array([nodes]), np.arange(number)]
+        sizes += [field.cost[field.owner[alpha]][None], np.full(number, infinite)]
+        nodes += 1
+    flow = max_flow.SimpleMaxFlow()
+    scale = _SCALE / infinite
+    capacity = np.rint(np.concatenate(sizes) * scale).astype(np.int64)
+    flow.add_arcs_with_capacity(np.concatenate(tails), np.concatenate(heads), capacity)
+    flow.solve(source, sink)
+    stay = np.zeros(nodes, dtype=bool)
+    stay[flow.get_source_side_min_cut()] = True
+    return ~stay[:number]

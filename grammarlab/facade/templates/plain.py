@@ -1,0 +1,173 @@
+"""Matches from labels without evidence: of the paper's loop, of single fits, and of k-means."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from grammarlab.facade.templates.choosing import description
+from grammarlab.facade.templates.clock import Clock
+from grammarlab.facade.templates.clouds import Clouds, clouds_of
+from grammarlab.facade.templates.elements import Elements, Floats, Ints, too_poor
+from grammarlab.facade.templates.fitting.fit import Fits, fit_all
+from grammarlab.facade.templates.match import UNKNOWN, Match
+from grammarlab.facade.templates.relations import THRESHOLD, replicas
+from grammarlab.facade.templates.template import Template, stack
+
+NO_FIT = "no template explains it better than points that are spread over its box"
+_MOST_KINDS = 12
+"""That k-means tries where nobody tells the number."""
+
+
+def match_alone(elements: Elements, templates: Sequence[Template], kinds: int | None) -> Match:
+    """Kinds by fits of each element alone.
+
+    Args:
+        elements: what to match.
+        templates: to choose from.
+        kinds: None for `independent`: fits that differ by less than the paper's threshold are of one kind; else
+            `kmeans` of so many kinds, or as many as have the best silhouette for 0.
+    """
+    clock = Clock()
+    reasons = too_poor(elements)
+    which = np.array([each for each in range(len(elements)) if each not in reasons], dtype=np.int64)
+    clouds = clouds_of(elements, which)
+    fits = fit_all(clouds, stack(templates))
+    costs = description(clouds, templates, fits)
+    fine = costs.argmin(axis=1) < len(templates)
+    reasons |= dict.fromkeys(which[~fine].tolist(), NO_FIT)
+    which, fits, costs = which[fine], fits.of(fine), costs[fine, :-1]
+    every = np.arange(len(which))
+    owner = costs.argmin(axis=1) if len(which) else np.zeros(0, dtype=np.int64)
+    if kinds is not None and len(which):
+        owner = np.full(len(which), np.bincount(owner).argmax())
+    values, corner = fits.parameters[every, owner], fits.corner[every, owner]
+    clock.lap("fitting")
+    if kinds is None:
+        threshold = THRESHOLD * float(np.linalg.norm(elements.high - elements.low, axis=1).max())
+        kind = replicas(owner, values, threshold)
+    else:
+        kind = _clustered(values[:, : len(templates[int(owner[0])].parameters)], kinds) if len(which) else owner
+    clock.lap("kinds")
+    return from_labels(
+        elements, templates, which, kind, owner, values, corner, fits, reasons, iterations=1, clock=clock
+    )
+
+
+def _clustered(values: Floats, kinds: int) -> Ints:
+    from sklearn.cluster import KMeans  # noqa: PLC0415 scikit-learn takes a second to load
+    from sklearn.metrics import silhouette_score  # noqa: PLC0415
+
+    number = len(np.unique(values, axis=0))
+
+    def of(count: int) -> Ints:
+        return KMeans(min(count, number), n_init=10, random_state=0).fit_predict(values).astype(np.int64)
+
+    if kinds:
+        return of(kinds)
+    tried = [of(count) for count in range(2, min(_MOST_KINDS, number - 1) + 1)]
+    return max(tried, key=lambda each: silhouette_score(values, each), default=np.zeros(len(values), dtype=np.int64))
+
+
+def fitting(clouds: Clouds, templates: Sequence[Template], fits: Fits) -> np.ndarray:
+    """[N] whether any template fits."""
+    return description(clouds, templates, fits).argmin(axis=1) < len(templates)
+
+
+def from_labels(
+    elements: Elements,
+    templates: Sequence[Template],
+    which: Ints,
+    label: Ints,
+    owner: Ints,
+    values: Floats,
+    corner: Floats,
+    fits: Fits,
+    reasons: dict[int, str],
+    *,
+    iterations: int,
+    clock: Clock,
+) -> Match:
+    """A match of M elements with labels.
+
+    Args:
+        elements: all N.
+        templates: that may be used.
+        which: [M] numbers of the elements that have labels.
+        label: [M] equal for elements of one kind.
+        owner: [M] template of each.
+        values: [M, D] parameters.
+        corner: [M, 2] from the middle of the box.
+        fits: of the M elements.
+        reasons: why the others have none.
+        iterations: of the method.
+        clock: of the method.
+    """
+    number = len(elements)
+    used = np.unique(owner)
+    names = [templates[each] for each in used.tolist()]
+    kinds = [np.flatnonzero(label == each) for each in np.unique(label)]
+    kinds.sort(key=lambda members: (int(np.searchsorted(used, owner[members[0]])), -len(members), int(members[0])))
+    template = np.array([int(np.searchsorted(used, owner[members[0]])) for members in kinds], dtype=np.int64)
+    size = [len(names[each].parameters) for each in template.tolist()]
+    means = [values[members, :count].mean(axis=0) for members, count in zip(kinds, size, strict=True)]
+    every = np.arange(len(which))
+    covariance = fits.covariance[every, owner]
+    spread = [
+        np.sqrt(np.array([np.diag(covariance[each])[:count] for each in members]).mean(axis=0) / len(members))
+        for members, count in zip(kinds, size, strict=True)
+    ]
+    kind = np.full(number, UNKNOWN, dtype=np.int64)
+    parameters: list[Floats] = [np.zeros(0)] * number
+    deviations: list[Floats] = [np.zeros(0)] * number
+    place, hidden = elements.low.copy(), np.zeros(number)
+    middle = (elements.low + elements.high) / 2
+    posterior = np.zeros((number, len(kinds) + 1))
+    posterior[:, -1] = 1.0
+    threshold = THRESHOLD * float(np.linalg.norm(elements.high - elements.low, axis=1).max())
+    for own, members in enumerate(kinds):
+        for row in members.tolist():
+            element = int(which[row])
+            kind[element] = own
+            parameters[element] = values[row, : size[own]]
+            deviations[element] = np.sqrt(np.diag(covariance[row])[: size[own]])
+            place[element] = middle[element] + corner[row]
+            hidden[element] = fits.hidden[row, owner[row]]
+            precision = 1.0 / (deviations[element] ** 2 + threshold**2)
+            rivals = [other for other in range(len(kinds)) if template[other] == template[own]]
+            square = np.array([0.5 * precision @ (means[other] - parameters[element]) ** 2 for other in rivals])
+            odds = np.exp(square.min() - square)
+            posterior[element] = 0.0
+            posterior[element, rivals] = odds / odds.sum()
+    return Match(
+        elements=elements,
+        templates=tuple(names),
+        kind=kind,
+        kind_template=template,
+        values=tuple(_shared(means, template, threshold)),
+        spread=tuple(spread),
+        posterior=posterior,
+        parameters=tuple(parameters),
+        deviations=tuple(deviations),
+        corner=place,
+        hidden=hidden,
+        reasons=reasons,
+        iterations=iterations,
+        seconds=clock.seconds,
+    )
+
+
+def _shared(means: list[Floats], template: Ints, threshold: float) -> list[Floats]:
+    """Values of kinds, equal where they differ by less than a threshold: then kinds share them."""
+    made = [each.copy() for each in means]
+    for owner in np.unique(template):
+        own = np.flatnonzero(template == owner).tolist()
+        for parameter in range(len(means[own[0]])):
+            values = np.array([[means[each][parameter]] for each in own])
+            groups = replicas(np.zeros(len(own), dtype=np.int64), values, threshold)
+            for group in np.unique(groups):
+                mean = float(values[groups == group].mean())
+                for each in np.array(own)[groups == group].tolist():
+                    made[each][parameter] = mean
+    return made

@@ -1,0 +1,138 @@
+"""Boxes of elements on a facade, found where the wall is missing or not where it should be, or given."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from grammarlab.arrays import offsets_from_counts
+from grammarlab.errors import FacadeError
+from grammarlab.facade.templates.elements import FARTHEST, MOST_ELEMENTS, Elements, Floats, Ints
+
+_DEEP = 0.04
+"""Metres from the wall, from which on a point is not of the wall."""
+_LEAST, _MOST = 0.25, 6.0
+"""Metres: sides of elements."""
+_MARGIN = 0.12
+"""Metres of a box around what it holds."""
+_MOST_CELLS = 4_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A facade as points."""
+
+    points: Floats
+    """[P, 3] along the facade, up, out of the wall; metres."""
+    edges: Floats
+    """[Q, 3] points on sharp edges, where a mesh has told them; none of a scan."""
+
+
+def find_boxes(surface: Surface) -> tuple[Floats, Floats]:
+    """Boxes [N, 4] (left, bottom, right, top), and the points [Q, 2] on the outlines of all elements.
+
+    Elements are connected parts of the facade, larger than 25 cm, in which points lie behind or before the wall, or
+    are missing, and which do not reach its border.
+
+    Raises:
+        FacadeError: when there are none.
+    """
+    flat, low = surface.points[:, :2], surface.points[:, :2].min(axis=0)
+    wall = np.abs(surface.points[:, 2]) < _DEEP
+    cell = _cell(flat[wall])
+    shape = np.ceil((flat.max(axis=0) - low) / cell).astype(np.int64) + 1
+    place = np.minimum(((flat - low) / cell).astype(np.int64), shape - 1)
+    count = np.zeros(shape)
+    np.add.at(count, tuple(place[wall].T), 1.0)
+    # A hole of one cell is a gap between points.
+    empty = ~ndimage.binary_closing(count > 0, iterations=1)
+    parts = np.asarray(ndimage.label(empty)[0])  # pyright: ignore[reportIndexIssue] its stub forgets the pair
+    boxes = []
+    for part in ndimage.find_objects(parts)[: 10 * MOST_ELEMENTS]:
+        first = np.array([side.start for side in part])
+        last = np.array([side.stop for side in part])
+        size = (last - first) * cell
+        inside = (first > 0).all() and (last < shape).all()
+        if inside and (size >= _LEAST).all() and (size <= _MOST).all():
+            boxes.append([*(low + first * cell), *(low + last * cell)])
+    if not boxes:
+        raise FacadeError(
+            "No element was found on the facade: expected holes or parts at least 4 cm before or behind the wall. "
+            "Give boxes (--boxes)."
+        )
+    edge = empty ^ ndimage.binary_dilation(empty, iterations=1)
+    outline = flat[wall][edge[tuple(place[wall].T)]]
+    found = np.array(boxes) + _MARGIN * np.array([-1.0, -1.0, 1.0, 1.0])
+    return found, surface.edges[:, :2] if len(surface.edges) else outline
+
+
+def _cell(flat: Floats) -> float:
+    """Metres, in which a wall has some points everywhere."""
+    extent = np.maximum(np.ptp(flat, axis=0), 1e-6)
+    dense = float(np.sqrt(extent.prod() / max(len(flat), 1)))
+    return max(2.2 * dense, 0.02, float(np.sqrt(extent.prod() / _MOST_CELLS)))
+
+
+def read_boxes(content: bytes) -> Floats:
+    """[N, 4] left, bottom, right, top, metres on the facade, from a CSV file of four columns.
+
+    Raises:
+        FacadeError: for lines that are not four numbers.
+    """
+    try:
+        lines = list(csv.reader(io.StringIO(content.decode("utf-8-sig"))))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise FacadeError(f"Boxes: expected lines of four numbers with commas: {error}.") from error
+    boxes: list[list[float]] = []
+    for number, line in enumerate(lines, 1):
+        if not line or (number == 1 and not _is_number(line[0])):
+            continue
+        if len(line) != 4 or not all(_is_number(each) for each in line):
+            raise FacadeError(f"Boxes, line {number}: expected left, bottom, right, top in metres, found {line[:5]}.")
+        boxes.append([float(each) for each in line])
+        if len(boxes) > MOST_ELEMENTS:
+            raise FacadeError(f"Boxes: expected at most {MOST_ELEMENTS:,}.")
+    if not boxes:
+        raise FacadeError("Boxes: there are none; expected lines of left, bottom, right, top in metres.")
+    return np.array(boxes)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return abs(float(text)) <= FARTHEST
+    except ValueError:
+        return False
+
+
+def cut_out(points: Floats, boxes: Floats, notes: tuple[str, ...] = ()) -> Elements:
+    """The points of each box, with rows and columns by where the boxes lie."""
+    order = np.argsort(points[:, 0], kind="stable")
+    across = points[order, 0]
+    clouds = []
+    for left, bottom, right, top in boxes.tolist():
+        own = points[order[np.searchsorted(across, left) : np.searchsorted(across, right, side="right")]]
+        clouds.append(own[(own[:, 1] >= bottom) & (own[:, 1] <= top)])
+    middle = (boxes[:, :2] + boxes[:, 2:]) / 2
+    size = np.median(boxes[:, 2:] - boxes[:, :2], axis=0)
+    return Elements(
+        offsets_from_counts(np.array([len(each) for each in clouds], dtype=np.int64)),
+        np.vstack(clouds),
+        boxes[:, :2],
+        boxes[:, 2:],
+        row=_lines(-middle[:, 1], float(size[1])),
+        column=_lines(middle[:, 0], float(size[0])),
+        notes=notes,
+    )
+
+
+def _lines(place: Floats, size: float) -> Ints:
+    """[N] number of the line of each, ascending: a new one where a gap is wider than half of an element."""
+    order = np.argsort(place, kind="stable")
+    number = np.cumsum(np.append(0, np.diff(place[order]) > size / 2))
+    found = np.empty(len(place), dtype=np.int64)
+    found[order] = number
+    return found

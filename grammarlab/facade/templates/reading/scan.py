@@ -1,0 +1,80 @@
+"""Scans and meshes of facades: PLY, LAS and LAZ, OBJ, STL, GLB."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from grammarlab.errors import FacadeError
+from grammarlab.extras import require
+from grammarlab.facade.templates.elements import FARTHEST, MOST_POINTS, Floats
+from grammarlab.facade.templates.reading.boxes import Surface
+from grammarlab.facade.templates.reading.plane import on_facade
+
+MESHES = (".ply", ".obj", ".stl", ".glb", ".off")
+SCANS = (".las", ".laz")
+_EDGE = np.radians(20.0)
+_SPACING = 0.02
+"""Metres between points that meshes and their edges are sampled at."""
+_MOST_SAMPLES = 2_000_000
+
+
+def read_surface(path: Path) -> Surface:
+    """The facade of a scan, or of a mesh that is sampled.
+
+    Raises:
+        FacadeError: for files that cannot be read, have too many points, or numbers that are not finite.
+    """
+    if path.suffix.lower() in SCANS:
+        return Surface(on_facade(_las(path)), np.zeros((0, 3)))
+    try:
+        loaded = trimesh.load(path, process=False)
+    except Exception as error:  # the readers of many formats raise whatever they trip over
+        raise FacadeError(f"{path.name} cannot be read: {error}.") from error
+    if isinstance(loaded, trimesh.Scene):
+        loaded = loaded.to_mesh() if loaded.geometry else trimesh.Trimesh()
+    vertices = _checked(np.asarray(getattr(loaded, "vertices", np.zeros((0, 3))), dtype=np.float64), path)
+    if not isinstance(loaded, trimesh.Trimesh) or not len(loaded.faces):
+        return Surface(on_facade(vertices), np.zeros((0, 3)))
+    loaded.merge_vertices()
+    count = int(np.clip(loaded.area / _SPACING**2, 1_000, _MOST_SAMPLES))
+    surface = np.asarray(trimesh.sample.sample_surface(loaded, count, seed=0)[0])
+    sharp = loaded.face_adjacency_edges[loaded.face_adjacency_angles > _EDGE]
+    border = loaded.edges_sorted[trimesh.grouping.group_rows(loaded.edges_sorted, require_count=1)]
+    edges = _along(np.asarray(loaded.vertices)[np.vstack([sharp, border])])
+    both = on_facade(np.vstack([surface, edges]))
+    return Surface(both[: len(surface)], both[len(surface) :])
+
+
+def _along(segments: Floats) -> Floats:
+    """Points every two centimetres along segments [S, 2, 3]."""
+    length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
+    spacing = max(_SPACING, float(length.sum()) / _MOST_SAMPLES)
+    counts = np.maximum(np.ceil(length / spacing).astype(np.int64), 1)
+    own = np.repeat(np.arange(len(segments)), counts)
+    part = (np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[own]
+    return segments[own, 0] + part[:, None] * (segments[own, 1] - segments[own, 0])
+
+
+def _las(path: Path) -> Floats:
+    require("laspy")
+    import laspy  # noqa: PLC0415 an extra
+
+    try:
+        with laspy.open(path) as reader:
+            count = reader.header.point_count
+            read = reader.read_points(min(count, MOST_POINTS + 1))
+            points = np.stack([np.asarray(read.x), np.asarray(read.y), np.asarray(read.z)], axis=1)
+    except Exception as error:  # laspy and its decoders raise whatever they trip over
+        raise FacadeError(f"{path.name} cannot be read: {error}.") from error
+    return _checked(points.astype(np.float64), path)
+
+
+def _checked(points: Floats, path: Path) -> Floats:
+    if len(points) > MOST_POINTS:
+        raise FacadeError(f"{path.name}: expected at most {MOST_POINTS:,} points, found {len(points):,}.")
+    if points.ndim != 2 or points.shape[1] != 3 or not (np.abs(points) <= FARTHEST).all():
+        raise FacadeError(f"{path.name}: expected points of three finite coordinates within {FARTHEST:g} m.")
+    return points

@@ -1,0 +1,45 @@
+"""Which parameters elements have in common, by the threshold of the paper (section 5.4.4)."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from grammarlab.facade.templates.elements import Floats, Ints
+
+THRESHOLD = 0.005
+"""Part of the largest diagonal of a box."""
+
+
+def close(values: Floats, threshold: float) -> np.ndarray:
+    """[D, N, N] c: whether parameters [N, D] of two elements differ by less than a threshold."""
+    moved = values.T
+    return np.abs(moved[:, :, None] - moved[:, None, :]) < threshold
+
+
+def couplings(owner: Ints, values: Floats, used: Floats, threshold: float) -> Floats:
+    """[T, D, N, N] couplings of Equation 5.4: of elements of one template, and of replicas in all templates.
+
+    Args:
+        owner: [N] template of each element.
+        values: [N, D] parameters of its label.
+        used: [T, D] 1 for the parameters that a template has.
+        threshold: metres.
+    """
+    number = len(owner)
+    near = close(values, threshold)
+    same = (owner[:, None] == owner[None]) & ~np.eye(number, dtype=bool)
+    replica = near.all(axis=0) & same
+    coupled = np.zeros((len(used), values.shape[1], number, number))
+    for template in range(len(used)):
+        own = same & (owner == template)[:, None]
+        coupled[template] = (near & own) | replica
+        coupled[template] *= used[template][:, None, None]
+    return coupled
+
+
+def replicas(owner: Ints, values: Floats, threshold: float) -> Ints:
+    """[N] kind of each element, from 0: those that replicas connect."""
+    near = close(values, threshold).all(axis=0) & (owner[:, None] == owner[None])
+    return connected_components(csr_matrix(near), directed=False)[1].astype(np.int64)

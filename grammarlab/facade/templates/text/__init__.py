@@ -1,0 +1,1 @@
+"""The text format of templates: docs/facade-scans.md describes it."""

@@ -1,0 +1,1 @@
+"""What becomes of a match: a facade, a grammar, a picture."""

@@ -1,0 +1,72 @@
+"""The completed facade of a match: every element whole, where it stands, with wall around."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from shapely.geometry.polygon import orient
+
+from grammarlab.facade.annotation import annotate
+from grammarlab.facade.assembling import LARGEST, Assembled, assemble
+from grammarlab.facade.templates.elements import Floats
+from grammarlab.facade.templates.match import Match, drawn_parameters
+from grammarlab.facade.templates.template import HEIGHT, WIDTH, Template, points_along
+
+_BORDER = 0.5
+"""Metres of wall around the outermost elements."""
+_SNAP = 0.0005
+"""Part of the shorter side of the facade within which sides come to lie on one line."""
+
+
+def completed(match: Match) -> Assembled | None:
+    """The facade of all elements that a template fits; None where there is none, or it would be too large.
+
+    An element is the box of its template's width and height with its outline in it; what juts out is left out.
+    """
+    boxes, names, outlines = [], [], []
+    for element in range(len(match.kind)):
+        found = drawn_parameters(match, element)
+        if found is None:
+            continue
+        template, parameters = found
+        corner, size = match.corner[element], parameters[[WIDTH, HEIGHT]]
+        boxes.append([*corner, *(corner + size)])
+        names.append(f"{match.name_of(int(match.kind[element]))} {_thing(template)}")
+        outlines.append(
+            outer(template, parameters) + corner if not _rectangular(template, parameters) else np.zeros((0, 2))
+        )
+    if not boxes:
+        return None
+    every = np.array(boxes)
+    bounds = np.stack([every[:, :2].min(axis=0) - _BORDER, every[:, 2:].max(axis=0) + _BORDER])
+    if (bounds[1] - bounds[0]).max() > LARGEST:
+        return None
+    boxes_and_wall = np.vstack([bounds.reshape(1, 4), every])
+    none = np.zeros((0, 2))
+    annotation = annotate(boxes_and_wall, ["wall", *names], "metres", outlines=[none, *outlines], bounds=bounds)
+    return assemble(annotation, tolerance=_SNAP, split=True)
+
+
+def outer(template: Template, parameters: Floats) -> Floats:
+    """[P, 2] corners, anticlockwise, of what the wires of a template enclose, within its width and height."""
+    segments = points_along(template, parameters)
+    around = shapely.union_all([shapely.LineString(each) for each in segments]).convex_hull
+    inside = around.intersection(shapely.box(0.0, 0.0, parameters[WIDTH], parameters[HEIGHT]))
+    if not isinstance(inside, shapely.Polygon) or inside.area <= 0.0:
+        return np.zeros((0, 2))
+    return np.asarray(orient(inside).exterior.coords)[:-1]
+
+
+def _rectangular(template: Template, parameters: Floats) -> bool:
+    corners = outer(template, parameters)
+    if not len(corners):
+        return True
+    return shapely.Polygon(corners).area >= 0.999 * parameters[WIDTH] * parameters[HEIGHT]
+
+
+def _thing(template: Template) -> str:
+    """What a template is of: what it looks like in pictures."""
+    for name in ("door", "gate", "column", "pilaster"):
+        if name in template.base:
+            return name
+    return "window"

@@ -1,0 +1,119 @@
+"""A grammar of a match: each kind a rule, shared parameters shared attributes, their spread random ranges."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grammarlab.facade.looks import THICKNESS
+from grammarlab.facade.templates.match import Match
+from grammarlab.facade.templates.template import HEIGHT, WIDTH
+from grammarlab.facade.writing.rule_text import Names, leaf_body, number, rule_name
+from grammarlab.language.formatting import format_grammar
+from grammarlab.language.grammar import Grammar
+
+_SPREAD = 2.0
+"""Standard deviations to both sides that a random range covers."""
+_GAP = 0.02
+"""Metres between elements at least."""
+_BORDER = 0.5
+"""Metres of wall around."""
+
+
+def write_terminals(match: Match) -> str | None:
+    """CGA text that draws the facade of a match from its kinds; None where it has none.
+
+    Rows of the facade are bands; in each, elements follow each other with the gaps that they have. Sampling it varies
+    every parameter within what the scan leaves open, the same for all kinds that share it.
+    """
+    rows = _rows(match)
+    if not rows:
+        return None
+    names, attributes, lines = Names(), {}, ['version "2023.0"']
+    rules = [names.new(rule_name(match.name_of(kind))) for kind in range(len(match.values))]
+    for kind in range(len(match.values)):
+        for place, parameter in enumerate(match.template_of(kind).parameters):
+            key = (int(match.kind_template[kind]), parameter, float(match.values[kind][place]))
+            if key not in attributes:
+                attributes[key] = f"{parameter}_{1 + sum(parameter == other[1] for other in attributes)}"
+                middle, reach = key[2], _SPREAD * float(match.spread[kind][place])
+                low, high = max(middle - reach, 0.1 * middle), middle + reach
+                lines.append(f"attr {attributes[key]} = rand({number(low, 4)}, {number(high, 4)})")
+    width = max(match.corner[row, 0].max() + _size(match, row)[:, 0].max() for row in rows)
+    left = min(match.corner[row, 0].min() for row in rows)
+    bands = _bands(match, rows)
+    height = bands[-1][1] + _BORDER - (bands[0][0] - _BORDER)
+    span = width - left + 2 * _BORDER
+    lines += [
+        "@StartRule",
+        f"Lot --> s({number(span, 3)}, {number(height, 3)}, {THICKNESS}) primitiveCube() comp(f) {{ front : Facade }}",
+    ]
+    stories, below = [], bands[0][0] - _BORDER
+    for place, (row, (bottom, top)) in enumerate(zip(rows, bands, strict=True)):
+        name = names.new(f"Row{place + 1}")
+        stories += [f"~{number(max(bottom - below, _GAP), 3)} : Wall", f"{number(top - bottom, 3)} : {name}"]
+        below = top
+        parts, before = [], left - _BORDER
+        for element in row.tolist():
+            kind = int(match.kind[element])
+            start = float(match.corner[element, 0])
+            parts.append(f"~{number(max(start - before, _GAP), 3)} : Wall")
+            parts.append(f"{attributes[_key(match, kind, WIDTH)]} : {rules[kind]}")
+            before = start + float(match.parameters[element][WIDTH])
+        parts.append(f"~{number(max(width + _BORDER - before, _GAP), 3)} : Wall")
+        lines.append(f"{name} --> split(x) {{ {' | '.join(parts)} }}")
+    stories.append(f"~{number(_BORDER, 3)} : Wall")
+    lines.append(f"Facade --> split(y) {{ {' | '.join(stories)} }}")
+    for kind, rule in enumerate(rules):
+        own = attributes[_key(match, kind, HEIGHT)]
+        lines.append(f"{rule} --> split(y) {{ ~1 : Wall | {own} : {rule}Terminal | ~1 : Wall }}")
+        lines.append(f"{rule}Terminal --> {leaf_body('window')}")
+    lines.append(f"Wall --> {leaf_body('wall')}")
+    return format_grammar(Grammar.parse("\n".join(lines)))
+
+
+def _key(match: Match, kind: int, place: int) -> tuple[int, str, float]:
+    return int(match.kind_template[kind]), match.template_of(kind).parameters[place], float(match.values[kind][place])
+
+
+def _size(match: Match, row: np.ndarray) -> np.ndarray:
+    return np.array([match.parameters[element][[WIDTH, HEIGHT]] for element in row.tolist()])
+
+
+def _bands(match: Match, rows: list[np.ndarray]) -> list[tuple[float, float]]:
+    """Bottom and top of each row, from the lowest, with room for what varies; none reaches into the next."""
+    bands: list[tuple[float, float]] = []
+    for row in rows:
+        low = match.corner[row, 1]
+        room = max(float(_SPREAD * match.spread[int(match.kind[each])][HEIGHT]) for each in row.tolist())
+        bottom, top = float(low.min()) - room, float((low + _size(match, row)[:, 1]).max()) + room
+        if bands and bottom < bands[-1][1] + _GAP:
+            bottom, top = bands[-1][1] + _GAP, top + bands[-1][1] + _GAP - bottom
+        bands.append((bottom, top))
+    return bands
+
+
+def _rows(match: Match) -> list[np.ndarray]:
+    """Elements of each row from the left to the right, the lowest row first; none overlaps the one before it."""
+    known = [each for each in range(len(match.kind)) if match.kind[each] >= 0]
+    if not known:
+        return []
+    size = _size(match, np.array(known))
+    middle = {each: float(match.corner[each, 1] + height / 2) for each, height in zip(known, size[:, 1], strict=True)}
+    rows: list[list[int]] = []
+    for element in sorted(known, key=lambda each: (middle[each], match.corner[each, 0])):
+        level = middle[element] - middle[rows[-1][0]] if rows else np.inf
+        if level > 0.5 * float(np.median(size[:, 1])):
+            rows.append([])
+        rows[-1].append(element)
+    apart: list[np.ndarray] = []
+    for row in rows:
+        rest = sorted(row, key=lambda each: float(match.corner[each, 0]))
+        while rest:
+            taken, end = [], -np.inf
+            for element in rest:
+                if match.corner[element, 0] >= end:
+                    taken.append(element)
+                    end = float(match.corner[element, 0] + match.parameters[element][WIDTH])
+            apart.append(np.array(taken))
+            rest = [each for each in rest if each not in taken]
+    return apart

@@ -1,0 +1,127 @@
+"""From a design of layers to files of its layouts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from grammarlab.export.save import save
+from grammarlab.facade.layers.designs.design import Design, word_text
+from grammarlab.facade.layers.layouts import layouts
+from grammarlab.facade.layers.showing.flattening import flattened
+from grammarlab.facade.layers.showing.panels import Panels, panels_of
+from grammarlab.facade.layers.showing.relief import relief
+from grammarlab.facade.layers.solving import Layout
+from grammarlab.facade.tree import Facade
+from grammarlab.facade.writing.exact import write_exact
+from grammarlab.files import write_text
+from grammarlab.runs.facade.gallery import save_gallery
+
+_AXES = "xy"
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A layout of a design, and what it shows."""
+
+    design: Design
+    layout: Layout
+    panels: Panels
+    facade: Facade
+    seconds: float
+    """That it took to solve for all layouts of one call."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`."""
+        layout, design = self.layout, self.design
+        keys = {group: _AXES[group[0]] + (f":{group[1]}" if group[1] else "") for group in layout.groups}
+        return {
+            "counters": dict(layout.candidate.counters),
+            "words": self._words(),
+            "columns": {keys[group]: each.columns() for group, each in layout.alignments.items()},
+            "omega": sum(each.omega for each in layout.alignments.values()),
+            "span": {keys[group]: each.span for group, each in layout.alignments.items()},
+            "sizes": dict(layout.sizing.sizes),
+            "sizing_error": layout.sizing.error,
+            "sizing_residual": layout.sizing.residual,
+            "ends": {
+                keys[group]: placed.ends.tolist()
+                for group, placed in zip(layout.groups, layout.sizing.placed, strict=True)
+            },
+            "energy": layout.energy,
+            "bound": layout.bound,
+            "proven": layout.proven,
+            "tolerance": layout.tolerance,
+            "width": float(self.panels.lines[0][-1]),
+            "height": float(self.panels.lines[1][-1]),
+            "leaves": len(self.facade.leaves),
+            "weights": {
+                "omega": design.weights.omega,
+                "merge": design.weights.merge,
+                "sizing": design.weights.sizing,
+            },
+            "seconds": self.seconds,
+        }
+
+    def _words(self) -> list[dict[str, Any]]:
+        """Of each layer its words as patterns without operations."""
+        rows: dict[tuple[int, str], int] = {}
+        found = []
+        for layer in self.design.visible_layers:
+            words: dict[str, Any] = {"layer": layer.name}
+            for axis, name in enumerate(_AXES):
+                group = (axis, layer.groups[axis])
+                rows[group] = rows.get(group, -1) + 1
+                words[name] = word_text(self.layout.alignments[group].words[rows[group]])
+            found.append(words)
+        return found
+
+
+def solve_design(
+    design: Design, width: float | None = None, height: float | None = None, count: int = 1
+) -> list[Solved]:
+    """The best different layouts of a design, best first, and what they show.
+
+    Args:
+        design: the design.
+        width: metres; of the design's canvas when left out.
+        height: metres; likewise.
+        count: how many at most.
+
+    Raises:
+        FacadeError: when there are none.
+    """
+    width, height = width or design.width, height or design.height
+    start = time.perf_counter()
+    found = layouts(design, width, height, count)
+    seconds = time.perf_counter() - start
+    solved = []
+    for layout in found:
+        panels = panels_of(design, layout, width, height)
+        solved.append(Solved(design, layout, panels, flattened(panels), seconds))
+    return solved
+
+
+def save_layouts(solved: Sequence[Solved], folder: Path, source: Path | None = None) -> list[dict[str, str]]:
+    """Write each layout as a facade, a drawing, a picture, models and rules, and all as one picture.
+
+    Returns:
+        The files of each: `facade`, `drawing`, `picture`, `glb`, `obj`, `rules`.
+    """
+    rules = [write_exact(each.facade).text for each in solved]
+    files = save_gallery([each.facade for each in solved], folder, source)
+    found = []
+    for file, each, text in zip(files, solved, rules, strict=True):
+        name = file.name.removesuffix(".facade.json")
+        scene = relief(each.design, each.panels)
+        made = {"facade": file, "drawing": folder / f"{name}.svg", "picture": folder / f"{name}.png"}
+        for ending in ("glb", "obj"):
+            made[ending] = folder / f"{name}.{ending}"
+            save(scene, made[ending])
+        made["rules"] = folder / f"{name}.cga"
+        write_text(made["rules"], text)
+        found.append({key: str(path) for key, path in made.items()})
+    return found

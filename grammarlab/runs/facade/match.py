@@ -1,0 +1,115 @@
+"""From a file of elements to a folder with their kinds."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from grammarlab.errors import UsageError
+from grammarlab.extras import require
+from grammarlab.facade.file import save_facade
+from grammarlab.facade.templates.elements import Elements
+from grammarlab.facade.templates.match import Match
+from grammarlab.facade.templates.template import Template
+from grammarlab.facade.templates.words import doubt, groups, sentences
+from grammarlab.facade.templates.writing.completed import completed
+from grammarlab.facade.templates.writing.grammar import write_terminals
+from grammarlab.facade.templates.writing.picture import picture
+from grammarlab.files import atomic_file, write_text
+from grammarlab.runs.facade.show import show_facade
+
+FILES = ("match.json", "match.png", "completed.facade.json", "completed.glb", "kinds.cga")
+
+Method = Literal["default", "paper", "independent", "kmeans"]
+METHODS: tuple[str, ...] = get_args(Method)
+
+
+def match_elements(elements: Elements, templates: tuple[Template, ...], method: str, seed: int) -> Match:
+    """The kinds of elements.
+
+    Raises:
+        UsageError: for a method that there is not.
+    """
+    if method not in METHODS:
+        raise UsageError(f"--method: expected one of {', '.join(METHODS)}, found {method!r}.")
+    require("jax")
+    # These load jax, which takes seconds.
+    from grammarlab.facade.templates.coupled import couple  # noqa: PLC0415
+    from grammarlab.facade.templates.paper.loop import match_as_paper  # noqa: PLC0415
+    from grammarlab.facade.templates.plain import match_alone  # noqa: PLC0415
+
+    if method == "paper":
+        return match_as_paper(elements, templates)
+    if method == "default":
+        return couple(elements, templates, seed)
+    truth = elements.truth
+    told = 0 if truth is None else len(np.unique(truth.kind))
+    return match_alone(elements, templates, None if method == "independent" else told)
+
+
+def as_dict(match: Match, method: str, seed: int) -> dict[str, Any]:
+    """For `--json`."""
+    from grammarlab.facade.templates.scoring import compare  # noqa: PLC0415 loads libraries of statistics
+
+    used = [match.templates[each].name for each in np.unique(match.kind_template).tolist()]
+    truth = match.elements.truth
+    return {
+        "method": method,
+        "seed": seed,
+        "elements": [_element(match, each) for each in range(len(match.kind))],
+        "groups": groups(match),
+        "words": sentences(match),
+        "templates": used,
+        "iterations": match.iterations,
+        "truth": None if truth is None else compare(match, truth),
+        "notes": list(match.elements.notes),
+        "seconds": dict(match.seconds),
+    }
+
+
+def _element(match: Match, element: int) -> dict[str, Any]:
+    kind = int(match.kind[element])
+    known = kind >= 0
+    template = match.template_of(kind) if known else None
+    names = template.parameters if template else ()
+    return {
+        "element": element,
+        "kind": match.name_of(kind),
+        "template": template.name if template else None,
+        "counts": dict(template.counts) if template else {},
+        "parameters": dict(zip(names, match.parameters[element].tolist(), strict=True)),
+        "standard_deviations": dict(zip(names, match.deviations[element].tolist(), strict=True)),
+        "probability": float(match.probability[element]),
+        "position": match.corner[element].tolist() if known else None,
+        "hidden": float(match.hidden[element]),
+        "row": int(match.elements.row[element]) if match.elements.row[element] >= 0 else None,
+        "column": int(match.elements.column[element]) if match.elements.column[element] >= 0 else None,
+        "uncertain": doubt(match, element) or None,
+    }
+
+
+def save_match(match: Match, values: dict[str, Any], folder: Path) -> list[Path]:
+    """Write all files of a match into a folder; those of an earlier one are replaced or, where none is made, removed.
+
+    Returns:
+        What was written: what was found, a picture, the completed facade with its mesh, and the grammar of its kinds.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in FILES:
+        (folder / name).unlink(missing_ok=True)
+    written = [folder / FILES[0], folder / FILES[1]]
+    with atomic_file(written[1]) as part:
+        picture(match).save(part)
+    facade = completed(match)
+    if facade is not None:
+        written += [save_facade(facade.facade, folder / FILES[2]), show_facade(facade.facade, folder / FILES[3])]
+    grammar = write_terminals(match)
+    if grammar is not None:
+        write_text(folder / FILES[4], grammar)
+        written.append(folder / FILES[4])
+    values["files"] = [str(path) for path in written]
+    write_text(written[0], json.dumps(values, indent=2, allow_nan=False) + "\n")
+    return written

@@ -1,0 +1,102 @@
+"""``grammarlab facade synthesize``."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from grammarlab.facade.file import load_facade
+from grammarlab.facade.tree import check
+from tests.facade.examples.houses import house
+
+
+@pytest.fixture(scope="module")
+def building(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return house(5, 4, 2, broad=((2, 0),)).write(tmp_path_factory.mktemp("house") / "house.obj")
+
+
+def report(run, *arguments) -> dict:
+    return json.loads(run("facade", "synthesize", *arguments, "--json").stdout)
+
+
+def test_the_report_says_what_the_files_hold(run, building: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    found = report(run, building, "--rows", 6, "--columns", 8, "--seed", 3, "-n", 2, "-o", out)
+    assert 1 <= len(found["results"]) <= 2
+    assert [each["energy"] for each in found["results"]] == sorted(each["energy"] for each in found["results"])
+    for each in found["results"]:
+        assert (each["rows"], each["columns"], each["units"]) == (6, 8, 48)
+        labels = np.array(each["labels"])
+        assert labels.shape == (6, 8)
+        # The door stands in the lowest row, which comes first, and only there.
+        door = each["names"].index("door")
+        assert (labels == door).sum() == (labels[0] == door).sum() == 1
+        assert each["bound"] <= each["energy"]
+        assert 0.0 <= each["patch_similarity"] <= 1.0
+        assert each["watertight"]
+        assert each["boundary_edges"] == {"example": 0, "result": 0}
+        assert all(value >= 0.0 for value in each["seconds"].values())
+        files = each["files"]
+        mesh = trimesh.load(files["glb"], force="mesh")
+        assert mesh.is_watertight
+        assert len(mesh.faces) == each["triangles"]
+        assert np.ptp(mesh.vertices, axis=0) == pytest.approx(each["size"], abs=1e-4)
+        facade = check(load_facade(Path(files["facade"])))
+        assert facade.width == pytest.approx(each["size"][0], abs=0.1)
+        assert sum(facade.name_of(leaf) in {"window", "door"} for leaf in facade.leaves.tolist()) == 48
+        for key in ("picture", "labels"):
+            with Image.open(files[key]) as picture:
+                assert picture.width > 100
+
+
+def test_the_rules_make_the_same_building(run, building: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    found = report(run, building, "--rows", 3, "--columns", 4, "-o", out)["results"][0]
+    run("sample", found["files"]["cga"], "-n", 1, "-o", tmp_path / "sampled", "--no-image", "--jobs", 1)
+    made, sampled = (
+        trimesh.load(path, force="mesh") for path in (found["files"]["glb"], tmp_path / "sampled" / "001-00000.glb")
+    )
+    assert sampled.area == pytest.approx(made.area, rel=1e-5)
+    assert np.ptp(sampled.vertices, axis=0) == pytest.approx(np.ptp(made.vertices, axis=0), abs=1e-4)
+
+
+def test_what_was_found_can_be_corrected_and_a_folder_shows_one_run(run, building: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    first = report(run, building, "--rows", 5, "--columns", 6, "-n", 3, "-o", out)
+    corrections = Path(first["example"]["corrections"])
+    document = json.loads(corrections.read_text())
+    for row in document["walls"][0]["labels"]:
+        row[:] = ["bay"] * len(row)
+    corrections.write_text(json.dumps(document))
+    second = report(run, building, "--rows", 5, "--columns", 6, "-o", out, "--example", corrections)
+    assert second["results"][0]["names"] == ["bay"]
+    assert [path.name for path in sorted(out.glob("0*.glb"))] == ["001.glb"]
+
+
+@pytest.mark.parametrize("method", ["exact", "em"])
+def test_a_box_is_filled_and_a_seed_makes_one_building(run, building: Path, tmp_path: Path, method: str) -> None:
+    options = ["--rows", 4, "--columns", 7, "--box", "30x18x12", "--seed", 5, "--method", method]
+    one, other = (report(run, building, *options, "-o", tmp_path / name)["results"][0] for name in ("a", "b"))
+    assert one["size"] == pytest.approx([30.0, 18.0, 12.0], abs=1e-4)
+    assert one["labels"] == other["labels"]
+    assert Path(one["files"]["glb"]).read_bytes() == Path(other["files"]["glb"]).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "message"),
+    [
+        (["--rows", 0, "--columns", 5], 2, "--rows"),
+        (["--rows", 5, "--columns", 100_000], 2, "--columns"),
+        (["--rows", 5, "--columns", 5, "--box", "wide"], 2, "--box"),
+        (["--rows", 5, "--columns", 5, "--box", "1x20x20"], 1, "no room"),
+        (["--rows", 5, "--columns", 5, "--box", "nanx20x20"], 2, "--box"),
+        (["--rows", 5, "--columns", 5, "--up", "x"], 2, "--up"),
+    ],
+)
+def test_mistakes_are_named(run, building: Path, tmp_path: Path, options: list, code: int, message: str) -> None:
+    result = run("facade", "synthesize", building, *options, "-o", tmp_path / "out", code=code)
+    assert message in result.stderr
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,79 @@
+"""Walls, units and labels of buildings that are known."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.examples.analysis.example import Example, analyse
+from grammarlab.facade.examples.mesh.reading import read_mesh
+from tests.facade.examples.houses import House, house
+
+
+def analysed(known: House, path: Path, digits: int = 9) -> Example:
+    return analyse(read_mesh(known.write(path / "house.obj", digits)))
+
+
+def same_classes(found: np.ndarray, truth: np.ndarray) -> bool:
+    """Whether two labellings agree up to names: an adjusted Rand index of 1."""
+    pairs = set(zip(found.ravel().tolist(), truth.ravel().tolist(), strict=True))
+    return len(pairs) == len(np.unique(found)) == len(np.unique(truth))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_rows_columns_and_labels_are_those_of_the_house_with_points_off_by_a_centimetre(
+    seed: int, tmp_path: Path
+) -> None:
+    random = np.random.default_rng(seed)
+    columns, rows, side = (int(each) for each in random.integers((4, 3, 1), (8, 7, 5)))
+    broad = tuple((int(r), int(c)) for r, c in random.integers((1, 0), (rows, columns), (2, 2)))
+    known = house(
+        columns,
+        rows,
+        side,
+        pitch=random.uniform(2.4, 3.6),
+        storey=random.uniform(2.8, 3.6),
+        door=int(random.integers(columns)),
+        broad=broad,
+        noise=0.01 * (seed % 2),
+        seed=seed,
+    )
+    main = analysed(known, tmp_path).main
+    assert main.grid.labels.shape == known.labels.shape
+    assert same_classes(main.grid.labels, known.labels)
+    assert main.grid.names[int(main.grid.labels[known.labels == 1][0])] == "door"
+    assert main.columns.pitch == pytest.approx(known.pitch[0], abs=0.01)
+
+
+@pytest.mark.parametrize("change", ["plain", "flipped", "twice", "soup", "far", "z up", "turned"])
+def test_how_a_file_is_written_does_not_matter(change: str, tmp_path: Path) -> None:
+    known = house(5, 4, 2)
+    points, triangles = known.points, known.triangles
+    turn = np.array([[0.8, 0, 0.6], [0, 1, 0], [-0.6, 0, 0.8]])
+    changed = {
+        "plain": (points, triangles),
+        "flipped": (points, triangles[:, ::-1]),
+        "twice": (np.concatenate([points, points]), np.concatenate([triangles, triangles + len(points)])),
+        "soup": (points[triangles.ravel()], np.arange(triangles.size).reshape(-1, 3)),
+        "far": (points + np.array([678_000.0, 5_403_000.0, 370.0]), triangles),
+        "z up": (points[:, [0, 2, 1]] * [1.0, -1.0, 1.0], triangles),
+        "turned": (points @ turn, triangles),
+    }[change]
+    example = analysed(House(changed[0], changed[1], known.labels, known.pitch), tmp_path, digits=6)
+    assert [each.name for each in example.regions] == ["front", "right", "back", "left"]
+    assert (example.main.grid.labels == known.labels).all()
+    assert np.diff(example.main.columns.line) == pytest.approx(3.0, abs=1e-3)
+    # What is left of the file is the house, upright and square.
+    assert np.ptp(example.surface.points, axis=0) == pytest.approx(np.ptp(points, axis=0), abs=1e-3)
+    assert bool(example.notes) == (change == "z up")
+
+
+def test_a_box_without_anything_on_it_is_refused_in_words(tmp_path: Path) -> None:
+    import trimesh
+
+    box = trimesh.creation.box((9.0, 7.0, 8.0))
+    path = tmp_path / "box.ply"
+    box.export(path)
+    with pytest.raises(FacadeError, match="No wall has units"):
+        analyse(read_mesh(path))
