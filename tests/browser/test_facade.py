@@ -164,6 +164,11 @@ def test_locked_sizes_stay_and_what_contradicts_them_is_said_and_not_done(house:
     facade = house.save()
     was = load_facade(FACADES / "townhouse.json").size[before.node, X]
     assert facade.size[before.node, X] == pytest.approx(was, abs=1e-6)  # what is alike is locked with it
+    width.fill("14.5")
+    assert house.save().width == pytest.approx(14.5)  # what is being typed counts
+    width.fill("14")
+    width.press("Enter")
+    house.expect_size(14, 15.2)
     width.fill("3")
     width.press("Enter")
     expect(house.complaint).to_contain_text("the facade is 3 m wide")
@@ -251,8 +256,11 @@ def test_everything_can_be_done_with_keys_alone(house: EditorPage):
     expect(house.page.locator(".fe-locked")).to_have_count(1)
     house.press("w")
     expect(house.page.locator(".fe-locked")).to_have_count(0)
+    expect(house.page.locator(".fe-old")).to_have_count(0)
     house.press("v", "Enter")
     house.expect_grid(WINDOWS, 3, 5)
+    expect(house.page.locator(".fe-old")).to_have_count(0)
+    expect(house.tiles.first).to_be_focused()
     house.press("Control+z")
     house.expect_grid(WINDOWS, 3, 4)
     house.press("?")

@@ -34,8 +34,8 @@ def uneven(facade: Facade, by: float) -> Facade:
 @pytest.mark.parametrize("by", [0.0, 0.08, 0.2])
 def test_the_error_is_that_of_the_nearest_of_many_samples_of_this_size(by: float):
     facade = uneven(of_columns(["WBDW", "WBWW", "WBWW"]), by)
-    near = [(side - 0.3, side + 0.3) for side in facade.size[0].tolist()]
-    written = write_family(facade, *near)
+    widths, heights = ((side - 0.3, side + 0.3) for side in facade.size[0].tolist())
+    written = write_family(facade, widths, heights)
     leaves = facade.leaves
     names, expected = things(
         [facade.name_of(leaf) for leaf in leaves.tolist()], np.hstack([facade.position, facade.size])[leaves]

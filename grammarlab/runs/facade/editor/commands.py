@@ -9,17 +9,30 @@ import numpy as np
 from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.grids import without_grid
 from grammarlab.facade.proposals import with_proposals
-from grammarlab.facade.sizes import Resized
+from grammarlab.facade.sizes import Sizing
 from grammarlab.facade.tree import X, Y
+from grammarlab.facade.wishes import Wish, checked
 from grammarlab.runs.facade.editor.columns import boxes, drawing
 from grammarlab.runs.facade.editor.desk import Desk
-from grammarlab.runs.facade.editor.document import LOCKS, Document, arranged, contradiction, locked, unlocked
+from grammarlab.runs.facade.editor.document import (
+    LOCKS,
+    Document,
+    arranged,
+    contradiction,
+    is_possible,
+    locked,
+    unlocked,
+    with_locks,
+)
 from grammarlab.runs.facade.editor.gridding import renamed, with_lasso, with_pressed
 from grammarlab.runs.facade.editor.suggestions import none_found
 from grammarlab.runs.serving.requests import Request, answered
 from grammarlab.runs.serving.windows import Message, Send
 
 MOST_SUGGESTIONS = 60
+MOST_EXPLAINED = 2_000
+"""Leaves of a facade for which contradictions are explained while something is dragged; that takes up to a second."""
+LATER = "These sizes contradict what is locked, aligned or alike: let go to hear what."
 
 
 def run(desk: Desk, message: object, buffers: Sequence[bytes], window: Send) -> None:
@@ -29,12 +42,18 @@ def run(desk: Desk, message: object, buffers: Sequence[bytes], window: Send) -> 
 
 def _drag(desk: Desk, request: Request) -> None:
     """Sizes while a side or a part is dragged: nothing is kept, nor shown where wishes contradict each other."""
-    resized = _moved(desk, request)[1] if "node" in request.values else _resized(desk, request)
-    if resized.conflict:
-        request.answer({"conflict": contradiction(resized.conflict)}, ())
+    if "node" in request.values:
+        wished, sizing = _moved(desk, request)
+        wishes = wished.wishes(wished.facade.width, wished.facade.height)
     else:
-        sizes = {"width": resized.facade.width, "height": resized.facade.height, "conflict": ""}
-        request.answer(sizes, (boxes(resized.facade).astype("<f8").tobytes(),))
+        sizing, wishes = desk.sizing(desk.document), _resized(desk, request)
+    if len(sizing.facade.leaves) > MOST_EXPLAINED and not is_possible(sizing, checked(wishes, sizing.facade)):
+        return request.answer({"conflict": LATER}, ())
+    resized = sizing.resized(wishes)
+    if resized.conflict:
+        return request.answer({"conflict": contradiction(resized.conflict)}, ())
+    sizes = {"width": resized.facade.width, "height": resized.facade.height, "conflict": ""}
+    return request.answer(sizes, (boxes(resized.facade).astype("<f8").tobytes(),))
 
 
 def _skip(_desk: Desk, _request: Request) -> Message:
@@ -43,27 +62,30 @@ def _skip(_desk: Desk, _request: Request) -> Message:
 
 
 def _resize(desk: Desk, request: Request) -> Message:
-    facade = desk.document.facade
-    made = desk.document.settled(_resized(desk, request))
-    if np.array_equal(made.facade.size, facade.size) and np.array_equal(made.facade.position, facade.position):
-        return _done(desk)
-    desk.do(f"{made.facade.width:.2f} × {made.facade.height:.2f} m", made)
+    document = desk.document
+    made = document.settled(desk.sizing(document).resized(_resized(desk, request)))
+    facade = made.facade
+    unchanged = (np.array_equal(getattr(facade, name), getattr(document.facade, name)) for name in ("size", "position"))
+    if not all(unchanged):
+        desk.do(f"{facade.width:.2f} × {facade.height:.2f} m", made)
     return _done(desk)
 
 
-def _resized(desk: Desk, request: Request) -> Resized:
+def _resized(desk: Desk, request: Request) -> tuple[Wish, ...]:
     width, height = (_metres(request, name) for name in ("width", "height"))
-    return desk.resized(width, height)
+    return desk.document.wishes(width, height)
 
 
 def _move(desk: Desk, request: Request) -> Message:
-    moved, resized = _moved(desk, request)
-    desk.do("move", moved.settled(resized))
+    wished, sizing = _moved(desk, request)
+    desk.do("move", wished.settled(sizing.resized(wished.wishes(wished.facade.width, wished.facade.height))))
     return _done(desk)
 
 
-def _moved(desk: Desk, request: Request) -> tuple[Document, Resized]:
-    return desk.moved(_place(desk, request), request.number("left"), request.number("bottom"))
+def _moved(desk: Desk, request: Request) -> tuple[Document, Sizing]:
+    node = _place(desk, request)
+    wished = with_locks(desk.document, node, {name: request.number(name) for name in ("left", "bottom")})
+    return wished, desk.sizing(wished, node)
 
 
 def _give(desk: Desk, request: Request) -> Message:

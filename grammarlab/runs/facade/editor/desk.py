@@ -8,9 +8,9 @@ from pathlib import Path
 
 from grammarlab.errors import UsageError
 from grammarlab.facade.file import save_facade
-from grammarlab.facade.sizes import Resized, Sizing
+from grammarlab.facade.sizes import Sizing
 from grammarlab.facade.tree import Facade
-from grammarlab.runs.facade.editor.document import Document, opened, with_locks
+from grammarlab.runs.facade.editor.document import Document, opened
 from grammarlab.runs.facade.editor.exporting import FORMATS, SUFFIX, export, stem_of, unused_path
 from grammarlab.runs.facade.editor.history import History
 from grammarlab.runs.facade.editor.suggestions import Suggestions, suggest
@@ -85,21 +85,16 @@ class Desk:
         self.chosen = grid
         self.revision += 1
 
-    def resized(self, width: float, height: float) -> Resized:
-        """The facade for another size."""
-        return self._solved(self.document, -1, width, height)
+    def sizing(self, wished: Document, node: int = -1) -> Sizing:
+        """The programme of the document with the locks of another one, prepared once while something is dragged.
 
-    def moved(self, node: int, left: float, bottom: float) -> tuple[Document, Resized]:
-        """A node at another place, where it is locked, and how sizes were solved for."""
-        facade = self.document.facade
-        wished = with_locks(self.document, node, {"left": left, "bottom": bottom})
-        return wished, self._solved(wished, node, facade.width, facade.height)
-
-    def _solved(self, wished: Document, node: int, width: float, height: float) -> Resized:
-        """The programme is prepared once for each document and node, as while something is dragged."""
+        Args:
+            wished: the document itself, or with locks that differ in metres from call to call.
+            node: whose locks these are.
+        """
         if self._sizing is None or self._sizing[0] is not self.document or self._sizing[1] != node:
             self._sizing = (self.document, node, wished.sizing())
-        return self._sizing[2].resized(wished.wishes(width, height))
+        return self._sizing[2]
 
     def suggest(self, axis: int, *, more: bool, most: int) -> Suggestions:
         """Variations of the active grid.

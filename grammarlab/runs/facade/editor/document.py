@@ -55,6 +55,11 @@ def opened(facade: Facade) -> Document:
     return Document(facade, Origin(facade.position, facade.size, facade.size[0]))
 
 
+def is_possible(sizing: Sizing, wishes: Sequence[Wish]) -> bool:
+    """Whether wishes do not contradict each other; sooner known than why they do."""
+    return all(model.program.solve(model.wanted(wishes)) is not None for model in sizing.models)
+
+
 def contradiction(conflict: Sequence[str]) -> str:
     """Wishes that contradict each other as a sentence."""
     return f"These cannot all be met: {'; '.join(conflict)}."

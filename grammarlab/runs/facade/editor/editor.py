@@ -76,10 +76,10 @@ class Editor:
         while job := self._inbox.get():
             try:
                 job()
+                if self._told != self.desk.revision:
+                    self._tell()
             except Exception:  # a mistake of ours must not end the editor
                 traceback.print_exc()
-            if self._told != self.desk.revision:
-                self._tell()
 
     def _handle(self, message: object, buffers: Sequence[bytes], send: Send) -> None:
         # Of sizes on the way only the latest counts, so that a slow solution never leaves a queue behind.

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from grammarlab.facade.file import load_facade
 from grammarlab.facade.tree import check
+from grammarlab.runs.facade.editor import commands
 from grammarlab.runs.facade.editor.commands import COMMANDS
 from grammarlab.runs.facade.editor.editor import Editor
 from tests.runs.facade.editor.windows import RefusedError, Window
@@ -81,6 +82,17 @@ def test_a_part_that_is_dragged_is_kept_where_it_was_shown(window: Window):
     shown, buffers = window.ask("drag", node=node, left=99.0, bottom=bottom)
     assert "99 m from that of the facade" in shown["conflict"]
     assert not buffers
+
+
+def test_of_large_facades_contradictions_are_explained_at_the_end(window: Window, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(commands, "MOST_EXPLAINED", 0)
+    state = window.state
+    height = state["drawing"]["height"]
+    window.ask("lock", node=state["grids"][0]["nodes"][0], what="width")
+    assert window.ask("drag", width=1.0, height=height)[0]["conflict"] == commands.LATER
+    assert window.ask("drag", width=9.0, height=height)[0]["conflict"] == ""
+    with pytest.raises(RefusedError, match="the facade is 1 m wide"):
+        window.ask("resize", width=1.0, height=height)
 
 
 def test_variations_are_pictures_of_what_accepting_them_gives(window: Window):

@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source eeb955d6e4e02962 */
+/* Built from source/ by bundle.js; do not edit. Source e898dba81b9be4ea */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -96,10 +96,11 @@ var ICONS = {
   hand: "M5 8V4.2a1 1 0 0 1 2 0V7m0-3.8a1 1 0 0 1 2 0V7m0-2.8a1 1 0 0 1 2 0V8m0-1.8a1 1 0 0 1 2 0V10a4 4 0 0 1-4 4H8.4a3 3 0 0 1-2.3-1.1L3 9.2a1 1 0 0 1 1.5-1.3L5 8.4",
   bars: "M2.5 5.5h11M2.5 10.5h7",
   more: "M4 8h.01M8 8h.01M12 8h.01",
-  down: "M4.5 6.5 8 10l3.5-3.5",
   previous: "M10 3 5 8l5 5",
   next: "M6 3l5 5-5 5",
   cube: "M8 2l5.2 3v6L8 14l-5.2-3V5zM8 8l5.2-3M8 8v6M8 8 2.8 5",
+  up: "M5 7v6.5M5 7l2.6-4.8a1.3 1.3 0 0 1 2.3 1.2L9.3 6.5h3.2a1.2 1.2 0 0 1 1.2 1.5l-1.1 4.4a1.5 1.5 0 0 1-1.4 1.1H5M2.3 7H5v6.5H2.3z",
+  down: "M5 9V2.5M5 9l2.6 4.8a1.3 1.3 0 0 0 2.3-1.2L9.3 9.5h3.2a1.2 1.2 0 0 0 1.2-1.5l-1.1-4.4a1.5 1.5 0 0 0-1.4-1.1H5M2.3 9H5V2.5H2.3z",
   keys: "M2 4.5h12v7H2zM4.5 7h.01M7 7h.01M9.5 7h.01M11.8 7h.01M5 9.3h6"
 };
 function icon(name) {
@@ -717,7 +718,6 @@ function makeStage(page, drag) {
     place2(handles.height, (view.left + right) / 2, top, drawing.height);
     place2(handles.both, right, top, 0);
     stage.classList.toggle("fe-bad", Boolean(drag.conflict));
-    stage.classList.toggle("fe-moving", drag.active);
     stage.classList.toggle("fe-gridding", page.gridding);
     alert.hidden = !drag.conflict;
     if (alert.textContent !== drag.conflict) alert.textContent = drag.conflict;
@@ -736,7 +736,7 @@ function makeStage(page, drag) {
       ...measure(view.left, view.bottom + 22, right, view.bottom + 22, `${metres(state.drawing.width)} m`),
       ...measure(right + 30, view.bottom, right + 30, top, `${metres(state.drawing.height)} m`)
     ];
-    for (const node of grid?.nodes ?? []) marks.push(box(node, "fe-element"));
+    for (const node of !drag.active && grid?.nodes || []) marks.push(box(node, "fe-element"));
     for (const { node } of state.locks) if (node) marks.push(box(node, "fe-locked"));
     if (hovered >= 0 && hovered < state.parent.length) marks.push(box(hovered, "fe-hovered"));
     if (page.selected >= 0) marks.push(box(page.selected, "fe-selected"));
@@ -973,7 +973,7 @@ function makePanel(page, acts) {
     };
     const [left, bottom] = state.boxes.subarray(4 * selected, 4 * selected + 2);
     const rows = [row("Width", "width", w), row("Height", "height", h)];
-    if (selected) rows.push(row("From the left", "left", left), row("From the ground", "bottom", bottom));
+    if (selected) rows.push(row("From the left", "left", left), row("Above ground", "bottom", bottom));
     const aspect = lockButton("part aspect", () => acts.toggleLock("aspect"));
     aspect.set(isLocked(page, selected, "aspect"));
     const grid = state.grids.find(({ name }) => name === state.active);
@@ -1155,6 +1155,7 @@ function makeStrip(page) {
     if (wanted === shown) return;
     shown = wanted;
     list.classList.add("fe-old");
+    about.textContent = active ? "Trying them…" : "";
     if (!active)
       return show([], 0, "Draw a rectangle around some windows to make a grid; then its variations are here.");
     page.channel.request("vary", { axis: kind.axis, change: kind.change, most }).then(
@@ -1175,7 +1176,9 @@ function makeStrip(page) {
       variation,
       canvas: element("canvas", { class: "fe-small", "aria-hidden": "true" })
     }));
+    const held = [...list.children].findIndex((each) => each === document.activeElement);
     list.replaceChildren(...tiles.map(tile));
+    if (held >= 0) list.children[Math.min(held, tiles.length - 1)]?.focus();
     if (total > found.length && most < 60)
       list.append(
         element(
@@ -1201,15 +1204,12 @@ function makeStrip(page) {
         class: `fe-tile${told.length ? " fe-flawed" : ""}`,
         title: [words, size, ...told].join("\n"),
         "aria-label": [words, size, ...told].join(", "),
-        onclick: () => accept(number)
+        onclick: () => void page.ask("accept", { number })
       },
       canvas,
       element("span", { class: "fe-words" }, words),
       element("small", {}, told.length ? "incomplete" : size)
     );
-  }
-  async function accept(number) {
-    if (await page.ask("accept", { number }) && list.contains(document.activeElement)) first();
   }
   function draw() {
     const [width, height] = [
@@ -1331,6 +1331,7 @@ function build(root, channel, first) {
   const strip = makeStrip(page);
   const acts = {
     async save() {
+      if (document.activeElement instanceof HTMLInputElement) document.activeElement.blur();
       const saved2 = await page.ask("save");
       if (saved2) page.say(`Saved to ${saved2.file}`);
     },
@@ -1397,6 +1398,9 @@ function build(root, channel, first) {
       drag.told();
       if (page.selected >= state.parent.length) page.selected = -1;
       page.gridding &&= Boolean(state.active);
+      if (!drag.active) stage.fit();
+      page.changed();
+      stage.draw();
       void page.pictures.want(state.pictures);
       title.textContent = state.title;
       title.title = state.file;
@@ -1407,8 +1411,6 @@ function build(root, channel, first) {
       undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
       redo.disabled = !state.redo;
       redo.title = state.redo ? `Redo: ${state.redo} (Ctrl Y)` : "Nothing to redo";
-      if (!drag.active) stage.fit();
-      page.changed();
     },
     /** @param {boolean} connected */
     connection(connected) {

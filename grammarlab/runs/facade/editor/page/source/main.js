@@ -101,6 +101,8 @@ function build(root, channel, first) {
   const strip = makeStrip(page);
   const acts = {
     async save() {
+      // A length that is being typed counts.
+      if (document.activeElement instanceof HTMLInputElement) document.activeElement.blur();
       const saved = await page.ask("save");
       if (saved) page.say(`Saved to ${saved.file}`);
     },
@@ -171,6 +173,9 @@ function build(root, channel, first) {
       drag.told();
       if (page.selected >= state.parent.length) page.selected = -1;
       page.gridding &&= Boolean(state.active);
+      if (!drag.active) stage.fit();
+      page.changed();
+      stage.draw();
       void page.pictures.want(state.pictures);
       title.textContent = state.title;
       title.title = state.file;
@@ -181,8 +186,6 @@ function build(root, channel, first) {
       undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
       redo.disabled = !state.redo;
       redo.title = state.redo ? `Redo: ${state.redo} (Ctrl Y)` : "Nothing to redo";
-      if (!drag.active) stage.fit();
-      page.changed();
     },
     /** @param {boolean} connected */
     connection(connected) {

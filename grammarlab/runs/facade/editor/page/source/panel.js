@@ -155,7 +155,7 @@ export function makePanel(page, acts) {
     };
     const [left, bottom] = state.boxes.subarray(4 * selected, 4 * selected + 2);
     const rows = [row("Width", "width", w), row("Height", "height", h)];
-    if (selected) rows.push(row("From the left", "left", left), row("From the ground", "bottom", bottom));
+    if (selected) rows.push(row("From the left", "left", left), row("Above ground", "bottom", bottom));
     const aspect = lockButton("part aspect", () => acts.toggleLock("aspect"));
     aspect.set(isLocked(page, selected, "aspect"));
     const grid = state.grids.find(({ name }) => name === state.active);

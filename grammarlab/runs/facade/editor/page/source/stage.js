@@ -74,7 +74,6 @@ export function makeStage(page, drag) {
     place(handles.height, (view.left + right) / 2, top, drawing.height);
     place(handles.both, right, top, 0);
     stage.classList.toggle("fe-bad", Boolean(drag.conflict));
-    stage.classList.toggle("fe-moving", drag.active);
     stage.classList.toggle("fe-gridding", page.gridding);
     alert.hidden = !drag.conflict;
     if (alert.textContent !== drag.conflict) alert.textContent = drag.conflict;
@@ -95,7 +94,8 @@ export function makeStage(page, drag) {
       ...measure(view.left, view.bottom + 22, right, view.bottom + 22, `${metres(state.drawing.width)} m`),
       ...measure(right + 30, view.bottom, right + 30, top, `${metres(state.drawing.height)} m`),
     ];
-    for (const node of grid?.nodes ?? []) marks.push(box(node, "fe-element"));
+    // What moves is easier to see alone.
+    for (const node of (!drag.active && grid?.nodes) || []) marks.push(box(node, "fe-element"));
     for (const { node } of state.locks) if (node) marks.push(box(node, "fe-locked"));
     if (hovered >= 0 && hovered < state.parent.length) marks.push(box(hovered, "fe-hovered"));
     if (page.selected >= 0) marks.push(box(page.selected, "fe-selected"));

@@ -44,6 +44,7 @@ export function makeStrip(page) {
     if (wanted === shown) return;
     shown = wanted;
     list.classList.add("fe-old");
+    about.textContent = active ? "Trying them…" : "";
     if (!active)
       return show([], 0, "Draw a rectangle around some windows to make a grid; then its variations are here.");
     page.channel.request("vary", { axis: kind.axis, change: kind.change, most }).then(
@@ -66,7 +67,10 @@ export function makeStrip(page) {
       variation,
       canvas: element("canvas", { class: "fe-small", "aria-hidden": "true" }),
     }));
+    const held = [...list.children].findIndex((each) => each === document.activeElement);
     list.replaceChildren(...tiles.map(tile));
+    // New pictures do not take the keyboard away.
+    if (held >= 0) /** @type {HTMLElement | undefined} */ (list.children[Math.min(held, tiles.length - 1)])?.focus();
     if (total > found.length && most < 60)
       list.append(
         element(
@@ -95,17 +99,12 @@ export function makeStrip(page) {
         class: `fe-tile${told.length ? " fe-flawed" : ""}`,
         title: [words, size, ...told].join("\n"),
         "aria-label": [words, size, ...told].join(", "),
-        onclick: () => accept(number),
+        onclick: () => void page.ask("accept", { number }),
       },
       canvas,
       element("span", { class: "fe-words" }, words),
       element("small", {}, told.length ? "incomplete" : size),
     );
-  }
-
-  /** @param {number} number */
-  async function accept(number) {
-    if ((await page.ask("accept", { number })) && list.contains(document.activeElement)) first();
   }
 
   /** All to one scale, so that a wider one looks wider. */
