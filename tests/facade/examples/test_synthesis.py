@@ -115,6 +115,15 @@ def test_a_wish_goes_before_the_border() -> None:
     assert (labels != 1).all()
 
 
+def test_a_wish_goes_before_what_is_kept() -> None:
+    """Shops everywhere between the corners leave no room for the door."""
+    wishes = Wishes(counts=(Count("shop", 4, 4),))
+    found = synthesize([shop_house()], 4, 6, wishes=wishes)[0]
+    assert (found.grid.labels == 2).sum() == 4
+    assert (found.grid.labels != 3).all()
+    assert found.notes
+
+
 def test_equal_corners_are_equal_where_the_example_leaves_a_choice() -> None:
     example = LabelGrid.of([[0, 1], [1, 0], [0, 1]])
     for seed in range(4):

@@ -83,10 +83,11 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
         wished = {label for label, _, _ in counts}
         for label, once in sorted(ground_labels(examples), key=lambda each: not each[1]):
             name = examples[0].names[label]
-            if label in wished or least >= max(1, columns - 2):
+            if label in wished:
                 continue
             able = int(found[:, :, label].sum())
-            for most in (1, 2) if once else (max(1, able),):  # symmetric grids may have a pair only
+            tried = (1, 2) if once else (max(1, able),)  # symmetric grids may have a pair only
+            for most in tried if least < max(1, columns - 2) else ():
                 try:
                     counts.append(_counted(found, examples[0], Count(name, 1, most), wishes.symmetric))
                 except FacadeError:
