@@ -67,14 +67,14 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
     found = _fixed(found, examples[0], wishes)
     fixed = {(wish.row, wish.column): wish.label for wish in wishes.fixed}
     rows, columns = found.shape[:2]
+    wide = _only(np.broadcast_to(domain.any(axis=(0, 1)), domain.shape).copy(), examples[0], wishes)
+    for count in wishes.counts:
+        _make_way(found, wide, examples[0].label(count.label), count.most, fixed)
     if wishes.equal_corners or wishes.symmetric:
         pairs = {(row, 0) for row in (0, rows - 1)} if wishes.equal_corners else set()
         pairs |= set(np.ndindex(rows, columns // 2)) if wishes.symmetric else set()
         for row, column in sorted(pairs):
             _agree(found, (row, column), (row, columns - 1 - column), fixed)
-    wide = _only(np.broadcast_to(domain.any(axis=(0, 1)), domain.shape).copy(), examples[0], wishes)
-    for count in wishes.counts:
-        _make_way(found, wide, examples[0].label(count.label), count.most, fixed)
     counts = [_counted(found, examples[0], count, wishes.symmetric) for count in wishes.counts]
     _check_room(found, examples[0].names, counts)
     least = sum(count[1] for count in counts)
