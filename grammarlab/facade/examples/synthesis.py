@@ -107,7 +107,15 @@ def synthesize(
             runs.append((value, trace.labels, trace.history))
         runs.sort(key=lambda run: run[0])
     else:
-        found = least_energy(problem, demands, grids, seed, count, effort)
+        try:
+            found = least_energy(problem, demands, grids, seed, count, effort)
+        except FacadeError:
+            if len(demands.counts) == len(wishes.counts):
+                raise
+            # What a person asks for goes before what is kept by default.
+            given_up = "the units of the ground floor could not all be kept beside the wishes"
+            demands = replace(demands_of(problem.domain, grids, replace(wishes, keep=False)), notes=(given_up,))
+            found = least_energy(problem, demands, grids, seed, count, effort)
         bound = found.bound
         runs = [(value, labels, ()) for value, labels in found.grids]
     return [

@@ -84,7 +84,7 @@ def test_regions_are_made_after_their_examples() -> None:
         (Wishes(counts=(Count("door", 2, 1),)), "no more at least"),
         (Wishes(counts=(Count("door", -1, 1),)), "0 or more"),
         (Wishes(counts=(Count("door", 50, 90),)), "only .* cells may be door"),
-        (Wishes(counts=(Count("corner", 0, 0),)), "cells can be nothing else"),
+        (Wishes(counts=(Count("door", 0, 0),), fixed=(Fixed(0, 2, "door"),)), "cells can be nothing else"),
         (Wishes(counts=(Count("window", 7, 9), Count("window-2", 7, 9))), "no room for all of these together"),
         (Wishes(counts=(Count("door", 1, 1),), symmetric=True), "symmetric .* contradict"),
         (Wishes(fixed=(Fixed(9, 0, "door"),)), "rows 0 to 4"),
@@ -107,6 +107,29 @@ def test_labels_stay_in_the_rows_that_are_wished_for() -> None:
     assert (labels[[0, -1]] != 0).all()
     with pytest.raises(FacadeError, match="none there"):
         synthesize([shop_house()], 2, 8, wishes=wishes)
+
+
+def test_a_wish_goes_before_the_border() -> None:
+    """Corners have one label only in the example: another takes its place where none is wished for."""
+    labels = synthesize([shop_house()], 5, 6, wishes=Wishes(counts=(Count("corner", 0, 0),)))[0].grid.labels
+    assert (labels != 1).all()
+
+
+def test_a_wish_goes_before_what_is_kept() -> None:
+    """Shops everywhere between the corners leave no room for the door."""
+    wishes = Wishes(counts=(Count("shop", 4, 4),))
+    found = synthesize([shop_house()], 4, 6, wishes=wishes)[0]
+    assert (found.grid.labels == 2).sum() == 4
+    assert (found.grid.labels != 3).all()
+    assert found.notes
+
+
+def test_equal_corners_are_equal_where_the_example_leaves_a_choice() -> None:
+    example = LabelGrid.of([[0, 1], [1, 0], [0, 1]])
+    for seed in range(4):
+        labels = synthesize([example], 3, 5, wishes=Wishes(equal_corners=True), seed=seed)[0].grid.labels
+        assert labels[0, 0] == labels[0, -1]
+        assert labels[-1, 0] == labels[-1, -1]
 
 
 def test_what_cannot_be_kept_is_noted() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +27,8 @@ class Demands:
     counts: tuple[tuple[int, int, int], ...]
     """Label, least, most."""
     symmetric: bool
+    equal_ends: tuple[int, ...] = ()
+    """Rows whose first and last cell have one label."""
     notes: tuple[str, ...] = ()
     """Defaults that could not be kept, in words."""
 
@@ -42,6 +44,7 @@ class Demands:
         for label, least, most in self.counts:
             often = int((labels == label).sum())
             cells += max(0, least - often, often - most)
+        cells += sum(int(labels[row, 0] != labels[row, -1]) for row in self.equal_ends)
         if self.symmetric:
             cells += int((labels != labels[:, ::-1]).sum()) // 2
         return cells
@@ -64,6 +67,9 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
     found = _fixed(found, examples[0], wishes)
     fixed = {(wish.row, wish.column): wish.label for wish in wishes.fixed}
     rows, columns = found.shape[:2]
+    wide = _only(np.broadcast_to(domain.any(axis=(0, 1)), domain.shape).copy(), examples[0], wishes)
+    for count in wishes.counts:
+        _make_way(found, wide, examples[0].label(count.label), count.most, fixed)
     if wishes.equal_corners or wishes.symmetric:
         pairs = {(row, 0) for row in (0, rows - 1)} if wishes.equal_corners else set()
         pairs |= set(np.ndindex(rows, columns // 2)) if wishes.symmetric else set()
@@ -77,10 +83,11 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
         wished = {label for label, _, _ in counts}
         for label, once in sorted(ground_labels(examples), key=lambda each: not each[1]):
             name = examples[0].names[label]
-            if label in wished or least >= max(1, columns - 2):
+            if label in wished:
                 continue
             able = int(found[:, :, label].sum())
-            for most in (1, 2) if once else (max(1, able),):  # symmetric grids may have a pair only
+            tried = (1, 2) if once else (max(1, able),)  # symmetric grids may have a pair only
+            for most in tried if least < max(1, columns - 2) else ():
                 try:
                     counts.append(_counted(found, examples[0], Count(name, 1, most), wishes.symmetric))
                 except FacadeError:
@@ -90,7 +97,17 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
             else:
                 notes.append(f"{name} is on the ground floor of the example; there is no place for it here")
     counts.sort(key=lambda each: each[2])
-    return Demands(found, tuple(counts), wishes.symmetric, tuple(notes))
+    ends = tuple(sorted({0, rows - 1})) if wishes.equal_corners else ()
+    return Demands(found, tuple(counts), wishes.symmetric, ends, tuple(notes))
+
+
+def _make_way(domain: Domain, wide: Domain, label: int, most: int, fixed: Mapping[tuple[int, int], str]) -> None:
+    """Cells that may only have a label that is wished for less often get the labels that any cell may have."""
+    forced = domain[:, :, label] & (domain.sum(axis=2) == 1)
+    if int(forced.sum()) > max(0, most):
+        for cell in map(tuple, np.argwhere(forced).tolist()):
+            if cell not in fixed:
+                domain[cell] = wide[cell]
 
 
 def _check_room(domain: Domain, names: tuple[str, ...], counts: Sequence[tuple[int, int, int]]) -> None:

@@ -105,6 +105,13 @@ class Search:
                 domain[:, :, label] = False
             domain[chosen] = False
             domain[chosen, label] = True
+        for row in self.demands.equal_ends:
+            both = domain[row, 0] & domain[row, -1]
+            if not both.any():
+                return None
+            here = [label for label in (labels[row, 0], labels[row, -1]) if both[label]]
+            chosen = here[0] if here else self.generator.choice(np.flatnonzero(both))
+            domain[row, [0, -1]] = np.arange(domain.shape[2]) == chosen
         return domain
 
     def _chosen(self, forced: Domain, here: Domain, others: Domain, least: int, most: int) -> NDArray[np.bool_] | None:

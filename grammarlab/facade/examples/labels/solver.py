@@ -94,6 +94,9 @@ def _cells(model: CpModel, demands: Demands) -> dict[tuple[int, int, int], IntVa
     for label, least, most in demands.counts:
         often = sum(variable for (_, _, its), variable in cells.items() if its == label)
         model.add_linear_constraint(often, least, most)
+    for row in demands.equal_ends:
+        for label in np.flatnonzero(demands.domain[row, 0]).tolist():
+            model.add(cells[row, 0, label] == cells[row, columns - 1, label])
     return cells
 
 
