@@ -13,11 +13,13 @@ from grammarlab.facade.examples.analysis.walls import Wall
 from grammarlab.facade.examples.label_grid import LabelGrid
 from grammarlab.facade.examples.mesh.surface import Bools, Floats, Ints
 
-_SAME_SIZE, _NOISES = 0.02, 2.0
+_SAME_SIZE, _NOISES = 0.02, 4.0
 """Metres, and multiples of the noise, by which elements of equal units differ at most."""
-_SAME_CELL = 0.08
+_SAME_CELL = 0.2
 """Part by which cells of equal units differ at most; units are scaled to the size of their row and column anyway."""
 _SAME_DEPTH, _DEPTH_NOISES = 0.03, 5.0
+_EDGE_NOISES = 4.0
+"""Multiples of the noise by which sides are off at most, besides a pixel."""
 _DIFFERENT = 0.06
 """Part of what is off the plane from which depths that differ make another unit."""
 _LEAST_AREA = 0.3
@@ -33,7 +35,7 @@ class _Cell:
     boxes: Floats
     """[K, 4] low and high corners of its elements, in metres."""
     depth: Floats
-    """[3, h, w] metres before the plane: at each pixel, and the least and the largest at it and the eight around it."""
+    """[3, h, w] metres before the plane: at each pixel, and the least and the largest at it and those around it."""
     off: Bools
     """[h, w] whether it is off the plane."""
     anchor: Ints
@@ -62,7 +64,8 @@ def label_grid(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) 
 def _cells(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) -> list[list[_Cell]]:
     off, map_ = off_plane(wall), wall.map
     depth = np.clip(np.where(np.isfinite(map_.depth), map_.depth - wall.depth, -1.0), -1.0, 2.0)
-    depths = np.stack([depth, ndimage.minimum_filter(depth, 3), ndimage.maximum_filter(depth, 3)])
+    around = 1 + 2 * int(np.ceil(1.0 + _EDGE_NOISES * wall.noise / map_.step))
+    depths = np.stack([depth, ndimage.minimum_filter(depth, around), ndimage.maximum_filter(depth, around)])
     found = []
     for row in range(len(rows)):
         found.append([])
