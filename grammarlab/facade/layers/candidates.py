@@ -34,6 +34,8 @@ class Fit:
     """By pattern."""
     bound: float
     """What each layout of them costs at least, whatever the alignment."""
+    sizing: float
+    """The part of it that sizes cost."""
     gap: float
     """Metres by which a word is too long or too short at most."""
 
@@ -67,6 +69,7 @@ class Fits:
         """
         self.design, self.canvas = design, (width, height)
         self.rows = _rows(design)
+        self._found: dict[float, list[Fit] | None] = {}
         self._known: dict[tuple[int, tuple[tuple[str, int], ...], tuple[int, ...]], Word] = {}
         self.problem = _Problem(design, self.canvas, self.rows, 1.0 + _USUAL)
 
@@ -78,8 +81,10 @@ class Fits:
         """Words that miss the canvas by so much at most, by their bounds; None when there are more than `MOST`."""
         if tolerance > _USUAL * max(self.canvas) and self.problem.stretch < STRETCH:
             self.problem = _Problem(self.design, self.canvas, self.rows, STRETCH)
-        found = self.problem.within(tolerance)
-        return None if found is None else sorted(found, key=lambda fit: (fit.bound, fit.gap))
+        if tolerance not in self._found:
+            found = self.problem.within(tolerance)
+            self._found[tolerance] = found and sorted(found, key=lambda fit: (fit.bound, fit.gap))
+        return self._found[tolerance]
 
     def tolerances(self, enough: int) -> tuple[float, ...]:
         """Growing tolerances, metres; with the first there are enough candidates, if there are that many that fit well.
@@ -110,7 +115,9 @@ class Fits:
         words: dict[tuple[int, str], list[Word]] = {}
         for number, row in enumerate(self.rows):
             words.setdefault(row.group, []).append(self._word(number, fit.words[row.pattern]))
-        return Candidate(fit.counters, {group: tuple(rows) for group, rows in sorted(words.items())}, fit.bound)
+        return Candidate(
+            fit.counters, {group: tuple(rows) for group, rows in sorted(words.items())}, fit.bound, fit.sizing
+        )
 
     def _word(self, number: int, instance: Instance) -> Word:
         """The word of a row; below the lowest one of a group there is nothing to hide."""
@@ -149,6 +156,15 @@ class _Problem:
             self.ranges = counter_ranges(design, self.names, length)
         self.words = {name: instances(design, name, self.ranges, STRETCH * length[name]) for name in self.names}
         self.shared = self._shared()
+        self.others = {
+            (row.group, row.pattern): tuple(
+                dict.fromkeys(
+                    other.pattern for other in rows if other.group == row.group and other.pattern != row.pattern
+                )
+            )
+            for row in rows
+        }
+        """Other patterns of the group of each row."""
 
     def _shared(self) -> list[list[tuple[int, str]]]:
         """Groups that are about the same symbols."""
@@ -210,7 +226,9 @@ class _Problem:
         return counts
 
     def _fit(self, chosen: Mapping[str, Instance], tolerance: float) -> Fit | None:
-        gaps, bounds = 0.0, dict[tuple[int, str], float]()
+        gaps = 0.0
+        bounds = {row.group: 0.0 for row in self.rows}
+        sizing = dict(bounds)
         for row in self.rows:
             each, canvas = chosen[row.pattern], self.canvas[row.axis]
             gap = each.size - canvas
@@ -218,16 +236,19 @@ class _Problem:
                 hidden = self._hidden(row, chosen)
                 symbols = self.design.symbols
                 gap = self._short(row, each, sum((symbols[name].size or math.inf) * n for name, n in hidden.items()))
-                bound = self._short_bound(row, chosen, gap)
+                bound, fills = self._short_bound(row, chosen, gap), self.others[row.group, row.pattern] == ()
             else:
                 bound = self.design.weights.sizing * gap**2 / (sum(often**2 for often in each.counts.values()) or 1.0)
+                fills = True
             if gap > tolerance:
                 return None
             gaps = max(gaps, gap)
-            bounds[row.group] = max(bounds.get(row.group, 0.0), 0.0 if each.transparent and gap > 0.0 else bound)
+            if not each.transparent and not self.design.overhang:
+                bounds[row.group] = max(bounds[row.group], bound)
+                sizing[row.group] = max(sizing[row.group], bound if fills else 0.0)
         counters = {name: value for name in self.names for name, value in chosen[name].counters}
-        total = sum(max(bounds[group] for group in groups) for groups in self.shared)
-        return Fit(counters, chosen, 0.0 if self.design.overhang else total, gaps)
+        totals = (sum(max(each[group] for group in groups) for groups in self.shared) for each in (bounds, sizing))
+        return Fit(counters, chosen, *totals, gaps)
 
     def _short_bound(self, row: _Row, chosen: Mapping[str, Instance], gap: float) -> float:
         """What a word costs that is so much too short, with all that may be hidden above it.
@@ -237,7 +258,7 @@ class _Problem:
         how often each symbol occurs, in all of these rows.
         """
         own = chosen[row.pattern]
-        others = {other.pattern for other in self.rows if other.group == row.group} - {row.pattern}
+        others = self.others[row.group, row.pattern]
         if not gap or any(chosen[name].loose for name in others):
             return 0.0
         counts = dict(own.counts)

@@ -33,6 +33,8 @@ class Candidate:
     """Of each group, from its top layer down."""
     bound: float = 0.0
     """Energy that each of its layouts has at least, as far as is known."""
+    sizing: float = 0.0
+    """The part of it that sizes cost at least, whatever the alignment."""
 
     def sizing_bound(self, canvas: tuple[float, float]) -> float:
         """Square metres: no sizes that fit deviate less, as words that are too long have to shrink."""
@@ -154,7 +156,7 @@ class _Branches:
         while self.heap and self.heap[0][0] <= self.threshold:
             bound, number, places = heapq.heappop(self.heap)
             if places:
-                self._next(bound, number, places)
+                self._next(number, places)
             else:
                 self._open(number)
 
@@ -193,11 +195,14 @@ class _Branches:
             bound += self._shelf(number, group).energy(0)
         self._push(bound, number, (0,) * len(groups))
 
-    def _next(self, bound: float, number: int, places: Places) -> None:
+    def _next(self, number: int, places: Places) -> None:
         """The next best alignment of each group in turn; groups before the last that was changed are left alone."""
         groups = tuple(self.candidates[number].words)
         last = max((at for at, place in enumerate(places) if place), default=0)
+        bound = sum(self._shelf(number, group).energy(at) for group, at in zip(groups, places, strict=True))
         for at in range(last, len(groups)):
+            if len(set(self.candidates[number].words[groups[at]])) == 1:
+                continue  # wherever one word alone is cut, its letters stand where they stand
             shelf = self._shelf(number, groups[at])
             rest = bound - shelf.energy(places[at])
             if self._take(number, groups[at], places[at] + 1, rest) is not None:
@@ -205,10 +210,11 @@ class _Branches:
                 self._push(rest + shelf.energy(places[at] + 1), number, after)
 
     def _push(self, bound: float, number: int, places: Places) -> None:
+        aligned = self._aligned(number, places)
+        bound = max(bound, sum(each.energy for each in aligned.values()) + self._sizes_least(number, aligned))
         heapq.heappush(self.heap, (bound, number, places))
         if bound > self.threshold:
             return
-        aligned = self._aligned(number, places)
         key = number, places
         if key not in self.sized:
             self.sized[key] = size_letters(
@@ -221,6 +227,18 @@ class _Branches:
         if energy <= self.threshold:
             bisect.insort(self.best, (energy, number, places))
             del self.best[self.count :]
+
+    def _sizes_least(self, number: int, aligned: Mapping[Group, Alignment]) -> float:
+        """What sizes cost at least: strains of groups add up where these are about different symbols."""
+        strains = {group: self.weights.sizing * each.strain for group, each in aligned.items()}
+        apart: list[tuple[set[str], float]] = []
+        for group, strain in strains.items():
+            symbols, most = {letter.symbol for word in self.candidates[number].words[group] for letter in word}, strain
+            for other in [other for other in apart if other[0] & symbols]:
+                apart.remove(other)
+                symbols, most = symbols | other[0], max(most, other[1])
+            apart.append((symbols, most))
+        return max(sum(most for _, most in apart), self.candidates[number].sizing)
 
     def _aligned(self, number: int, places: Places) -> dict[Group, Alignment]:
         groups = self.candidates[number].words
