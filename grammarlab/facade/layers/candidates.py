@@ -247,8 +247,8 @@ class _Problem:
                 bounds[row.group] = max(bounds[row.group], bound)
                 sizing[row.group] = max(sizing[row.group], bound if fills else 0.0)
         counters = {name: value for name in self.names for name, value in chosen[name].counters}
-        totals = (sum(max(each[group] for group in groups) for groups in self.shared) for each in (bounds, sizing))
-        return Fit(counters, chosen, *totals, gaps)
+        bound, least = (sum(max(each[of] for of in groups) for groups in self.shared) for each in (bounds, sizing))
+        return Fit(counters, chosen, bound, least, gaps)
 
     def _short_bound(self, row: _Row, chosen: Mapping[str, Instance], gap: float) -> float:
         """What a word costs that is so much too short, with all that may be hidden above it.

@@ -10,7 +10,7 @@ from itertools import product
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.designs.design import Counter, Design
-from grammarlab.facade.layers.designs.patterns import Pattern, Power, Values, expand
+from grammarlab.facade.layers.designs.patterns import Pattern, Power, Reflection, Values, expand
 from grammarlab.facade.layers.letters import Word
 
 MOST_LETTERS = 400
@@ -166,7 +166,7 @@ def instance(design: Design, name: str, counters: Mapping[str, int], choices: tu
     """
     pattern = design.patterns[name]
     own = {each: counters[each] for each in pattern.counters()}
-    reflections = {each: design.counters[each].reflection for each in own}
+    reflections: dict[str, Reflection] = {each: design.counters[each].reflection for each in own}
     slots = expand(pattern, Values(own, choices, reflections), MOST_LETTERS)
     if slots is None:
         return None

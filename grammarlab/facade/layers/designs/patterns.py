@@ -183,11 +183,11 @@ def _expand(node: Node, values: Values, most: int, contents: Mapping[str, Slots]
             if base is None or len(base) * abs(count) > most:
                 return None
             modes = [values.reflections[name] for name, _ in node.count.terms if name in values.reflections]
-            word = repeated(base, count, modes[0] if modes else "inner")
+            word = repeated(base, count, modes[0]) if modes else repeated(base, count)
             return word if len(word) <= most else None
 
 
-def repeated(base: Slots, count: int, reflection: Reflection) -> Slots:
+def repeated(base: Slots, count: int, reflection: Reflection = "inner") -> Slots:
     """Copies of a word, for a negative count with their mirror images (supplement 002, table 1).
 
     Inner modes mirror each copy beside it, outer ones all copies together. A pivot is the letter at the mirror, which
