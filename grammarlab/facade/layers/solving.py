@@ -9,12 +9,16 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from grammarlab.facade.layers.alignment import Alignment
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.shelves import Budget, Shelf
 from grammarlab.facade.layers.sizing import Sizing, size_letters
 from grammarlab.facade.layers.weights import Weights
 
+SAME = 1e-6
+"""Metres that letters of layouts may differ by that look the same."""
 _GROWTH = 4.0
 """Of the cap on energies."""
 _MOST_ENERGY = 4.0
@@ -224,9 +228,24 @@ class _Branches:
         if sizing is None:
             return
         energy = sum(each.energy for each in aligned.values()) + self.weights.sizing * sizing.error
-        if energy <= self.threshold:
+        alike = next((each for each in self.best if each[1] == number and self._alike(each[2], places, number)), None)
+        if energy <= self.threshold and (alike is None or energy < alike[0]):
+            self.best = [each for each in self.best if each is not alike]
             bisect.insort(self.best, (energy, number, places))
             del self.best[self.count :]
+
+    def _alike(self, first: Places, second: Places, number: int) -> bool:
+        """Whether all letters that are seen stand in the same places."""
+        sizings = self.sized[number, first], self.sized[number, second]
+        for rows, *placed in zip(
+            self.candidates[number].words.values(), *(each.placed for each in sizings if each), strict=True
+        ):
+            for row, word in enumerate(rows):
+                seen = [not letter.transparent for letter in word]
+                low, high = ([each.lower[row][seen] for each in placed], [each.upper[row][seen] for each in placed])
+                if any(np.abs(one - other).max(initial=0.0) > SAME for one, other in (low, high)):
+                    return False
+        return True
 
     def _sizes_least(self, number: int, aligned: Mapping[Group, Alignment]) -> float:
         """What sizes cost at least: strains of groups add up where these are about different symbols."""

@@ -182,7 +182,7 @@ def _expand(node: Node, values: Values, most: int, contents: Mapping[str, Slots]
             count = node.count.value(values.counters)
             if base is None or len(base) * abs(count) > most:
                 return None
-            modes = [values.reflections[name] for name, _ in node.count.terms if name in values.reflections]
+            modes: list[Reflection] = [values.reflections[name] for name, _ in node.count.terms if name in values.reflections]
             word = repeated(base, count, modes[0]) if modes else repeated(base, count)
             return word if len(word) <= most else None
 
