@@ -46,7 +46,7 @@ class Alignment:
 
     @property
     def num_columns(self) -> int:
-        """n"""
+        """N."""
         return len(self.cells[0]) if self.cells else 0
 
     def columns(self) -> list[list[str]]:

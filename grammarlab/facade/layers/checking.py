@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -50,7 +51,7 @@ def _row(word: Word, row: Sequence[Element]) -> list[str]:
         found.append("parts of a letter do not follow each other")
     if any(len(numbers) > 1 and not word[at].transparent for at, numbers in order.items() if at < len(word)):
         found.append("a letter that is seen is split")
-    for before, after in zip(row, row[1:], strict=False):
+    for before, after in itertools.pairwise(row):
         if before and not after and _at_edge(word[before[-1][0]]):
             found.append(f"no space may follow {word[before[-1][0]].symbol}")
         if after and not before and _at_edge(word[after[0][0]]):
@@ -70,7 +71,9 @@ def _opaque(letters: Sequence[Letter]) -> bool:
     return bool(letters) and all(letter.hides for letter in letters)
 
 
-def _column(words: Sequence[Word], cells: Sequence[Sequence[Element]], column: Sequence[Element], number: int) -> list[str]:
+def _column(
+    words: Sequence[Word], cells: Sequence[Sequence[Element]], column: Sequence[Element], number: int
+) -> list[str]:
     found = []
     letters = [_letters(word, element) for word, element in zip(words, column, strict=True)]
     if not any(_opaque(each) for each in letters):
@@ -119,7 +122,11 @@ def _numbers(alignment: Alignment, canvas: float, tolerance: float) -> list[str]
     if not all(exact for _, _, exact in columns):
         span = max(span, canvas)
     exact = _EXACT * max(canvas, omega, span)
-    found = [f"the error of column {at + 1} is {error}" for at, (error, _, _) in enumerate(columns) if error > tolerance + exact]
+    found = [
+        f"the error of column {at + 1} is {error}"
+        for at, (error, _, _) in enumerate(columns)
+        if error > tolerance + exact
+    ]
     merged = sum(len(element) - 1 for row in alignment.cells for element in row if element)
     if abs(span - canvas) > tolerance + exact:
         found.append(f"the span of {span} misses the canvas of {canvas} by more than {tolerance}")

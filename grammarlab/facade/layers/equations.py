@@ -38,7 +38,7 @@ class Equations:
 
     @property
     def num_sizes(self) -> int:
-        """U"""
+        """U."""
         return self.matrix.shape[1]
 
 

@@ -115,9 +115,7 @@ def _steps(row: Row, state: int) -> Steps:
     found.sort(key=lambda step: (step.size, step.merged, step.state))
     fixed = tuple(step for step in found if step.fixed)
     elastic = tuple(step for step in found if not step.fixed)
-    return Steps(
-        empty, fixed, tuple(step.size for step in fixed), elastic, tuple(step.size for step in elastic)
-    )
+    return Steps(empty, fixed, tuple(step.size for step in fixed), elastic, tuple(step.size for step in elastic))
 
 
 def _transparent(row: Row, read: int, is_open: bool) -> list[Step]:

@@ -29,6 +29,8 @@ _GROWTH = 3
 """Of the limit."""
 _GUESSES = 4
 """Limits within which a path is sought when effort has run out."""
+_LEAST_EFFORT = 5_000
+"""Steps for each of these, at least."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +113,7 @@ def _guess(problem: Problem, limit: int, ceiling: int, effort: int) -> tuple[tup
     """What a search that goes ahead wherever it can comes upon, and the steps it looked at."""
     looked = 0
     for _ in range(_GUESSES):
-        tree = _Tree(problem, limit, 1, effort // _GUESSES, hasty=True)
+        tree = _Tree(problem, limit, 1, max(effort // _GUESSES, _LEAST_EFFORT), hasty=True)
         found = tree.run()
         looked += tree.looked
         if found.paths or limit == ceiling:
@@ -157,7 +159,16 @@ class _Tree:
             return Found((), self.limit + 1, done=True)
         end = tuple(row.last for row in self.rows)
         first = _Node(
-            0 if self.hasty else root, 0, 0, 0, 0, start, elastic=False, widths=self.spreads.start, strain=0, before=None,
+            0 if self.hasty else root,
+            0,
+            0,
+            0,
+            0,
+            start,
+            elastic=False,
+            widths=self.spreads.start,
+            strain=0,
+            before=None,
             column=(),
         )
         heap = [first]

@@ -55,9 +55,7 @@ def size_letters(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool = 
         return Sizing({}, (), 0.0, 0.0)
     system = equations(alignments, gaps=gaps)
     scale = max(canvases)
-    squares = Squares(
-        system.matrix, system.value, system.target_index, system.target, _LEAST * min(canvases), scale
-    )
+    squares = Squares(system.matrix, system.value, system.target_index, system.target, _LEAST * min(canvases), scale)
     size = squares.solve()
     if size is None:
         return None
@@ -71,9 +69,7 @@ def size_letters(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool = 
     return Sizing(sizes, placed, error, max(missed, squares.optimality(size)))
 
 
-def _placed(
-    system: Equations, size: Floats, number: int, alignment: Alignment, canvas: float, *, gaps: bool
-) -> Placed:
+def _placed(system: Equations, size: Floats, number: int, alignment: Alignment, canvas: float, *, gaps: bool) -> Placed:
     """Where the letters of an alignment are."""
     widths = [size[system.index["column", number, column]] for column in range(alignment.num_columns)]
     ends = np.concatenate([[0.0], np.cumsum(widths)])

@@ -262,8 +262,7 @@ class _Branches:
     def _aligned(self, number: int, places: Places) -> dict[Group, Alignment]:
         groups = self.candidates[number].words
         return {
-            group: self._shelf(number, group).known.best[place]
-            for group, place in zip(groups, places, strict=True)
+            group: self._shelf(number, group).known.best[place] for group, place in zip(groups, places, strict=True)
         }
 
     def _layout(self, energy: float, number: int, places: Places) -> Layout:

@@ -69,9 +69,7 @@ class Spreads:
         self.bounded = not any(letter.size is None and not letter.transparent for letter in letters)
         self.start = Widths(tuple(start), (_NONE,) * len(problem.rows))
 
-    def after(
-        self, widths: Widths, column: Sequence[Step], high: int, *, elastic: bool, span: int
-    ) -> Widths | None:
+    def after(self, widths: Widths, column: Sequence[Step], high: int, *, elastic: bool, span: int) -> Widths | None:
         """What is known after one more column of this width; None when letters of a symbol differ too much.
 
         Args:

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 
 from ortools.sat.python import cp_model
 
@@ -29,7 +29,7 @@ def optimum(words, canvas, tolerance, error_price, merge_price):
         return None
     model = cp_model.CpModel()
     used = [model.new_bool_var("") for _ in range(columns)]
-    for before, after in zip(used, used[1:], strict=False):
+    for before, after in pairwise(used):
         model.add_implication(after, before)
     rows = [_row(model, word, used) for word in words]
     for one, word in enumerate(words):
@@ -87,7 +87,7 @@ def optimum(words, canvas, tolerance, error_price, merge_price):
 
 def _spread(model, words, rows, total, elastic, tolerance, top):
     """Letters without a width of their own may be given shares of their columns that differ little by symbol."""
-    distinct = {word: row for word, row in zip(words, rows, strict=True)}
+    distinct = dict(zip(words, rows, strict=True))
     often = Counter(letter.symbol for word in distinct for letter in word if letter.size is None)
     spreads = {}
     for word, row in distinct.items():
@@ -114,8 +114,8 @@ def _spread(model, words, rows, total, elastic, tolerance, top):
                 model.add(spread == sum(parts))
             else:
                 model.add(spread == sum(parts)).only_enforce_if(torn)
-                model.add(spread == round(letter.size)).only_enforce_if(torn.negated())
-                spreads.setdefault(letter.symbol, []).append(round(letter.size))
+                model.add(spread == round(letter.size or 0)).only_enforce_if(torn.negated())
+                spreads.setdefault(letter.symbol, []).append(round(letter.size or 0))
             spreads.setdefault(letter.symbol, []).append(spread)
     for each in spreads.values():
         for one, other in combinations(each, 2):
@@ -129,7 +129,7 @@ def _row(model, word, used):
     ended = [[model.new_bool_var("") for _ in columns] if letter.transparent else begun[at]
              for at, letter in enumerate(word)]  # fmt: skip
     for each in (*begun, *ended):
-        for before, after in zip(each, each[1:], strict=False):
+        for before, after in pairwise(each):
             model.add_implication(before, after)
         model.add(each[-1] == 1)
     inside, whole = [], []
@@ -184,12 +184,12 @@ def _elements(model, word, begun, ended, inside, whole, columns):
                 loose.append(inside[at][column])
                 continue
             if not letter.transparent:
-                terms.append(round(letter.size) * inside[at][column])
+                terms.append(round(letter.size or 0) * inside[at][column])
                 continue
             both, torn = model.new_bool_var(""), model.new_bool_var("")
             model.add_multiplication_equality(both, [inside[at][column], whole[at]])
             model.add(torn == inside[at][column] - both)
-            terms.append(round(letter.size) * both)
+            terms.append(round(letter.size or 0) * both)
             loose.append(torn)
         any_loose = _any(model, loose)
         model.add_bool_and([some, any_loose.negated()]).only_enforce_if(exact)

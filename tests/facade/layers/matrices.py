@@ -42,10 +42,13 @@ def random_case(seed, most=8, rows=(1, 2, 2, 3, 3)):
         )
     lengths = [length for length in (1, 2, 2, 3, 3, 4, 4, 5, 6, 8) if length <= most]
     words = [tuple(rng.choice(letters) for _ in range(rng.choice(lengths))) for _ in range(rng.choice(rows))]
+    walls = [letter for letter in letters if letter.opaque and letter.size is not None]
+    if walls and rng.random() < 0.8:
+        words[-1] = tuple(rng.choice(walls) for _ in range(rng.choice(lengths)))
     if len(words) == 3 and rng.random() < 0.2:
-        words[2] = words[0]
+        words[1] = words[0]
     longest = max(sum(letter.size or 0.0 for letter in each if not letter.transparent) for each in words)
-    canvas = max(1.0, longest + rng.choice([-1.0, 0.0, 1.0, 2.0]))
+    canvas = max(1.0, longest + rng.choice([-1.0, 0.0, 0.0, 1.0]))
     return words, canvas, rng.choice([1.0, 2.0, 3.0, 5.0]), rng.choice([0.02, 0.05, 0.3, 1.0, 3.0])
 
 

@@ -195,7 +195,7 @@ def test_a_letter_without_size_fills_the_canvas():
 @pytest.mark.parametrize("canvas", [1e-6, 1.0, 1e9])
 def test_canvases_of_any_size(canvas):
     sizes = {"A": 0.2 * canvas, "B": 0.4 * canvas}
-    found, best = columns_of([word("ABABA", sizes)], 1.4 * canvas, 0.1 * canvas, merge=canvas)
+    found, best = columns_of([word("ABABA", sizes)], 1.4 * canvas, 0.1 * canvas)
     assert found == list("ABABA")
     assert best.span == pytest.approx(1.4 * canvas)
 
