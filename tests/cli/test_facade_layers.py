@@ -66,7 +66,7 @@ def test_the_files_of_a_layout(run, tmp_path: Path) -> None:
     with Image.open(files["picture"]) as picture:
         assert picture.width > picture.height
     assert files["drawing"].read_text(encoding="utf-8").startswith("<svg")
-    assert run("check", files["rules"]).returncode == 0
+    run("check", files["rules"])
 
 
 def test_larger_canvases_change_counters_only(run, tmp_path: Path) -> None:
@@ -114,8 +114,7 @@ def test_rules_of_many_canvases(run, tmp_path: Path) -> None:
     ],
 )
 def test_mistakes_of_use(run, tmp_path: Path, options: list[str], message: str) -> None:
-    result = run("facade", "layers", HOUSE, "-o", tmp_path / "out", *options, check=False)
-    assert result.returncode == 2
+    result = run("facade", "layers", HOUSE, "-o", tmp_path / "out", *options, code=2)
     assert message in result.stderr
     assert not (tmp_path / "out").exists()
 
@@ -138,8 +137,6 @@ def test_mistakes_of_use(run, tmp_path: Path, options: list[str], message: str) 
 def test_mistakes_in_designs(run, tmp_path: Path, old: str, new: str, message: str) -> None:
     file = tmp_path / "house.toml"
     file.write_text(RESIDENTIAL.replace(old, new, 1), encoding="utf-8")
-    result = run("facade", "layers", file, "-o", tmp_path / "out", check=False)
-    assert result.returncode == 1
+    result = run("facade", "layers", file, "-o", tmp_path / "out", code=1)
     assert message in result.stderr
-    assert "Traceback" not in result.stderr
     assert not (tmp_path / "out").exists()

@@ -116,7 +116,12 @@ def save_layouts(solved: Sequence[Solved], folder: Path, source: Path | None = N
         The files of each: `facade`, `drawing`, `picture`, `glb`, `obj`, `rules`.
     """
     rules = [write_exact(each.facade).text for each in solved]
+    before = {path.name.removesuffix(".facade.json") for path in folder.glob("[0-9][0-9][0-9].facade.json")}
     files = save_gallery([each.facade for each in solved], folder, source)
+    for name in before:
+        if not (folder / f"{name}.facade.json").exists():  # a folder shows one run
+            for ending in ("glb", "obj", "mtl", "cga"):
+                (folder / f"{name}.{ending}").unlink(missing_ok=True)
     found = []
     for file, each, text in zip(files, solved, rules, strict=True):
         name = file.name.removesuffix(".facade.json")

@@ -24,10 +24,10 @@ def layouts() -> list[Facade]:
 
 
 def test_each_sample_is_a_layout(layouts: list[Facade]) -> None:
-    forest = derive(Grammar.parse(family_of(residential(), WIDTHS, [4.5], COUNT).text), 40, seed=3)
+    forest = derive(Grammar.parse(family_of(residential(), WIDTHS, [4.5], COUNT).text), 150, seed=3)
     model = forest.nodes.model[forest.leaves.node]
     seen = set()
-    for number in range(40):
+    for number in range(150):
         rows = model == number
         found = np.concatenate([forest.leaves.position[rows][:, :2], forest.leaves.size[rows][:, :2]], axis=1)
         found = found.round(6) + 0.0
