@@ -35,12 +35,16 @@ class Shelf:
     cutoff: float = -math.inf
     """Up to which energy."""
 
+    @property
+    def varied(self) -> bool:
+        """Whether words differ: alignments of one word differ in nothing that is seen."""
+        return any(word != self.words[0] for word in self.words)
+
     def at(self, place: int, cutoff: float) -> Alignment | None:
         """The alignment that so many others are better than; None when it costs more, or effort ran out."""
-        enough = place < len(self.known.best)
-        if not enough and (cutoff > self.cutoff or place >= self.asked) and self.budget.left > 0:
-            if not (self.known.done and len(self.known.best) < self.asked and cutoff <= self.cutoff):
-                self._search(max(place + 1, min(2 * place, 64)), max(cutoff, self.cutoff))
+        missing = place >= len(self.known.best) and not self.sure(place, cutoff)
+        if missing and self.budget.left > 0:
+            self._search(max(place + 1, min(2 * place, 64)), max(cutoff, self.cutoff))
         if place < len(self.known.best) and self.energy(place) <= cutoff:
             return self.known.best[place]
         return None
@@ -52,7 +56,8 @@ class Shelf:
 
     def sure(self, place: int, cutoff: float) -> bool:
         """Whether there is no such alignment that was not found."""
-        return place < len(self.known.best) or (self.known.done and cutoff <= self.cutoff)
+        exhausted = self.known.done and len(self.known.best) < self.asked and cutoff <= self.cutoff
+        return place < len(self.known.best) or exhausted
 
     def _search(self, count: int, cutoff: float) -> None:
         found = align(

@@ -17,10 +17,12 @@ from grammarlab.facade.layers.shelves import Budget, Shelf
 from grammarlab.facade.layers.sizing import Sizing, size_letters
 from grammarlab.facade.layers.weights import Weights
 
-SAME = 1e-6
-"""Metres that letters of layouts may differ by that look the same."""
+_SAME = 1e-6
+"""Metres by which letters of layouts that look the same differ at most."""
 _GROWTH = 4.0
 """Of the cap on energies."""
+_STEPS_OF_SIZES = 300
+"""Steps of effort that solving for sizes takes, about."""
 _MOST_ENERGY = 4.0
 """Metres of errors for each metre of the canvas after which no cap is set."""
 
@@ -37,21 +39,6 @@ class Candidate:
     """Of each group, from its top layer down."""
     bound: float = 0.0
     """Energy that each of its layouts has at least, as far as is known."""
-    sizing: float = 0.0
-    """The part of it that sizes cost at least, whatever the alignment."""
-
-    def sizing_bound(self, canvas: tuple[float, float]) -> float:
-        """Square metres: no sizes that fit deviate less, as words that are too long have to shrink."""
-        bounds = [0.0, 0.0]
-        for (axis, _), words in self.words.items():
-            for word in words:
-                sized = [letter for letter in word if letter.size is not None and not letter.transparent]
-                over = math.fsum(letter.size or 0.0 for letter in sized) - canvas[axis]
-                if over > 0.0:
-                    often = Counter(letter.symbol for letter in sized)
-                    bounds[axis] = max(bounds[axis], over**2 / sum(each**2 for each in often.values()))
-        # Both axes may be about the same symbols.
-        return max(bounds)
 
 
 @dataclass(frozen=True)
@@ -86,7 +73,7 @@ def solve(
     *,
     tolerances: Sequence[float],
     gaps: bool = False,
-    effort: int = 1_000_000,
+    effort: int = 500_000,
 ) -> list[Layout]:
     """The best different layouts, best first; none where even the last tolerance has none.
 
@@ -97,7 +84,7 @@ def solve(
         count: how many.
         tolerances: metres, growing; the first with a layout is searched whole.
         gaps: see `size_letters`.
-        effort: steps of all searches for alignments with one tolerance, see `align`.
+        effort: steps of all searches with one tolerance, see `align`; then layouts may not be proven.
     """
     for tolerance in tolerances:
         branches = _Branches(tuple(candidates(tolerance)), canvas, weights, count, tolerance, gaps, Budget(effort))
@@ -127,6 +114,7 @@ class _Branches:
     gaps: bool
     budget: Budget
     shelves: dict[tuple[int, tuple[Word, ...], int], Shelf] = field(default_factory=dict)
+    opened: dict[int, _Opened] = field(default_factory=dict)
     sized: dict[tuple[int, Places], Sizing | None] = field(default_factory=dict)
     best: list[tuple[float, int, Places]] = field(default_factory=list)
     heap: list[tuple[float, int, Places]] = field(default_factory=list)
@@ -152,130 +140,161 @@ class _Branches:
 
     def _within(self, cap: float) -> None:
         self.cap, self.best, self.unsure = cap, [], math.inf
-        self.heap = []
-        for number, candidate in enumerate(self.candidates):
-            bound = 0.0 if self.gaps else self.weights.sizing * candidate.sizing_bound(self.canvas)
-            self.heap.append((max(bound, candidate.bound), number, ()))
+        self.heap = [(candidate.bound, number, ()) for number, candidate in enumerate(self.candidates)]
         heapq.heapify(self.heap)
         while self.heap and self.heap[0][0] <= self.threshold:
-            bound, number, places = heapq.heappop(self.heap)
+            if self.budget.left <= 0 and self.best:
+                break
+            _, number, places = heapq.heappop(self.heap)
+            if number not in self.opened:
+                self.opened[number] = self._open(number)
             if places:
                 self._next(number, places)
             else:
-                self._open(number)
+                self._first(number)
 
-    def _shelf(self, number: int, group: Group) -> Shelf:
-        words = self.candidates[number].words[group]
-        key = group[0], words, self._sharing(number, group)
-        if key not in self.shelves:
-            canvas = self.canvas[group[0]]
-            share = self.weights.sizing / self._sharing(number, group)
-            self.shelves[key] = Shelf(words, canvas, self.weights, self.tolerance, self.budget, share, self.gaps)
-        return self.shelves[key]
-
-    def _sharing(self, number: int, group: Group) -> int:
-        """How many groups may be about the same symbols: what sizes cost at least is divided between them."""
+    def _open(self, number: int) -> _Opened:
         words = self.candidates[number].words
-        symbols = {each: {letter.symbol for word in rows for letter in word} for each, rows in words.items()}
-        alone = all(symbols[group].isdisjoint(other) for each, other in symbols.items() if each != group)
-        return 1 if alone else len(words)
+        sharing = sharing_groups(words)
+        shelves = []
+        for group, rows in words.items():
+            key = group[0], rows, sharing[group]
+            if key not in self.shelves:
+                share = self.weights.sizing / sharing[group]
+                self.shelves[key] = Shelf(
+                    rows, self.canvas[group[0]], self.weights, self.tolerance, self.budget, share, self.gaps
+                )
+            shelves.append(self.shelves[key])
+        return _Opened(tuple(words), tuple(shelves))
 
-    def _take(self, number: int, group: Group, place: int, rest: float) -> Alignment | None:
+    def _take(self, shelf: Shelf, place: int, rest: float) -> Alignment | None:
         """An alignment of a group that is cheap enough beside what else is to pay."""
-        shelf, cutoff = self._shelf(number, group), self.threshold - rest
+        cutoff = self.threshold - rest
         found = shelf.at(place, cutoff)
         if found is None and not shelf.sure(place, cutoff):
             self.unsure = min(self.unsure, rest + shelf.known.bound)
         return found
 
-    def _open(self, number: int) -> None:
+    def _first(self, number: int) -> None:
         """The best alignment of each group of a candidate."""
-        groups = self.candidates[number].words
-        # Strains take the place of what is known without an alignment: both are about the same sizes.
-        bound = 0.0
-        for group in groups:
-            if self._take(number, group, 0, bound) is None:
+        bound, opened = 0.0, self.opened[number]
+        for shelf in opened.shelves:
+            if self._take(shelf, 0, bound) is None:
                 return
-            bound += self._shelf(number, group).energy(0)
-        self._push(bound, number, (0,) * len(groups))
+            bound += shelf.energy(0)
+        if opened.floor is None:
+            opened.floor = self.weights.sizing * least_error(self.candidates[number].words, self.canvas, gaps=self.gaps)
+        self._push(number, (0,) * len(opened.shelves))
 
     def _next(self, number: int, places: Places) -> None:
-        """The next best alignment of each group in turn; groups before the last that was changed are left alone."""
-        groups = tuple(self.candidates[number].words)
-        last = max((at for at, place in enumerate(places) if place), default=0)
-        bound = sum(self._shelf(number, group).energy(at) for group, at in zip(groups, places, strict=True))
-        for at in range(last, len(groups)):
-            if len(set(self.candidates[number].words[groups[at]])) == 1:
-                continue  # wherever one word alone is cut, its letters stand where they stand
-            shelf = self._shelf(number, groups[at])
-            rest = bound - shelf.energy(places[at])
-            if self._take(number, groups[at], places[at] + 1, rest) is not None:
-                after = (*places[:at], places[at] + 1, *places[at + 1 :])
-                self._push(rest + shelf.energy(places[at] + 1), number, after)
+        """The next best alignment of each group in turn; groups before the last that was changed are left alone.
 
-    def _push(self, bound: float, number: int, places: Places) -> None:
-        aligned = self._aligned(number, places)
-        bound = max(bound, sum(each.energy for each in aligned.values()) + self._sizes_least(number, aligned))
+        Of layers that all have one word, alignments differ in nothing that is seen.
+        """
+        opened = self.opened[number]
+        bound = opened.bound(places)
+        last = max((at for at, place in enumerate(places) if place), default=0)
+        for at in range(last, len(places)):
+            shelf = opened.shelves[at]
+            rest = bound - shelf.energy(places[at])
+            if shelf.varied and self._take(shelf, places[at] + 1, rest) is not None:
+                self._push(number, (*places[:at], places[at] + 1, *places[at + 1 :]))
+
+    def _push(self, number: int, places: Places) -> None:
+        opened = self.opened[number]
+        aligned = opened.aligned(places)
+        bound = max(opened.bound(places), sum(each.energy for each in aligned) + (opened.floor or 0.0))
         heapq.heappush(self.heap, (bound, number, places))
         if bound > self.threshold:
             return
         key = number, places
         if key not in self.sized:
-            self.sized[key] = size_letters(
-                [(alignment, self.canvas[group[0]]) for group, alignment in aligned.items()], gaps=self.gaps
-            )
+            canvases = [self.canvas[axis] for axis, _ in opened.groups]
+            self.sized[key] = size_letters(list(zip(aligned, canvases, strict=True)), gaps=self.gaps)
+            self.budget.left -= _STEPS_OF_SIZES
         sizing = self.sized[key]
         if sizing is None:
             return
-        energy = sum(each.energy for each in aligned.values()) + self.weights.sizing * sizing.error
-        alike = next((each for each in self.best if each[1] == number and self._alike(each[2], places, number)), None)
-        if energy <= self.threshold and (alike is None or energy < alike[0]):
-            self.best = [each for each in self.best if each is not alike]
+        energy = sum(each.energy for each in aligned) + self.weights.sizing * sizing.error
+        like = next((each for each in self.best if each[1] == number and self._alike(number, each[2], places)), None)
+        if energy <= self.threshold and (like is None or energy < like[0]):
+            self.best = [each for each in self.best if each is not like]
             bisect.insort(self.best, (energy, number, places))
             del self.best[self.count :]
 
-    def _alike(self, first: Places, second: Places, number: int) -> bool:
-        """Whether all letters that are seen stand in the same places."""
-        sizings = self.sized[number, first], self.sized[number, second]
-        for rows, *placed in zip(
-            self.candidates[number].words.values(), *(each.placed for each in sizings if each), strict=True
-        ):
-            for row, word in enumerate(rows):
+    def _alike(self, number: int, *layouts: Places) -> bool:
+        """Whether all letters of two layouts that are seen stand in the same places."""
+        placed = [found.placed for found in (self.sized[number, places] for places in layouts) if found is not None]
+        for words, one, other in zip(self.candidates[number].words.values(), *placed, strict=True):
+            for row, word in enumerate(words):
                 seen = [not letter.transparent for letter in word]
-                low, high = ([each.lower[row][seen] for each in placed], [each.upper[row][seen] for each in placed])
-                if any(np.abs(one - other).max(initial=0.0) > SAME for one, other in (low, high)):
-                    return False
+                for each in ((one.lower[row], other.lower[row]), (one.upper[row], other.upper[row])):
+                    if np.abs(each[0] - each[1])[seen].max(initial=0.0) > _SAME:
+                        return False
         return True
 
-    def _sizes_least(self, number: int, aligned: Mapping[Group, Alignment]) -> float:
-        """What sizes cost at least: strains of groups add up where these are about different symbols."""
-        strains = {group: self.weights.sizing * each.strain for group, each in aligned.items()}
-        apart: list[tuple[set[str], float]] = []
-        for group, strain in strains.items():
-            symbols, most = {letter.symbol for word in self.candidates[number].words[group] for letter in word}, strain
-            for other in [other for other in apart if other[0] & symbols]:
-                apart.remove(other)
-                symbols, most = symbols | other[0], max(most, other[1])
-            apart.append((symbols, most))
-        return max(sum(most for _, most in apart), self.candidates[number].sizing)
-
-    def _aligned(self, number: int, places: Places) -> dict[Group, Alignment]:
-        groups = self.candidates[number].words
-        return {
-            group: self._shelf(number, group).known.best[place] for group, place in zip(groups, places, strict=True)
-        }
-
     def _layout(self, energy: float, number: int, places: Places) -> Layout:
-        sizing = self.sized[number, places]
+        sizing, opened = self.sized[number, places], self.opened[number]
         if sizing is None:
             raise AssertionError("Only layouts with sizes are among the best.")
         bound = min(self.unsure, self.heap[0][0] if self.heap else math.inf, self.cap)
         return Layout(
             candidate=self.candidates[number],
-            alignments=self._aligned(number, places),
+            alignments=dict(zip(opened.groups, opened.aligned(places), strict=True)),
             sizing=sizing,
             energy=energy,
             bound=min(bound, energy),
             proven=bound >= energy,
             tolerance=self.tolerance,
         )
+
+
+@dataclass
+class _Opened:
+    """A candidate whose groups are being aligned."""
+
+    groups: tuple[Group, ...]
+    shelves: tuple[Shelf, ...]
+    floor: float | None = None
+    """Energy of sizes at least, whatever the alignment; None until it is asked for."""
+
+    def aligned(self, places: Places) -> list[Alignment]:
+        return [shelf.known.best[place] for shelf, place in zip(self.shelves, places, strict=True)]
+
+    def bound(self, places: Places) -> float:
+        """Energy of alignments and of the strains that they put on sizes."""
+        return sum(shelf.energy(place) for shelf, place in zip(self.shelves, places, strict=True))
+
+
+def sharing_groups(words: Mapping[Group, tuple[Word, ...]]) -> dict[Group, int]:
+    """How many groups are about the same symbols, directly or through others: their errors of sizes are one."""
+    parts: list[tuple[set[Group], set[str]]] = []
+    for group, rows in words.items():
+        groups, symbols = {group}, {letter.symbol for word in rows for letter in word if letter.size is not None}
+        apart = []
+        for part in parts:
+            if part[1].isdisjoint(symbols):
+                apart.append(part)
+            else:
+                groups, symbols = groups | part[0], symbols | part[1]
+        parts = [*apart, (groups, symbols)]
+    return {group: len(groups) for groups, _ in parts for group in groups}
+
+
+def least_error(words: Mapping[Group, tuple[Word, ...]], canvas: tuple[float, float], *, gaps: bool) -> float:
+    """Square metres: sizes deviate at least so much, as words that are alone in their group fill the canvas."""
+    often: list[Counter[str]] = []
+    lengths, sizes = [], dict[str, float]()
+    for (axis, _), rows in words.items():
+        word = rows[0]
+        known = all(letter.size is not None and (letter.opaque or not gaps) for letter in word)
+        if known and word and len(set(rows)) == 1:
+            often.append(Counter(letter.symbol for letter in word))
+            lengths.append(canvas[axis])
+            sizes |= {letter.symbol: letter.size or 0.0 for letter in word}
+    if not often:
+        return 0.0
+    matrix = np.array([[each[symbol] for symbol in sizes] for each in often], dtype=np.float64)
+    change = np.linalg.lstsq(matrix, np.array(lengths) - matrix @ np.array(list(sizes.values())), rcond=1e-9)[0]
+    # A little less, for round-off is no bound.
+    return float(np.square(change).sum()) * (1.0 - 1e-9)
