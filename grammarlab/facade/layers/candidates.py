@@ -34,8 +34,6 @@ class Fit:
     """By pattern."""
     bound: float
     """What each layout of them costs at least, whatever the alignment."""
-    sizing: float
-    """The part of it that sizes cost."""
     gap: float
     """Metres by which a word is too long or too short at most."""
 
@@ -115,9 +113,7 @@ class Fits:
         words: dict[tuple[int, str], list[Word]] = {}
         for number, row in enumerate(self.rows):
             words.setdefault(row.group, []).append(self._word(number, fit.words[row.pattern]))
-        return Candidate(
-            fit.counters, {group: tuple(rows) for group, rows in sorted(words.items())}, fit.bound, fit.sizing
-        )
+        return Candidate(fit.counters, {group: tuple(rows) for group, rows in sorted(words.items())}, fit.bound)
 
     def _word(self, number: int, instance: Instance) -> Word:
         """The word of a row; below the lowest one of a group there is nothing to hide."""
@@ -228,7 +224,6 @@ class _Problem:
     def _fit(self, chosen: Mapping[str, Instance], tolerance: float) -> Fit | None:
         gaps = 0.0
         bounds = {row.group: 0.0 for row in self.rows}
-        sizing = dict(bounds)
         for row in self.rows:
             each, canvas = chosen[row.pattern], self.canvas[row.axis]
             gap = each.size - canvas
@@ -236,19 +231,16 @@ class _Problem:
                 hidden = self._hidden(row, chosen)
                 symbols = self.design.symbols
                 gap = self._short(row, each, sum((symbols[name].size or math.inf) * n for name, n in hidden.items()))
-                bound, fills = self._short_bound(row, chosen, gap), self.others[row.group, row.pattern] == ()
+                bound = self._short_bound(row, chosen, gap)
             else:
                 bound = self.design.weights.sizing * gap**2 / (sum(often**2 for often in each.counts.values()) or 1.0)
-                fills = True
             if gap > tolerance:
                 return None
             gaps = max(gaps, gap)
             if not each.transparent and not self.design.overhang:
                 bounds[row.group] = max(bounds[row.group], bound)
-                sizing[row.group] = max(sizing[row.group], bound if fills else 0.0)
         counters = {name: value for name in self.names for name, value in chosen[name].counters}
-        bound, least = (sum(max(each[of] for of in groups) for groups in self.shared) for each in (bounds, sizing))
-        return Fit(counters, chosen, bound, least, gaps)
+        return Fit(counters, chosen, sum(max(bounds[of] for of in groups) for groups in self.shared), gaps)
 
     def _short_bound(self, row: _Row, chosen: Mapping[str, Instance], gap: float) -> float:
         """What a word costs that is so much too short, with all that may be hidden above it.
