@@ -151,16 +151,11 @@ class _Problem:
         except FacadeError:
             self.ranges = counter_ranges(design, self.names, length)
         self.words = {name: instances(design, name, self.ranges, STRETCH * length[name]) for name in self.names}
-        self.shared = self._shared()
-        self.others = {
-            (row.group, row.pattern): tuple(
-                dict.fromkeys(
-                    other.pattern for other in rows if other.group == row.group and other.pattern != row.pattern
-                )
-            )
-            for row in rows
+        self.groups = {
+            group: [row for row in rows if row.group == group] for group in dict.fromkeys(r.group for r in rows)
         }
-        """Other patterns of the group of each row."""
+        self.shared = self._shared()
+        self._known: dict[tuple[tuple[int, str], tuple[int, ...]], tuple[float, float]] = {}
 
     def _shared(self) -> list[list[tuple[int, str]]]:
         """Groups that are about the same symbols."""
@@ -222,25 +217,30 @@ class _Problem:
         return counts
 
     def _fit(self, chosen: Mapping[str, Instance], tolerance: float) -> Fit | None:
-        gaps = 0.0
-        bounds = {row.group: 0.0 for row in self.rows}
-        for row in self.rows:
-            each, canvas = chosen[row.pattern], self.canvas[row.axis]
-            gap = each.size - canvas
-            if gap < 0.0:
-                hidden = self._hidden(row, chosen)
-                symbols = self.design.symbols
-                gap = self._short(row, each, sum((symbols[name].size or math.inf) * n for name, n in hidden.items()))
-                bound = self._short_bound(row, chosen, gap)
-            else:
-                bound = self.design.weights.sizing * gap**2 / (sum(often**2 for often in each.counts.values()) or 1.0)
+        gaps, bounds = 0.0, dict[tuple[int, str], float]()
+        for group, rows in self.groups.items():
+            key = group, tuple(id(chosen[row.pattern]) for row in rows)
+            if key not in self._known:
+                missed = [self._missed(row, chosen) for row in rows]
+                self._known[key] = max(gap for gap, _ in missed), max(bound for _, bound in missed)
+            gap, bounds[group] = self._known[key]
             if gap > tolerance:
                 return None
             gaps = max(gaps, gap)
-            if not each.transparent and not self.design.overhang:
-                bounds[row.group] = max(bounds[row.group], bound)
         counters = {name: value for name in self.names for name, value in chosen[name].counters}
         return Fit(counters, chosen, sum(max(bounds[of] for of in groups) for groups in self.shared), gaps)
+
+    def _missed(self, row: _Row, chosen: Mapping[str, Instance]) -> tuple[float, float]:
+        """Metres by which a word misses the canvas, and what it costs at least."""
+        each, weight = chosen[row.pattern], self.design.weights.sizing
+        gap = each.size - self.canvas[row.axis]
+        if gap < 0.0:
+            hidden, symbols = self._hidden(row, chosen), self.design.symbols
+            gap = self._short(row, each, sum((symbols[name].size or math.inf) * n for name, n in hidden.items()))
+            bound = self._short_bound(row, chosen, gap)
+        else:
+            bound = weight * gap**2 / (sum(often**2 for often in each.counts.values()) or 1.0)
+        return gap, 0.0 if each.transparent or self.design.overhang else bound
 
     def _short_bound(self, row: _Row, chosen: Mapping[str, Instance], gap: float) -> float:
         """What a word costs that is so much too short, with all that may be hidden above it.
@@ -250,7 +250,7 @@ class _Problem:
         how often each symbol occurs, in all of these rows.
         """
         own = chosen[row.pattern]
-        others = self.others[row.group, row.pattern]
+        others = {other.pattern for other in self.groups[row.group]} - {row.pattern}
         if not gap or any(chosen[name].loose for name in others):
             return 0.0
         counts = dict(own.counts)

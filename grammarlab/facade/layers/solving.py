@@ -203,7 +203,8 @@ class _Branches:
     def _push(self, number: int, places: Places) -> None:
         opened = self.opened[number]
         aligned = opened.aligned(places)
-        bound = max(opened.bound(places), sum(each.energy for each in aligned) + (opened.floor or 0.0))
+        sizes = max(opened.floor or 0.0, *(self.weights.sizing * each.strain for each in aligned))
+        bound = max(opened.bound(places), sum(each.energy for each in aligned) + sizes)
         heapq.heappush(self.heap, (bound, number, places))
         if bound > self.threshold:
             return
