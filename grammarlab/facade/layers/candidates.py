@@ -9,10 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.designs.design import Design
 from grammarlab.facade.layers.letters import Word
+from grammarlab.facade.layers.relations import relation
 from grammarlab.facade.layers.solving import Candidate
 from grammarlab.facade.layers.words import STRETCH, Instance, Range, choices_of, counter_ranges, instance, instances
 from grammarlab.facade.tree import X, Y
@@ -291,7 +293,16 @@ def _explained(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]
     told = [_told(design, canvas, rows[row]) for row in needed]
     if len(told) == 1:
         return f"no word fits: {told[0]}"
-    return "these patterns contradict each other: " + "; ".join(dict.fromkeys(told)) + ". Counters are the same in all."
+    text = "these patterns contradict each other: " + "; ".join(dict.fromkeys(told)) + ". Counters are the same in all."
+    equations = _equations(design, [rows[each] for each in needed])
+    return f"{text} Side by side they say {' and '.join(equations)}." if equations else text
+
+
+def _equations(design: Design, rows: Sequence[_Row]) -> list[str]:
+    """What patterns of one group say about each other, see `relations`."""
+    pairs = [(one, other) for one, other in combinations(rows, 2) if one.group == other.group]
+    found = (relation(design.patterns[one.pattern], design.patterns[other.pattern]) for one, other in pairs)
+    return list(dict.fromkeys(str(each) for each in found if each is not None))
 
 
 def _possible(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]) -> bool:
