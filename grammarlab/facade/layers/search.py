@@ -1,8 +1,8 @@
 """Exact search for the cheapest alignments: A* over places in all rows, within limits that grow.
 
-All that costs more than a limit is cut off, by the bounds of `pairs.py`; while nothing is found, the limit grows. So the
-first that is found is the cheapest, and a tight limit keeps the bounds cheap: only places that lie near each other are
-ever looked at. How much of the canvas is used belongs to the state. Of two ways to the same place, the one that used
+All that costs more than a limit is cut off, by the bounds of `pairs.py`; while nothing is found, the limit grows. So
+the first that is found is the cheapest, and a tight limit keeps the bounds cheap: only places that lie near each other
+are ever looked at. How much of the canvas is used belongs to the state. Of two ways to the same place, the one that used
 less and paid less is kept.
 """
 
@@ -130,7 +130,7 @@ class _Tree:
         self.problem, self.limit, self.count, self.effort = problem, limit, count, effort
         self.rows, self.prices = problem.rows, problem.prices
         self.num = len(self.rows)
-        self.looked = 0
+        self.looked = self.number = 0
         self.spreads = Spreads(problem)
         self.strains = Strains(problem) if problem.prices.strain else None
         self.over = [
@@ -174,7 +174,6 @@ class _Tree:
         heap = [first]
         closed: dict[tuple[tuple[int, ...], bool, Widths], list[tuple[int, int, int]]] = {}
         paths: list[tuple[int, Path]] = []
-        number = 0
         while heap:
             node = heapq.heappop(heap)
             if self.looked > self.effort:
@@ -187,28 +186,40 @@ class _Tree:
                 continue
             if self._dominated(closed.setdefault((node.states, node.elastic, node.widths), []), node):
                 continue
-            for column, states, guess in self._columns(node):
-                self.looked += 1
-                number += 1
-                widths, span = node.widths, node.span + column.high
-                elastic = node.elastic or not column.fixed
-                if self.spreads.rows:
-                    after = self.spreads.after(widths, column.steps, column.high, elastic=not column.fixed, span=span)
-                    if after is None:
-                        continue
-                    widths = after
-                cost = node.cost + column.price + self.prices.error * self._error(column)
-                strain = node.strain
-                if self.strains is not None:
-                    more = max(self.strains.of(node.states, column.steps) - strain, 0)
-                    strain, cost, guess = strain + more, cost + more, guess + (0 if self.hasty else more)
-                    if guess > self.limit:
-                        continue
-                heapq.heappush(
-                    heap,
-                    _Node(guess, -sum(states), number, cost, span, states, elastic, widths, strain, node, column.steps),
-                )
+            for child in self._children(node):
+                heapq.heappush(heap, child)
         return Found(tuple(paths), self.limit + 1, done=True)
+
+    def _children(self, node: _Node) -> Iterator[_Node]:
+        """The places after all columns that may come next."""
+        for column, states, least in self._columns(node):
+            self.looked += 1
+            widths, span = node.widths, node.span + column.high
+            if self.spreads.rows:
+                after = self.spreads.after(widths, column.steps, column.high, elastic=not column.fixed, span=span)
+                if after is None:
+                    continue
+                widths = after
+            strain = node.strain
+            if self.strains is not None:
+                strain = max(self.strains.of(node.states, column.steps), strain)
+            more = strain - node.strain
+            if least + more > self.limit:
+                continue
+            self.number += 1
+            yield _Node(
+                0 if self.hasty else least + more,
+                -sum(states),
+                self.number,
+                node.cost + column.price + self.prices.error * self._error(column) + more,
+                span,
+                states,
+                node.elastic or not column.fixed,
+                widths,
+                strain,
+                node,
+                column.steps,
+            )
 
     def _dominated(self, reached: list[tuple[int, int, int]], node: _Node) -> bool:
         """Whether as many ways as are asked for came here that can do all that this one can; else it is noted."""
@@ -261,7 +272,7 @@ class _Tree:
         if at == self.num:
             if column.opaque and (column.fixed or column.low < 0):
                 guess = node.cost + column.price + self.prices.error * self._error(column) + rest
-                yield column, states, 0 if self.hasty else max(guess, node.guess)
+                yield column, states, max(guess, node.guess)
             return
         room = self.problem.most - node.span
         for step in self._steps(node, column, at):

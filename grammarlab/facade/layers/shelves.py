@@ -6,7 +6,9 @@ import math
 from dataclasses import dataclass, field
 
 from grammarlab.facade.layers.alignment import Aligned, Alignment, align
+from grammarlab.facade.layers.demands import Demands, demands
 from grammarlab.facade.layers.letters import Word
+from grammarlab.facade.layers.naming import Element
 from grammarlab.facade.layers.weights import Weights
 
 
@@ -34,6 +36,7 @@ class Shelf:
     """How many alignments have been searched for."""
     cutoff: float = -math.inf
     """Up to which energy."""
+    demanded: dict[tuple[tuple[Element, ...], ...], Demands] = field(default_factory=dict)
 
     @property
     def varied(self) -> bool:
@@ -44,10 +47,17 @@ class Shelf:
         """The alignment that so many others are better than; None when it costs more, or effort ran out."""
         missing = place >= len(self.known.best) and not self.sure(place, cutoff)
         if missing and self.budget.left > 0:
-            self._search(max(place + 1, min(2 * place, 64)), max(cutoff, self.cutoff))
+            self._search(max(place + 1, 2 * place), max(cutoff, self.cutoff))
         if place < len(self.known.best) and self.energy(place) <= cutoff:
             return self.known.best[place]
         return None
+
+    def demands(self, place: int) -> Demands:
+        """Those of an alignment that is known."""
+        cells = self.known.best[place].cells
+        if cells not in self.demanded:
+            self.demanded[cells] = demands(self.known.best[place], self.canvas, gaps=self.gaps)
+        return self.demanded[cells]
 
     def energy(self, place: int) -> float:
         """What a layout with this alignment costs at least."""

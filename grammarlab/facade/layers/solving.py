@@ -5,21 +5,21 @@ from __future__ import annotations
 import bisect
 import heapq
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from grammarlab.facade.layers.alignment import Alignment
+from grammarlab.facade.layers.demands import least_error
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.shelves import Budget, Shelf
 from grammarlab.facade.layers.sizing import Sizing, size_letters
 from grammarlab.facade.layers.weights import Weights
 
-_SAME = 1e-6
-"""Metres by which letters of layouts that look the same differ at most."""
-_GROWTH = 4.0
+_PARTS = (1 / 8, 1 / 4, 1 / 2)
+"""Of the tolerance, when effort has run out."""
+_GROWTH = 2.0
 """Of the cap on energies."""
 _STEPS_OF_SIZES = 300
 """Steps of effort that solving for sizes takes, about."""
@@ -73,7 +73,7 @@ def solve(
     *,
     tolerances: Sequence[float],
     gaps: bool = False,
-    effort: int = 500_000,
+    effort: int = 1_000_000,
 ) -> list[Layout]:
     """The best different layouts, best first; none where even the last tolerance has none.
 
@@ -87,10 +87,17 @@ def solve(
         effort: steps of all searches with one tolerance, see `align`; then layouts may not be proven.
     """
     for tolerance in tolerances:
-        branches = _Branches(tuple(candidates(tolerance)), canvas, weights, count, tolerance, gaps, Budget(effort))
-        found = branches.layouts()
-        if found:
-            return found
+        given = tuple(candidates(tolerance))
+        whole = _Branches(given, canvas, weights, count, tolerance, gaps, Budget(effort // 2))
+        best = whole.layouts()
+        # Where effort ran out, layouts within a part of the tolerance are found sooner.
+        for part in _PARTS if whole.budget.left <= 0 else ():
+            narrow = _Branches(given, canvas, weights, count, part * tolerance, gaps, Budget(effort // 8))
+            found = narrow.layouts()
+            if len(found) > len(best):
+                best = [whole.judged(layout) for layout in found]
+        if best:
+            return best
     return []
 
 
@@ -117,6 +124,8 @@ class _Branches:
     opened: dict[int, _Opened] = field(default_factory=dict)
     sized: dict[tuple[int, Places], Sizing | None] = field(default_factory=dict)
     best: list[tuple[float, int, Places]] = field(default_factory=list)
+    seen: dict[tuple[int, bytes], tuple[float, Places]] = field(default_factory=dict)
+    """What `best` looks like: layouts that look the same are one."""
     heap: list[tuple[float, int, Places]] = field(default_factory=list)
     cap: float = 0.0
     unsure: float = math.inf
@@ -134,16 +143,21 @@ class _Branches:
         return [self._layout(*each) for each in self.best]
 
     @property
+    def bound(self) -> float:
+        """What is not among the best costs at least this much."""
+        return min(self.unsure, self.heap[0][0] if self.heap else math.inf, self.cap)
+
+    @property
     def threshold(self) -> float:
         """What layouts may cost to be among the best."""
         return min(self.best[-1][0], self.cap) if len(self.best) == self.count else self.cap
 
     def _within(self, cap: float) -> None:
-        self.cap, self.best, self.unsure = cap, [], math.inf
+        self.cap, self.best, self.seen, self.unsure = cap, [], {}, math.inf
         self.heap = [(candidate.bound, number, ()) for number, candidate in enumerate(self.candidates)]
         heapq.heapify(self.heap)
         while self.heap and self.heap[0][0] <= self.threshold:
-            if self.budget.left <= 0 and self.best:
+            if self.budget.left <= 0:
                 break
             _, number, places = heapq.heappop(self.heap)
             if number not in self.opened:
@@ -182,8 +196,9 @@ class _Branches:
             if self._take(shelf, 0, bound) is None:
                 return
             bound += shelf.energy(0)
-        if opened.floor is None:
-            opened.floor = self.weights.sizing * least_error(self.candidates[number].words, self.canvas, gaps=self.gaps)
+        opened.floor = self.weights.sizing * least_error(
+            [each.demands(0) for each in opened.shelves if not each.varied]
+        )
         self._push(number, (0,) * len(opened.shelves))
 
     def _next(self, number: int, places: Places) -> None:
@@ -203,10 +218,14 @@ class _Branches:
     def _push(self, number: int, places: Places) -> None:
         opened = self.opened[number]
         aligned = opened.aligned(places)
-        sizes = max(opened.floor or 0.0, *(self.weights.sizing * each.strain for each in aligned))
-        bound = max(opened.bound(places), sum(each.energy for each in aligned) + sizes)
-        heapq.heappush(self.heap, (bound, number, places))
-        if bound > self.threshold:
+        bound = opened.bound(places)
+        paid = sum(each.energy for each in aligned)
+        # What is not the same for all alignments of a candidate would say nothing about those still to come.
+        heapq.heappush(self.heap, (max(bound, paid + opened.floor), number, places))
+        if max(bound, paid + opened.floor) > self.threshold:
+            return
+        demands = [shelf.demands(place) for shelf, place in zip(opened.shelves, places, strict=True)]
+        if paid + self.weights.sizing * least_error(demands) > self.threshold:
             return
         key = number, places
         if key not in self.sized:
@@ -216,36 +235,39 @@ class _Branches:
         sizing = self.sized[key]
         if sizing is None:
             return
-        energy = sum(each.energy for each in aligned) + self.weights.sizing * sizing.error
-        like = next((each for each in self.best if each[1] == number and self._alike(number, each[2], places)), None)
-        if energy <= self.threshold and (like is None or energy < like[0]):
-            self.best = [each for each in self.best if each is not like]
-            bisect.insort(self.best, (energy, number, places))
-            del self.best[self.count :]
+        energy = paid + self.weights.sizing * sizing.error
+        if energy <= self.threshold:
+            self._keep(energy, number, places, _look(aligned, sizing))
 
-    def _alike(self, number: int, *layouts: Places) -> bool:
-        """Whether all letters of two layouts that are seen stand in the same places."""
-        placed = [found.placed for found in (self.sized[number, places] for places in layouts) if found is not None]
-        for words, one, other in zip(self.candidates[number].words.values(), *placed, strict=True):
-            for row, word in enumerate(words):
-                seen = [not letter.transparent for letter in word]
-                for each in ((one.lower[row], other.lower[row]), (one.upper[row], other.upper[row])):
-                    if np.abs(each[0] - each[1])[seen].max(initial=0.0) > _SAME:
-                        return False
-        return True
+    def _keep(self, energy: float, number: int, places: Places, look: bytes) -> None:
+        """A layout becomes one of the best, unless one that looks the same is better."""
+        twin = self.seen.get((number, look))
+        if twin is not None:
+            if twin[0] <= energy:
+                return
+            self.best.remove((twin[0], number, twin[1]))
+        self.seen[number, look] = energy, places
+        bisect.insort(self.best, (energy, number, places))
+        for worst in self.best[self.count :]:
+            self.seen = {key: kept for key, kept in self.seen.items() if kept != (worst[0], worst[2])}
+        del self.best[self.count :]
+
+    def judged(self, layout: Layout) -> Layout:
+        """A layout from elsewhere, with what is known here."""
+        bound = min(self.bound, layout.energy)
+        return replace(layout, bound=bound, proven=bound == layout.energy, tolerance=self.tolerance)
 
     def _layout(self, energy: float, number: int, places: Places) -> Layout:
         sizing, opened = self.sized[number, places], self.opened[number]
         if sizing is None:
             raise AssertionError("Only layouts with sizes are among the best.")
-        bound = min(self.unsure, self.heap[0][0] if self.heap else math.inf, self.cap)
         return Layout(
             candidate=self.candidates[number],
             alignments=dict(zip(opened.groups, opened.aligned(places), strict=True)),
             sizing=sizing,
             energy=energy,
-            bound=min(bound, energy),
-            proven=bound >= energy,
+            bound=min(self.bound, energy),
+            proven=self.bound >= energy,
             tolerance=self.tolerance,
         )
 
@@ -256,8 +278,8 @@ class _Opened:
 
     groups: tuple[Group, ...]
     shelves: tuple[Shelf, ...]
-    floor: float | None = None
-    """Energy of sizes at least, whatever the alignment; None until it is asked for."""
+    floor: float = 0.0
+    """Energy of sizes at least, whatever the alignments."""
 
     def aligned(self, places: Places) -> list[Alignment]:
         return [shelf.known.best[place] for shelf, place in zip(self.shelves, places, strict=True)]
@@ -267,8 +289,22 @@ class _Opened:
         return sum(shelf.energy(place) for shelf, place in zip(self.shelves, places, strict=True))
 
 
+def _look(aligned: Sequence[Alignment], sizing: Sizing) -> bytes:
+    """Where all letters are that are seen, to 1e-7 of the canvas."""
+    places = [
+        np.stack([lower[seen], upper[seen]]) / placed.ends[-1]
+        for alignment, placed in zip(aligned, sizing.placed, strict=True)
+        for word, lower, upper in zip(alignment.words, placed.lower, placed.upper, strict=True)
+        for seen in ([at for at, letter in enumerate(word) if not letter.transparent],)
+    ]
+    return b"".join(np.round(place, 7).astype(np.float32).tobytes() for place in places)
+
+
 def sharing_groups(words: Mapping[Group, tuple[Word, ...]]) -> dict[Group, int]:
-    """How many groups are about the same symbols, directly or through others: their errors of sizes are one."""
+    """How many groups of several words are about the same symbols as each, directly or through others.
+
+    The errors of their sizes are one, so that each may count a part of it only.
+    """
     parts: list[tuple[set[Group], set[str]]] = []
     for group, rows in words.items():
         groups, symbols = {group}, {letter.symbol for word in rows for letter in word if letter.size is not None}
@@ -279,23 +315,6 @@ def sharing_groups(words: Mapping[Group, tuple[Word, ...]]) -> dict[Group, int]:
             else:
                 groups, symbols = groups | part[0], symbols | part[1]
         parts = [*apart, (groups, symbols)]
-    return {group: len(groups) for groups, _ in parts for group in groups}
-
-
-def least_error(words: Mapping[Group, tuple[Word, ...]], canvas: tuple[float, float], *, gaps: bool) -> float:
-    """Square metres: sizes deviate at least so much, as words that are alone in their group fill the canvas."""
-    often: list[Counter[str]] = []
-    lengths, sizes = [], dict[str, float]()
-    for (axis, _), rows in words.items():
-        word = rows[0]
-        known = all(letter.size is not None and (letter.opaque or not gaps) for letter in word)
-        if known and word and len(set(rows)) == 1:
-            often.append(Counter(letter.symbol for letter in word))
-            lengths.append(canvas[axis])
-            sizes |= {letter.symbol: letter.size or 0.0 for letter in word}
-    if not often:
-        return 0.0
-    matrix = np.array([[each[symbol] for symbol in sizes] for each in often], dtype=np.float64)
-    change = np.linalg.lstsq(matrix, np.array(lengths) - matrix @ np.array(list(sizes.values())), rcond=1e-9)[0]
-    # A little less, for round-off is no bound.
-    return float(np.square(change).sum()) * (1.0 - 1e-9)
+    return {
+        group: max(sum(len(set(words[other])) > 1 for other in groups), 1) for groups, _ in parts for group in groups
+    }

@@ -17,7 +17,7 @@ from scipy.optimize import lsq_linear
 from grammarlab.facade.tree import Floats, Ints
 
 _RANK = 1e-10
-"""Singular values below this part of the largest are 0."""
+"""Singular values below this part of the largest, and below it, are 0."""
 _EXACT = 1e-10
 """What equations and bounds may miss, as part of the scale."""
 _SECOND = 1e-7
@@ -50,10 +50,21 @@ class Squares:
         if near is None:
             return None
         for slack in (1e-9, 1e-8, 1e-7, 1e-6, 1e-5):
-            found = self._under(near - self.least < slack * self.scale)
-            if found is not None and self._short(found) <= _EXACT * self.scale and self.optimality(found) <= _EXACT:
+            found = self._pressed(near - self.least < slack * self.scale)
+            if found is not None and self.optimality(found) <= _EXACT:
                 return np.maximum(found, self.least)
         return None
+
+    def _pressed(self, pressing: NDArray[np.bool_]) -> Floats | None:
+        """[U] the optimum where these bounds press, and those that would be broken then."""
+        while True:
+            found = self._under(pressing)
+            if found is None:
+                return None
+            broken = (found < self.least - _EXACT * self.scale) & ~pressing
+            if not broken.any():
+                return found
+            pressing = pressing | broken
 
     def optimality(self, x: Floats) -> float:
         """By how much no multipliers of equations and of pressing bounds explain the gradient (conditions of KKT)."""
@@ -112,6 +123,7 @@ def _solutions(rows: Floats, value: Floats) -> tuple[Floats, Floats]:
     if not rows.size:
         return np.zeros(rows.shape[1]), np.eye(rows.shape[1])
     left, size, right = np.linalg.svd(rows, full_matrices=True)
-    rank = int((size > _RANK * size[0]).sum()) if size[0] > 0.0 else 0
+    # Rows are counts of letters, or come from a basis: what is far below 1 is round-off.
+    rank = int((size > _RANK * max(size[0], 1.0)).sum())
     start = right[:rank].T @ ((left[:, :rank].T @ value) / size[:rank])
     return start, right[rank:].T
