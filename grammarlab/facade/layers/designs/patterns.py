@@ -182,12 +182,14 @@ def _expand(node: Node, values: Values, most: int, contents: Mapping[str, Slots]
             count = node.count.value(values.counters)
             if base is None or len(base) * abs(count) > most:
                 return None
-            modes: list[Reflection] = [values.reflections[name] for name, _ in node.count.terms if name in values.reflections]
-            word = repeated(base, count, modes[0]) if modes else repeated(base, count)
+            mode: Reflection = "inner"
+            for name, _ in node.count.terms:
+                mode = values.reflections.get(name, mode)
+            word = repeated(base, count, mode)
             return word if len(word) <= most else None
 
 
-def repeated(base: Slots, count: int, reflection: Reflection = "inner") -> Slots:
+def repeated(base: Slots, count: int, reflection: Reflection) -> Slots:
     """Copies of a word, for a negative count with their mirror images (supplement 002, table 1).
 
     Inner modes mirror each copy beside it, outer ones all copies together. A pivot is the letter at the mirror, which

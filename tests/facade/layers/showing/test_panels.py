@@ -108,7 +108,7 @@ def test_the_relief_of_the_house(house: Solved) -> None:
     assert len(columns) == 2
     behind = [panel for panel in house.panels.panels if panel.lines == columns[0].lines]
     assert [panel.shape.label for panel in behind] == ["column", "wall"], "columns hide no wall"
-    assert len(scene) == len([label for label in house.facade.leaves]) + 2
+    assert len(scene) == len(house.facade.leaves) + 2
 
 
 def test_depths_of_shapes_and_layers_add_up() -> None:
@@ -125,7 +125,7 @@ def test_depths_of_shapes_and_layers_add_up() -> None:
 def _of(solved: Solved, label: str) -> np.ndarray:
     scene = relief(solved.design, solved.panels)
     number = [panel.shape.label for panel in solved.panels.panels].index(label)
-    left, bottom, right, top = solved.panels.panels[number].lines
+    left, bottom, _, _ = solved.panels.panels[number].lines
     low = np.array([solved.panels.lines[X][left], solved.panels.lines[Y][bottom]])
     return np.flatnonzero((np.abs(scene.position[:, :2] - low) < 1e-9).all(axis=1))
 
