@@ -40,6 +40,7 @@ def _reasons(design: Design) -> str:
                 used.setdefault(symbol, set()).add((axis, name))
     flagged = [
         ("is not opaque", [name for name in used if not design.symbols[name].opaque]),
+        ("is transparent", [name for name in used if design.symbols[name].transparent]),
         ("is unoccludable", [name for name in used if design.symbols[name].unoccludable]),
         ("is attached", [name for name in used if design.symbols[name].attached]),
         (

@@ -201,10 +201,11 @@ def instances(design: Design, name: str, ranges: Mapping[str, Range], longest: f
     counters, choices = pattern.counters(), choices_of(pattern)
     number = len(choices) * math.prod(ranges[each][1] - ranges[each][0] + 1 for each in counters)
     if number > MOST_WORDS:
+        widest = max(counters, key=lambda each: ranges[each][1] - ranges[each][0])
         text = ", ".join(f"{each} = {ranges[each][0]} to {ranges[each][1]}" for each in counters)
         raise FacadeError(
             f"the pattern {pattern.text!r} has {number:,} words ({text}): expected at most {MOST_WORDS:,}. Bound its "
-            f"counters: [counters] {counters[0]} = {{ most = 9 }}."
+            f"counters: [counters] {widest} = {{ most = 9 }}."
         )
     found: list[Instance] = []
     for numbers in product(*(range(ranges[each][0], ranges[each][1] + 1) for each in counters)):
