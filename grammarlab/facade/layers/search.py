@@ -2,8 +2,8 @@
 
 All that costs more than a limit is cut off, by the bounds of `pairs.py`; while nothing is found, the limit grows. So
 the first that is found is the cheapest, and a tight limit keeps the bounds cheap: only places that lie near each other
-are ever looked at. How much of the canvas is used belongs to the state. Of two ways to the same place, the one that used
-less and paid less is kept.
+are ever looked at. How much of the canvas is used belongs to the state. Of two ways to the same place, the one that
+used less and paid less is kept.
 """
 
 from __future__ import annotations

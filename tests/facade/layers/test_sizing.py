@@ -1,4 +1,5 @@
-import clarabel
+from importlib import import_module
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -11,6 +12,8 @@ from grammarlab.facade.layers.sizing import size_letters
 from grammarlab.facade.layers.squares import Squares
 from grammarlab.facade.layers.weights import Weights
 from tests.facade.layers.matrices import random_case, word
+
+clarabel = import_module("clarabel")  # It comes without types.
 
 HOUSE = {"A": 1.0, "B": 1.6, "C": 1.1, "D": 1.0}
 WALL, COLUMNS = word("ABABA", HOUSE), word("CeC", HOUSE, transparent="e", partial="C")

@@ -23,7 +23,7 @@ def house(width, door=True):
     def candidates(tolerance):
         for copies in range(1, 40):
             wall = word("A" + "BA" * copies, HOUSE)
-            if abs(sum(letter.size for letter in wall) - width) <= tolerance:
+            if abs(sum(letter.size or 0.0 for letter in wall) - width) <= tolerance:
                 rows = (front, columns, wall) if door else (columns, wall)
                 words = {(0, ""): rows, (0, "roof"): (word("H", {}),), (1, ""): (roof, *(floors for _ in rows))}
                 yield Candidate({"k": copies}, words)
