@@ -1,7 +1,7 @@
 """Layered facades: alignment of words, proven optimal, and whole layouts of the shipped designs.
 
-Targets on one core: 5 ms for the residential house (3 layers), 100 ms for 4 layers of up to 40 letters, 1 s for 26 layers
-(the concert hall), 0.5 s for words of 31, 31 and 59 letters on a canvas of 60 m.
+Targets on one core: 5 ms for the residential house (3 layers), 100 ms for 4 layers of up to 40 letters, 1 s for 26
+layers (the concert hall), 0.5 s for words of 31, 31 and 59 letters on a canvas of 60 m.
 """
 
 from __future__ import annotations
