@@ -52,6 +52,13 @@ facades: $(VENV)/.dev
 	for width in 14.7 21 31.5 42; do \
 		$(BIN)/grammarlab facade edit $(FACADES)/arcade.json --width $$width -n 1 -o out/arcade/$$width && \
 		$(BIN)/grammarlab facade show out/arcade/$$width/001.facade.json --pixels 20 -o out/arcade/$$width.png || exit 1; done
+	for width in 6 9 12 18; do $(BIN)/grammarlab facade layers $(FACADES)/residential.toml --width $$width -n 1 \
+		-o out/layers/residential$$width || exit 1; done
+	for name in apartment concert_hall library; do \
+		$(BIN)/grammarlab facade layers $(FACADES)/$$name.toml -n 1 -o out/layers/$$name || exit 1; done
+	$(BIN)/python -c 'import sys; from PIL import Image; from grammarlab.runs.facade.gallery import sheet; \
+		sheet([Image.open(f"out/layers/{each}/001.png") for each in sys.argv[1:]]).save("docs/images/layers.png")' \
+		residential6 residential9 residential12 residential18 apartment concert_hall library
 	$(BIN)/python -c 'import sys; from PIL import Image; from grammarlab.runs.facade.gallery import sheet; \
 		sheet([Image.open(f"out/arcade/{each}.png") for each in sys.argv[1:]]).save("docs/images/arcade_widths.png")' \
 		14.7 21 31.5 42

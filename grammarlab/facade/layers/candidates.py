@@ -9,10 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.designs.design import Design
 from grammarlab.facade.layers.letters import Word
+from grammarlab.facade.layers.relations import relation
 from grammarlab.facade.layers.solving import Candidate
 from grammarlab.facade.layers.words import STRETCH, Instance, Range, choices_of, counter_ranges, instance, instances
 from grammarlab.facade.tree import X, Y
@@ -67,6 +69,7 @@ class Fits:
         """
         self.design, self.canvas = design, (width, height)
         self.rows = _rows(design)
+        self._found: dict[float, list[Fit] | None] = {}
         self._known: dict[tuple[int, tuple[tuple[str, int], ...], tuple[int, ...]], Word] = {}
         self.problem = _Problem(design, self.canvas, self.rows, 1.0 + _USUAL)
 
@@ -78,8 +81,10 @@ class Fits:
         """Words that miss the canvas by so much at most, by their bounds; None when there are more than `MOST`."""
         if tolerance > _USUAL * max(self.canvas) and self.problem.stretch < STRETCH:
             self.problem = _Problem(self.design, self.canvas, self.rows, STRETCH)
-        found = self.problem.within(tolerance)
-        return None if found is None else sorted(found, key=lambda fit: (fit.bound, fit.gap))
+        if tolerance not in self._found:
+            found = self.problem.within(tolerance)
+            self._found[tolerance] = found and sorted(found, key=lambda fit: (fit.bound, fit.gap))
+        return self._found[tolerance]
 
     def tolerances(self, enough: int) -> tuple[float, ...]:
         """Growing tolerances, metres; with the first there are enough candidates, if there are that many that fit well.
@@ -148,7 +153,11 @@ class _Problem:
         except FacadeError:
             self.ranges = counter_ranges(design, self.names, length)
         self.words = {name: instances(design, name, self.ranges, STRETCH * length[name]) for name in self.names}
+        self.groups = {
+            group: [row for row in rows if row.group == group] for group in dict.fromkeys(r.group for r in rows)
+        }
         self.shared = self._shared()
+        self._known: dict[tuple[tuple[int, str], tuple[int, ...]], tuple[float, float]] = {}
 
     def _shared(self) -> list[list[tuple[int, str]]]:
         """Groups that are about the same symbols."""
@@ -211,23 +220,29 @@ class _Problem:
 
     def _fit(self, chosen: Mapping[str, Instance], tolerance: float) -> Fit | None:
         gaps, bounds = 0.0, dict[tuple[int, str], float]()
-        for row in self.rows:
-            each, canvas = chosen[row.pattern], self.canvas[row.axis]
-            gap = each.size - canvas
-            if gap < 0.0:
-                hidden = self._hidden(row, chosen)
-                symbols = self.design.symbols
-                gap = self._short(row, each, sum((symbols[name].size or math.inf) * n for name, n in hidden.items()))
-                bound = self._short_bound(row, chosen, gap)
-            else:
-                bound = self.design.weights.sizing * gap**2 / (sum(often**2 for often in each.counts.values()) or 1.0)
+        for group, rows in self.groups.items():
+            key = group, tuple(id(chosen[row.pattern]) for row in rows)
+            if key not in self._known:
+                missed = [self._missed(row, chosen) for row in rows]
+                self._known[key] = max(gap for gap, _ in missed), max(bound for _, bound in missed)
+            gap, bounds[group] = self._known[key]
             if gap > tolerance:
                 return None
             gaps = max(gaps, gap)
-            bounds[row.group] = max(bounds.get(row.group, 0.0), 0.0 if each.transparent and gap > 0.0 else bound)
         counters = {name: value for name in self.names for name, value in chosen[name].counters}
-        total = sum(max(bounds[group] for group in groups) for groups in self.shared)
-        return Fit(counters, chosen, 0.0 if self.design.overhang else total, gaps)
+        return Fit(counters, chosen, sum(max(bounds[of] for of in groups) for groups in self.shared), gaps)
+
+    def _missed(self, row: _Row, chosen: Mapping[str, Instance]) -> tuple[float, float]:
+        """Metres by which a word misses the canvas, and what it costs at least."""
+        each, weight = chosen[row.pattern], self.design.weights.sizing
+        gap = each.size - self.canvas[row.axis]
+        if gap < 0.0:
+            hidden, symbols = self._hidden(row, chosen), self.design.symbols
+            gap = self._short(row, each, sum((symbols[name].size or math.inf) * n for name, n in hidden.items()))
+            bound = self._short_bound(row, chosen, gap)
+        else:
+            bound = weight * gap**2 / (sum(often**2 for often in each.counts.values()) or 1.0)
+        return gap, 0.0 if each.transparent or self.design.overhang else bound
 
     def _short_bound(self, row: _Row, chosen: Mapping[str, Instance], gap: float) -> float:
         """What a word costs that is so much too short, with all that may be hidden above it.
@@ -237,7 +252,7 @@ class _Problem:
         how often each symbol occurs, in all of these rows.
         """
         own = chosen[row.pattern]
-        others = {other.pattern for other in self.rows if other.group == row.group} - {row.pattern}
+        others = {other.pattern for other in self.groups[row.group]} - {row.pattern}
         if not gap or any(chosen[name].loose for name in others):
             return 0.0
         counts = dict(own.counts)
@@ -278,7 +293,16 @@ def _explained(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]
     told = [_told(design, canvas, rows[row]) for row in needed]
     if len(told) == 1:
         return f"no word fits: {told[0]}"
-    return "these patterns contradict each other: " + "; ".join(dict.fromkeys(told)) + ". Counters are the same in all."
+    text = "these patterns contradict each other: " + "; ".join(dict.fromkeys(told)) + ". Counters are the same in all."
+    equations = _equations(design, [rows[each] for each in needed])
+    return f"{text} Side by side they say {' and '.join(equations)}." if equations else text
+
+
+def _equations(design: Design, rows: Sequence[_Row]) -> list[str]:
+    """What patterns of one group say about each other, see `relations`."""
+    pairs = [(one, other) for one, other in combinations(rows, 2) if one.group == other.group]
+    found = (relation(design.patterns[one.pattern], design.patterns[other.pattern]) for one, other in pairs)
+    return list(dict.fromkeys(str(each) for each in found if each is not None))
 
 
 def _possible(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]) -> bool:

@@ -42,8 +42,8 @@ class Relation:
 
 
 def relation(first: Pattern, second: Pattern) -> Relation | None:
-    """What two patterns say about each other; None when they have choices, or are the same but for what they share."""
-    if first.options() or second.options():
+    """What two patterns say about each other; None when they do not differ, or have choices or copies of copies."""
+    if not (_is_plain(first) and _is_plain(second)):
         return None
     items = [_items(first), _items(second)]
     for end in (0, -1):
@@ -57,6 +57,20 @@ def relation(first: Pattern, second: Pattern) -> Relation | None:
                 counts[letter] = _plus(counts.get(letter, Linear(0, ())), count, sign)
     terms = tuple((symbol, count) for symbol, count in counts.items() if count.constant or count.terms)
     return Relation(terms) if terms else None
+
+
+def _is_plain(pattern: Pattern) -> bool:
+    """Whether how often each symbol occurs is linear in the counters."""
+    powers = [node for node in pattern.nodes() if isinstance(node, Power)]
+    copied = {node.symbol for power in powers for node in Pattern("", power.base).nodes() if isinstance(node, Sign)}
+    inner = {
+        sign.symbol
+        for sign, content in pattern.contents
+        for node in Pattern("", content).nodes()
+        if isinstance(node, Power)
+    }
+    reflected = any(factor < 0 for power in powers for _, factor in power.count.terms)
+    return not (pattern.options() or inner & copied or reflected)
 
 
 def _items(pattern: Pattern) -> list[tuple[tuple[str, ...], Linear]]:

@@ -10,7 +10,7 @@ from itertools import product
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.designs.design import Counter, Design
-from grammarlab.facade.layers.designs.patterns import Pattern, Power, Values, expand
+from grammarlab.facade.layers.designs.patterns import Pattern, Power, Reflection, Values, expand
 from grammarlab.facade.layers.letters import Word
 
 MOST_LETTERS = 400
@@ -166,7 +166,7 @@ def instance(design: Design, name: str, counters: Mapping[str, int], choices: tu
     """
     pattern = design.patterns[name]
     own = {each: counters[each] for each in pattern.counters()}
-    reflections = {each: design.counters[each].reflection for each in own}
+    reflections: dict[str, Reflection] = {each: design.counters[each].reflection for each in own}
     slots = expand(pattern, Values(own, choices, reflections), MOST_LETTERS)
     if slots is None:
         return None
@@ -201,10 +201,11 @@ def instances(design: Design, name: str, ranges: Mapping[str, Range], longest: f
     counters, choices = pattern.counters(), choices_of(pattern)
     number = len(choices) * math.prod(ranges[each][1] - ranges[each][0] + 1 for each in counters)
     if number > MOST_WORDS:
+        widest = max(counters, key=lambda each: ranges[each][1] - ranges[each][0])
         text = ", ".join(f"{each} = {ranges[each][0]} to {ranges[each][1]}" for each in counters)
         raise FacadeError(
             f"the pattern {pattern.text!r} has {number:,} words ({text}): expected at most {MOST_WORDS:,}. Bound its "
-            f"counters: [counters] {counters[0]} = {{ most = 9 }}."
+            f"counters: [counters] {widest} = {{ most = 9 }}."
         )
     found: list[Instance] = []
     for numbers in product(*(range(ranges[each][0], ranges[each][1] + 1) for each in counters)):

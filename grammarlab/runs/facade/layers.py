@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from typing import Any
 from grammarlab.export.save import save
 from grammarlab.facade.layers.designs.design import Design, word_text
 from grammarlab.facade.layers.layouts import layouts
+from grammarlab.facade.layers.showing.family import Variant, WrittenVariants, write_variants
 from grammarlab.facade.layers.showing.flattening import flattened
 from grammarlab.facade.layers.showing.panels import Panels, panels_of
 from grammarlab.facade.layers.showing.relief import relief
@@ -21,6 +23,8 @@ from grammarlab.files import write_text
 from grammarlab.runs.facade.gallery import save_gallery
 
 _AXES = "xy"
+_LEAST = 0.01
+"""Of the probability of the best layout that each other one of its canvas has at least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +116,12 @@ def save_layouts(solved: Sequence[Solved], folder: Path, source: Path | None = N
         The files of each: `facade`, `drawing`, `picture`, `glb`, `obj`, `rules`.
     """
     rules = [write_exact(each.facade).text for each in solved]
+    before = {path.name.removesuffix(".facade.json") for path in folder.glob("[0-9][0-9][0-9].facade.json")}
     files = save_gallery([each.facade for each in solved], folder, source)
+    for name in before:
+        if not (folder / f"{name}.facade.json").exists():  # a folder shows one run
+            for ending in ("glb", "obj", "mtl", "cga"):
+                (folder / f"{name}.{ending}").unlink(missing_ok=True)
     found = []
     for file, each, text in zip(files, solved, rules, strict=True):
         name = file.name.removesuffix(".facade.json")
@@ -125,3 +134,28 @@ def save_layouts(solved: Sequence[Solved], folder: Path, source: Path | None = N
         write_text(made["rules"], text)
         found.append({key: str(path) for key, path in made.items()})
     return found
+
+
+def family_of(design: Design, widths: Sequence[float], heights: Sequence[float], count: int = 1) -> WrittenVariants:
+    """A stochastic grammar of the best layouts on some canvases; of one canvas, those of less energy are more likely.
+
+    Args:
+        design: the design.
+        widths: metres.
+        heights: metres; each with each width.
+        count: layouts of each canvas at most.
+
+    Raises:
+        FacadeError: when nothing fits a canvas.
+    """
+    variants = []
+    for width in widths:
+        for height in heights:
+            solved = solve_design(design, width, height, count)
+            least = solved[0].layout.energy
+            variants += [
+                Variant((width, height), each.facade, max(math.exp(least - each.layout.energy), _LEAST))
+                for each in solved
+            ]
+    sizes = f"{min(widths):g} to {max(widths):g} m wide and {min(heights):g} to {max(heights):g} m high"
+    return write_variants(variants, f"{design.title or 'A layered facade'}: {len(variants)} layouts, {sizes}")

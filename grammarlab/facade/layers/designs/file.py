@@ -181,7 +181,9 @@ class _Reader:
         names = []
         for key in _AXES:
             name = table.get(key)
-            if not isinstance(name, str) or name not in self.patterns:
+            if not isinstance(name, str):
+                self._fail(f"expected a pattern such as 'A(BA)^k', found {shown(name)}", "layers", number, (key,))
+            if name not in self.patterns:
                 self.patterns[name] = self._pattern(name, "layers", number, (key,))
             names.append(name)
         groups = self._table(table.get("group", {}), "layers", number, ("group",))

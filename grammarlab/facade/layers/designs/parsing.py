@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from lark import Lark, Token, Tree
-from lark.exceptions import UnexpectedCharacters, UnexpectedEOF, UnexpectedInput, UnexpectedToken
+from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from grammarlab.facade.layers.designs.patterns import Choice, Linear, Node, Pattern, Power, Row, Sign
 
@@ -74,10 +74,8 @@ def _explained(text: str, error: UnexpectedInput) -> PatternError:
             place, found = at, f"{text[at]!r}"
         case _:
             place, found = len(text.rstrip()), "the end"
-    if isinstance(error, UnexpectedEOF):
-        accepted = set(error.expected)
-    else:
-        accepted = set(getattr(error, "accepts", None) or getattr(error, "expected", None) or error.allowed or ())
+    known = (getattr(error, name, None) for name in ("accepts", "expected", "allowed"))
+    accepted = set(next(filter(None, known), ()))
     wanted = sorted(_SIGNS[name] for name in accepted if name in _SIGNS)
     hint = ""
     if text[place : place + 1] == "^":

@@ -182,8 +182,10 @@ def _expand(node: Node, values: Values, most: int, contents: Mapping[str, Slots]
             count = node.count.value(values.counters)
             if base is None or len(base) * abs(count) > most:
                 return None
-            modes = [values.reflections[name] for name, _ in node.count.terms if name in values.reflections]
-            word = repeated(base, count, modes[0] if modes else "inner")
+            mode: Reflection = "inner"
+            for name, _ in node.count.terms:
+                mode = values.reflections.get(name, mode)
+            word = repeated(base, count, mode)
             return word if len(word) <= most else None
 
 

@@ -91,7 +91,7 @@ def panels_of(design: Design, layout: Layout, width: float, height: float) -> Pa
 
 
 def rectangles(shown: NDArray[np.bool_], lines: Rectangle) -> list[Rectangle]:
-    """Rectangles that cover the true cells [rows, columns] of a panel: runs of rows, like ones above each other as one."""
+    """Rectangles that cover the true cells [rows, columns] of a panel: runs of rows, alike ones as one."""
     left, bottom, _, top = lines
     if shown.all():
         return [lines]

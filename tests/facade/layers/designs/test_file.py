@@ -1,5 +1,7 @@
 """Designs as TOML."""
 
+from pathlib import Path
+
 import pytest
 
 from grammarlab.errors import FacadeError, LanguageError
@@ -115,3 +117,19 @@ def test_files_are_bounded_and_of_text(tmp_path) -> None:
         load_design(large)
     with pytest.raises(LanguageError, match="UTF-8"):
         load_design(odd)
+
+
+def test_the_documented_design_is_one() -> None:
+    text = (Path(__file__).parents[4] / "docs" / "facade-layers.md").read_text(encoding="utf-8")
+    made = parse_design(text.split("```toml\n")[1].split("```")[0])
+    assert [layer.name for layer in made.layers] == ["columns", "house"]
+    assert made.patterns["corners"].placeholders() == {"e"}
+
+
+@pytest.mark.parametrize("path", sorted(DESIGNS.glob("*.toml")), ids=lambda path: path.stem)
+def test_shipped_designs_say_what_they_are(path: Path) -> None:
+    made = load_design(path)
+    assert made.title
+    used = {name for layer in made.layers for key in layer.patterns for name in made.patterns[key].symbols()}
+    assert used == set(made.symbols)
+    assert {key for layer in made.layers for key in layer.patterns} == set(made.patterns)
