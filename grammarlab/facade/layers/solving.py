@@ -73,7 +73,7 @@ def solve(
     *,
     tolerances: Sequence[float],
     gaps: bool = False,
-    effort: int = 1_000_000,
+    effort: int = 500_000,
 ) -> list[Layout]:
     """The best different layouts, best first; none where even the last tolerance has none.
 
