@@ -46,15 +46,23 @@ def energy(field: Field, labels: Ints) -> float:
 def label(field: Field) -> tuple[Ints, list[float]]:
     """Labels [N] of low energy, and the energies after each move, which never rise.
 
-    Begins with the best label of each element; of few elements also with those of one or two templates alone.
+    Begins with the best label of each element; of few elements also with those of up to three templates alone.
     """
     starts = [field.data.argmin(axis=1)]
     if len(field.data) <= FEW:
         templates = np.unique(field.owner).tolist()
-        for some in (*combinations(templates, 1), *combinations(templates, 2)):
+        for some in (each for size in (1, 2, 3) for each in combinations(templates, size)):
+            # Once it is given which templates are used, they cost nothing more: then several labels of a template that
+            # pay only together are found one by one.
             own = np.flatnonzero(np.isin(field.owner, some))
-            starts.append(own[field.data[:, own].argmin(axis=1)])
-            starts.append(np.full(len(field.data), own[field.data[:, own].sum(axis=0).argmin()]))
+            free = Field(
+                field.data[:, own],
+                field.weight,
+                field.distance[np.ix_(own, own)],
+                field.owner[own],
+                np.zeros_like(field.cost),
+            )
+            starts.append(own[expanded(free, free.data.argmin(axis=1))[0]])
     tried = [expanded(field, start) for start in starts]
     return min(tried, key=lambda each: each[1][-1])
 
