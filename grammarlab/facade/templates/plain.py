@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any, cast
 
 import numpy as np
 
@@ -62,7 +63,7 @@ def _clustered(values: Floats, kinds: int) -> Ints:
     number = len(np.unique(values, axis=0))
 
     def of(count: int) -> Ints:
-        return KMeans(min(count, number), n_init=10, random_state=0).fit_predict(values).astype(np.int64)
+        return KMeans(min(count, number), n_init=cast("Any", 10), random_state=0).fit_predict(values).astype(np.int64)
 
     if kinds:
         return of(kinds)

@@ -193,7 +193,7 @@ def _with(kinds: Kinds, axis: str, values: Ints) -> Kinds:
     """Kinds with other widths or heights; those that become equal are one."""
     width, height = (values, kinds.height) if axis == "width" else (kinds.width, values)
     pairs, inverse = np.unique(np.stack([width, height], axis=1), axis=0, return_inverse=True)
-    share = np.bincount(inverse.reshape(-1), weights=kinds.share, minlength=len(pairs))
+    share = np.bincount(inverse.reshape(-1), weights=kinds.share, minlength=len(pairs)).astype(np.float64)
     return Kinds(pairs[:, 0], pairs[:, 1], share)
 
 

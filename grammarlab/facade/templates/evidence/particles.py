@@ -6,13 +6,16 @@ Integrated over are the place of the element, the half-plane that hides a part o
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 
 from grammarlab.facade.templates.evidence.density import Array, log_likelihood
 from grammarlab.facade.templates.outline import outline
+
+Column: TypeAlias = Any
+"""An array of JAX where samples are drawn, of NumPy where they are used."""
 
 TEMPERATURES = 10
 MOVES = 2
@@ -58,15 +61,15 @@ class Bounds(NamedTuple):
 class Samples(NamedTuple):
     """Equally weighted samples of one element."""
 
-    parameters: Array
+    parameters: Column
     """[Q, D]"""
-    corner: Array
+    corner: Column
     """[Q, 2] lower left corner, metres from the middle of the box."""
-    plane: Array
+    plane: Column
     """[Q, 2] angle and distance of what hides."""
-    noise: Array
+    noise: Column
     """[Q] metres."""
-    evidence: Array
+    evidence: Column
     """Logarithm of the marginal likelihood."""
 
 

@@ -26,7 +26,7 @@ def find_kinds_with(maps: Maps, row: Ints, column: Ints) -> tuple[Solution, int]
     """
     best = plain = find_kinds(maps)
     sides = [index for index in (row, column) if _grouped(index)]
-    priors = [(Groups(index, kappa),) for index, kappa in product(sides, STRENGTHS)]
+    priors: list[tuple[Groups, ...]] = [(Groups(index, kappa),) for index, kappa in product(sides, STRENGTHS)]
     if len(sides) > 1:
         priors.append(tuple(Groups(index, STRENGTHS[1]) for index in sides))
     chosen: tuple[Groups, ...] = ()

@@ -57,30 +57,16 @@ class Fits:
 
 def fit_all(clouds: Clouds, stack: Stack) -> Fits:
     """Fits of all templates to all elements."""
-    made = _fit(
-        *(jnp.asarray(each, jnp.float32) for each in (clouds.points, clouds.weight, clouds.area, clouds.reach)),
-        *(jnp.asarray(each, jnp.float32) for each in (stack.pieces, stack.usual, stack.low, stack.high)),
-        *(jnp.asarray(each, jnp.float32) for each in (stack.limits, stack.used)),
-    )
+    elements = (clouds.points, clouds.weight, clouds.area, clouds.reach)
+    templates = (stack.pieces, stack.usual, stack.low, stack.high, stack.limits, stack.used)
+    made = _fit(*(tuple(jnp.asarray(each, jnp.float32) for each in some) for some in (elements, templates)))
     return Fits(*(np.asarray(each, dtype=np.float64) for each in made))
 
 
 @jax.jit
-def _fit(
-    points: Array,
-    weight: Array,
-    area: Array,
-    reach: Array,
-    pieces: Array,
-    usual: Array,
-    low: Array,
-    high: Array,
-    limits: Array,
-    used: Array,
-) -> tuple[Array, ...]:
-    templates = (pieces, usual, low, high, limits, used)
-    one = jax.vmap(_fit_one, in_axes=(None, None, None, None, 0, 0, 0, 0, 0, 0))
-    return jax.lax.map(lambda each: one(*each, *templates), (points, weight, area, reach))
+def _fit(clouds: tuple[Array, ...], templates: tuple[Array, ...]) -> tuple[Array, ...]:
+    one = jax.vmap(_fit_one, in_axes=(*(None,) * len(clouds), *(0,) * len(templates)))
+    return jax.lax.map(lambda each: one(*each, *templates), clouds)
 
 
 def _begin(reach: Array, usual: Array, low: Array, high: Array) -> Array:

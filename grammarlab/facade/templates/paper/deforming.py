@@ -77,7 +77,7 @@ def _deform(
     def step(carry: tuple, _: None) -> tuple[tuple, None]:
         state, memory = carry
         change, memory = optimizer.update(jax.grad(total)(state), memory)
-        moved = state + change * free
+        moved = state + jnp.asarray(change) * free
         return (moved.at[..., 2:].set(jnp.clip(moved[..., 2:], low, high)), memory), None
 
     (state, _), _ = jax.lax.scan(step, (state, optimizer.init(state)), None, _STEPS)

@@ -8,6 +8,7 @@ each move lets any elements change to one label, and the best such move is a min
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -45,17 +46,24 @@ def energy(field: Field, labels: Ints) -> float:
 def label(field: Field) -> tuple[Ints, list[float]]:
     """Labels [N] of low energy, and the energies after each move, which never rise.
 
-    Begins with the best label of each element; of few elements also with those of each template alone.
+    Begins with the best label of each element; of few elements also with those of up to three templates alone.
     """
     starts = [field.data.argmin(axis=1)]
-    for template in np.unique(field.owner):
-        own = np.flatnonzero(field.owner == template)
-        starts += [
-            own[field.data[:, own].argmin(axis=1)],
-            np.full(len(field.data), own[field.data[:, own].sum(axis=0).argmin()]),
-        ]
-    few = starts if len(field.data) <= FEW else starts[:1]
-    tried = [expanded(field, start) for start in few]
+    if len(field.data) <= FEW:
+        templates = np.unique(field.owner).tolist()
+        for some in (each for size in (1, 2, 3) for each in combinations(templates, size)):
+            # Once it is given which templates are used, they cost nothing more: then several labels of a template that
+            # pay only together are found one by one.
+            own = np.flatnonzero(np.isin(field.owner, some))
+            free = Field(
+                field.data[:, own],
+                field.weight,
+                field.distance[np.ix_(own, own)],
+                field.owner[own],
+                np.zeros_like(field.cost),
+            )
+            starts.append(own[expanded(free, free.data.argmin(axis=1))[0]])
+    tried = [expanded(field, start) for start in starts]
     return min(tried, key=lambda each: each[1][-1])
 
 
@@ -155,7 +163,8 @@ def _cut(field: Field, labels: Ints, alpha: int, free: Ints) -> np.ndarray:
     flow = max_flow.SimpleMaxFlow()
     scale = _SCALE / infinite
     capacity = np.rint(np.concatenate(sizes) * scale).astype(np.int64)
-    flow.add_arcs_with_capacity(np.concatenate(tails), np.concatenate(heads), capacity)
+    first_ends, last_ends = (np.concatenate(each).astype(np.int32) for each in (tails, heads))
+    flow.add_arcs_with_capacity(first_ends, last_ends, capacity)
     flow.solve(source, sink)
     stay = np.zeros(nodes, dtype=bool)
     stay[flow.get_source_side_min_cut()] = True

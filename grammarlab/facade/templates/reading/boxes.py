@@ -49,7 +49,7 @@ def find_boxes(surface: Surface) -> tuple[Floats, Floats]:
     count = np.zeros(shape)
     np.add.at(count, tuple(place[wall].T), 1.0)
     # A hole of one cell is a gap between points.
-    empty = ~ndimage.binary_closing(count > 0, iterations=1)
+    empty = np.logical_not(ndimage.binary_closing(count > 0, iterations=1))
     parts = np.asarray(ndimage.label(empty)[0])  # pyright: ignore[reportIndexIssue] its stub forgets the pair
     boxes = []
     for part in ndimage.find_objects(parts)[: 10 * MOST_ELEMENTS]:

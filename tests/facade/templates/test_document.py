@@ -1,0 +1,76 @@
+"""Files of elements: what is written is read again, and what is wrong is said."""
+
+import json
+
+import numpy as np
+import pytest
+
+from grammarlab.errors import FacadeError, UsageError
+from grammarlab.facade.templates.elements import too_poor
+from grammarlab.facade.templates.reading.boxes import cut_out, read_boxes
+from grammarlab.facade.templates.reading.document import loads, save_elements
+from grammarlab.facade.templates.reading.files import load_elements
+from grammarlab.facade.templates.scenes import SceneOptions, house, rectangles
+
+SCENE = rectangles(SceneOptions(elements=8, kinds=4, rows=2), 3)
+
+
+@pytest.mark.parametrize("ending", ["json", "npz"])
+def test_a_scene_is_read_as_it_was_written(tmp_path, ending):
+    path = tmp_path / f"scene.{ending}"
+    save_elements(SCENE, path)
+    read = load_elements(path)
+    for name in ("offsets", "points", "low", "high", "row", "column"):
+        assert np.array_equal(getattr(read, name), getattr(SCENE, name)), name
+    assert read.truth is not None
+    assert SCENE.truth is not None
+    assert np.array_equal(read.truth.kind, SCENE.truth.kind)
+
+
+def test_scenes_are_the_same_for_the_same_seed_and_count_as_the_figure():
+    assert np.array_equal(rectangles(SceneOptions(), 1).points, rectangles(SceneOptions(), 1).points)
+    assert not np.array_equal(rectangles(SceneOptions(), 1).points, rectangles(SceneOptions(), 2).points)
+    truth = house().truth
+    assert truth is not None
+    assert np.bincount(truth.kind).tolist() == [38, 4, 23, 23]
+
+
+@pytest.mark.parametrize(
+    ("elements", "message"),
+    [
+        ([], "no elements"),
+        ([{"points": [[0, 0], [1, None]]}], "Element 0, point 1"),
+        ([{"points": [[0, 0], [1, 1, 1]]}], "Element 0, point 1"),
+        ([{"points": [[0, 0]], "box": [1, 1, 0, 0]}], "width and a height"),
+        ([{"points": [[0, 0]], "box": [1, 1]}], "4 numbers"),
+        ([{"points": [], "box": [0, 0, 1, 1]}], "boxes are empty"),
+        ([{"points": [[1e300, 0]]}], "not a finite number"),
+        ([{"points": [[0, 0]], "kind": 0}, {"points": [[0, 0]]}], "Element 1"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_place(elements, message):
+    with pytest.raises(FacadeError, match=message):
+        loads(json.dumps({"elements": elements}).encode())
+
+
+def test_poor_elements_are_told_apart():
+    clouds = [[], [[0, 0]] * 20, [[x, x] for x in range(20)], [[0, 0], [1, 0]], np.eye(2).tolist() * 10]
+    elements = [{"points": each, "box": [0, 0, 30, 30]} for each in clouds]
+    reasons = too_poor(loads(json.dumps({"elements": elements}).encode()))
+    assert [word in reasons[each] for each, word in enumerate(("empty", "the same", "one line", "2 points"))] == [
+        True
+    ] * 4
+
+
+def test_boxes_of_a_scan_take_their_points_and_find_their_rows():
+    points = np.array([[0.5, 0.5, 0], [3.5, 0.4, 0], [0.4, 5.5, 0], [9, 9, 0]], dtype=float)
+    found = cut_out(points, read_boxes(b"left,bottom,right,top\n0,0,1,1\n3,0,4,1\n0,5,1,6\n"))
+    assert (found.counts.tolist(), found.row.tolist(), found.column.tolist()) == ([1, 1, 1], [1, 1, 0], [0, 1, 0])
+    with pytest.raises(FacadeError, match="line 2"):
+        read_boxes(b"0,0,1,1\n0,0,x,1\n")
+
+
+def test_other_endings_are_refused(tmp_path):
+    (tmp_path / "a.txt").write_text("")
+    with pytest.raises(UsageError, match=r"\.json"):
+        load_elements(tmp_path / "a.txt")
