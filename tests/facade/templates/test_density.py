@@ -15,10 +15,8 @@ def test_it_integrates_to_one(angle, cut):
     points = np.stack([across.ravel(), up.ravel()], axis=1)
     area = 4.0 * 3.0
     one = jnp.ones(1)
-    values = [
-        float(log_likelihood(jnp.asarray(SQUARE), angle, cut, 0.1, jnp.asarray(point[None]), one, area))
-        for point in points[::97]
-    ]
+    given = jnp.asarray(SQUARE), angle, cut, jnp.asarray(0.1)
+    values = [float(log_likelihood(*given, jnp.asarray(point[None]), one, jnp.asarray(area))) for point in points[::97]]
     assert np.exp(values).mean() * area == pytest.approx(1.0, abs=0.06)
     assert min(values) >= np.log(OUTLIERS / area) - 1e-5
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from grammarlab.facade.templates.paper.subspace import laplacian, lowest, merged, similarity
 
-BLOCKS = np.kron(np.eye(3), np.ones((4, 4))) + 0.05
+BLOCKS = np.array(np.kron(np.eye(3), np.ones((4, 4))) + 0.05, dtype=np.float64)
 
 
 def test_equal_graphs_have_their_own_subspace_in_common():

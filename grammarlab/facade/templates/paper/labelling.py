@@ -7,64 +7,27 @@ each move lets any elements change to one label, and the best such move is a min
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import combinations
+from typing import Any
 
 import numpy as np
 
-from grammarlab.facade.templates.elements import Floats, Ints
+from grammarlab.facade.templates.elements import Ints
+from grammarlab.facade.templates.paper.exact_labels import least
+from grammarlab.facade.templates.paper.field import Field, energy
 
 FEW = 12
-"""Elements up to which several beginnings are tried."""
+"""Elements up to which the least energy is proven."""
 _SCALE = 1 << 40
 """Capacities are whole numbers; the sum of all that a cut may cost stays far below 2^63."""
 
 
-@dataclass(frozen=True, eq=False)
-class Field:
-    """N elements, L labels."""
-
-    data: Floats
-    """[N, L] >= 0."""
-    weight: Floats
-    """[N, N] >= 0, symmetric, 0 on the diagonal."""
-    distance: Floats
-    """[L, L] a metric."""
-    owner: Ints
-    """[L] template of each label."""
-    cost: Floats
-    """[T] >= 0 of each template that is used."""
-
-
-def energy(field: Field, labels: Ints) -> float:
-    """Equation 5.3 for labels [N]."""
-    data = field.data[np.arange(len(labels)), labels].sum()
-    smooth = (field.weight * field.distance[np.ix_(labels, labels)]).sum() / 2.0
-    return float(data + smooth + field.cost[np.unique(field.owner[labels])].sum())
-
-
 def label(field: Field) -> tuple[Ints, list[float]]:
-    """Labels [N] of low energy, and the energies after each move, which never rise.
-
-    Begins with the best label of each element; of few elements also with those of up to three templates alone.
-    """
-    starts = [field.data.argmin(axis=1)]
-    if len(field.data) <= FEW:
-        templates = np.unique(field.owner).tolist()
-        for some in (each for size in (1, 2, 3) for each in combinations(templates, size)):
-            # Once it is given which templates are used, they cost nothing more: then several labels of a template that
-            # pay only together are found one by one.
-            own = np.flatnonzero(np.isin(field.owner, some))
-            free = Field(
-                field.data[:, own],
-                field.weight,
-                field.distance[np.ix_(own, own)],
-                field.owner[own],
-                np.zeros_like(field.cost),
-            )
-            starts.append(own[expanded(free, free.data.argmin(axis=1))[0]])
-    tried = [expanded(field, start) for start in starts]
-    return min(tried, key=lambda each: each[1][-1])
+    """Labels [N] of low energy, of few elements the least, and the energies after each move, which never rise."""
+    labels, energies = expanded(field, field.data.argmin(axis=1))
+    if len(field.data) > FEW:
+        return labels, energies
+    better, more = expanded(field, least(field, labels))
+    return (better, [*energies, more[-1]]) if more[-1] < energies[-1] else (labels, energies)
 
 
 def expanded(field: Field, start: Ints) -> tuple[Ints, list[float]]:
@@ -160,7 +123,7 @@ def _cut(field: Field, labels: Ints, alpha: int, free: Ints) -> np.ndarray:
         heads += [np.array([nodes]), np.arange(number)]
         sizes += [field.cost[field.owner[alpha]][None], np.full(number, infinite)]
         nodes += 1
-    flow = max_flow.SimpleMaxFlow()
+    flow: Any = max_flow.SimpleMaxFlow()  # its stubs take arrays of no shape that there is
     scale = _SCALE / infinite
     capacity = np.rint(np.concatenate(sizes) * scale).astype(np.int64)
     first_ends, last_ends = (np.concatenate(each).astype(np.int32) for each in (tails, heads))

@@ -13,7 +13,8 @@ from grammarlab.facade.templates.elements import Elements, Floats, Ints, too_poo
 from grammarlab.facade.templates.fitting.fit import Fits, fit_all
 from grammarlab.facade.templates.match import Match
 from grammarlab.facade.templates.paper.deforming import deform
-from grammarlab.facade.templates.paper.labelling import Field, label
+from grammarlab.facade.templates.paper.field import Field
+from grammarlab.facade.templates.paper.labelling import label
 from grammarlab.facade.templates.paper.placing import place_labels
 from grammarlab.facade.templates.paper.subspace import dimensions_of, merged, similarity, weights_of
 from grammarlab.facade.templates.plain import NO_FIT, fitting, from_labels
