@@ -37,7 +37,7 @@ def synthesize(
     rows: Annotated[int, typer.Option("--rows", help="Rows of units of the main wall.")],
     columns: Annotated[int, typer.Option("--columns", help="Columns of units of the main wall.")],
     box: Annotated[
-        str, typer.Option("--box", help="Width x height x depth in metres, such as 40x25x12; 0 for as it comes.")
+        str, typer.Option("--box", help="Width x depth x height in metres, such as 40x12x25; 0 for as it comes.")
     ] = "",
     seed: Annotated[int, typer.Option("--seed", help="Other seeds choose among equals.", min=0)] = 0,
     number: Annotated[int, typer.Option("-n", "--number", help="Results at most.", min=1, max=50)] = 1,
@@ -85,7 +85,7 @@ def _box(text: str) -> tuple[float | None, float | None, float | None]:
     if not text:
         return None, None, None
     try:
-        width, height, depth = (float(each) for each in text.lower().split("x"))
+        width, depth, height = (float(each) for each in text.lower().split("x"))
     except ValueError as error:
-        raise UsageError(f"--box: expected WIDTHxHEIGHTxDEPTH in metres, such as 40x25x12, found {text!r}.") from error
+        raise UsageError(f"--box: expected WIDTHxDEPTHxHEIGHT in metres, such as 40x12x25, found {text!r}.") from error
     return width or None, height or None, depth or None

@@ -78,7 +78,7 @@ def test_what_was_found_can_be_corrected_and_a_folder_shows_one_run(run, buildin
 
 @pytest.mark.parametrize("method", ["exact", "em"])
 def test_a_box_is_filled_and_a_seed_makes_one_building(run, building: Path, tmp_path: Path, method: str) -> None:
-    options = ["--rows", 4, "--columns", 7, "--box", "30x18x12", "--seed", 5, "--method", method]
+    options = ["--rows", 4, "--columns", 7, "--box", "30x12x18", "--seed", 5, "--method", method]
     one, other = (report(run, building, *options, "-o", tmp_path / name)["results"][0] for name in ("a", "b"))
     assert one["size"] == pytest.approx([30.0, 18.0, 12.0], abs=1e-4)
     assert one["labels"] == other["labels"]
