@@ -120,16 +120,15 @@ def judgements_of(rows: Rows, scores: ArrayLike, kinds: Sequence[Kind], others: 
             f"labels, found {len(kinds)} kinds and a table of {list(beside.shape)}."
         )
     compared = np.array([kind in COMPARISONS for kind in kinds])
-    order = np.argsort([kind != "score" for kind in kinds], kind="stable")
     different, place = np.unique(np.concatenate([table, beside[compared]]), axis=0, return_inverse=True)
     second = np.full(len(table), -1)
     second[compared] = place.reshape(-1)[len(table) :]
+    first = place.reshape(-1)[: len(table)]
+    # Scores first; else in an order that says nothing about the one they were given in, on which sums depend.
+    number = np.unique(np.array(kinds), return_inverse=True)[1].reshape(-1)
+    order = np.lexsort((values, number, second, first, [kind != "score" for kind in kinds]))
     return Judgements(
-        different,
-        values[order],
-        tuple(kinds[index] for index in order.tolist()),
-        place.reshape(-1)[: len(table)][order],
-        second[order],
+        different, values[order], tuple(kinds[index] for index in order.tolist()), first[order], second[order]
     )
 
 

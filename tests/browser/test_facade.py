@@ -165,7 +165,10 @@ def test_locked_sizes_stay_and_what_contradicts_them_is_said_and_not_done(house:
     was = load_facade(FACADES / "townhouse.json").size[before.node, X]
     assert facade.size[before.node, X] == pytest.approx(was, abs=1e-6)  # what is alike is locked with it
     width.fill("14.5")
-    assert house.save().width == pytest.approx(14.5)  # what is being typed counts
+    house.press("Control+s")  # what is being typed counts
+    house.expect_size(14.5, 15.2)
+    expect(house.status).to_have_text("saved")
+    assert house.saved().width == pytest.approx(14.5)
     width.fill("14")
     width.press("Enter")
     house.expect_size(14, 15.2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import tomllib
@@ -92,5 +93,5 @@ def test_extras_install_what_is_said():
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
     installed = {"jax": "jax", "jaxlib": "jax", "sklearn": "scikit-learn", "traitlets": "anywidget"}
     for package, extra in EXTRAS.items():
-        names = [requirement.partition(">")[0] for requirement in extras[extra]]
+        names = [re.split(r"[>\[]", requirement)[0] for requirement in extras[extra]]
         assert installed.get(package, package) in names

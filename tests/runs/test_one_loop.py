@@ -22,6 +22,7 @@ from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import OVERALL, Labels
 from grammarlab.runs.scoring.learner import learner
 from grammarlab.runs.scoring.maker import maker
+from grammarlab.runs.scoring.said import Said
 from grammarlab.runs.scoring.tasks import LearnGrammar, Update
 
 RULES = """
@@ -75,7 +76,7 @@ families = ["paths", "symbols", "thresholds"]
     scores = dict(zip(map(str, answers.designs), answers.scores.tolist(), strict=True))
     place, size = ("house", str(tmp_path)), len(material.study.pool)
     handler = learner(".cga", RULES, *place, SEED, size, False)
-    shuffled = dict(sorted(scores.items(), key=lambda item: item[0][::-1]))
+    shuffled = {name: Said(scores[name]) for name in sorted(scores, key=lambda name: name[::-1])}
     found = handler(Update({OVERALL: shuffled}, {OVERALL: 1}, None), nothing)
     assert np.array_equal(found.product.mean, predicted.astype(np.float32))
     make = maker(".cga", RULES, *place, str(tmp_path / "session.db"), SEED, size)

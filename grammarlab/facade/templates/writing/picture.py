@@ -1,4 +1,4 @@
-"""A picture of a match: the points of all elements, and over them what was fitted, in the colour of its kind."""
+"""A picture of a match: what was fitted, in the colour of its kind, and over it the points of all elements."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _FINEST = 120.0
 """Pixels per metre."""
 _SHOWN = 400
 """Points of an element."""
-_PAPER, _POINT, _UNKNOWN = (255, 255, 255), (150, 150, 150), (200, 30, 30)
+_PAPER, _POINT, _UNKNOWN = (255, 255, 255), (60, 60, 60), (200, 30, 30)
 
 
 def picture(match: Match) -> Image.Image:
@@ -33,20 +33,20 @@ def picture(match: Match) -> Image.Image:
         return [(x, size[1] - y) for x, y in moved.tolist()]
 
     for element in range(len(match.kind)):
-        own = match.elements.of(element)[:, :2]
-        shown = own[np.linspace(0, len(own) - 1, min(len(own), _SHOWN)).astype(int)] if len(own) else own
-        for x, y in at(shown):
-            pen.ellipse((x - 1, y - 1, x + 1, y + 1), fill=_POINT)
         found = drawn_parameters(match, element)
         if found is None:
             corners = at(np.stack([match.elements.low[element], match.elements.high[element]]))
             (left, bottom), (right, top) = corners
             pen.rectangle((left, top, right, bottom), outline=_UNKNOWN)
-            continue
-        color = color_of(int(match.kind[element]))
-        width = 3 if match.probability[element] >= SURE else 1
-        for segment in points_along(*found):
-            pen.line(at(segment + match.corner[element]), fill=color, width=width)
+        else:
+            color = color_of(int(match.kind[element]))
+            width = 4 if match.probability[element] >= SURE else 1
+            for segment in points_along(*found):
+                pen.line(at(segment + match.corner[element]), fill=color, width=width)
+        own = match.elements.of(element)[:, :2]
+        shown = own[np.linspace(0, len(own) - 1, min(len(own), _SHOWN)).astype(int)] if len(own) else own
+        for x, y in at(shown):
+            pen.ellipse((x - 2, y - 2, x + 2, y + 2), fill=_POINT)
     return drawing
 
 
