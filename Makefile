@@ -1,6 +1,7 @@
 # demo   sample 16 buildings, as GLB files and one picture; then learn from 128 scores to sample those of one style
 # test   everything that must hold: format, lint, types, layers, tests
 # check  the fast, static half of it
+# docs   the documentation, as pages in out/site
 # bench  how fast it is, as ratios within one run
 # facades  make the shipped facades and the family of one again, from their rules, and the picture of one in four widths
 
@@ -8,12 +9,15 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --quiet --disable-pip-version-check
-CODE   := grammarlab tests benchmarks notebooks
+CODE   := grammarlab tests benchmarks notebooks docs/gen
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
 .DEFAULT_GOAL := test
 .DELETE_ON_ERROR:
-.PHONY: demo test check bench facades format clean chromium
+# Material for MkDocs tells at every start that it has a successor.
+export NO_MKDOCS_2_WARNING := 1
+
+.PHONY: demo test check docs bench facades format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -22,7 +26,7 @@ demo: $(VENV)/.learn
 		--report out/demo-learned
 	$(BIN)/grammarlab sample out/demo-learned/building.cga -n 16 --seed 5 -o out/demo-learned/samples
 
-test: check chromium
+test: check docs chromium
 	$(BIN)/pytest -q -n 2
 
 check: $(VENV)/.dev
@@ -30,6 +34,9 @@ check: $(VENV)/.dev
 	$(BIN)/ruff check $(CODE)
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/lint-imports
+
+docs: $(VENV)/.dev
+	$(BIN)/python -m mkdocs --quiet build
 
 # The page is tested in a real browser: Debian's Chromium, put there where that is allowed.
 chromium:

@@ -1,0 +1,89 @@
+"""The words of CGA as tables: every operation, function and shape attribute, and whether derivations carry it out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from grammarlab.derivation.operations import LEFT_OUT
+from grammarlab.language import builtins
+from grammarlab.language.builtins import Signature, Signatures
+from grammarlab.language.keywords import KEYWORDS
+from grammarlab.runs.checks import SUPPORTED
+
+YES, IGNORED, NO = "yes", "ignored, with a warning", "no"
+
+
+def operations() -> Mapping[str, str]:
+    """Whether each operation is supported, by name."""
+    supported = {name: YES if name in SUPPORTED.operations else NO for name in _operations()}
+    return supported | dict.fromkeys(LEFT_OUT, IGNORED)
+
+
+def functions() -> Mapping[str, str]:
+    """Whether each function is supported, by name."""
+    return {name: YES if name in SUPPORTED.functions else NO for name in builtins.functions()}
+
+
+def attributes() -> Mapping[str, str]:
+    """Whether each shape attribute is supported, by name."""
+
+    def told(name: str) -> str:
+        return YES if name in SUPPORTED.attributes else IGNORED if name in SUPPORTED.harmless else NO
+
+    return {name: told(name) for name in builtins.attributes()}
+
+
+def tables() -> str:
+    """Three tables in Markdown, each with a line that counts."""
+    return "\n\n".join(
+        (
+            _section("Operations", operations(), _forms(_operations()), _keywords(_operations())),
+            _section("Functions", functions(), _forms(builtins.functions()), _keywords(builtins.functions())),
+            _section("Shape attributes", attributes(), builtins.attributes(), {}),
+        )
+    )
+
+
+def _operations() -> Signatures:
+    return {**builtins.operations(), **builtins.blocks()}
+
+
+def _forms(signatures: Signatures) -> dict[str, str]:
+    return {name: "<br>".join(_form(each) for each in forms) for name, forms in signatures.items()}
+
+
+def _form(signature: Signature) -> str:
+    arguments = ", ".join(
+        "\\|".join(kind.removeprefix("$") for kind in parameter.types) + "?" * parameter.optional
+        for parameter in signature.parameters
+    )
+    block = "" if signature.heads is None else " { … }"
+    result = f" → {'|'.join(signature.result)}".replace("|", "\\|") if signature.result else ""
+    return f"`{signature.name}({arguments}){block}{result}`".replace("\\|", " or ")
+
+
+def _keywords(signatures: Signatures) -> dict[str, str]:
+    """Keywords of each operation that are not supported."""
+    lacking = {}
+    for name, forms in signatures.items():
+        sets = {
+            kind[1:] for form in forms for parameter in form.parameters for kind in parameter.types if kind[0] == "$"
+        }
+        sets |= {form.heads for form in forms if form.heads in KEYWORDS}
+        words = sorted({word for each in sets for word in KEYWORDS[each] if f"{name}:{word}" not in SUPPORTED.keywords})
+        lacking[name] = ", ".join(f"`{word}`" for word in words)
+    return lacking
+
+
+def _section(title: str, told: Mapping[str, str], forms: Mapping[str, str], lacking: Mapping[str, str]) -> str:
+    def row(name: str) -> str:
+        without = f", without {lacking[name]}" if told[name] == YES and lacking.get(name) else ""
+        return f"| `{name}` | {forms[name]} | {told[name]}{without} |"
+
+    counted = f"{sum(each == YES for each in told.values())} of {len(told)} are supported."
+    head = ["| name | forms | supported |" if lacking else "| name | type | supported |", "|---|---|---|"]
+    return "\n".join([f"## {title}", "", counted, "", *head, *map(row, _sorted(told))])
+
+
+def _sorted(names: Iterable[str]) -> list[str]:
+    return sorted(names, key=str.lower)
