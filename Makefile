@@ -3,6 +3,7 @@
 # check  the fast, static half of it
 # docs   the documentation, as pages in out/site
 # bench  how fast it is, as ratios within one run
+# pictures  the pictures of the guide
 # facades  make the shipped facades and the family of one again, from their rules, and the picture of one in four widths
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
@@ -17,7 +18,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 # Material for MkDocs tells at every start that it has a successor.
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test check docs bench facades format clean chromium
+.PHONY: demo test check docs pictures bench facades format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -47,6 +48,20 @@ chromium:
 bench: $(VENV)/.dev
 	$(BIN)/pytest -q benchmarks --override-ini python_files='bench_*.py'
 
+SHEET := $(BIN)/python -c 'import sys; from PIL import Image; from grammarlab.runs.facade.gallery import sheet; \
+	sheet([Image.open(each) for each in sys.argv[2:]]).save(sys.argv[1])'
+SIX   := $(BIN)/grammarlab sample -n 6 --columns 6 --scale same --seed 1
+GUIDE := out/guide
+pictures: $(VENV)/.dev
+	for page in grammar facade; do $(BIN)/python -m docs.gen.blocks docs/guide/$$page.md $(GUIDE)/$$page || exit 1; done
+	$(SIX) $(GUIDE)/grammar/tower.cga -o $(GUIDE)/towers && cp $(GUIDE)/towers/tower.png docs/images/guide_towers.png
+	$(SIX) $(GUIDE)/grammar/liked.cga -o $(GUIDE)/liked && cp $(GUIDE)/liked/liked.png docs/images/guide_liked.png
+	$(SIX) $(GUIDE)/facade/family.cga -o $(GUIDE)/family && cp $(GUIDE)/family/family.png docs/images/guide_family.png
+	$(SIX) $(GUIDE)/facade/liked.cga -o $(GUIDE)/middle && cp $(GUIDE)/middle/liked.png docs/images/guide_middle.png
+	$(BIN)/grammarlab facade show $(GUIDE)/facade/house.facade.json --pixels 25 -o $(GUIDE)/house.png
+	$(BIN)/grammarlab facade show $(GUIDE)/facade/wider/001.facade.json --pixels 25 -o $(GUIDE)/wider.png
+	$(SHEET) docs/images/guide_house.png $(GUIDE)/house.png $(GUIDE)/wider.png
+
 FACADES := grammars/facades
 FACE    := $(BIN)/grammarlab facade read $(FACADES)/houses.cga --face front --seed 1
 facades: $(VENV)/.dev
@@ -63,12 +78,9 @@ facades: $(VENV)/.dev
 		-o out/layers/residential$$width || exit 1; done
 	for name in apartment concert_hall library; do \
 		$(BIN)/grammarlab facade layers $(FACADES)/$$name.toml -n 1 -o out/layers/$$name || exit 1; done
-	$(BIN)/python -c 'import sys; from PIL import Image; from grammarlab.runs.facade.gallery import sheet; \
-		sheet([Image.open(f"out/layers/{each}/001.png") for each in sys.argv[1:]]).save("docs/images/layers.png")' \
-		residential6 residential9 residential12 residential18 apartment concert_hall library
-	$(BIN)/python -c 'import sys; from PIL import Image; from grammarlab.runs.facade.gallery import sheet; \
-		sheet([Image.open(f"out/arcade/{each}.png") for each in sys.argv[1:]]).save("docs/images/arcade_widths.png")' \
-		14.7 21 31.5 42
+	$(SHEET) docs/images/layers.png $(patsubst %,out/layers/%/001.png,\
+		residential6 residential9 residential12 residential18 apartment concert_hall library)
+	$(SHEET) docs/images/arcade_widths.png $(patsubst %,out/arcade/%.png,14.7 21 31.5 42)
 
 	for start in Block Corner; do \
 		$(BIN)/grammarlab sample $(FACADES)/blocks.cga --start $$start -n 1 --format obj --no-image -o out/$$start && \

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from docs.gen.blocks import blocks_of, run_page
 from grammarlab.language.checking import check_text
 from grammarlab.runs.checks import SUPPORTED
-from tests.docs.blocks import blocks_of
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs" / "guide").glob("*.md")), ROOT / "docs" / "concepts.md"]
@@ -16,12 +16,9 @@ PAGES += sorted((ROOT / "docs" / "howto").glob("*.md"))
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_code_blocks_run_in_the_order_of_the_page(page, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("grammarlab.runs.workers.available_cores", lambda: 1)  # starting processes takes longer
-    names = {}
-    for block in blocks_of(page):
-        with warnings.catch_warnings(action="error"):
-            block.run(names)
+    with warnings.catch_warnings(action="error"):
+        run_page(page, tmp_path)
 
 
 def test_the_grammars_on_the_pages_have_nothing_to_complain_about():

@@ -1,6 +1,6 @@
 """Code blocks of a page, and what running them means.
 
-- `console`: lines after `$ ` are commands of grammarlab; what follows one, if anything, is what it prints on stdout,
+- `console`: lines after `$ ` are commands of grammarlab; what follows one, if anything, is what it shows,
   where `...` stands for any text.
 - `python`: runs after the Python blocks above it on the page.
 - any block with a `title`: a file of that name, for the blocks below.
@@ -9,9 +9,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import doctest
 import re
 import shlex
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -62,7 +64,9 @@ class Block:
             result = CliRunner().invoke(app, arguments, catch_exceptions=False)
             assert result.exit_code == 0, f"{self}: {command}\n{result.output}"
             if expected.strip():
-                assert doctest.OutputChecker().check_output(expected, result.stdout, _OUTPUT), result.stdout
+                assert doctest.OutputChecker().check_output(expected, result.output, _OUTPUT), (
+                    f"{self}: {result.output}"
+                )
 
     def __str__(self) -> str:
         return f"{self.page.name}:{self.line}"
@@ -81,3 +85,21 @@ def blocks_of(page: Path) -> tuple[Block, ...]:
         if token.level == 0:
             skipped = token.type == "html_block" and bool(_SKIP.fullmatch(token.content))
     return tuple(found)
+
+
+def run_page(page: Path, folder: Path) -> None:
+    """Runs the blocks of a page in a folder, where files of their titles are put.
+
+    Args:
+        page: Markdown.
+        folder: made when it is missing.
+    """
+    blocks, names = blocks_of(page), {}
+    folder.mkdir(parents=True, exist_ok=True)
+    with contextlib.chdir(folder):
+        for block in blocks:
+            block.run(names)
+
+
+if __name__ == "__main__":
+    run_page(Path(sys.argv[1]), Path(sys.argv[2]))
