@@ -1,0 +1,100 @@
+"""What a release consists of: an sdist and a wheel that are what they should be, and work in a fresh environment."""
+
+import os
+import re
+import subprocess
+import sys
+import sysconfig
+import tarfile
+import tomllib
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import grammarlab
+
+ROOT = Path(__file__).parent.parent
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+BUILD = "import sys; from hatchling import build; print(build.build_{}(sys.argv[1]))"
+
+
+def run(*command, cwd=ROOT):
+    """What a program prints on stdout; an exit code other than 0 fails the test."""
+    return subprocess.run(command, cwd=cwd, check=True, stdout=subprocess.PIPE, text=True).stdout
+
+
+def built(kind, folder, source=ROOT):
+    return folder / run(sys.executable, "-c", BUILD.format(kind), str(folder), cwd=source).split()[-1]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    return built("wheel", tmp_path_factory.mktemp("wheel"))
+
+
+@pytest.fixture(scope="module")
+def sdist(tmp_path_factory):
+    return built("sdist", tmp_path_factory.mktemp("sdist"))
+
+
+@pytest.fixture(scope="module")
+def program(wheel, tmp_path_factory):
+    """The command in a fresh environment with the wheel; what the wheel needs comes from this environment."""
+    folder = tmp_path_factory.mktemp("fresh")
+    venv.create(folder, with_pip=False)
+    fresh = folder / ("Scripts" if os.name == "nt" else "bin")
+    pip = (sys.executable, "-m", "pip", "--python", str(fresh / "python"), "--disable-pip-version-check", "--quiet")
+    run(*pip, "install", "--no-deps", "--no-index", str(wheel))
+    (site,) = (path.parent for path in folder.glob("**/site-packages/grammarlab"))
+    (site / "needs.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    return fresh / "grammarlab"
+
+
+def test_both_files_pass_the_checks_of_an_index(wheel, sdist):
+    run(sys.executable, "-m", "twine", "check", "--strict", str(wheel), str(sdist))
+    run(sys.executable, "-m", "check_wheel_contents", str(wheel))
+
+
+def test_the_wheel_is_typed_and_carries_all_modules_and_all_content(wheel):
+    names = set(zipfile.ZipFile(wheel).namelist())
+    assert "Typing :: Typed" in PROJECT["project"]["classifiers"]
+    assert "grammarlab/py.typed" in names
+    modules = {path.relative_to(ROOT).as_posix() for path in (ROOT / "grammarlab").rglob("*.py")}
+    content = [path for folder in ("grammars", "scenarios") for path in (ROOT / folder).rglob("*") if path.is_file()]
+    assert modules | {f"grammarlab/{path.relative_to(ROOT).as_posix()}" for path in content} <= names
+    assert not [name for name in names if name.startswith(("tests", "docs")) or "node_modules" in name]
+
+
+def test_the_sdist_makes_the_same_wheel(wheel, sdist, tmp_path):
+    with tarfile.open(sdist) as archive:
+        archive.extractall(tmp_path, filter="data")
+    (source,) = tmp_path.iterdir()
+    again = built("wheel", tmp_path, source)
+    assert zipfile.ZipFile(again).namelist() == zipfile.ZipFile(wheel).namelist()
+    for needed in ("mkdocs.yml", "constraints.txt", "Makefile", "CITATION.cff", "docs", "tests"):
+        assert (source / needed).exists()
+
+
+def test_the_wheel_works_in_a_fresh_environment_from_any_folder(program, tmp_path):
+    assert run(program, "--version", cwd=tmp_path) == f"grammarlab {grammarlab.__version__}\n"
+    listed = run(program, "list", cwd=tmp_path)
+    assert {"toy", "building"} <= {line.split()[0] for line in listed.splitlines()}
+    run(program, "sample", "building", "-n", "1", "--no-image", cwd=tmp_path)
+    assert (tmp_path / "out" / "building" / "building-00000.glb").stat().st_size > 10_000
+    where = run(program.parent / "python", "-c", "import grammarlab; print(grammarlab.__file__)", cwd=tmp_path)
+    assert Path(where).is_relative_to(program.parent.parent)
+
+
+def test_the_citation_is_of_this_version():
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert re.search(r"^version: (\S+)$", citation, re.MULTILINE)[1] == grammarlab.__version__
+    assert re.search(r"^license: (\S+)$", citation, re.MULTILINE)[1] == PROJECT["project"]["license"]
+
+
+def test_workflows_test_the_versions_that_are_promised():
+    told = [text.rsplit(" ", 1)[-1] for text in PROJECT["project"]["classifiers"] if re.search(r":: 3\.\d+$", text)]
+    tests = (ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8")
+    assert re.search(r"python: \[(.*)\]", tests)[1] == ", ".join(f'"{version}"' for version in told)
+    assert all(f"{system}-latest" in tests for system in ("ubuntu", "macos", "windows"))
