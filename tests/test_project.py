@@ -62,3 +62,24 @@ def test_the_changelog_begins_with_the_current_version():
     first = re.search(r"^## (\S+?),? ", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
     assert first
     assert first[1] == grammarlab.__version__
+
+
+def test_paths_that_the_documents_name_exist():
+    """Paths in code font that begin with a top folder."""
+    tops = "|".join(
+        path.name for path in ROOT.iterdir() if path.is_dir() and path.name[0] != "." and path.name != "out"
+    )
+    documents = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("**/*.md"), *(ROOT / "grammarlab").glob("**/README.md")]
+    for document in documents:
+        text = document.read_text(encoding="utf-8")
+        for path in re.findall(rf"`((?:{tops})/[\w./-]+)`", text):
+            assert (ROOT / path).exists(), f"{document.name}: {path}"
+
+
+def test_contributors_are_told_where_twenty_things_are():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    table = re.search(r"## Where is …\?\n\n(.*?)\n\n", text, re.DOTALL)
+    assert table
+    rows = table[1].splitlines()[2:]
+    assert len(rows) >= 20
+    assert all(re.search(r"`\w+/", row) or "`grammarlab show" in row for row in rows)
