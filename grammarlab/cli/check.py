@@ -13,11 +13,13 @@ from grammarlab.cli.report import FAILURE, friendly_errors, print_json
 def check(
     grammar: Annotated[str, typer.Argument(metavar="FILE", help="A .cga file, or the name of a shipped grammar.")],
     assets: Annotated[
-        Path | None, typer.Option("--assets", help="Folder of assets; the one beside the rules when left out.")
+        Path | None, typer.Option("--assets", help="Folder of assets. Default: the one that the rules have.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")] = False,
 ) -> None:
-    """List every error, unsupported feature and doubtful place of a rule file and of the files it imports.
+    """List everything wrong with a rule file.
+
+    Errors, unsupported features and doubtful places, with those of imported files.
 
     Exits with 1 when there is an error.
     """

@@ -22,17 +22,22 @@ def compare(
     first: Annotated[
         str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
     ],
-    second: Annotated[str, typer.Argument(help="Another one.", autocompletion=complete_grammar)],
-    number: Annotated[int, typer.Option("-n", "--number", help="Models of each to look at.", min=1, max=100_000)] = (
-        2_500
-    ),
-    seed: Annotated[int, typer.Option("--seed", help="Of the models.", min=0)] = 0,
+    second: Annotated[
+        str, typer.Argument(help="The grammar to compare with; as the first.", autocompletion=complete_grammar)
+    ],
+    number: Annotated[
+        int, typer.Option("-n", "--number", help="Number of models to sample of each grammar.", min=1, max=100_000)
+    ] = (2_500),
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the models.", min=0)] = 0,
     picture: Annotated[
-        Path | None, typer.Option("--picture", help="A PNG file for samples of both side by side.", dir_okay=False)
+        Path | None, typer.Option("--picture", help="PNG file with samples of both, side by side.", dir_okay=False)
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:
-    """Say how far two grammars are apart, and in what."""
+    """Measure how far two grammars are apart.
+
+    Lists the choices that differ most.
+    """
     with friendly_errors():
         from grammarlab.runs.compare import compare_grammars
 

@@ -31,62 +31,68 @@ def evaluate(
     scenarios: Annotated[
         str,
         typer.Argument(
-            help="A scenario file, a folder of them, or a shipped name; or F1,B1.", autocompletion=complete_scenario
+            help="Scenario file, folder of them, or shipped names such as F1,B1.", autocompletion=complete_scenario
         ),
     ],
     methods: Annotated[
         str,
-        typer.Option(
-            "--methods", help="default,paper,kde,sklearn,lightgbm; those that each scenario names if left out."
-        ),
+        typer.Option("--methods", help="Some of default,paper,kde,sklearn,lightgbm. Default: those in each scenario."),
     ] = "",
-    person: Annotated[str, typer.Option("--person", help=PERSONS_HELP + " Several with commas between.")] = "exact",
-    seeds: Annotated[int, typer.Option("--seeds", help="Simulated persons for each method.", min=1, max=1000)] = 10,
+    person: Annotated[str, typer.Option("--person", help=PERSONS_HELP + " Separate several by commas.")] = "exact",
+    seeds: Annotated[
+        int, typer.Option("--seeds", help="Number of simulated persons per method.", min=1, max=1000)
+    ] = 10,
     max_labels: Annotated[
-        int, typer.Option("--max-labels", help="Scores each of them gives; 0 for each scenario's target.", min=0)
+        int, typer.Option("--max-labels", help="Scores per person; 0 for the number in the scenario.", min=0)
     ] = 256,
-    batch: Annotated[int, typer.Option("--batch", help="Models a round; 0 for what each method prefers.", min=0)] = 0,
-    figures: Annotated[
-        str, typer.Option("--figures", help="Also draw these experiments (4.7a,4.9b), or all of them.")
-    ] = "",
+    batch: Annotated[
+        int, typer.Option("--batch", help="Models per round; 0 for the default of each method.", min=0)
+    ] = 0,
+    figures: Annotated[str, typer.Option("--figures", help="Draw these experiments as well: 4.7a,4.9b, or all.")] = "",
     grids: Annotated[
         bool,
-        typer.Option(
-            "--grids", help="Also draw models with their scores, and samples before and after, 4x4 and 10x10."
-        ),
+        typer.Option("--grids", help="Draw models with their scores, and samples before and after learning, as well."),
     ] = False,
     density: Annotated[
-        bool, typer.Option("--density", help="Also measure the ways to make a density of a known preference.")
+        bool, typer.Option("--density", help="Compare the ways to make a density of a known preference as well.")
     ] = False,
     grammar_labels: Annotated[
         str,
-        typer.Option("--grammar-labels", help="Also make a grammar after so many scores: 128, or F1=288,B1=160."),
+        typer.Option("--grammar-labels", help="Write a grammar after this many scores as well: 128, or F1=288,B1=160."),
     ] = "",
     folder: Annotated[
         Path | None,
         typer.Option(
             "-o",
             "--output",
-            help="For curves, tables and pictures; out/evaluation/SCENARIOS when left out.",
+            help="Folder for curves, tables and pictures. Default: out/evaluation/SCENARIOS.",
             file_okay=False,
         ),
     ] = None,
     report: Annotated[
-        Path | None, typer.Option("--report", help="Write the page here too, its pictures beside it.", dir_okay=False)
+        Path | None,
+        typer.Option(
+            "--report",
+            help="Write the page to this file as well, with its pictures in the same folder.",
+            dir_okay=False,
+        ),
     ] = None,
     cache: Annotated[
         Path | None,
         typer.Option(
-            "--cache", help="Folder for counted features; cache in the output folder if left out.", file_okay=False
+            "--cache", help="Folder for counted features. Default: cache in the output folder.", file_okay=False
         ),
     ] = None,
-    workers: Annotated[int, typer.Option("--workers", help="Processes; 0 for one a core.", min=0)] = 0,
+    workers: Annotated[int, typer.Option("--workers", help="Number of processes; 0 for one per core.", min=0)] = 0,
     resume: Annotated[
-        bool, typer.Option("--resume/--fresh", help="Keep the curves that the folder holds, or begin anew.")
+        bool, typer.Option("--resume/--fresh", help="Keep the curves in the folder, or start again.")
     ] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object with all curves.")] = False,
 ) -> None:
-    """Let simulated persons score models, and measure how fast the density they want is learned."""
+    """Measure how fast preferences are learned.
+
+    Simulated persons score models of scenarios.
+    """
     run = Unfinished(without="--fresh")
     with friendly_errors(run.advice):
         from grammarlab.cli.progress import progress

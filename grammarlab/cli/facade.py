@@ -34,38 +34,52 @@ def read(
     ],
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="File to write; NAME.facade.json when left out.", dir_okay=False),
+        typer.Option("-o", "--output", help="File to write. Default: NAME.facade.json.", dir_okay=False),
     ] = None,
     wall: Annotated[
-        str, typer.Option("--wall", help="Which wall of a CityGML model, or image of COCO; without it, lists them.")
+        str,
+        typer.Option("--wall", help="Wall of a CityGML model, or image of a COCO file. Without it they are listed."),
     ] = "",
-    width: Annotated[float | None, typer.Option("--width", help="Metres; 20 where the file does not tell.")] = None,
+    width: Annotated[
+        float | None, typer.Option("--width", help="Width in metres. Default: 20 if the file has no unit.")
+    ] = None,
     height: Annotated[
-        float | None, typer.Option("--height", help="Metres; by the width and the shape of the picture when left out.")
+        float | None,
+        typer.Option("--height", help="Height in metres. Default: by the width and the shape of the picture."),
     ] = None,
     tolerance: Annotated[
         float | None,
         typer.Option(
             "--tolerance",
-            help="Sides nearer than this part of the shorter side are in line; 0.01 of drawings, 0.001 of metres.",
+            help="Largest distance of aligned sides, as a part of the shorter side. Default: 0.01, in metres 0.001.",
             min=0.0,
             max=0.1,
         ),
     ] = None,
-    split: Annotated[bool, typer.Option("--split", help="Cut boxes that form a pinwheel, which are refused else.")] = (
+    split: Annotated[bool, typer.Option("--split", help="Cut boxes that form a pinwheel instead of refusing them.")] = (
         False
     ),
     face: Annotated[
-        str, typer.Option("--face", help="Of a rule file: front, right, back or left; with :1 the second largest wall.")
+        str,
+        typer.Option(
+            "--face",
+            help="Side of a rule file's model: front, right, back or left; front:1 is its second largest wall.",
+        ),
     ] = "front",
     parts: Annotated[
-        str, typer.Option("--parts", help="Of a rule file: symbols that become boxes, with commas; else all leaves.")
+        str,
+        typer.Option(
+            "--parts", help="Symbols of a rule file that become boxes, separated by commas. Default: all leaves."
+        ),
     ] = "",
-    start_rule: Annotated[str, typer.Option("--start", help="Of a rule file: rule to start with.")] = "",
-    seed: Annotated[int, typer.Option("--seed", help="Of a rule file: of the model.", min=0)] = 0,
+    start_rule: Annotated[str, typer.Option("--start", help="Start rule of a rule file.")] = "",
+    seed: Annotated[int, typer.Option("--seed", help="Seed of a rule file's model.", min=0)] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:
-    """Make a facade of labelled boxes: a tree of rectangles, in metres."""
+    """Read a facade from labelled boxes, a model or rules.
+
+    A facade is a tree of rectangles in metres.
+    """
     with friendly_errors():
         from grammarlab.runs.facade.face import read_face
         from grammarlab.runs.facade.read import read_facade

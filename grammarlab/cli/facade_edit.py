@@ -11,22 +11,23 @@ from grammarlab.cli.report import friendly_errors, print_json, say
 
 
 def edit(
-    file: Annotated[Path, typer.Argument(help="File of a facade.", exists=True, dir_okay=False)],
+    file: Annotated[Path, typer.Argument(help="Facade file.", exists=True, dir_okay=False)],
     output: Annotated[
         Path,
         typer.Option("-o", "--output", help="Folder for 001.facade.json, 001.png, 001.svg, ...", file_okay=False),
     ],
     width: Annotated[float | None, typer.Option("--width", help="Metres.")] = None,
     height: Annotated[float | None, typer.Option("--height", help="Metres.")] = None,
-    columns: Annotated[int, typer.Option("--columns", help="How many more, such as +1, or fewer, such as -1.")] = 0,
-    rows: Annotated[int, typer.Option("--rows", help="How many more, such as +1, or fewer, such as -1.")] = 0,
-    grid: Annotated[
-        str, typer.Option("--grid", help="Whose columns and rows; that of most elements when left out.")
-    ] = "",
-    number: Annotated[int, typer.Option("-n", "--number", help="Results at most.", min=1, max=200)] = 12,
+    columns: Annotated[int, typer.Option("--columns", help="How many to add (+1) or remove (-1).")] = 0,
+    rows: Annotated[int, typer.Option("--rows", help="How many to add (+1) or remove (-1).")] = 0,
+    grid: Annotated[str, typer.Option("--grid", help="Grid to change. Default: the one with most elements.")] = "",
+    number: Annotated[int, typer.Option("-n", "--number", help="Largest number of results.", min=1, max=200)] = 12,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the results.")] = False,
 ) -> None:
-    """Make a facade larger or smaller, or give it more or fewer columns and rows, so that it stays the facade it is."""
+    """Resize a facade; add or remove columns and rows.
+
+    Grids, alignments and equal sizes are kept.
+    """
     with friendly_errors():
         from grammarlab.facade.file import load_facade
         from grammarlab.runs.facade.edit import edit as edit_facade

@@ -13,21 +13,28 @@ from grammarlab.errors import UsageError
 
 
 def grammar(
-    file: Annotated[Path, typer.Argument(help="File of a facade.", exists=True, dir_okay=False)],
+    file: Annotated[Path, typer.Argument(help="Facade file.", exists=True, dir_okay=False)],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Rule file; NAME.cga when left out.", dir_okay=False)
+        Path | None, typer.Option("-o", "--output", help="Rule file to write. Default: NAME.cga.", dir_okay=False)
     ] = None,
     widths: Annotated[
-        str, typer.Option("--widths", help="Metres, such as 10:40: the family of the facade, within these.")
+        str, typer.Option("--widths", help="Write the family of the facade for these widths in metres, such as 10:40.")
     ] = "",
-    heights: Annotated[str, typer.Option("--heights", help="Metres, such as 8:30: likewise.")] = "",
+    heights: Annotated[
+        str, typer.Option("--heights", help="Write the family of the facade for these heights in metres, such as 8:30.")
+    ] = "",
     stretch: Annotated[
         float,
-        typer.Option("--stretch", help="Part by which sizes of equal things in the facade differ.", min=0.0, max=0.5),
+        typer.Option(
+            "--stretch", help="Largest difference of sizes that count as equal, as a part of them.", min=0.0, max=0.5
+        ),
     ] = 0.05,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the grammar.")] = False,
 ) -> None:
-    """Write the rules of a facade, or with a range of sizes those of all facades that are made like it."""
+    """Write the rules of a facade or of its family.
+
+    With a range of sizes, the rules make other facades of the same columns and rows.
+    """
     with friendly_errors():
         from grammarlab.facade.file import load_facade
         from grammarlab.runs.facade.grammar import grammar_of, save_grammar

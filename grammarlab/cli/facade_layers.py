@@ -23,18 +23,27 @@ def layers(
         ),
     ],
     width: Annotated[
-        float | None, typer.Option("--width", help="Metres, of the canvas; the design's by default.")
+        float | None, typer.Option("--width", help="Width of the canvas in metres. Default: that of the design.")
     ] = None,
-    height: Annotated[float | None, typer.Option("--height", help="Metres; likewise.")] = None,
-    number: Annotated[int, typer.Option("-n", "--number", help="Layouts at most.", min=1, max=100)] = 5,
+    height: Annotated[
+        float | None, typer.Option("--height", help="Height of the canvas in metres. Default: that of the design.")
+    ] = None,
+    number: Annotated[int, typer.Option("-n", "--number", help="Largest number of layouts.", min=1, max=100)] = 5,
     widths: Annotated[
         str,
-        typer.Option("--widths", help="Metres, such as 6:30 or 6:30:13; writes family.cga too, rules for all of them."),
+        typer.Option(
+            "--widths", help="Write family.cga for these widths in metres as well: 6:30, or 6:30:13 for 13 of them."
+        ),
     ] = "",
-    heights: Annotated[str, typer.Option("--heights", help="Metres, such as 9:18:4; likewise.")] = "",
+    heights: Annotated[
+        str, typer.Option("--heights", help="Write family.cga for these heights in metres as well: 9:18:4.")
+    ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the layouts.")] = False,
 ) -> None:
-    """Lay out a design of overlaid patterns on a canvas of any size, so that all layers fit each other."""
+    """Lay out overlaid patterns on a canvas of any size.
+
+    All layers of the design fit each other.
+    """
     with friendly_errors():
         from grammarlab.facade.layers.designs.file import LARGEST, load_design
         from grammarlab.files import write_text

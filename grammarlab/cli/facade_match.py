@@ -22,24 +22,29 @@ def match(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for what is found.", file_okay=False)],
     templates: Annotated[
         str,
-        typer.Option("--templates", help="Files or names of shipped templates, with commas; or basic, or all."),
+        typer.Option(
+            "--templates", help="Template files or names of shipped templates, separated by commas; or basic, or all."
+        ),
     ] = "basic",
     method: Annotated[
-        str, typer.Option("--method", help="default, paper, independent or kmeans; see docs/facade-scans.md.")
+        str, typer.Option("--method", help="One of default, paper, independent, kmeans; see docs/facade-scans.md.")
     ] = "default",
     boxes: Annotated[
         Path | None,
         typer.Option(
             "--boxes",
-            help="Of a scan: CSV of left,bottom,right,top in metres on the facade; found when left out.",
+            help="CSV file with left,bottom,right,top of the elements of a scan, in metres. Default: boxes are found.",
             exists=True,
             dir_okay=False,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Of all that is random.", min=0)] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of all random numbers.", min=0)] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about what was found.")] = False,
 ) -> None:
-    """Match templates to the elements of a scan together: which are of one kind, and which sizes do kinds share."""
+    """Match templates to the elements of a scan.
+
+    Finds which elements are of one kind, and which sizes kinds share.
+    """
     with friendly_errors():
         from grammarlab.facade.templates.library import named
         from grammarlab.facade.templates.reading.files import load_elements

@@ -11,15 +11,20 @@ from grammarlab.cli.report import friendly_errors, say
 
 
 def open_facade(
-    file: Annotated[Path, typer.Argument(help="File of a facade.", exists=True, dir_okay=False)],
+    file: Annotated[Path, typer.Argument(help="Facade file.", exists=True, dir_okay=False)],
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="File to save to; NAME.edited.facade.json when left out.", dir_okay=False),
+        typer.Option("-o", "--output", help="File to save to. Default: NAME.edited.facade.json.", dir_okay=False),
     ] = None,
-    port: Annotated[int, typer.Option("--port", help="To listen on; 0 for any that is free.", min=0, max=65535)] = 0,
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether to open the page.")] = True,
+    port: Annotated[int, typer.Option("--port", help="Port of the page; 0 for any free one.", min=0, max=65535)] = 0,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser, or only print its address.")
+    ] = True,
 ) -> None:
-    """Edit a facade in the browser: its size, its grids, their columns and rows."""
+    """Edit a facade in the browser.
+
+    Sizes, grids, columns and rows can be changed.
+    """
     with friendly_errors():
         from grammarlab.runs.facade.editor.editor import Editor
         from grammarlab.runs.facade.editor.server import PAGE

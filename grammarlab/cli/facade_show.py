@@ -11,11 +11,11 @@ from grammarlab.cli.report import friendly_errors
 
 
 def show(
-    file: Annotated[Path, typer.Argument(help="File of a facade.", exists=True, dir_okay=False)],
+    file: Annotated[Path, typer.Argument(help="Facade file.", exists=True, dir_okay=False)],
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Drawing (.svg), picture (.png) or model (.glb, .obj, .ply).")
     ],
-    pixels: Annotated[float, typer.Option("--pixels", help="Of a picture: pixels per metre.", min=1.0)] = 50.0,
+    pixels: Annotated[float, typer.Option("--pixels", help="Pixels per metre of a picture.", min=1.0)] = 50.0,
 ) -> None:
     """Write a facade as a drawing, a picture or a model."""
     with friendly_errors():

@@ -37,19 +37,26 @@ def synthesize(
     rows: Annotated[int, typer.Option("--rows", help="Rows of units of the main wall.")],
     columns: Annotated[int, typer.Option("--columns", help="Columns of units of the main wall.")],
     box: Annotated[
-        str, typer.Option("--box", help="Width x depth x height in metres, such as 40x12x25; 0 for as it comes.")
+        str, typer.Option("--box", help="Width x depth x height in metres, such as 40x12x25; 0 leaves one free.")
     ] = "",
-    seed: Annotated[int, typer.Option("--seed", help="Other seeds choose among equals.", min=0)] = 0,
-    number: Annotated[int, typer.Option("-n", "--number", help="Results at most.", min=1, max=50)] = 1,
-    method: Annotated[Method, typer.Option("--method", help="exact: bounded; em: as in the paper.")] = Method.exact,
-    up: Annotated[Up, typer.Option("--up", help="Axis of the file that is up.")] = Up.auto,
+    seed: Annotated[
+        int, typer.Option("--seed", help="Seed; other seeds choose other results of equal quality.", min=0)
+    ] = 0,
+    number: Annotated[int, typer.Option("-n", "--number", help="Largest number of results.", min=1, max=50)] = 1,
+    method: Annotated[
+        Method, typer.Option("--method", help="exact has a proven bound; em is the method of the paper.")
+    ] = Method.exact,
+    up: Annotated[Up, typer.Option("--up", help="Up axis of the file.")] = Up.auto,
     example: Annotated[
         Path | None,
-        typer.Option("--example", help="example.json of an earlier run, corrected.", exists=True, dir_okay=False),
+        typer.Option("--example", help="Corrected example.json of an earlier run.", exists=True, dir_okay=False),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the results.")] = False,
 ) -> None:
-    """Make buildings of other sizes after the example of one: other rows and columns of its units, closed as it is."""
+    """Make buildings of other sizes after one example.
+
+    They have other rows and columns of its units, and are closed as it is.
+    """
     with friendly_errors():
         from grammarlab.runs.facade.synthesize import synthesize_buildings
 

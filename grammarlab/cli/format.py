@@ -13,8 +13,10 @@ from grammarlab.errors import UsageError
 
 def format_file(
     file: Annotated[Path, typer.Argument(help="A .cga file.")],
-    check: Annotated[bool, typer.Option("--check", help="Only tell, by exit code 1, whether it would change.")] = False,
-    in_place: Annotated[bool, typer.Option("--in-place", "-i", help="Write the file instead of printing.")] = False,
+    check: Annotated[
+        bool, typer.Option("--check", help="Exit with 1 if the file would change; write nothing.")
+    ] = False,
+    in_place: Annotated[bool, typer.Option("--in-place", "-i", help="Write the file instead of printing it.")] = False,
 ) -> None:
     """Print a rule file in the one canonical style, comments included."""
     with friendly_errors():

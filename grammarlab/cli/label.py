@@ -15,18 +15,18 @@ def label(
     scenario: Annotated[
         str, typer.Argument(help="A scenario file or a shipped name.", autocompletion=complete_scenario)
     ],
-    number: Annotated[int, typer.Option("-n", "--number", help="Scores to give.", min=1, max=100_000)] = 128,
+    number: Annotated[int, typer.Option("-n", "--number", help="Number of scores.", min=1, max=100_000)] = 128,
     file: Annotated[
         Path | None,
         typer.Option(
             "-o",
             "--output",
-            help="Label file: .csv, .jsonl or .parquet; SCENARIO_labels.csv when left out.",
+            help="Label file (.csv, .jsonl or .parquet). Default: SCENARIO_labels.csv.",
             dir_okay=False,
         ),
     ] = None,
     seed: Annotated[
-        int, typer.Option("--seed", help="Which person; others choose and score others.", min=0, max=2**64 - 1)
+        int, typer.Option("--seed", help="Number of the person; others score other models.", min=0, max=2**64 - 1)
     ] = 0,
     person: Annotated[str, typer.Option("--person", help=PERSONS_HELP)] = "exact",
     method: Annotated[
@@ -34,7 +34,7 @@ def label(
     ] = ("default"),
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the labels.")] = False,
 ) -> None:
-    """Let a simulated person score models of a scenario, and save the labels."""
+    """Save scores that a simulated person gives to models."""
     with friendly_errors():
         from grammarlab.runs.evaluate.find import find_scenario
         from grammarlab.runs.evaluate.label import label_models_of

@@ -38,7 +38,7 @@ def learn(
         str,
         typer.Option(
             "--scenario",
-            help="What is liked, known exactly: a file or a shipped name; with labels or examples, to compare with.",
+            help="Exactly known preference: scenario file or shipped name. With labels or examples, to compare with.",
             autocompletion=complete_scenario,
         ),
     ] = "",
@@ -47,39 +47,60 @@ def learn(
     ] = None,
     examples: Annotated[
         Path | None,
-        typer.Option("--examples", help="Good models: what grammarlab sample wrote, a folder or a Parquet file."),
+        typer.Option("--examples", help="Good models: a folder that grammarlab sample wrote, or a Parquet file of it."),
     ] = None,
     method: Annotated[
         str,
         typer.Option(
-            "--method", help="compile, parameters, structure, tied or rejection; compile, or tied for examples."
+            "--method",
+            help="One of compile, parameters, structure, tied, rejection. Default: compile; tied for examples.",
         ),
     ] = "",
-    samples: Annotated[int, typer.Option("--samples", help="Models to learn from; compile needs none.", min=1)] = 5_000,
-    file: Annotated[Path | None, typer.Option("-o", "--output", help="The new rule file.", dir_okay=False)] = None,
+    samples: Annotated[
+        int, typer.Option("--samples", help="Samples to learn from; not used by compile.", min=1)
+    ] = 5_000,
+    file: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Rule file to write. Default: named after the grammar and the labels.",
+            dir_okay=False,
+        ),
+    ] = None,
     report: Annotated[
         Path | None,
-        typer.Option("--report", help="Folder for a page with tables, and pictures before and after.", file_okay=False),
+        typer.Option("--report", help="Folder for a page with tables and pictures before and after.", file_okay=False),
     ] = None,
-    base: Annotated[str, typer.Option("--base", help="With labels: what scores multiply, grammar or uniform.")] = (
-        "grammar"
-    ),
+    base: Annotated[
+        str, typer.Option("--base", help="With labels: the density that scores multiply, grammar or uniform.")
+    ] = ("grammar"),
     max_rules: Annotated[
         int | None,
         typer.Option(
-            "--max-rules", help="With labels: rules of the new file; twice as many as before if left out.", min=1
+            "--max-rules",
+            help="With labels: largest number of rules. Default: twice as many as the grammar has.",
+            min=1,
         ),
     ] = None,
     seed: Annotated[
         int | None,
-        typer.Option("--seed", help="Of the models looked at; that of the session, or 0.", min=0, max=2**64 - 1),
+        typer.Option(
+            "--seed", help="Seed of the models to learn from. Default: that of the session, or 0.", min=0, max=2**64 - 1
+        ),
     ] = None,
     person: Annotated[
-        str, typer.Option("--person", help="With labels and a scenario, whose truth to compare with. " + PERSONS_HELP)
+        str,
+        typer.Option(
+            "--person", help="With labels and a scenario: person whose truth to compare with. " + PERSONS_HELP
+        ),
     ] = "exact",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:
-    """Make a grammar that samples models in proportion to how much they are liked."""
+    """Make a grammar of what is liked.
+
+    It samples models in proportion to their scores.
+    """
     with friendly_errors():
         from grammarlab.cli.progress import progress
         from grammarlab.errors import UsageError

@@ -62,23 +62,23 @@ def sample(
     grammar: Annotated[
         str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
     ] = "",
-    num_models: Annotated[int, typer.Option("-n", "--num-models", help="Models, on each footprint.", min=1)] = 16,
-    seed: Annotated[int, typer.Option("--seed", help="Model k of a seed is always the same.", min=0)] = 0,
+    num_models: Annotated[int, typer.Option("-n", "--num-models", help="Number of models per footprint.", min=1)] = 16,
+    seed: Annotated[int, typer.Option("--seed", help="Seed. Model k of a seed is always the same.", min=0)] = 0,
     folder: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Folder for the files; out/GRAMMAR when left out.", file_okay=False),
+        typer.Option("-o", "--output", help="Folder for the files. Default: out/GRAMMAR.", file_okay=False),
     ] = None,
     attributes: Annotated[
-        list[str] | None, typer.Option("--attr", help="Value for an attribute, name=value; repeatable.")
+        list[str] | None, typer.Option("--attr", help="Value of an attribute, name=value; may be repeated.")
     ] = None,
-    start_rule: Annotated[str, typer.Option("--start", help="Rule to start with.")] = "",
+    start_rule: Annotated[str, typer.Option("--start", help="Start rule.")] = "",
     footprint: Annotated[
         str, typer.Option("--footprint", help="20x12 (metres), WKT, or a GeoJSON file whose properties set attributes.")
     ] = "",
     assets: Annotated[
-        Path | None, typer.Option("--assets", help="Folder of assets; the one beside the rules when left out.")
+        Path | None, typer.Option("--assets", help="Folder of assets. Default: the one that the rules have.")
     ] = None,
-    file_format: Annotated[FileFormat, typer.Option("--format", help="Kind of model file.")] = FileFormat.glb,
+    file_format: Annotated[FileFormat, typer.Option("--format", help="Format of the model files.")] = FileFormat.glb,
     single_file: Annotated[bool, typer.Option("--single-file", help="All models in one file.")] = False,
     instancing: Annotated[
         Instancing,
@@ -86,11 +86,11 @@ def sample(
     ] = Instancing.none,
     no_image: Annotated[bool, typer.Option("--no-image", help="Leave out the contact sheet.")] = False,
     columns: Annotated[
-        int, typer.Option("--columns", help="Models side by side on the sheet; 0 for about a square.", min=0)
+        int, typer.Option("--columns", help="Models per row of the sheet; 0 for about a square.", min=0)
     ] = 0,
     scale: Annotated[
         Scale,
-        typer.Option("--scale", help="Models on the sheet: all to the same scale, or each fills its picture."),
+        typer.Option("--scale", help="Scale of models on the sheet: all the same, or each fills its picture."),
     ] = Scale.each,
     renderer: Annotated[
         Renderer,
@@ -100,13 +100,16 @@ def sample(
         ),
     ] = Renderer.cast,
     manifest: Annotated[
-        Path | None, typer.Option("--manifest", help="Repeat the run of this manifest instead, and compare.")
+        Path | None, typer.Option("--manifest", help="Repeat the run of this manifest and compare every file.")
     ] = None,
-    jobs: Annotated[int, typer.Option("--jobs", help="Processes; 0 for one a core.", min=0)] = 0,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with an interrupted run.")] = False,
+    jobs: Annotated[int, typer.Option("--jobs", help="Number of processes; 0 for one per core.", min=0)] = 0,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the run.")] = False,
 ) -> None:
-    """Sample models from a grammar: model files, a contact sheet, derivations and a manifest."""
+    """Sample models from a grammar.
+
+    Writes model files, a contact sheet, derivations and a manifest.
+    """
     run = Unfinished(needs="--resume")
     with friendly_errors(run.advice):
         from grammarlab.cli.progress import progress

@@ -21,17 +21,21 @@ def score(
         str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
     ],
     session: Annotated[
-        Path | None, typer.Option("--session", help="Session file (.db): begun when missing, else gone on with.")
+        Path | None, typer.Option("--session", help="Session file (.db); created if missing, otherwise continued.")
     ] = None,
-    port: Annotated[int, typer.Option("--port", help="To listen on; 0 for any that is free.", min=0, max=65535)] = 0,
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether to open the page.")] = True,
-    seed: Annotated[int, typer.Option("--seed", help="Of the models of a new session.", min=0)] = 0,
-    assets: Annotated[Path | None, typer.Option("--assets", help="Folder of meshes and images.")] = None,
+    port: Annotated[int, typer.Option("--port", help="Port of the page; 0 for any free one.", min=0, max=65535)] = 0,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser, or only print its address.")
+    ] = True,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the models of a new session.", min=0)] = 0,
+    assets: Annotated[
+        Path | None, typer.Option("--assets", help="Folder of assets. Default: the one that the rules have.")
+    ] = None,
     stored_grammar: Annotated[
-        bool, typer.Option("--stored-grammar", help="Use the grammar that the session was begun with.")
+        bool, typer.Option("--stored-grammar", help="Use the grammar that the session was started with.")
     ] = False,
 ) -> None:
-    """Score models in the browser, and watch the density follow."""
+    """Score models in the browser, in a session file."""
     with friendly_errors():
         from grammarlab.runs.scoring.server import serve
         from grammarlab.runs.scoring.session import Session

@@ -37,24 +37,28 @@ def show(
         str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
     ],
     graph: Annotated[
-        Path | None, typer.Option("--graph", help="Draw the rule graph into this .svg or .png.", dir_okay=False)
+        Path | None,
+        typer.Option("--graph", help="Draw the graph of the rules to this .svg or .png file.", dir_okay=False),
     ] = None,
     model: Annotated[
         int | None, typer.Option("--model", help="List how this model was derived, with the lines of its rules.")
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Of the model: model k of a seed is always the same.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the model.")] = 0,
     attributes: Annotated[
-        list[str] | None, typer.Option("--attr", help="Value for an attribute, name=value; repeatable.")
+        list[str] | None, typer.Option("--attr", help="Value of an attribute, name=value; may be repeated.")
     ] = None,
-    start_rule: Annotated[str, typer.Option("--start", help="Rule to start with.")] = "",
+    start_rule: Annotated[str, typer.Option("--start", help="Start rule.")] = "",
     footprint: Annotated[str, typer.Option("--footprint", help="20x12 (metres), WKT, or a GeoJSON file.")] = "",
     assets: Annotated[
-        Path | None, typer.Option("--assets", help="Folder of assets; the one beside the rules when left out.")
+        Path | None, typer.Option("--assets", help="Folder of assets. Default: the one that the rules have.")
     ] = None,
-    everything: Annotated[bool, typer.Option("--all", help="List shapes that are alike one by one.")] = False,
+    everything: Annotated[bool, typer.Option("--all", help="List equal shapes one by one.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the model as one JSON object.")] = False,
 ) -> None:
-    """Show the rules, symbols, attributes and probabilities of a grammar as tables, or how a model was derived."""
+    """Show a grammar as tables, or how a model was derived.
+
+    The tables list rules, symbols, attributes and probabilities.
+    """
     with friendly_errors():
         if model is not None:
             from grammarlab.runs.trace import as_lines, as_values, trace_model
