@@ -33,8 +33,9 @@ def check(
             print_json({"file": str(file), **counts, "findings": [finding.as_dict() for finding in findings]})
         else:
             for one in checked:
+                lines = one.text.splitlines()
                 for finding in one.findings:
-                    typer.echo(finding.render(one.text) + "\n")
+                    typer.echo(finding.render(lines) + "\n")
             typer.echo(_summary(file, counts))
         if counts["error"]:
             raise typer.Exit(FAILURE)

@@ -34,7 +34,7 @@ def test_findings_of_imported_files_stand_in_those_files(tmp_path):
         "parts.cga": ["wrong-arity"],
     }
     first = check_files(main, "main.cga")[1]
-    assert "  Wall(h) --> extrude(hh) parts.Brick\n                      ^^" in first.findings[0].render(first.text)
+    assert "  Wall(h) --> extrude(hh) parts.Brick\n                      ^^" in first.findings[0].render(first.text.splitlines())
 
 
 def test_syntax_errors_of_an_imported_file_hide_nothing_in_the_others(tmp_path):

@@ -22,7 +22,7 @@ def assert_harmless(text):
     found = check_text(text)
     lines = text.removeprefix("\ufeff").splitlines() or [""]
     for finding in found:
-        assert finding.render(text)
+        assert finding.render(text.splitlines())
         assert 1 <= finding.location.line <= len(lines) + 1
         assert finding.location.column >= 1
         assert finding.location.length >= 1

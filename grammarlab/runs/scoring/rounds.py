@@ -287,7 +287,7 @@ class Rounds:
         """Takes in warnings about what is shown; each is told once."""
         for finding in findings:
             if finding.message not in self.warnings and len(self.warnings) < MAX_WARNINGS:
-                self.warnings[finding.message] = finding.render("")
+                self.warnings[finding.message] = finding.render(())
                 self.is_changed = True
 
     def _learn(self, choice: Choice | None) -> None:
