@@ -15,9 +15,9 @@ from grammarlab.render.camera import View, frame
 from grammarlab.render.choice import Choice, choose
 from grammarlab.render.renderer import RenderOptions
 from grammarlab.runs import SampleRequest, sample_run
-from grammarlab.runs.batches import cut_batches
-from grammarlab.runs.executors import executor_of
-from grammarlab.runs.models import models_of
+from grammarlab.runs.models.abstract import models_of
+from grammarlab.runs.requests.batches import cut_batches
+from grammarlab.runs.work.executors import executor_of
 from grammarlab.scene import realize, triangles
 
 

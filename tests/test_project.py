@@ -57,8 +57,8 @@ def test_the_python_in_the_readme_runs_and_stays_short(block, tmp_path):
 
 
 def test_the_grammar_in_the_readme_has_nothing_to_complain_about():
-    from grammarlab.language.checking import check_text
-    from grammarlab.runs.checks import SUPPORTED
+    from grammarlab.language.checking.check import check_text
+    from grammarlab.runs.requests.checks import SUPPORTED
 
     (block,) = re.findall(r"```cga\n(.*?)```", README, re.DOTALL)
     assert check_text(block, "README.md", SUPPORTED) == ()

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.report import FAILURE, friendly_errors, print_json
+from grammarlab.cli.console.report import FAILURE, friendly_errors, print_json
 
 
 def check(
@@ -22,8 +22,8 @@ def check(
     Exits with 1 when there is an error.
     """
     with friendly_errors():
-        from grammarlab.runs.checks import check_source
-        from grammarlab.runs.examples import find_rules
+        from grammarlab.runs.requests.checks import check_source
+        from grammarlab.runs.requests.examples import find_rules
 
         source = find_rules(grammar, assets)
         file, checked = source.path, check_source(source)

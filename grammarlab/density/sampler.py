@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.lots import Lots
-from grammarlab.features.acceptance import Acceptance
-from grammarlab.features.accepting import derive_accepted
-from grammarlab.geometry.assets import AssetFolder
+from grammarlab.features.rules.acceptance import Acceptance
+from grammarlab.features.rules.accepting import derive_accepted
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene.instances import Scene, realize
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.lots import Lots
-from grammarlab.derivation.materials import Materials
+from grammarlab.derivation.values.materials import Materials
 from grammarlab.errors import Location
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.geometry.meshes.mesh import Meshes
 
 Floats = NDArray[np.float64]
 NodeIds: TypeAlias = NDArray[np.int16 | np.int32]

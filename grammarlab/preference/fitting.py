@@ -11,18 +11,18 @@ from numpy.typing import ArrayLike
 from grammarlab.errors import UsageError
 from grammarlab.extras import named_extras
 from grammarlab.preference.base import AbstractPreference, Rows
-from grammarlab.preference.labels import COMPARISONS, Kind
+from grammarlab.preference.labels.table import COMPARISONS, Kind
 
 Method = Literal["blended", "partition", "grouped", "paper", "kde", "sklearn", "lightgbm"]
 
 _MODULES: dict[Method, str] = {
     "blended": "grammarlab.preference.blended",
-    "partition": "grammarlab.preference.partition",
-    "grouped": "grammarlab.preference.grouped",
-    "paper": "grammarlab.preference.gaussian_process",
-    "kde": "grammarlab.preference.kde",
-    "sklearn": "grammarlab.preference.sklearn_process",
-    "lightgbm": "grammarlab.preference.boosted_trees",
+    "partition": "grammarlab.preference.cells.partition",
+    "grouped": "grammarlab.preference.processes.grouped",
+    "paper": "grammarlab.preference.processes.gaussian_process",
+    "kde": "grammarlab.preference.rivals.kde",
+    "sklearn": "grammarlab.preference.rivals.sklearn_process",
+    "lightgbm": "grammarlab.preference.rivals.boosted_trees",
 }
 """Where each method's own `fit` lives; JAX, scikit-learn and LightGBM are imported where they are needed."""
 

@@ -35,10 +35,10 @@ class Choice:
     def make(self) -> AbstractRenderer:
         """The renderer."""
         if self.name == "gl":
-            from grammarlab.render.rasterize import OpenGLRenderer  # noqa: PLC0415
+            from grammarlab.render.engines.rasterize import OpenGLRenderer  # noqa: PLC0415
 
             return OpenGLRenderer(self.platform)
-        from grammarlab.render.raycast import RaycastRenderer  # noqa: PLC0415
+        from grammarlab.render.engines.raycast import RaycastRenderer  # noqa: PLC0415
 
         return RaycastRenderer()
 
@@ -78,7 +78,7 @@ def _try(platform: str, patience: float) -> tuple[str, str]:
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path or str(Path.cwd()) for path in sys.path)}
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter and module
-            [sys.executable or "python3", "-P", "-m", "grammarlab.render.trial", platform],
+            [sys.executable or "python3", "-P", "-m", "grammarlab.render.engines.trial", platform],
             env=environment,
             stdin=subprocess.DEVNULL,
             capture_output=True,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.render.camera import Camera
-from grammarlab.render.look import background
+from grammarlab.render.light.look import background
 from grammarlab.render.renderer import RenderOptions
 from grammarlab.scene.color import srgb_from_linear
 

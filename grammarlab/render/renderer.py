@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
 from grammarlab.render.camera import Camera, View
-from grammarlab.render.look import Look
+from grammarlab.render.light.look import Look
 from grammarlab.scene import TriangleBatch
 
 LARGEST_SIDE = 16384

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.render.camera import Camera
-from grammarlab.render.edges import Breaks, edge_strength, find_breaks
 from grammarlab.render.film import Samples
-from grammarlab.render.ground import Ground, ground_below
-from grammarlab.render.look import sun_direction
+from grammarlab.render.light.edges import Breaks, edge_strength, find_breaks
+from grammarlab.render.light.ground import Ground, ground_below
+from grammarlab.render.light.look import sun_direction
+from grammarlab.render.light.surfaces import Model, Surfaces, prepare
 from grammarlab.render.renderer import RenderOptions
-from grammarlab.render.surfaces import Model, Surfaces, prepare
 from grammarlab.scene import TriangleBatch
 
 Floats = NDArray[np.floating]

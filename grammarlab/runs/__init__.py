@@ -9,13 +9,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from grammarlab.geometry.footprints import Footprint, read_footprints
-    from grammarlab.runs.derivations import load_forest, save_forest
-    from grammarlab.runs.executors import AbstractExecutor, Processes, Serial
-    from grammarlab.runs.manifest import Manifest, read_manifest
-    from grammarlab.runs.records import ModelRecord
-    from grammarlab.runs.request import SampleRequest
-    from grammarlab.runs.sample import RunResult, repeat_run, sample_run
+    from grammarlab.geometry.outlines.footprints import Footprint, read_footprints
+    from grammarlab.runs.disk.derivations import load_forest, save_forest
+    from grammarlab.runs.requests.request import SampleRequest
+    from grammarlab.runs.sampling.manifest import Manifest, read_manifest
+    from grammarlab.runs.sampling.records import ModelRecord
+    from grammarlab.runs.sampling.sample import RunResult, repeat_run, sample_run
+    from grammarlab.runs.work.executors import AbstractExecutor, Processes, Serial
 
 __all__ = [
     "AbstractExecutor",
@@ -35,13 +35,13 @@ __all__ = [
 ]
 
 _MODULES = {
-    "runs.derivations": ("load_forest", "save_forest"),
-    "runs.executors": ("AbstractExecutor", "Processes", "Serial"),
-    "geometry.footprints": ("Footprint", "read_footprints"),
-    "runs.manifest": ("Manifest", "read_manifest"),
-    "runs.records": ("ModelRecord",),
-    "runs.request": ("SampleRequest",),
-    "runs.sample": ("RunResult", "repeat_run", "sample_run"),
+    "runs.disk.derivations": ("load_forest", "save_forest"),
+    "runs.work.executors": ("AbstractExecutor", "Processes", "Serial"),
+    "geometry.outlines.footprints": ("Footprint", "read_footprints"),
+    "runs.sampling.manifest": ("Manifest", "read_manifest"),
+    "runs.sampling.records": ("ModelRecord",),
+    "runs.requests.request": ("SampleRequest",),
+    "runs.sampling.sample": ("RunResult", "repeat_run", "sample_run"),
 }
 _HOME = {name: f"grammarlab.{module}" for module, names in _MODULES.items() for name in names}
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.materials import Materials
 from grammarlab.derivation.origins import NEAR, origins_of
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.derivation.values.materials import Materials
+from grammarlab.geometry.meshes.mesh import Meshes
 
 Floats = NDArray[np.float64]
 

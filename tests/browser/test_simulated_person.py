@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammarlab.features.counting import count
-from grammarlab.learning.addresses import Address
+from grammarlab.features.counting.counts import count
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.runs.sampling.sources import load_source
 from grammarlab.runs.scoring.session import Session
-from grammarlab.runs.sources import load_source
 from tests.browser.driver import Server
 from tests.runs.scoring.windows import Window, shown_models
 

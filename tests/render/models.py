@@ -9,8 +9,8 @@ import numpy as np
 from grammarlab.derivation import derive
 from grammarlab.language.grammar import Grammar
 from grammarlab.render.camera import View, frame
-from grammarlab.render.look import Look
-from grammarlab.render.raycast import RaycastRenderer
+from grammarlab.render.engines.raycast import RaycastRenderer
+from grammarlab.render.light.look import Look
 from grammarlab.render.renderer import AbstractRenderer, RenderOptions
 from grammarlab.scene import TriangleBatch, realize, triangles
 

@@ -11,8 +11,8 @@ import pytest
 from grammarlab.errors import UsageError
 from grammarlab.render import choice as choice_module
 from grammarlab.render.choice import Choice, choose
-from grammarlab.render.rasterize import OpenGLRenderer
-from grammarlab.render.raycast import RaycastRenderer
+from grammarlab.render.engines.rasterize import OpenGLRenderer
+from grammarlab.render.engines.raycast import RaycastRenderer
 from tests.waiting import PATIENCE
 
 

@@ -21,5 +21,5 @@ def test_other_names_are_refused(name):
 
 
 def test_listing_grammars_does_not_load_the_engine():
-    code = "import sys; from grammarlab.runs.examples import shipped_examples; print('numpy' in sys.modules)"
+    code = "import sys; from grammarlab.runs.requests.examples import shipped_examples; print('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"

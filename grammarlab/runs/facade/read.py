@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grammarlab.errors import UsageError
-from grammarlab.facade.assembling import assemble
+from grammarlab.facade.boxes.assembling import assemble
 from grammarlab.facade.file import save_facade
+from grammarlab.facade.grids.proposals import with_proposals
 from grammarlab.facade.pictures import is_plain, load_picture, picture_size
-from grammarlab.facade.proposals import with_proposals
 from grammarlab.facade.reading.choosing import read_annotation
 from grammarlab.facade.tree import Facade
 

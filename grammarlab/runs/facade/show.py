@@ -9,9 +9,9 @@ from PIL import Image
 
 from grammarlab.errors import UsageError
 from grammarlab.export.save import FORMATS, SaveOptions, save
-from grammarlab.facade.drawing import draw
-from grammarlab.facade.scene import realize_facade
-from grammarlab.facade.svg import svg
+from grammarlab.facade.showing.drawing import draw
+from grammarlab.facade.showing.scene import realize_facade
+from grammarlab.facade.showing.svg import svg
 from grammarlab.facade.tree import Facade
 from grammarlab.facade.writing.pictures import store_as_assets
 from grammarlab.files import atomic_file, write_text

@@ -7,23 +7,23 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from grammarlab.density.thinning import Progress, silent
+from grammarlab.density.targets.thinning import Progress, silent
 from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.learning.answers import answers_of
-from grammarlab.learning.design_space import AbstractDesignSpace
-from grammarlab.learning.pool import Pool
+from grammarlab.learning.asking.stopping import expected_gain
+from grammarlab.learning.designs.design_space import AbstractDesignSpace
+from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init, step
 from grammarlab.learning.settings import Settings
-from grammarlab.learning.simplification import Factor
-from grammarlab.learning.stopping import expected_gain
-from grammarlab.learning.target import Learned, LearnedDensity, Making
+from grammarlab.learning.targets.simplification import Factor
+from grammarlab.learning.targets.target import Learned, LearnedDensity, Making
 from grammarlab.preference.base import Relevance
-from grammarlab.preference.labels import Labels
-from grammarlab.runs.domains import domain_of, opened
-from grammarlab.runs.examples import RuleSource, find_rules
+from grammarlab.preference.labels.table import Labels
 from grammarlab.runs.learn.measure import Truth
 from grammarlab.runs.learn.scenario import origin_line, scenario_of, write_learned
-from grammarlab.runs.workers import one_thread
+from grammarlab.runs.requests.domains import domain_of, opened
+from grammarlab.runs.requests.examples import RuleSource, find_rules
+from grammarlab.runs.work.workers import one_thread
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from grammarlab.evaluation.methods import Method
 from grammarlab.evaluation.respondents import RESPONDENTS
 from grammarlab.runs.evaluate.curves import run_tasks
 from grammarlab.runs.evaluate.store import STORE, curves_in
-from grammarlab.runs.executors import SERIAL, Processes
+from grammarlab.runs.work.executors import SERIAL, Processes
 from tests.runs.evaluate.doubles import make, refuse, tasks
 from tests.waiting import wait_until
 

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 from PIL import Image, ImageDraw
 
-from grammarlab.derivation.materials import CHANNELS, Materials
+from grammarlab.derivation.values.materials import CHANNELS, Materials
 from grammarlab.facade.examples.label_grid import LabelGrid
 from grammarlab.facade.examples.mesh.surface import Surface
 from grammarlab.render.camera import View, frame
-from grammarlab.render.look import Look
-from grammarlab.render.raycast import RaycastRenderer
+from grammarlab.render.engines.raycast import RaycastRenderer
+from grammarlab.render.light.look import Look
 from grammarlab.render.renderer import RenderOptions
 from grammarlab.scene import TriangleBatch
 
