@@ -15,9 +15,9 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.export import FORMATS, REUSES, SaveOptions, save_each
 from grammarlab.geometry.outlines.footprints import read_footprints
 from grammarlab.language.importing import load
-from grammarlab.render.camera import View, frame
-from grammarlab.render.engines.raycast import RaycastRenderer
-from grammarlab.render.renderer import RenderOptions
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.engines.raycast import RaycastRenderer
+from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.runs.pictures.tiles import seen_points
 from grammarlab.runs.requests.request import SampleRequest
 from grammarlab.runs.sampling.sample import sample_run

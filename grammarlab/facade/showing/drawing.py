@@ -11,10 +11,10 @@ from PIL import Image
 from grammarlab.errors import FacadeError
 from grammarlab.facade.showing.scene import realize_facade
 from grammarlab.facade.tree import Facade, Picture, X, Y
-from grammarlab.render.camera import View, frame
-from grammarlab.render.engines.raycast import RaycastRenderer
-from grammarlab.render.light.look import Look
-from grammarlab.render.renderer import LARGEST_AREA, LARGEST_SIDE, RenderOptions
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.engines.raycast import RaycastRenderer
+from grammarlab.rendering.light.look import Look
+from grammarlab.rendering.renderer import LARGEST_AREA, LARGEST_SIDE, RenderOptions
 from grammarlab.scene import TriangleBatch, triangles
 
 _LOOK = Look(sun_azimuth=-38.0, sun_elevation=40.0, exposure=0.66)

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.render.camera import Camera, View, frame, frame_alike, seen_aspect
-from grammarlab.render.choice import Choice
-from grammarlab.render.renderer import RenderOptions
+from grammarlab.rendering.camera import Camera, View, frame, frame_alike, seen_aspect
+from grammarlab.rendering.choice import Choice
+from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.runs.pictures.sheet_page import Picture
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 from grammarlab.scene import TriangleBatch

@@ -14,7 +14,7 @@ import numpy as np
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.geometry.outlines.footprints import Footprint, read_footprints
 from grammarlab.language.attribute_values import AttributeValue
-from grammarlab.render.choice import RendererName
+from grammarlab.rendering.choice import RendererName
 from grammarlab.runs.requests.domains import DEFAULT
 from grammarlab.runs.requests.examples import find_rules
 

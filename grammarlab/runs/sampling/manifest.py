@@ -16,7 +16,7 @@ from grammarlab import __version__
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import AssetError
 from grammarlab.files import write_text
-from grammarlab.render.choice import Choice
+from grammarlab.rendering.choice import Choice
 from grammarlab.runs.requests.examples import examples_folder
 from grammarlab.runs.requests.request import SampleRequest
 from grammarlab.runs.sampling.records import ModelRecord

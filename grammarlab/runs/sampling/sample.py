@@ -10,7 +10,7 @@ from pathlib import Path
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.errors import AssetError, Finding, UsageError
 from grammarlab.files import file_hash, remove_parts
-from grammarlab.render.choice import Choice, choose
+from grammarlab.rendering.choice import Choice, choose
 from grammarlab.runs.disk.results import Progress
 from grammarlab.runs.models.abstract import models_of
 from grammarlab.runs.requests.asset_files import first_difference, hash_assets

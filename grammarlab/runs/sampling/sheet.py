@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from grammarlab.files import atomic_file
-from grammarlab.render.choice import Choice
+from grammarlab.rendering.choice import Choice
 from grammarlab.runs.pictures.sheet_page import draw_page, lay_out
 from grammarlab.runs.pictures.tiles import draw_tiles, seen_points
 from grammarlab.runs.requests.batches import Batch

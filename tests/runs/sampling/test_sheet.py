@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from grammarlab.errors import UsageError
-from grammarlab.render.choice import Choice, choose
+from grammarlab.rendering.choice import Choice, choose
 from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
 from grammarlab.runs.pictures import tiles
 from grammarlab.runs.pictures.sheet_page import BORDER, PAPER, draw_page, lay_out

@@ -11,10 +11,10 @@ from PIL import Image, ImageDraw
 from grammarlab.derivation.values.materials import CHANNELS, Materials
 from grammarlab.facade.examples.label_grid import LabelGrid
 from grammarlab.facade.examples.mesh.surface import Surface
-from grammarlab.render.camera import View, frame
-from grammarlab.render.engines.raycast import RaycastRenderer
-from grammarlab.render.light.look import Look
-from grammarlab.render.renderer import RenderOptions
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.engines.raycast import RaycastRenderer
+from grammarlab.rendering.light.look import Look
+from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.scene import TriangleBatch
 
 _VIEW = View(azimuth=28.0, elevation=16.0)

@@ -16,9 +16,9 @@ from grammarlab.errors import Finding, GrammarlabError
 from grammarlab.export.glb import merged_glb
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
-from grammarlab.render.camera import View, frame
-from grammarlab.render.engines.raycast import RaycastRenderer
-from grammarlab.render.renderer import RenderOptions
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.engines.raycast import RaycastRenderer
+from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.runs.pictures.sheet_page import PAPER
 from grammarlab.runs.pictures.tiles import seen_points
 from grammarlab.runs.requests.domains import opened

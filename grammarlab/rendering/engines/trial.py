@@ -7,10 +7,10 @@ import sys
 import numpy as np
 
 from grammarlab.derivation.values.materials import CHANNELS, Materials
-from grammarlab.render.camera import View, frame
-from grammarlab.render.engines.opengl import driver
-from grammarlab.render.engines.rasterize import OpenGLRenderer
-from grammarlab.render.renderer import RenderOptions
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.engines.opengl import driver
+from grammarlab.rendering.engines.rasterize import OpenGLRenderer
+from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.scene import TriangleBatch
 
 SIDE = 16

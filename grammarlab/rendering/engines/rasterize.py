@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
-from grammarlab.render.camera import Camera
-from grammarlab.render.engines import shadow_map
-from grammarlab.render.engines.opengl import Buffers, painter
-from grammarlab.render.engines.shadow_map import ShadowMap, sun_camera
-from grammarlab.render.film import Samples, develop, paper, pixels, samples
-from grammarlab.render.light.ground import ground_light
-from grammarlab.render.light.lighting import Exposure, shade
-from grammarlab.render.light.look import tone_map
-from grammarlab.render.light.surfaces import SEE_THROUGH, Surfaces, side_of_viewer, unit
-from grammarlab.render.renderer import AbstractRenderer, RenderOptions
-from grammarlab.render.shot import Rows, Shot, ground_at, outlines, take
+from grammarlab.rendering.camera import Camera
+from grammarlab.rendering.engines import shadow_map
+from grammarlab.rendering.engines.opengl import Buffers, painter
+from grammarlab.rendering.engines.shadow_map import ShadowMap, sun_camera
+from grammarlab.rendering.film import Samples, develop, paper, pixels, samples
+from grammarlab.rendering.light.ground import ground_light
+from grammarlab.rendering.light.lighting import Exposure, shade
+from grammarlab.rendering.light.look import tone_map
+from grammarlab.rendering.light.surfaces import SEE_THROUGH, Surfaces, side_of_viewer, unit
+from grammarlab.rendering.renderer import AbstractRenderer, RenderOptions
+from grammarlab.rendering.shot import Rows, Shot, ground_at, outlines, take
 from grammarlab.scene import TriangleBatch
 
 Floats = NDArray[np.floating]
@@ -39,7 +39,7 @@ class OpenGLRenderer(AbstractRenderer):
     """
 
     platform: str
-    """``egl`` or ``osmesa``; `grammarlab.render.choice` finds out which of them works."""
+    """``egl`` or ``osmesa``; `grammarlab.rendering.choice` finds out which of them works."""
 
     def render(self, batch: TriangleBatch, camera: Camera, options: RenderOptions) -> NDArray[np.uint8]:
         """As `AbstractRenderer.render`.

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.render.camera import Camera
-from grammarlab.render.film import Samples
-from grammarlab.render.light.edges import Breaks, edge_strength, find_breaks
-from grammarlab.render.light.ground import Ground, ground_below
-from grammarlab.render.light.look import sun_direction
-from grammarlab.render.light.surfaces import Model, Surfaces, prepare
-from grammarlab.render.renderer import RenderOptions
+from grammarlab.rendering.camera import Camera
+from grammarlab.rendering.film import Samples
+from grammarlab.rendering.light.edges import Breaks, edge_strength, find_breaks
+from grammarlab.rendering.light.ground import Ground, ground_below
+from grammarlab.rendering.light.look import sun_direction
+from grammarlab.rendering.light.surfaces import Model, Surfaces, prepare
+from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.scene import TriangleBatch
 
 Floats = NDArray[np.floating]

@@ -8,10 +8,10 @@ import numpy as np
 
 from grammarlab.derivation import derive
 from grammarlab.language.grammar import Grammar
-from grammarlab.render.camera import View, frame
-from grammarlab.render.engines.raycast import RaycastRenderer
-from grammarlab.render.light.look import Look
-from grammarlab.render.renderer import AbstractRenderer, RenderOptions
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.engines.raycast import RaycastRenderer
+from grammarlab.rendering.light.look import Look
+from grammarlab.rendering.renderer import AbstractRenderer, RenderOptions
 from grammarlab.scene import TriangleBatch, realize, triangles
 
 RED_BOX = 'Lot --> color("#cc2020") extrude(3)'

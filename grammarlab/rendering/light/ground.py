@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from grammarlab.render.light.lighting import OPENNESS_REACH, Exposure, sun_spread
-from grammarlab.render.light.look import Look
+from grammarlab.rendering.light.lighting import OPENNESS_REACH, Exposure, sun_spread
+from grammarlab.rendering.light.look import Look
 
 Floats = NDArray[np.floating]
 Flags = NDArray[np.bool_]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
-from grammarlab.render.light.rays import Hits, Tracer, welded
+from grammarlab.rendering.light.rays import Hits, Tracer, welded
 from grammarlab.scene import TriangleBatch
 from grammarlab.scene.color import linear_from_srgb
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
-from grammarlab.render.camera import Camera
-from grammarlab.render.light.surfaces import Model
+from grammarlab.rendering.camera import Camera
+from grammarlab.rendering.light.surfaces import Model
 from grammarlab.scene import TriangleBatch
 
 Floats = NDArray[np.floating]

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import UsageError
-from grammarlab.render.camera import Camera, View, frame, frame_alike, seen_aspect
+from grammarlab.rendering.camera import Camera, View, frame, frame_alike, seen_aspect
 
 coordinates = st.floats(-1e4, 1e4, width=32)
 points = st.lists(st.tuples(coordinates, coordinates, coordinates), min_size=1, max_size=12).map(

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.render.camera import Camera
-from grammarlab.render.light.look import background
-from grammarlab.render.renderer import RenderOptions
+from grammarlab.rendering.camera import Camera
+from grammarlab.rendering.light.look import background
+from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.scene.color import srgb_from_linear
 
 Floats = NDArray[np.floating]

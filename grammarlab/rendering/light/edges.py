@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.render.light.surfaces import dot
+from grammarlab.rendering.light.surfaces import dot
 
 Floats = NDArray[np.floating]
 Flags = NDArray[np.bool_]

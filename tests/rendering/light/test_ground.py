@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grammarlab.render.camera import View, frame
-from grammarlab.render.light.lighting import openness, sun_spread, sun_visibility
-from grammarlab.render.light.look import Look
-from grammarlab.render.renderer import RenderOptions
-from grammarlab.render.shot import take
-from tests.render.models import CASCADE, TOWER, batch
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.light.lighting import openness, sun_spread, sun_visibility
+from grammarlab.rendering.light.look import Look
+from grammarlab.rendering.renderer import RenderOptions
+from grammarlab.rendering.shot import take
+from tests.rendering.models import CASCADE, TOWER, batch
 
 UP = np.array([0, 1, 0], np.float32)
 

@@ -7,16 +7,16 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.render.camera import Camera
-from grammarlab.render.film import Samples, develop, paper, pixels, samples
-from grammarlab.render.light.edges import smooth
-from grammarlab.render.light.ground import ground_light
-from grammarlab.render.light.lighting import Exposure, openness, shade, sun_visibility
-from grammarlab.render.light.look import tone_map
-from grammarlab.render.light.rays import Hits
-from grammarlab.render.light.surfaces import Surfaces, surfaces
-from grammarlab.render.renderer import AbstractRenderer, RenderOptions
-from grammarlab.render.shot import Shot, ground_at, outlines, take
+from grammarlab.rendering.camera import Camera
+from grammarlab.rendering.film import Samples, develop, paper, pixels, samples
+from grammarlab.rendering.light.edges import smooth
+from grammarlab.rendering.light.ground import ground_light
+from grammarlab.rendering.light.lighting import Exposure, openness, shade, sun_visibility
+from grammarlab.rendering.light.look import tone_map
+from grammarlab.rendering.light.rays import Hits
+from grammarlab.rendering.light.surfaces import Surfaces, surfaces
+from grammarlab.rendering.renderer import AbstractRenderer, RenderOptions
+from grammarlab.rendering.shot import Shot, ground_at, outlines, take
 from grammarlab.scene import TriangleBatch
 
 Floats = NDArray[np.floating]

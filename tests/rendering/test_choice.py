@@ -9,10 +9,10 @@ import sys
 import pytest
 
 from grammarlab.errors import UsageError
-from grammarlab.render import choice as choice_module
-from grammarlab.render.choice import Choice, choose
-from grammarlab.render.engines.rasterize import OpenGLRenderer
-from grammarlab.render.engines.raycast import RaycastRenderer
+from grammarlab.rendering import choice as choice_module
+from grammarlab.rendering.choice import Choice, choose
+from grammarlab.rendering.engines.rasterize import OpenGLRenderer
+from grammarlab.rendering.engines.raycast import RaycastRenderer
 from tests.waiting import PATIENCE
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.render.light.rays import Tracer, welded
+from grammarlab.rendering.light.rays import Tracer, welded
 
 AROUND = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]], dtype=np.float32)
 

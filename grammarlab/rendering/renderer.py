@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
-from grammarlab.render.camera import Camera, View
-from grammarlab.render.light.look import Look
+from grammarlab.rendering.camera import Camera, View
+from grammarlab.rendering.light.look import Look
 from grammarlab.scene import TriangleBatch
 
 LARGEST_SIDE = 16384

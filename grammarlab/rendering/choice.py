@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Literal
 
 from grammarlab.errors import UsageError
-from grammarlab.render.renderer import AbstractRenderer
+from grammarlab.rendering.renderer import AbstractRenderer
 
 RendererName = Literal["auto", "cast", "gl"]
 """``cast`` sends rays, ``gl`` uses OpenGL, ``auto`` uses OpenGL where it works and rays elsewhere."""
@@ -35,10 +35,10 @@ class Choice:
     def make(self) -> AbstractRenderer:
         """The renderer."""
         if self.name == "gl":
-            from grammarlab.render.engines.rasterize import OpenGLRenderer  # noqa: PLC0415
+            from grammarlab.rendering.engines.rasterize import OpenGLRenderer  # noqa: PLC0415
 
             return OpenGLRenderer(self.platform)
-        from grammarlab.render.engines.raycast import RaycastRenderer  # noqa: PLC0415
+        from grammarlab.rendering.engines.raycast import RaycastRenderer  # noqa: PLC0415
 
         return RaycastRenderer()
 
@@ -78,7 +78,7 @@ def _try(platform: str, patience: float) -> tuple[str, str]:
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path or str(Path.cwd()) for path in sys.path)}
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter and module
-            [sys.executable or "python3", "-P", "-m", "grammarlab.render.engines.trial", platform],
+            [sys.executable or "python3", "-P", "-m", "grammarlab.rendering.engines.trial", platform],
             env=environment,
             stdin=subprocess.DEVNULL,
             capture_output=True,

@@ -12,11 +12,11 @@ import pytest
 
 from grammarlab.derivation.values.materials import CHANNELS, Materials
 from grammarlab.errors import UsageError
-from grammarlab.render.camera import View, frame
-from grammarlab.render.choice import choose
-from grammarlab.render.engines.rasterize import OpenGLRenderer
-from grammarlab.render.renderer import RenderOptions
-from tests.render.models import CASCADE, GLASS, RED_BOX, TOWER, batch, moved, picture
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.choice import choose
+from grammarlab.rendering.engines.rasterize import OpenGLRenderer
+from grammarlab.rendering.renderer import RenderOptions
+from tests.rendering.models import CASCADE, GLASS, RED_BOX, TOWER, batch, moved, picture
 
 VIEWS = {"perspective": View(), "parallel": View(field_of_view=0.0), "behind": View(azimuth=200.0, elevation=50.0)}
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.render.light.look import Look, ambient, mirrored_surroundings, mixed
-from grammarlab.render.light.rays import Tracer
-from grammarlab.render.light.surfaces import Model, Surfaces, dot
+from grammarlab.rendering.light.look import Look, ambient, mirrored_surroundings, mixed
+from grammarlab.rendering.light.rays import Tracer
+from grammarlab.rendering.light.surfaces import Model, Surfaces, dot
 
 Floats = NDArray[np.floating]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.render.camera import Camera
+from grammarlab.rendering.camera import Camera
 
 Floats = NDArray[np.floating]
 

@@ -9,14 +9,14 @@ import pytest
 
 from grammarlab.derivation.values.materials import CHANNELS, Materials
 from grammarlab.errors import UsageError
-from grammarlab.render.camera import View, frame
-from grammarlab.render.engines import raycast
-from grammarlab.render.engines.raycast import RaycastRenderer
-from grammarlab.render.film import develop
-from grammarlab.render.light.look import Look
-from grammarlab.render.renderer import RenderOptions
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.engines import raycast
+from grammarlab.rendering.engines.raycast import RaycastRenderer
+from grammarlab.rendering.film import develop
+from grammarlab.rendering.light.look import Look
+from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.scene import TriangleBatch
-from tests.render.models import CASCADE, GLASS, PLAIN, RED_BOX, TOWER, batch, moved, picture
+from tests.rendering.models import CASCADE, GLASS, PLAIN, RED_BOX, TOWER, batch, moved, picture
 
 TEXTS = {"tower": TOWER, "glass": GLASS, "cascade": CASCADE}
 MIRROR = np.diag([-1.0, 1.0, 1.0])
