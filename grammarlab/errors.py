@@ -84,7 +84,15 @@ class Finding:
 
 
 class GrammarlabError(Exception):
-    """Anything grammarlab refuses to do, with a message meant for the person using it."""
+    """Anything grammarlab refuses to do, with a message meant for the person using it.
+
+    >>> import grammarlab as gl
+    >>> try:
+    ...     gl.load("bilding")
+    ... except gl.GrammarlabError as error:
+    ...     print("Did you mean 'building'?" in str(error))
+    True
+    """
 
 
 class UsageError(GrammarlabError):

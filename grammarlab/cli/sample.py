@@ -24,7 +24,7 @@ MOST_NAMES = 8
 
 if TYPE_CHECKING:
     from grammarlab.errors import Finding
-    from grammarlab.runs import RunResult
+    from grammarlab.runs.sampling.sample import RunResult
 
 
 class FileFormat(StrEnum):
@@ -110,9 +110,11 @@ def sample(
     run = Unfinished(needs="--resume")
     with friendly_errors(run.advice):
         from grammarlab.cli.console.progress import progress
-        from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
         from grammarlab.runs.requests.domains import domain_of, opened
         from grammarlab.runs.requests.examples import find_rules
+        from grammarlab.runs.requests.request import SampleRequest
+        from grammarlab.runs.sampling.manifest import read_manifest
+        from grammarlab.runs.sampling.sample import repeat_run, sample_run
         from grammarlab.runs.work.executors import executor_of
 
         executor = executor_of(jobs)

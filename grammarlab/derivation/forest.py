@@ -147,7 +147,13 @@ def by_path(missing: Iterable[MissingAsset]) -> tuple[MissingAsset, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Forest:
-    """The derivation trees of a batch of models of one grammar."""
+    """The derivation trees of a batch of models of one grammar.
+
+    >>> import grammarlab as gl
+    >>> forest = gl.derive(gl.Grammar.parse("Lot --> extrude(rand(3, 9)) Tower"), 4, seed=1)
+    >>> forest.num_models, forest.symbols
+    (4, ('Lot', 'Tower'))
+    """
 
     lots: Lots
     """[num_models] what the models were made of; row i of it is model i of the batch."""

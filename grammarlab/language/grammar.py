@@ -22,7 +22,12 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Grammar:
-    """A rule file without syntax errors. Equal text, equal value."""
+    """A rule file without syntax errors. Equal text, equal value.
+
+    >>> grammar = Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
+    >>> [rule.name for rule in grammar.start_rules]
+    ['Lot']
+    """
 
     text: str
     """The whole rule file, without a byte order mark."""

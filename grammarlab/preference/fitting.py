@@ -63,6 +63,10 @@ def fit(
 
     Raises:
         UsageError: when an argument does not fit or a library is missing; the message says where and what to do.
+
+    >>> likes_the_second = fit([[0.0, 1.0], [1.0, 0.0], [0.0, 0.0], [1.0, 1.0]], [100.0, 0.0, 0.0, 100.0], method="kde")
+    >>> likes_the_second.predict([[0.0, 1.0], [0.0, 0.0]]).mean.round().tolist()
+    [100.0, 0.0]
     """
     if method not in _MODULES:
         raise UsageError(f"method: expected one of {', '.join(get_args(Method))}, found {method!r}.")

@@ -11,7 +11,7 @@ from grammarlab.errors import UsageError
 from grammarlab.features import count
 from grammarlab.features.patterns.text import parse
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs import load_forest, save_forest
+from grammarlab.runs.disk.derivations import load_forest, save_forest
 from grammarlab.runs.requests.examples import shipped_examples
 from grammarlab.scene import realize, triangles
 

@@ -12,10 +12,12 @@ from grammarlab.features.counting.counts import count
 from grammarlab.features.patterns.text import parse
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.grammar_space import GrammarSpace
-from grammarlab.runs import SampleRequest, load_forest, sample_run
 from grammarlab.runs.comparing.trace import as_values, trace_model
+from grammarlab.runs.disk.derivations import load_forest
 from grammarlab.runs.requests import batches
 from grammarlab.runs.requests.checks import grammar_to_run
+from grammarlab.runs.requests.request import SampleRequest
+from grammarlab.runs.sampling.sample import sample_run
 from grammarlab.runs.work.executors import SERIAL, Processes
 from tests.runs.sampling.test_sample import contents
 

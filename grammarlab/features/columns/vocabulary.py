@@ -130,7 +130,13 @@ class Vocabulary:
 
 
 def extract(forests: Forest | Sequence[Forest], options: Options | None = None) -> FeatureTable:
-    """The table of some models, with the columns that tell them apart: `Vocabulary.find`, then its `apply`."""
+    """The table of some models, with the columns that tell them apart: `Vocabulary.find`, then its `apply`.
+
+    >>> import grammarlab as gl
+    >>> forest = gl.derive(gl.Grammar.parse("Lot --> 50% : A else : B"), 8, seed=1)
+    >>> extract([forest]).rows().shape
+    (8, 1)
+    """
     vocabulary, counts = _find(_listed(forests), options or Options())
     return vocabulary._table(counts)
 

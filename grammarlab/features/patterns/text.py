@@ -56,6 +56,11 @@ def parse(text: str) -> Pattern:
 
     Raises:
         UsageError: for a text that is no pattern; says what was expected, and where.
+
+    >>> import grammarlab as gl
+    >>> forest = gl.derive(gl.Grammar.parse("Lot --> split(x) { { ~2 : Window }* }"), 2, seed=1)
+    >>> gl.count(forest, [parse("Lot > Window")]).tolist()
+    [[10.0], [10.0]]
     """
     if len(text) > MAX_CHARACTERS:
         raise UsageError(f"the pattern has {len(text):,} characters: expected at most {MAX_CHARACTERS:,}")

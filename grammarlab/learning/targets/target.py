@@ -94,7 +94,14 @@ class Step:
 
 @dataclass(frozen=True)
 class LearnedDensity(Generic[Designs]):
-    """A density that was learned, made into what samples it."""
+    """A density that was learned, made into what samples it.
+
+    >>> import grammarlab as gl
+    >>> grammar = gl.Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
+    >>> found = gl.learn(grammar, lambda forest: 100 * gl.count(forest, [gl.pattern("High")])[:, 0], budget=16)
+    >>> print(found.learned.text.strip().splitlines()[-1])
+    Lot --> extrude(9) High
+    """
 
     learned: Learned[Designs]
     predicted: Predicted

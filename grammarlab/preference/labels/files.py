@@ -49,6 +49,15 @@ def save_labels(labels: Labels, path: Path | str) -> None:
 
     Raises:
         UsageError: when it ends in something else.
+
+    >>> import grammarlab as gl
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> labels = gl.Labels((gl.Label(1, 17, "overall", 80.0, "0" * 64),))
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = save_labels(labels, Path(folder) / "labels.csv")
+    ...     gl.read_labels(Path(folder) / "labels.csv") == labels
+    True
     """
     path = Path(path)
     write_bytes(path, _format(path, _WRITERS)(labels))
@@ -63,6 +72,15 @@ def read_labels(path: Path | str) -> Labels:
     Raises:
         UsageError: when it ends in something else.
         AssetError: when the file is missing, too large or broken; the message names row and column.
+
+    >>> import grammarlab as gl
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "labels.csv"
+    ...     gl.save_labels(gl.Labels((gl.Label(1, 17, "overall", 80.0, "0" * 64),)), file)
+    ...     read_labels(file).scores.tolist()
+    [80.0]
     """
     path = Path(path)
     reader = _format(path, _READERS)

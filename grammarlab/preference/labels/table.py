@@ -55,6 +55,10 @@ class Label:
 
     Raises:
         UsageError: when a value is out of range; the message names the field.
+
+    >>> label = Label(seed=1, model=17, factor=OVERALL, score=80.0, grammar="0" * 64)
+    >>> label.kind, label.score
+    ('score', 80.0)
     """
 
     seed: int
@@ -115,7 +119,12 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Labels:
-    """A table of labels."""
+    """A table of labels.
+
+    >>> labels = Labels(tuple(Label(1, model, OVERALL, 50.0 * model, "0" * 64) for model in range(3)))
+    >>> labels.scores.tolist(), labels.factors
+    ([0.0, 50.0, 100.0], ('overall',))
+    """
 
     rows: tuple[Label, ...] = ()
 

@@ -126,7 +126,8 @@ def judgements_of(rows: Rows, scores: ArrayLike, kinds: Sequence[Kind], others: 
     first = place.reshape(-1)[: len(table)]
     # Scores first; else in an order that says nothing about the one they were given in, on which sums depend.
     number = np.unique(np.array(kinds), return_inverse=True)[1].reshape(-1)
-    order = np.lexsort((values, number, second, first, [kind != "score" for kind in kinds]))
+    said_otherwise = np.array([kind != "score" for kind in kinds])
+    order = np.lexsort((values, number, second, first, said_otherwise))
     return Judgements(
         different, values[order], tuple(kinds[index] for index in order.tolist()), first[order], second[order]
     )

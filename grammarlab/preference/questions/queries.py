@@ -64,7 +64,13 @@ _TOGETHER = 256
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What is known when models are chosen."""
+    """What is known when models are chosen.
+
+    >>> nothing = np.empty(0)
+    >>> start = Situation(np.eye(4), np.ones(4, bool), nothing.astype(int), nothing, preference=None)
+    >>> len(propose("default", start, 2, seed=1))
+    2
+    """
 
     pool: Floats
     """[m, F] rows of all models there are to ask about."""
@@ -111,6 +117,10 @@ def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
 
     Raises:
         UsageError: for an unknown way.
+
+    >>> known = Situation(np.eye(4), np.ones(4, bool), np.array([0]), np.array([70.0]), preference=None)
+    >>> sorted(propose("uniform", known, 3, seed=1).tolist())
+    [1, 2, 3]
     """
     if way not in WAYS:
         raise UsageError(f"no way to choose models is called {way!r}. There are: {', '.join(WAYS)}.")

@@ -56,7 +56,7 @@ def trace_model(
     footprint: str = "",
     assets: Path | None = None,
 ) -> Trace:
-    """Derives one model as `grammarlab.runs.sample_run` does.
+    """Derives one model as `grammarlab.runs.sampling.sample.sample_run` does.
 
     Args:
         grammar: a path, or a name as ``grammarlab list`` shows them.

@@ -103,6 +103,12 @@ def edit(
         UsageError: when nothing is wished for, lengths are not above 0, or for too many columns or rows.
         FacadeError: for lengths that no facade can have, a grid that there is not, and columns and rows that cannot be
             added or removed.
+
+    >>> import grammarlab as gl
+    >>> from grammarlab.runs.requests.examples import examples_folder
+    >>> arcade = gl.load_facade(examples_folder() / "facades" / "arcade.json")
+    >>> [edited.facade.width for edited in edit(arcade, width=31.5, most=1)]
+    [31.5]
     """
     if width is None and height is None and not columns and not rows:
         raise UsageError("nothing to do: give --width, --height, --columns or --rows.")

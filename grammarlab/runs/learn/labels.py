@@ -102,6 +102,19 @@ def learn_from_labels(
     Raises:
         UsageError: for labels of another grammar, or labels that like nothing.
         GrammarlabError: when the density cannot be made.
+
+    >>> import grammarlab as gl
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> grammar = gl.Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
+    >>> high = gl.count(gl.derive(grammar, 24, seed=0), [gl.pattern("High")])[:, 0]
+    >>> labels = gl.Labels(tuple(gl.Label(0, m, "overall", 100.0 * high[m], grammar.hash) for m in range(24)))
+    >>> with TemporaryDirectory() as folder:
+    ...     rules = Path(folder) / "tower.cga"
+    ...     _ = rules.write_text(grammar.text)
+    ...     found = learn_from_labels(str(rules), labels, Path(folder) / "high.cga", labels_from="labels.csv")
+    >>> found.learned.rules_after <= 2
+    True
     """
     begun, making = perf_counter(), making or Making()
     source = find_rules(grammar)

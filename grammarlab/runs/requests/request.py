@@ -29,7 +29,11 @@ BATCH_MODELS = 64
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampleRequest:
-    """A run. Equal requests make equal files, bit for bit, with the same versions of everything."""
+    """A run. Equal requests make equal files, bit for bit, with the same versions of everything.
+
+    >>> SampleRequest(name="tower", text="Lot --> extrude(3) Tower", assets=Path(), num_models=4, seed=1).num_models
+    4
+    """
 
     name: str
     """What files are called after: ``building`` gives ``building-00017.glb``."""

@@ -87,6 +87,16 @@ def sample_run(
 
     Raises:
         GrammarlabError: as the grammar, the assets or the folder give reason to.
+
+    >>> import grammarlab as gl
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> rules = "Lot --> extrude(3) Tower"
+    >>> request = gl.SampleRequest(name="tower", text=rules, assets=Path(), num_models=2, image=False)
+    >>> with TemporaryDirectory() as folder:
+    ...     run = sample_run(request, Path(folder) / "towers")
+    ...     sorted(file.name for file in run.folder.glob("*.glb"))
+    ['tower-00000.glb', 'tower-00001.glb']
     """
     folder = Path(folder)
     # Errors in the rules and options come before anything is written or removed.

@@ -81,6 +81,9 @@ class Processes(AbstractExecutor):
 
     A process that dies is replaced and its task done again. Of a single task this process is the only one, since
     starting another takes longer than most tasks do. In a script, call what runs below ``if __name__ == "__main__":``.
+
+    >>> Processes(2).results(abs, [-1, 2, -3])
+    [1, 2, 3]
     """
 
     num_workers: int

@@ -116,7 +116,7 @@ def test_a_sample_that_lacks_room_says_how_to_go_on(run, rules, tmp_path, monkey
         on_progress("models", 3, 20)
         raise error
 
-    monkeypatch.setattr("grammarlab.runs.sample_run", stopped)
+    monkeypatch.setattr("grammarlab.runs.sampling.sample.sample_run", stopped)
     said = run("sample", rules("Lot --> A."), "-o", tmp_path / "out", code=code).stderr.splitlines()
     assert said[-2].startswith("error: ")
     assert said[-1] == "stopped with 3 of 20 models done; go on with: grammarlab sample house.cga --resume"

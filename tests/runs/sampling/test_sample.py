@@ -12,9 +12,12 @@ from trimesh.exchange.gltf import export_gltf
 
 from grammarlab.errors import AssetError, LanguageError, UsageError
 from grammarlab.geometry.outlines.footprints import read_footprints
-from grammarlab.runs import SampleRequest, load_forest, read_manifest, repeat_run, sample_run
+from grammarlab.runs.disk.derivations import load_forest
 from grammarlab.runs.requests import batches as batches_module
 from grammarlab.runs.requests.batches import cut_batches
+from grammarlab.runs.requests.request import SampleRequest
+from grammarlab.runs.sampling.manifest import read_manifest
+from grammarlab.runs.sampling.sample import repeat_run, sample_run
 from grammarlab.runs.work.executors import Processes, executor_of
 from grammarlab.scene import realize, triangles
 from tests.runs.grammars import BROKEN, TOWER

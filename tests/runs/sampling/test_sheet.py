@@ -10,11 +10,13 @@ from PIL import Image
 
 from grammarlab.errors import UsageError
 from grammarlab.rendering.choice import Choice, choose
-from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
 from grammarlab.runs.pictures import tiles
 from grammarlab.runs.pictures.sheet_page import BORDER, PAPER, draw_page, lay_out
+from grammarlab.runs.requests.request import SampleRequest
 from grammarlab.runs.sampling import sample as sample_module
 from grammarlab.runs.sampling import sheet as sheet_module
+from grammarlab.runs.sampling.manifest import read_manifest
+from grammarlab.runs.sampling.sample import repeat_run, sample_run
 from grammarlab.runs.work.executors import Processes, executor_of
 from tests.runs.grammars import TOWER
 
