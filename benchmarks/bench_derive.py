@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.grammars import FACADES, chain
+from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation import compile_grammar, derive
 from grammarlab.derivation.selection import select_models
-from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from grammarlab.scene import realize

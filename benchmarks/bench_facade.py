@@ -10,10 +10,10 @@ import piqp
 import pytest
 from scipy import sparse
 
-from grammarlab.facade.retarget import retarget
-from grammarlab.facade.sizes import prepare, resize
+from grammarlab.facade.retargeting.retarget import retarget
+from grammarlab.facade.sizes.solve import prepare, resize
+from grammarlab.facade.sizes.wishes import width
 from grammarlab.facade.tree import X
-from grammarlab.facade.wishes import width
 from tests.facade.sized import paper, storeys
 
 THOUSAND = storeys(20, 12)

@@ -9,14 +9,14 @@ from time import process_time
 
 import pytest
 
+from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation import derive
-from grammarlab.features.counting import count
-from grammarlab.features.labels import KeyIndex, Labels
-from grammarlab.features.paths import count_paths
-from grammarlab.features.pattern_text import parse
-from grammarlab.features.trees import Trees
-from grammarlab.features.vocabulary import Options, Vocabulary
-from grammarlab.geometry.assets import AssetFolder
+from grammarlab.features.columns.paths import count_paths
+from grammarlab.features.columns.vocabulary import Options, Vocabulary
+from grammarlab.features.counting.counts import count
+from grammarlab.features.counting.node_labels import KeyIndex, Labels
+from grammarlab.features.counting.trees import Trees
+from grammarlab.features.patterns.text import parse
 from grammarlab.language.importing import load
 
 GRAMMARS = Path(__file__).parent.parent / "grammars"

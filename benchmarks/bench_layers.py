@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from grammarlab.facade.layers.alignment import alignments
+from grammarlab.facade.layers.alignment.align import alignments
 from grammarlab.facade.layers.designs.file import load_design
 from grammarlab.facade.layers.layouts import layouts
 from grammarlab.facade.layers.weights import Weights

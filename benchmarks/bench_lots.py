@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation import Lots, compile_grammar, derive
 from grammarlab.derivation.lots import Footprints
-from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.importing import load
 
 GRAMMARS = Path(__file__).parent.parent / "grammars"

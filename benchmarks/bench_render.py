@@ -11,13 +11,14 @@ import pytest
 from benchmarks.grammars import FACADES
 from grammarlab.derivation import derive
 from grammarlab.language.grammar import Grammar
-from grammarlab.render.camera import View, frame
-from grammarlab.render.choice import Choice, choose
-from grammarlab.render.renderer import RenderOptions
-from grammarlab.runs import SampleRequest, sample_run
-from grammarlab.runs.batches import cut_batches
-from grammarlab.runs.executors import executor_of
-from grammarlab.runs.models import models_of
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.choice import Choice, choose
+from grammarlab.rendering.renderer import RenderOptions
+from grammarlab.runs.models.abstract import models_of
+from grammarlab.runs.requests.batches import cut_batches
+from grammarlab.runs.requests.request import SampleRequest
+from grammarlab.runs.sampling.sample import sample_run
+from grammarlab.runs.work.executors import executor_of
 from grammarlab.scene import realize, triangles
 
 

@@ -17,6 +17,7 @@ columns from 1; a column counts characters, not bytes.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Literal
 
@@ -60,13 +61,12 @@ class Finding:
         """The finding as plain values, for ``--json``."""
         return {**asdict(self), "location": asdict(self.location)}
 
-    def render(self, text: str) -> str:
+    def render(self, lines: Sequence[str]) -> str:
         """The finding with the line it is about and a caret under the place.
 
         Args:
-            text: the whole rule file.
+            lines: all lines of the rule file; without them only the place is named.
         """
-        lines = text.splitlines()
         head = f"{self.location}: {self.severity}: {self.message} [{self.code}]"
         parts = [head]
         if 1 <= self.location.line <= len(lines):
@@ -84,7 +84,15 @@ class Finding:
 
 
 class GrammarlabError(Exception):
-    """Anything grammarlab refuses to do, with a message meant for the person using it."""
+    """Anything grammarlab refuses to do, with a message meant for the person using it.
+
+    >>> import grammarlab as gl
+    >>> try:
+    ...     gl.load("bilding")
+    ... except gl.GrammarlabError as error:
+    ...     print("Did you mean 'building'?" in str(error))
+    True
+    """
 
 
 class UsageError(GrammarlabError):
@@ -102,7 +110,8 @@ class LanguageError(GrammarlabError):
     def __init__(self, findings: tuple[Finding, ...], text: str = "") -> None:
         self.findings = findings
         self.text = text
-        super().__init__("\n".join(finding.render(text) for finding in findings))
+        lines = text.splitlines()
+        super().__init__("\n".join(finding.render(lines) for finding in findings))
 
     def __reduce__(self) -> tuple[type[LanguageError], tuple[tuple[Finding, ...], str]]:
         """What makes an equal error in another process: an exception alone would be made of its message."""

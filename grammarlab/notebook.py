@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab.extras import named_extras
-from grammarlab.preference.labels import Labels
+from grammarlab.preference.labels.table import Labels
 from grammarlab.runs import scoring
-from grammarlab.runs.examples import find_rules
-from grammarlab.runs.scoring.labels import read_labels_or_session
+from grammarlab.runs.requests.examples import find_rules
 from grammarlab.runs.scoring.session import Session
+from grammarlab.runs.scoring.workers.labels import read_labels_or_session
 from grammarlab.runs.serving.windows import Message
 
 with named_extras():

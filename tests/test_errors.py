@@ -27,7 +27,7 @@ def test_a_pickled_error_says_the_same(error):
 
 def test_of_a_very_long_line_the_place_is_shown():
     text = "x" * 100_000 + "HERE" + "y" * 100_000
-    shown = Finding("error", "c", "m", Location(1, 100_001, 4)).render(text).splitlines()
+    shown = Finding("error", "c", "m", Location(1, 100_001, 4)).render([text]).splitlines()
     start = shown[2].index("^")
     assert shown[1][start : start + 4] == "HERE"
     assert max(map(len, shown)) < 300

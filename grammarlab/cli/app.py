@@ -11,15 +11,15 @@ from grammarlab.cli.check import check
 from grammarlab.cli.compare import compare
 from grammarlab.cli.evaluate import evaluate
 from grammarlab.cli.examples import list_examples
-from grammarlab.cli.facade import facade
-from grammarlab.cli.facade_edit import edit
-from grammarlab.cli.facade_grammar import grammar
-from grammarlab.cli.facade_layers import layers
-from grammarlab.cli.facade_match import match
-from grammarlab.cli.facade_open import open_facade
-from grammarlab.cli.facade_scene import scene
-from grammarlab.cli.facade_show import show as show_facade
-from grammarlab.cli.facade_synthesize import synthesize
+from grammarlab.cli.facade.app import facade
+from grammarlab.cli.facade.edit import edit
+from grammarlab.cli.facade.grammar import grammar
+from grammarlab.cli.facade.layers import layers
+from grammarlab.cli.facade.match import match
+from grammarlab.cli.facade.open import open_facade
+from grammarlab.cli.facade.scene import scene
+from grammarlab.cli.facade.show import show as show_facade
+from grammarlab.cli.facade.synthesize import synthesize
 from grammarlab.cli.format import format_file
 from grammarlab.cli.label import label
 from grammarlab.cli.learn import learn

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.report import FAILURE, friendly_errors, print_json
+from grammarlab.cli.console.report import FAILURE, friendly_errors, print_json
 
 
 def check(
@@ -24,8 +24,8 @@ def check(
     Exits with 1 when there is an error.
     """
     with friendly_errors():
-        from grammarlab.runs.checks import check_source
-        from grammarlab.runs.examples import find_rules
+        from grammarlab.runs.requests.checks import check_source
+        from grammarlab.runs.requests.examples import find_rules
 
         source = find_rules(grammar, assets)
         file, checked = source.path, check_source(source)
@@ -35,8 +35,9 @@ def check(
             print_json({"file": str(file), **counts, "findings": [finding.as_dict() for finding in findings]})
         else:
             for one in checked:
+                lines = one.text.splitlines()
                 for finding in one.findings:
-                    typer.echo(finding.render(one.text) + "\n")
+                    typer.echo(finding.render(lines) + "\n")
             typer.echo(_summary(file, counts))
         if counts["error"]:
             raise typer.Exit(FAILURE)

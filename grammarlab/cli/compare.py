@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.report import friendly_errors, print_json, say
+from grammarlab.cli.console.report import friendly_errors, print_json, say
 from grammarlab.cli.sample import complete_grammar
 
 if TYPE_CHECKING:
-    from grammarlab.runs.compare import Comparison
+    from grammarlab.runs.comparing.compare import Comparison
 
 _SHOWN = 8
 """Branches of a choice, and symbols of one grammar alone, that are named."""
@@ -39,13 +39,13 @@ def compare(
     Lists the choices that differ most.
     """
     with friendly_errors():
-        from grammarlab.runs.compare import compare_grammars
+        from grammarlab.runs.comparing.compare import compare_grammars
 
         result = compare_grammars(first, second, num_models=number, seed=seed)
         if picture is not None:
             from grammarlab.density.sampler import GrammarSampler
-            from grammarlab.runs.executors import executor_of
             from grammarlab.runs.learn.side_by_side import draw_side_by_side
+            from grammarlab.runs.work.executors import executor_of
 
             pairs = zip(result.grammars, result.sources, strict=True)
             samplers = [GrammarSampler(grammar, source.assets) for grammar, source in pairs]

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.report import friendly_errors, print_json, say
-from grammarlab.cli.unfinished import Unfinished
+from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.console.unfinished import Unfinished
 
 if TYPE_CHECKING:
     from grammarlab.runs.evaluate.evaluate import EvaluationResult
-    from grammarlab.runs.evaluate.report import ScenarioResults
+    from grammarlab.runs.evaluate.reporting.report import ScenarioResults
     from grammarlab.runs.evaluate.request import EvaluationRequest
 
 
@@ -95,11 +95,11 @@ def evaluate(
     """
     run = Unfinished(without="--fresh")
     with friendly_errors(run.advice):
-        from grammarlab.cli.progress import progress
+        from grammarlab.cli.console.progress import progress
         from grammarlab.runs.evaluate.evaluate import evaluate_run
         from grammarlab.runs.evaluate.find import find_scenarios
         from grammarlab.runs.evaluate.request import EvaluationRequest
-        from grammarlab.runs.executors import executor_of
+        from grammarlab.runs.work.executors import executor_of
 
         request = EvaluationRequest.of(
             find_scenarios(scenarios),

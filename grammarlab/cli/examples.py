@@ -6,14 +6,14 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.report import friendly_errors, print_json
+from grammarlab.cli.console.report import friendly_errors, print_json
 
 
 def list_examples(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")] = False,
 ) -> None:
     """List the grammars that come with grammarlab."""
-    from grammarlab.runs.examples import shipped_examples
+    from grammarlab.runs.requests.examples import shipped_examples
 
     with friendly_errors():
         examples = shipped_examples()

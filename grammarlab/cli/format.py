@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.report import FAILURE, friendly_errors, say
+from grammarlab.cli.console.report import FAILURE, friendly_errors, say
 from grammarlab.errors import UsageError
 
 

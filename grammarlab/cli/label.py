@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
+from grammarlab.cli.console.report import friendly_errors, print_json, say
 from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
-from grammarlab.cli.report import friendly_errors, print_json, say
 
 
 def label(

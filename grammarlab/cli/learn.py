@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from grammarlab.cli.console.report import friendly_errors, print_json, say
 from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
-from grammarlab.cli.report import friendly_errors, print_json, say
 from grammarlab.cli.sample import complete_grammar
 
 if TYPE_CHECKING:
-    from grammarlab.learning.target import Learned
+    from grammarlab.learning.targets.target import Learned
     from grammarlab.runs.learn.examples import ExamplesResult
     from grammarlab.runs.learn.labels import LabelsResult
     from grammarlab.runs.learn.measure import Truth
@@ -102,13 +102,13 @@ def learn(
     It samples models in proportion to their scores.
     """
     with friendly_errors():
-        from grammarlab.cli.progress import progress
+        from grammarlab.cli.console.progress import progress
         from grammarlab.errors import UsageError
         from grammarlab.evaluation.names import chosen_one
         from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
-        from grammarlab.runs.domains import suffix_of
         from grammarlab.runs.evaluate.find import find_scenario
         from grammarlab.runs.learn import pages
+        from grammarlab.runs.requests.domains import suffix_of
 
         if base not in ("grammar", "uniform"):
             raise UsageError(f"no base is called {base!r}; those there are: grammar, uniform")
@@ -123,10 +123,10 @@ def learn(
             raise UsageError("learn from what? Give --labels FILE, --examples FOLDER or --scenario FILE.")
         wanted = file or Path(f"{Path(grammar).stem}_{source.stem}{suffix_of(Path(grammar))}")
         if labels is not None:
-            from grammarlab.learning.pool import Pool
-            from grammarlab.learning.target import Making
+            from grammarlab.learning.designs.pool import Pool
+            from grammarlab.learning.targets.target import Making
             from grammarlab.runs.learn.labels import learn_from_labels
-            from grammarlab.runs.scoring.labels import read_labels_or_session
+            from grammarlab.runs.scoring.workers.labels import read_labels_or_session
 
             making = Making(method, base, samples, max_rules)
             table, pool = read_labels_or_session(labels)
@@ -158,8 +158,8 @@ def _tell(told: _Told, report: Path | None, seed: int, as_json: bool) -> None:
         for line in told.lines:
             say(line)
     if report is not None:
-        from grammarlab.runs.executors import executor_of
         from grammarlab.runs.learn.report import write_report
+        from grammarlab.runs.work.executors import executor_of
 
         say(f"table and pictures: {write_report(told.page, report, seed=seed, executor=executor_of(0))}")
 

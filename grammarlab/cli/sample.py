@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.report import friendly_errors, print_json, say, was_given
-from grammarlab.cli.unfinished import Unfinished
+from grammarlab.cli.console.report import friendly_errors, print_json, say, was_given
+from grammarlab.cli.console.unfinished import Unfinished
 from grammarlab.errors import UsageError
 
 MOST_PRINTS = 50
@@ -24,7 +24,7 @@ MOST_NAMES = 8
 
 if TYPE_CHECKING:
     from grammarlab.errors import Finding
-    from grammarlab.runs import RunResult
+    from grammarlab.runs.sampling.sample import RunResult
 
 
 class FileFormat(StrEnum):
@@ -52,7 +52,7 @@ class Scale(StrEnum):
 
 def complete_grammar(incomplete: str) -> list[str]:
     """The shipped grammars that begin so, for the shell."""
-    from grammarlab.runs.examples import shipped_examples
+    from grammarlab.runs.requests.examples import shipped_examples
 
     return [example.name for example in shipped_examples() if example.name.startswith(incomplete)]
 
@@ -112,11 +112,13 @@ def sample(
     """
     run = Unfinished(needs="--resume")
     with friendly_errors(run.advice):
-        from grammarlab.cli.progress import progress
-        from grammarlab.runs import SampleRequest, read_manifest, repeat_run, sample_run
-        from grammarlab.runs.domains import domain_of, opened
-        from grammarlab.runs.examples import find_rules
-        from grammarlab.runs.executors import executor_of
+        from grammarlab.cli.console.progress import progress
+        from grammarlab.runs.requests.domains import domain_of, opened
+        from grammarlab.runs.requests.examples import find_rules
+        from grammarlab.runs.requests.request import SampleRequest
+        from grammarlab.runs.sampling.manifest import read_manifest
+        from grammarlab.runs.sampling.sample import repeat_run, sample_run
+        from grammarlab.runs.work.executors import executor_of
 
         executor = executor_of(jobs)
         if manifest is not None:
@@ -205,7 +207,7 @@ def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = 
 
 def _tell_acceptance(result: RunResult) -> None:
     """How many candidates an acceptance rule kept."""
-    from grammarlab.features.accepting import MOST_TRIES
+    from grammarlab.features.rules.accepting import MOST_TRIES
 
     if result.accept_rate is not None:
         say(
@@ -255,7 +257,7 @@ def _as_json(result: RunResult) -> dict[str, Any]:
 
 
 def _acceptance_as_json(result: RunResult) -> dict[str, Any]:
-    from grammarlab.features.accepting import MOST_TRIES
+    from grammarlab.features.rules.accepting import MOST_TRIES
 
     if result.accept_rate is None:
         return {}

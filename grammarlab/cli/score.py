@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grammarlab.cli.report import friendly_errors, say
+from grammarlab.cli.console.report import friendly_errors, say
 from grammarlab.cli.sample import complete_grammar
 
 if TYPE_CHECKING:

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grammarlab.cli.report import friendly_errors, print_json, say, was_given
+from grammarlab.cli.console.report import friendly_errors, print_json, say, was_given
 from grammarlab.cli.sample import complete_grammar
 from grammarlab.errors import UsageError
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from grammarlab.cli.rule_graph import RuleGraph
+    from grammarlab.cli.pictures.rule_graph import RuleGraph
     from grammarlab.language.grammar import Grammar
-    from grammarlab.language.syntax import Attribute, Rule
+    from grammarlab.language.syntax.tree import Attribute, Rule
 
 _OF_A_MODEL = {
     "seed": "--seed",
@@ -61,7 +61,7 @@ def show(
     """
     with friendly_errors():
         if model is not None:
-            from grammarlab.runs.trace import as_lines, as_values, trace_model
+            from grammarlab.runs.comparing.trace import as_lines, as_values, trace_model
 
             if graph is not None:
                 raise UsageError("--graph draws the rules, --model lists one model: give one of them.")
@@ -78,10 +78,10 @@ def show(
                 raise UsageError(f"{option} is about one model: say which, as in --model 17 --seed 5.")
         from rich.console import Console
 
-        from grammarlab.cli.rule_graph import rule_graph
-        from grammarlab.language.builtins import blocks, operations
+        from grammarlab.cli.pictures.rule_graph import rule_graph
         from grammarlab.language.grammar import Grammar
-        from grammarlab.runs.examples import find_rules
+        from grammarlab.language.vocabulary.builtins import blocks, operations
+        from grammarlab.runs.requests.examples import find_rules
 
         source = find_rules(grammar)
         parsed = Grammar.parse(source.text(), str(source.path))
@@ -101,16 +101,16 @@ def show(
 
 
 def _draw(symbols: RuleGraph, path: Path) -> None:
-    from grammarlab.cli.graph_picture import save_graph
-    from grammarlab.cli.rule_graph import place
+    from grammarlab.cli.pictures.graph_picture import save_graph
+    from grammarlab.cli.pictures.rule_graph import place
 
     save_graph(place(symbols), symbols.edges, path)
     say(f"rule graph: {path}")
 
 
 def _summary(grammar: Grammar, symbols: RuleGraph) -> str:
-    from grammarlab.language.syntax import Stochastic, alternatives
-    from grammarlab.language.walking import walk
+    from grammarlab.language.syntax.tree import Stochastic, alternatives
+    from grammarlab.language.syntax.walking import walk
 
     leaves = sum(kind == "terminal" for kind in symbols.kind.values())
     branches = sum(len(list(alternatives(rule.body))) for rule in grammar.rules.values())
@@ -133,7 +133,7 @@ def _attribute_table(attributes: list[Attribute]) -> Table:
     from rich.table import Table
     from rich.text import Text
 
-    from grammarlab.language.printing import expression, value
+    from grammarlab.language.syntax.printing import expression, value
 
     table = Table(title="Attributes", title_justify="left")
     for heading in ("Attribute", "Value", "Range", "Group", "Description"):
@@ -179,10 +179,10 @@ def _rule_table(rules: Iterable[Rule], symbols: RuleGraph) -> Table:
 
 def _probabilities(rule: Rule) -> tuple[str, int]:
     """The percentages of each random choice of a rule, in the order of the text, and how many branches it has."""
-    from grammarlab.language.percentages import constant
-    from grammarlab.language.printing import expression
-    from grammarlab.language.syntax import Stochastic, alternatives
-    from grammarlab.language.walking import walk
+    from grammarlab.language.checking.percentages import constant
+    from grammarlab.language.syntax.printing import expression
+    from grammarlab.language.syntax.tree import Stochastic, alternatives
+    from grammarlab.language.syntax.walking import walk
 
     choices = []
     for choice in (node for node in walk(rule) if isinstance(node, Stochastic)):

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.lots import Lots
-from grammarlab.features.acceptance import Acceptance
-from grammarlab.features.accepting import derive_accepted
-from grammarlab.geometry.assets import AssetFolder
+from grammarlab.features.rules.acceptance import Acceptance
+from grammarlab.features.rules.accepting import derive_accepted
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene.instances import Scene, realize
 
@@ -64,3 +64,21 @@ class GrammarSampler(AbstractSampler):
             return forest.log_probability()
         with np.errstate(divide="ignore"):
             return forest.log_probability() + np.log(acceptance.probabilities(forest))
+
+
+def sample(grammar: Grammar, num_models: int, seed: int = 0, *, assets: Path | None = None) -> Forest:
+    """Models of a grammar, with those left out that its acceptance rule does not keep.
+
+    `derive` knows nothing of acceptance rules, and is the same for a grammar without one.
+
+    Args:
+        grammar: the grammar.
+        num_models: how many.
+        seed: 0 <= seed < 2**64; the same seed gives the same models.
+        assets: folder of meshes and images.
+
+    >>> grammar = Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
+    >>> sample(grammar, 5, seed=1).num_models
+    5
+    """
+    return GrammarSampler(grammar, assets).sample(num_models, seed)

@@ -14,13 +14,13 @@ from typing import TypeAlias
 import numpy as np
 
 from grammarlab.arrays import Ints
+from grammarlab.derivation.expressions.vocabulary import VOCABULARY
 from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.vocabulary import VOCABULARY
 from grammarlab.errors import UsageError
+from grammarlab.language.checking.percentages import probabilities
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Branch, Successor, SymbolKey, number_branches
-from grammarlab.language.percentages import probabilities
-from grammarlab.language.syntax import Case, Choice, Stochastic
+from grammarlab.language.syntax.tree import Case, Choice, Stochastic
 
 ENOUGH_DERIVATIONS = 30
 """From so many derivations on, what was always so is taken to be so."""

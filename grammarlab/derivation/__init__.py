@@ -6,4 +6,4 @@ from grammarlab.derivation.derive import derive_chunks as derive_chunks
 from grammarlab.derivation.forest import Forest as Forest
 from grammarlab.derivation.lots import Lots as Lots
 from grammarlab.derivation.program import Program as Program
-from grammarlab.derivation.workspace import Budget as Budget
+from grammarlab.derivation.state.workspace import Budget as Budget

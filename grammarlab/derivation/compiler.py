@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from grammarlab.derivation.array_expressions import makes_arrays
-from grammarlab.derivation.expressions import CompiledFunction, ExpressionCompiler, Names
+from grammarlab.derivation.calls.pivots import PIVOT_POSITION
+from grammarlab.derivation.expressions.array_expressions import makes_arrays
+from grammarlab.derivation.expressions.expressions import CompiledFunction, ExpressionCompiler, Names
+from grammarlab.derivation.expressions.sequences import Operations, SequenceCompiler, Successors
+from grammarlab.derivation.expressions.uv_sets import mentioned_uv_sets
+from grammarlab.derivation.expressions.vocabulary import VOCABULARY, number_grammar
 from grammarlab.derivation.forest import RuleName
 from grammarlab.derivation.functions.attributes import ASK_FOR_PIVOT, STATE_DEFAULTS
 from grammarlab.derivation.operations import OPERATIONS
-from grammarlab.derivation.pivots import PIVOT_POSITION
 from grammarlab.derivation.program import CompiledRule, Program
-from grammarlab.derivation.sequences import Operations, SequenceCompiler, Successors
 from grammarlab.derivation.sites import describe_sites
-from grammarlab.derivation.uv_sets import mentioned_uv_sets
-from grammarlab.derivation.vocabulary import VOCABULARY, number_grammar
-from grammarlab.derivation.workspace import CompiledAttribute
+from grammarlab.derivation.state.workspace import CompiledAttribute
 from grammarlab.errors import DerivationError
 from grammarlab.language.call_order import groups
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import SymbolKey, function_name
-from grammarlab.language.syntax import Attribute, Call, Choice, Invoke, Name, Node, Rule, Scatter, Stochastic
-from grammarlab.language.syntax import Sequence as SyntaxSequence
-from grammarlab.language.walking import walk
+from grammarlab.language.syntax.tree import Attribute, Call, Choice, Invoke, Name, Node, Rule, Scatter, Stochastic
+from grammarlab.language.syntax.tree import Sequence as SyntaxSequence
+from grammarlab.language.syntax.walking import walk
 
 
 def compile_grammar(grammar: Grammar) -> Program:

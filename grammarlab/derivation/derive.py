@@ -10,22 +10,22 @@ from typing import TypedDict, Unpack, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation import engine
+from grammarlab.derivation.calls.texture_transfer import initial_maps
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.frames import FramePool
 from grammarlab.derivation.functions.attributes import STATE_DEFAULTS
-from grammarlab.derivation.initial import initial_shapes
 from grammarlab.derivation.lots import Footprint, Lots
-from grammarlab.derivation.materials import MaterialPool
-from grammarlab.derivation.meshes import MeshPool
 from grammarlab.derivation.program import Program
-from grammarlab.derivation.recorder import Recorder
-from grammarlab.derivation.strings import StringPool
-from grammarlab.derivation.texture_transfer import initial_maps
-from grammarlab.derivation.workspace import Budget, Workspace
+from grammarlab.derivation.state.initial import initial_shapes
+from grammarlab.derivation.state.meshes import MeshPool
+from grammarlab.derivation.state.recorder import Recorder
+from grammarlab.derivation.state.workspace import Budget, Workspace
+from grammarlab.derivation.values.frames import FramePool
+from grammarlab.derivation.values.materials import MaterialPool
+from grammarlab.derivation.values.strings import StringPool
 from grammarlab.errors import UsageError
-from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 
 NODES_PER_CHUNK = 400_000

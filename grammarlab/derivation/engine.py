@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.derivation.choices import route
+from grammarlab.derivation.calls.choices import route
 from grammarlab.derivation.program import CompiledRule, Program
-from grammarlab.derivation.shapes import Ids, Shapes, concatenate
-from grammarlab.derivation.workspace import Workspace
+from grammarlab.derivation.state.shapes import Ids, Shapes, concatenate
+from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.errors import BudgetError
 
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.lots import Lots
-from grammarlab.derivation.materials import Materials
+from grammarlab.derivation.values.materials import Materials
 from grammarlab.errors import Location
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.geometry.meshes.mesh import Meshes
 
 Floats = NDArray[np.float64]
 NodeIds: TypeAlias = NDArray[np.int16 | np.int32]
@@ -147,7 +147,13 @@ def by_path(missing: Iterable[MissingAsset]) -> tuple[MissingAsset, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Forest:
-    """The derivation trees of a batch of models of one grammar."""
+    """The derivation trees of a batch of models of one grammar.
+
+    >>> import grammarlab as gl
+    >>> forest = gl.derive(gl.Grammar.parse("Lot --> extrude(rand(3, 9)) Tower"), 4, seed=1)
+    >>> forest.num_models, forest.symbols
+    (4, ('Lot', 'Tower'))
+    """
 
     lots: Lots
     """[num_models] what the models were made of; row i of it is model i of the batch."""

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.derivation.choices import Branching
+from grammarlab.derivation.calls.choices import Branching
+from grammarlab.derivation.expressions.sequences import Operations
 from grammarlab.derivation.forest import RuleName, Site
-from grammarlab.derivation.sequences import Operations
-from grammarlab.derivation.workspace import CompiledAttribute
+from grammarlab.derivation.state.workspace import CompiledAttribute
 
 
 @dataclass(frozen=True, slots=True)

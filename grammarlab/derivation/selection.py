@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, by_path
 from grammarlab.derivation.lots import Lots
-from grammarlab.derivation.materials import Materials
+from grammarlab.derivation.values.materials import Materials
 from grammarlab.errors import UsageError
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.geometry.meshes.mesh import Meshes
 
 Flags = NDArray[np.bool_]
 _R = TypeVar("_R", Nodes, Leaves, Draws, Reports)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from grammarlab.derivation.forest import Site, SiteKind
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Place, function_name
-from grammarlab.language.syntax import Call, Numbered, Stochastic, alternatives
+from grammarlab.language.syntax.tree import Call, Numbered, Stochastic, alternatives
 
 _KINDS: dict[str, SiteKind] = {
     "assetApproxRatio": "item",

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.respondents import Respondent
-from grammarlab.learning.addresses import Address
-from grammarlab.learning.agreement import agreement
-from grammarlab.learning.interview import Person
+from grammarlab.learning.asking.interview import Person
+from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.round import Study
+from grammarlab.learning.targets.agreement import agreement
 
 Floats = NDArray[np.float64]
 

@@ -9,13 +9,13 @@ from grammarlab.errors import UsageError
 from grammarlab.evaluation.names import chosen
 from grammarlab.learning.settings import FAMILIES, MAX_PATH_LENGTH, FeatureOptions, Settings
 from grammarlab.preference.fitting import Method as Fit
-from grammarlab.preference.queries import Way
+from grammarlab.preference.questions.queries import Way
 
 FITS: tuple[Fit, ...] = get_args(Fit)
 """What `grammarlab.preference.fit` offers."""
 QUERIES: tuple[Way, ...] = tuple(way for way in get_args(Way) if way != "already ranked")
-"""Ways to choose the models of a round (`grammarlab.preference.queries`), but those for people who look at their
-own scores again."""
+"""Ways to choose the models of a round (`grammarlab.preference.questions.queries`), but those for people who look
+at their own scores again."""
 OPTIONS = {"paper": ("noise", "penalty")}
 """Parameters of fits that may be set, by the name of the fit."""
 PAPER_FAMILIES = ("paths", "symbols", "draws")

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from grammarlab.derivation.forest import Forest
 from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.scenario import Scenario
-from grammarlab.features.counting import count
-from grammarlab.features.expression import Expression
-from grammarlab.features.score import Score
+from grammarlab.features.counting.counts import count
+from grammarlab.features.rules.expression import Expression
+from grammarlab.features.rules.score import Score
 
 Floats = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 """From a scenario and its grammar to the material of the protocol.
 
 The labelled set is derived at the scenario's seed. The pool is derived at seeds that follow from it
-(`grammarlab.learning.pool`), so the two have no model in common. Each simulated person has models of their own
+(`grammarlab.learning.designs.pool`), so the two have no model in common. Each simulated person has models of their own
 (`Source.for_person`), so that nothing is fitted to one pool.
 """
 
@@ -20,11 +20,11 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.material import Material
 from grammarlab.evaluation.scenario import Scenario
-from grammarlab.features.counting import count
+from grammarlab.features.counting.counts import count
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.addresses import Address
-from grammarlab.learning.grammar_space import GrammarSpace
-from grammarlab.learning.pool import Pool
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study
 from grammarlab.learning.settings import Settings
 from grammarlab.randomness import derived_seed

@@ -1,6 +1,7 @@
 """Simulated persons: they score model after model, while the learned density is compared with the true one.
 
-This is the protocol of section 4.7 of the paper, around an interview (`grammarlab.learning.interview`). Its quantities:
+This is the protocol of section 4.7 of the paper, around an interview (`grammarlab.learning.asking.interview`). Its
+quantities:
 
 - labelled set: n models (5,000 in the paper's protocol) drawn independently from the grammar with density p at a fixed
   seed, repeats kept, each with its true score u_i = product of the factors' scores / 100. Nobody is asked about them.
@@ -23,9 +24,9 @@ from numpy.typing import NDArray
 
 from grammarlab.evaluation.curves import Curve, Point
 from grammarlab.evaluation.material import Material
-from grammarlab.learning.agreement import agreement
-from grammarlab.learning.interview import interview
+from grammarlab.learning.asking.interview import interview
 from grammarlab.learning.round import State, init
+from grammarlab.learning.targets.agreement import agreement
 from grammarlab.preference.base import MAX_SCORE
 
 Floats = NDArray[np.float64]

@@ -16,9 +16,9 @@ from typing import Any, Literal, TypeAlias, cast
 from grammarlab.derivation.forest import RuleName, Site
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.toml_file import SUFFIX, TomlFile, nearest, read
-from grammarlab.features.checking import check
-from grammarlab.features.expression import RESERVED, Expression
-from grammarlab.features.score import Case, Score
+from grammarlab.features.patterns.checking import check
+from grammarlab.features.rules.expression import RESERVED, Expression
+from grammarlab.features.rules.score import Case, Score
 from grammarlab.learning.settings import FAMILIES, MAX_PATH_LENGTH, FeatureOptions
 
 DEFAULT_FEATURES = FeatureOptions()

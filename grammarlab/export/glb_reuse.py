@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import offsets_from_counts, row_of_value
-from grammarlab.derivation.materials import Materials
+from grammarlab.derivation.values.materials import Materials
 from grammarlab.export.glb import merged_content
 from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument
 from grammarlab.export.gltf_materials import GltfMaterials

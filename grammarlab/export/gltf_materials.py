@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.derivation.materials import Materials
+from grammarlab.derivation.values.materials import Materials
 from grammarlab.export.gltf_document import GltfDocument
 from grammarlab.export.textures import find_texture
 from grammarlab.scene.color import linear_from_srgb

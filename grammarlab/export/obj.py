@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.materials import Materials
+from grammarlab.derivation.values.materials import Materials
 from grammarlab.export.files import Output, write_whole
 from grammarlab.export.gltf_materials import MaterialNumbers, material_name
 from grammarlab.export.textures import find_texture

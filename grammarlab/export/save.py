@@ -32,7 +32,11 @@ REUSES: tuple[str, ...] = get_args(Reuse)
 
 @dataclass(frozen=True, slots=True)
 class SaveOptions:
-    """How files are written."""
+    """How files are written.
+
+    >>> SaveOptions(columns=4).columns
+    4
+    """
 
     reuse: Reuse = "merged"
     """For GLB: one primitive a material (``merged``, the fastest to draw), one node a shape that refers to shared
@@ -70,6 +74,14 @@ def save(
         UsageError: an unknown format, or a place that cannot be written to.
         DerivationError: a scene with coordinates that are not finite.
         AssetError: a texture outside the asset folder, or broken.
+
+    >>> import grammarlab as gl
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> scene = gl.realize(gl.derive(gl.Grammar.parse("Lot --> extrude(3) Tower"), 4, seed=1))
+    >>> with TemporaryDirectory() as folder:
+    ...     save(scene, Path(folder) / "towers.glb").stat().st_size > 500
+    True
     """
     target = Path(path)
     batch = triangles(scene)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 
+from grammarlab.assets.paths import meanings
 from grammarlab.errors import AssetError
-from grammarlab.geometry.asset_paths import meanings
 
 MOST_BYTES = 64 * 2**20
 """Largest image that is embedded."""

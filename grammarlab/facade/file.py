@@ -47,6 +47,16 @@ def save_facade(facade: Facade, path: Path) -> Path:
 
     Raises:
         FacadeError: when it is not one, or a file of the name of a picture is another one.
+
+    >>> import grammarlab as gl
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from grammarlab.runs.requests.examples import examples_folder
+    >>> arcade = gl.load_facade(examples_folder() / "facades" / "arcade.json")
+    >>> with TemporaryDirectory() as folder:
+    ...     file = save_facade(arcade, Path(folder) / "arcade.json")
+    ...     len(gl.load_facade(file)) == len(arcade)
+    True
     """
     text = dumps(check(facade))
     store_pictures(facade.pictures, path.parent)
@@ -59,6 +69,12 @@ def load_facade(path: Path) -> Facade:
 
     Raises:
         FacadeError: when the file is not a facade, or too large: what is wrong, and where.
+
+    >>> import grammarlab as gl
+    >>> from grammarlab.runs.requests.examples import examples_folder
+    >>> arcade = gl.load_facade(examples_folder() / "facades" / "arcade.json")
+    >>> [grid.name for grid in arcade.grids]
+    ['arched window', 'band', 'square window']
     """
     content = read_bounded(path)
     try:

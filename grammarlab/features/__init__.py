@@ -1,7 +1,7 @@
 """What can be counted and measured on derivation trees, and tables of it; see README.md in this folder."""
 
-from grammarlab.features.counting import count as count
-from grammarlab.features.table import FeatureTable as FeatureTable
-from grammarlab.features.vocabulary import Options as Options
-from grammarlab.features.vocabulary import Vocabulary as Vocabulary
-from grammarlab.features.vocabulary import extract as extract
+from grammarlab.features.columns.table import FeatureTable as FeatureTable
+from grammarlab.features.columns.vocabulary import Options as Options
+from grammarlab.features.columns.vocabulary import Vocabulary as Vocabulary
+from grammarlab.features.columns.vocabulary import extract as extract
+from grammarlab.features.counting.counts import count as count

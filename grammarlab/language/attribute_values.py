@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 from typing import TypeAlias
 
 from grammarlab.errors import UsageError
+from grammarlab.language.checking.limits import objection
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.limits import objection
-from grammarlab.language.syntax import Boolean, Number, String, alternatives
+from grammarlab.language.syntax.tree import Boolean, Number, String, alternatives
 
 AttributeValue: TypeAlias = float | bool | str
 """A plain value of an attribute."""

@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections import deque
 
 from grammarlab.errors import Location
-from grammarlab.language import printing
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.syntax import (
+from grammarlab.language.parsing.tokens import Comment, Token, tokenize
+from grammarlab.language.syntax import printing
+from grammarlab.language.syntax.tree import (
     Annotation,
     Attribute,
     Block,
@@ -35,8 +36,7 @@ from grammarlab.language.syntax import (
     Sequence,
     Stochastic,
 )
-from grammarlab.language.tokens import Comment, Token, tokenize
-from grammarlab.language.walking import walk
+from grammarlab.language.syntax.walking import walk
 
 WIDTH = 100
 """Characters a line may have, where it can be broken."""

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TypeVar
 
 from grammarlab.errors import Finding, LanguageError, Location
-from grammarlab.language.parsing import MAX_CHARACTERS, parse
-from grammarlab.language.syntax import Attribute, Definition, Function, Import, Rule, RuleFile, Style
-from grammarlab.language.walking import number
+from grammarlab.language.parsing.parse import MAX_CHARACTERS, parse
+from grammarlab.language.syntax.tree import Attribute, Definition, Function, Import, Rule, RuleFile, Style
+from grammarlab.language.syntax.walking import number
 
 _K = TypeVar("_K")
 _T = TypeVar("_T")
@@ -22,7 +22,12 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Grammar:
-    """A rule file without syntax errors. Equal text, equal value."""
+    """A rule file without syntax errors. Equal text, equal value.
+
+    >>> grammar = Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
+    >>> [rule.name for rule in grammar.start_rules]
+    ['Lot']
+    """
 
     text: str
     """The whole rule file, without a byte order mark."""

@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 
 from grammarlab.errors import Finding, LanguageError
 from grammarlab.language.grammar import Grammar, read_text
-from grammarlab.language.syntax import Import
+from grammarlab.language.syntax.tree import Import
 
 MAX_FILES = 200
 """A rule file may import so many others, directly or not."""

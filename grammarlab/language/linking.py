@@ -17,12 +17,10 @@ from itertools import takewhile
 from typing import TypeVar
 
 from grammarlab.errors import Finding, LanguageError
-from grammarlab.language.builtins import Signature, attributes, blocks, functions, operations
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.keywords import KEYWORDS
-from grammarlab.language.printing import import_statement
-from grammarlab.language.syntax import (
+from grammarlab.language.syntax.printing import import_statement
+from grammarlab.language.syntax.tree import (
     Annotation,
     Attribute,
     Block,
@@ -40,7 +38,9 @@ from grammarlab.language.syntax import (
     Scatter,
     Style,
 )
-from grammarlab.language.walking import walk
+from grammarlab.language.syntax.walking import walk
+from grammarlab.language.vocabulary.builtins import Signature, attributes, blocks, functions, operations
+from grammarlab.language.vocabulary.keywords import KEYWORDS
 
 MAX_COPIES = 200
 """A file imported under several names is written once for each; so many copies of files there may be."""

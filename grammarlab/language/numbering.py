@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from grammarlab.errors import Location
-from grammarlab.language.builtins import operations
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.syntax import (
+from grammarlab.language.syntax.tree import (
     Block,
     Call,
     Case,
@@ -32,7 +31,8 @@ from grammarlab.language.syntax import (
     Sequence,
     Stochastic,
 )
-from grammarlab.language.walking import walk
+from grammarlab.language.syntax.walking import walk
+from grammarlab.language.vocabulary.builtins import operations
 
 SymbolKey: TypeAlias = tuple[str, int]
 """A symbol and how many arguments it is given: rules of one name may differ in it."""

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
-from grammarlab.learning.addresses import Address
-from grammarlab.preference.labels import COMPARISONS, Kind, Labels
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.preference.labels.table import COMPARISONS, Kind, Labels
 
 MAX_DESIGNS = 20_000
 """Different designs that labels may be about."""

@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.features.pattern import Feature
-from grammarlab.learning.design_space import AbstractDesignSpace, Designs
+from grammarlab.features.patterns.pattern import Feature
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.settings import FeatureOptions
 
 Floats = NDArray[np.float64]

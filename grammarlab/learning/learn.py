@@ -10,20 +10,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
-from grammarlab.density.splitting import Base
+from grammarlab.density.splits.splitting import Base
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.addresses import Address
-from grammarlab.learning.grammar_space import GrammarSpace
-from grammarlab.learning.grammar_target import GrammarWriter
-from grammarlab.learning.interview import interview
-from grammarlab.learning.pool import Pool
+from grammarlab.learning.asking.interview import interview
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init
 from grammarlab.learning.settings import Settings
-from grammarlab.learning.target import LearnedDensity, Making
+from grammarlab.learning.targets.grammar_target import GrammarWriter
+from grammarlab.learning.targets.target import LearnedDensity, Making
 from grammarlab.preference.base import MAX_SCORE
-from grammarlab.preference.labels import OVERALL
+from grammarlab.preference.labels.table import OVERALL
 from grammarlab.scene.instances import Scene
 
 Floats = NDArray[np.float64]
@@ -95,7 +95,7 @@ def learn(
         GrammarlabError: when nothing is liked, or the density cannot be made.
 
     >>> from grammarlab.features import count
-    >>> from grammarlab.features.pattern_text import parse
+    >>> from grammarlab.features.patterns.text import parse
     >>> grammar = Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
     >>> found = learn(grammar, lambda forest: 100 * count(forest, [parse("High")])[:, 0], 16)
     >>> found.learned.sample(50, seed=1).leaves.size[:, 1].min()

@@ -4,7 +4,8 @@ The state after a round is a function of the pool and of the scores alone, so th
 page, a label file and a Python function who say the same are understood alike. Its quantities:
 
 - answer: a score (0-100) of a design for a factor. With several factors, what is liked is their product.
-- pool: the designs that there are to ask about (`grammarlab.learning.pool`). Designs from elsewhere may have a score.
+- pool: the designs that there are to ask about (`grammarlab.learning.designs.pool`). Designs from elsewhere may have a
+  score.
 - liked factor: one with a score above 0. Others are left out of the product: nothing is known about what they like.
 - columns: features of designs. Those that scores ask for are searched for, and paths grow longer, by the rules of
   `grammarlab.learning.growth`.
@@ -19,19 +20,19 @@ from typing import Any, Generic
 
 import numpy as np
 
-from grammarlab.features.pattern import Feature
-from grammarlab.learning.addresses import Address
+from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.answers import Answers
-from grammarlab.learning.design_space import AbstractDesignSpace, Designs, Floats, Ints
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs, Floats, Ints
+from grammarlab.learning.designs.made import MadePool
+from grammarlab.learning.designs.pool import Pool
+from grammarlab.learning.designs.tables import Columns, DesignTables, Table
 from grammarlab.learning.growth import path_length
-from grammarlab.learning.made import MadePool
-from grammarlab.learning.pool import Pool
 from grammarlab.learning.settings import Settings
-from grammarlab.learning.tables import Columns, DesignTables, Table
 from grammarlab.preference.base import AbstractPreference
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.fitting import fit
-from grammarlab.preference.liked import liked_are_rare, noise_of
+from grammarlab.preference.questions.liked import liked_are_rare, noise_of
 
 Report = Callable[[str, int, int], None]
 """Told what is being done, and how many parts of it are done, of how many."""
@@ -240,7 +241,7 @@ def _fit(
     labelled, scores = table.rows[rows[order]], answers.scores[order]
     if settings.options:
         # Only this baseline has parameters, and only experiments change them.
-        from grammarlab.preference import gaussian_process  # noqa: PLC0415 - loads JAX
+        from grammarlab.preference.processes import gaussian_process  # noqa: PLC0415 - loads JAX
 
         options: dict[str, Any] = dict(settings.options)
         return gaussian_process.fit(labelled, scores, groups=table.groups, warm=warm, **options)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # these load JAX, which sampling need not wait for
     from grammarlab.preference.fitting import Method as Fit
-    from grammarlab.preference.queries import Way
+    from grammarlab.preference.questions.queries import Way
 
 
 FAMILIES = ("paths", "symbols", "draws", "thresholds", "skips", "siblings", "subtrees")
@@ -40,7 +40,7 @@ class Settings:
     grows: bool = True
     """Whether longer paths are taken in where designs with equal rows got different scores."""
     widens: bool = True
-    """Whether the pool is widened where liked designs are rare (`grammarlab.learning.pool`)."""
+    """Whether the pool is widened where liked designs are rare (`grammarlab.learning.designs.pool`)."""
     warm: bool = False
     """Whether a fit starts from that of the round before: what is learned then depends on the rounds as well as on the
     scores, as it does for the paper's process."""

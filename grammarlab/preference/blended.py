@@ -1,8 +1,8 @@
 """The default preference: cells that pool their scores, or Gaussian processes, as held-out scores tell.
 
-Cells (`grammarlab.preference.partition`) beat processes where a person has few values and errs, processes
-(`grammarlab.preference.grouped`) beat cells where many parts or draws add up, and where scores are exact. Neither
-evidence can be trusted against the other's: what counts is how well each predicts scores that it has not seen.
+Cells (`grammarlab.preference.cells.partition`) beat processes where a person has few values and errs, processes
+(`grammarlab.preference.processes.grouped`) beat cells where many parts or draws add up, and where scores are exact.
+Neither evidence can be trusted against the other's: what counts is how well each predicts scores that it has not seen.
 """
 
 from __future__ import annotations
@@ -14,14 +14,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from grammarlab.preference import grouped, partition
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Ints, Prediction, Relevance, Rows
+from grammarlab.preference.cells import partition
+from grammarlab.preference.cells.partition import NOISES, PartitionPreference
+from grammarlab.preference.cells.splits import Flags
 from grammarlab.preference.explain import level_of
-from grammarlab.preference.grouped import GroupedPreference
 from grammarlab.preference.likelihood import expected_score, value_of
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
-from grammarlab.preference.partition import NOISES, PartitionPreference
-from grammarlab.preference.splits import Flags
+from grammarlab.preference.processes import grouped
+from grammarlab.preference.processes.grouped import GroupedPreference
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Shares of the process that are tried."""

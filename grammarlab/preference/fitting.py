@@ -11,18 +11,18 @@ from numpy.typing import ArrayLike
 from grammarlab.errors import UsageError
 from grammarlab.extras import named_extras
 from grammarlab.preference.base import AbstractPreference, Rows
-from grammarlab.preference.labels import COMPARISONS, Kind
+from grammarlab.preference.labels.table import COMPARISONS, Kind
 
 Method = Literal["blended", "partition", "grouped", "paper", "kde", "sklearn", "lightgbm"]
 
 _MODULES: dict[Method, str] = {
     "blended": "grammarlab.preference.blended",
-    "partition": "grammarlab.preference.partition",
-    "grouped": "grammarlab.preference.grouped",
-    "paper": "grammarlab.preference.gaussian_process",
-    "kde": "grammarlab.preference.kde",
-    "sklearn": "grammarlab.preference.sklearn_process",
-    "lightgbm": "grammarlab.preference.boosted_trees",
+    "partition": "grammarlab.preference.cells.partition",
+    "grouped": "grammarlab.preference.processes.grouped",
+    "paper": "grammarlab.preference.processes.gaussian_process",
+    "kde": "grammarlab.preference.rivals.kde",
+    "sklearn": "grammarlab.preference.rivals.sklearn_process",
+    "lightgbm": "grammarlab.preference.rivals.boosted_trees",
 }
 """Where each method's own `fit` lives; JAX, scikit-learn and LightGBM are imported where they are needed."""
 
@@ -63,6 +63,10 @@ def fit(
 
     Raises:
         UsageError: when an argument does not fit or a library is missing; the message says where and what to do.
+
+    >>> likes_the_second = fit([[0.0, 1.0], [1.0, 0.0], [0.0, 0.0], [1.0, 1.0]], [100.0, 0.0, 0.0, 100.0], method="kde")
+    >>> likes_the_second.predict([[0.0, 1.0], [0.0, 0.0]]).mean.round().tolist()
+    [100.0, 0.0]
     """
     if method not in _MODULES:
         raise UsageError(f"method: expected one of {', '.join(get_args(Method))}, found {method!r}.")

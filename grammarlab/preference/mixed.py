@@ -1,7 +1,7 @@
 """The default preference of labels of several kinds: scores, stars, thumbs and comparisons in one likelihood.
 
-Under a kernel, sites take the place of what is not a score (`grammarlab.preference.kinds`); a kernel is searched for
-with these, and so in turns. Cells are told the intervals that values lie in. Scores alone never come here.
+Under a kernel, sites take the place of what is not a score (`grammarlab.preference.processes.kinds`); a kernel is
+searched for with these, and so in turns. Cells are told the intervals that values lie in. Scores alone never come here.
 """
 
 from __future__ import annotations
@@ -13,18 +13,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from grammarlab.preference import grouped, partition
 from grammarlab.preference.base import MAX_SCORE, Floats, Ints, Rows
 from grammarlab.preference.blended import FEWEST, FOLDS, MOST, SHARES, BlendedPreference
-from grammarlab.preference.grouped import GroupedPreference
-from grammarlab.preference.grouped_search import AMPLITUDE
-from grammarlab.preference.kinds import BLUNDERS, Judgements, Understood, judgements_of, middle_of, understood
-from grammarlab.preference.labels import Kind
+from grammarlab.preference.cells import partition
+from grammarlab.preference.cells.partition import PartitionPreference
+from grammarlab.preference.cells.splits import Flags
+from grammarlab.preference.labels.table import Kind
 from grammarlab.preference.likelihood import Intervals, matched
 from grammarlab.preference.observations import Observations, checked_groups, checked_kinds
-from grammarlab.preference.partition import PartitionPreference
-from grammarlab.preference.posterior import Hyperparameters, condition
-from grammarlab.preference.splits import Flags
+from grammarlab.preference.processes import grouped
+from grammarlab.preference.processes.grouped import GroupedPreference
+from grammarlab.preference.processes.grouped_search import AMPLITUDE
+from grammarlab.preference.processes.kinds import BLUNDERS, Judgements, Understood, judgements_of, middle_of, understood
+from grammarlab.preference.processes.posterior import Hyperparameters, condition
 
 NOISE = 5.0
 """Standard deviation in points that is assumed as long as no kernel has been found."""

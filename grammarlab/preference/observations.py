@@ -38,7 +38,7 @@ class Observations:
     changes no prediction.
 
     Beside mean scores there may be observations of another kind: of a row or of a difference of two, each with a
-    variance of its own (`grammarlab.preference.propagation`).
+    variance of its own (`grammarlab.preference.processes.propagation`).
     """
 
     rows: Floats

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.materials import Materials
 from grammarlab.derivation.origins import NEAR, origins_of
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.derivation.values.materials import Materials
+from grammarlab.geometry.meshes.mesh import Meshes
 
 Floats = NDArray[np.float64]
 
@@ -21,6 +21,11 @@ class Scene:
 
     Instance i's points are ``position + rotation @ (size * point)`` from the origin of its model, its rotation
     ``frames[frame[i]]``.
+
+    >>> import grammarlab as gl
+    >>> scene = gl.realize(gl.derive(gl.Grammar.parse("Lot --> extrude(3) Tower"), 4, seed=1))
+    >>> scene.num_models
+    4
     """
 
     num_models: int
@@ -55,6 +60,10 @@ def realize(forest: Forest) -> Scene:
     """The scene of a forest: its leaves, ordered by model, then by material.
 
     Materials are ordered by what they look like, since their order in a forest depends on the other models in it.
+
+    >>> import grammarlab as gl
+    >>> len(realize(gl.derive(gl.Grammar.parse("Lot --> extrude(3) split(y) { ~1 : A | ~1 : B }"), 4, seed=1)))
+    8
     """
     leaves = forest.leaves
     materials, material_of_old = _sorted(forest.materials)

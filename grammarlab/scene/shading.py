@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Ints, offsets_from_counts
-from grammarlab.geometry.measure import area_vectors
-from grammarlab.geometry.mesh import Meshes
-from grammarlab.geometry.ragged import next_in_row
-from grammarlab.geometry.triangulate import triangulate
+from grammarlab.geometry.meshes.measure import area_vectors
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.ragged import next_in_row
+from grammarlab.geometry.meshes.triangulate import triangulate
 
 Floats = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Ints, offsets_from_counts, row_of_value, take_rows
 from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.materials import Materials
-from grammarlab.geometry.triangulate import triangulate
+from grammarlab.derivation.values.materials import Materials
+from grammarlab.geometry.meshes.triangulate import triangulate
 from grammarlab.scene.checks import require_finite
 from grammarlab.scene.instances import Scene, chosen, leaf_order, realize, stable_order
 from grammarlab.scene.placement import place

@@ -9,8 +9,8 @@ import pytest
 from PIL import Image
 from playwright.sync_api import expect
 
-from grammarlab.learning.addresses import Address
-from grammarlab.runs.trace import as_values, trace_model
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.runs.comparing.trace import as_values, trace_model
 from tests.browser.driver import Server
 
 

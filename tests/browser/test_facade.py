@@ -13,9 +13,9 @@ import pytest
 from playwright.sync_api import expect
 
 from grammarlab.facade.file import load_facade, save_facade
-from grammarlab.facade.grids import grid_of
+from grammarlab.facade.grids.editing import grid_of
 from grammarlab.facade.tree import Facade, X, Y
-from grammarlab.runs.examples import examples_folder
+from grammarlab.runs.requests.examples import examples_folder
 from tests.browser.editing import EditorPage, EditorServer, EditorThread
 from tests.browser.test_page import contrast
 from tests.browser.test_touch import Hand

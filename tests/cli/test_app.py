@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 import grammarlab
-from grammarlab.runs import read_manifest
+from grammarlab.runs.sampling.manifest import read_manifest
 from tests.cli.commands import COMMANDS
 from tests.runs.grammars import TOWER
 from tests.signals import with_sigint

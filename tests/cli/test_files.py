@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from grammarlab.runs.examples import shipped_examples
+from grammarlab.runs.requests.examples import shipped_examples
 from tests.runs.grammars import BROKEN, TOWER
 
 

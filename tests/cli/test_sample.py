@@ -180,7 +180,7 @@ def test_the_picture_of_a_manifest_can_be_drawn_by_another_renderer(run, rules, 
 
 
 def test_opengl_that_does_not_work_is_an_error_that_says_what_to_do(run, rules, tmp_path, monkeypatch):
-    monkeypatch.setattr("grammarlab.render.choice.PLATFORMS", ("nonsense",))
+    monkeypatch.setattr("grammarlab.rendering.choice.PLATFORMS", ("nonsense",))
     result = run("sample", rules(TOWER), "-n", "1", "--renderer", "gl", "-o", tmp_path / "out", code=2)
     assert "OpenGL does not work here" in result.stderr
     assert "'cast'" in result.stderr

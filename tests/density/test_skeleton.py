@@ -6,7 +6,7 @@ from grammarlab.density.skeleton import Alternative, Cases, Chance, TreeGrammar,
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.examples import shipped_examples
+from grammarlab.runs.requests.examples import shipped_examples
 
 TEXT = """
 attr p = 20

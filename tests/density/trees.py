@@ -8,7 +8,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from grammarlab.features.pattern import Below, Pattern
+from grammarlab.features.patterns.pattern import Below, Pattern
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation import Forest, compile_grammar, derive, derive_chunks
-from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from tests.oracle.strategies import rule_files

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 
+from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation import derive
-from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from tests.oracle.comparison import assert_same_trees, tree_of_model, trees_of_forest

@@ -7,10 +7,10 @@ import pytest
 from grammarlab.derivation import derive
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.errors import DerivationError
-from grammarlab.language import builtins
-from grammarlab.language.checking import check_text
+from grammarlab.language.checking.check import check_text
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.checks import SUPPORTED
+from grammarlab.language.vocabulary import builtins
+from grammarlab.runs.requests.checks import SUPPORTED
 
 SEQUENCES = [
     *(

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation import compile_grammar, derive_chunks
-from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.importing import load
 
 GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))

@@ -9,8 +9,8 @@ import pytest
 
 from grammarlab.derivation import derive
 from grammarlab.errors import BudgetError, DerivationError
-from grammarlab.language.builtins import attributes
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.vocabulary.builtins import attributes
 
 
 def reported(expression: str, attributes: str = "", num_models: int = 1) -> list[float]:

@@ -7,9 +7,9 @@ from pathlib import Path
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation import Budget, derive
 from grammarlab.errors import GrammarlabError
-from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 
 GRAMMARS = Path(__file__).parents[2] / "grammars"

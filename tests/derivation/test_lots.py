@@ -8,11 +8,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from grammarlab.derivation import Lots, compile_grammar, derive, derive_chunks
-from grammarlab.derivation.frames import FramePool
-from grammarlab.derivation.initial import initial_shapes
 from grammarlab.derivation.lots import Footprints
-from grammarlab.derivation.meshes import MeshPool
 from grammarlab.derivation.selection import join_forests, select_models
+from grammarlab.derivation.state.initial import initial_shapes
+from grammarlab.derivation.state.meshes import MeshPool
+from grammarlab.derivation.values.frames import FramePool
 from grammarlab.errors import DerivationError, UsageError
 from grammarlab.language.grammar import Grammar
 from tests.derivation.test_addressing import fingerprint

@@ -8,8 +8,8 @@ import numpy as np
 
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site
 from grammarlab.derivation.lots import Lots
-from grammarlab.derivation.materials import CHANNELS, Materials
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.derivation.values.materials import CHANNELS, Materials
+from grammarlab.geometry.meshes.mesh import Meshes
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<open>\()|(?P<close>\))|(?P<symbol>\w+)(?::(?P<branch>\d+))?|\$(?P<draw>\w+)=(?P<value>[\d.]+))"

@@ -8,7 +8,7 @@ import pytest
 from grammarlab.evaluation.pages import BANDS, OTHERS, example_models
 from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.scenario import load, parse
-from grammarlab.features.counting import count
+from grammarlab.features.counting.counts import count
 from grammarlab.language.grammar import Grammar
 
 ROOT = Path(__file__).parents[2]

@@ -9,11 +9,11 @@ from grammarlab.errors import UsageError
 from grammarlab.evaluation import protocol, scenario
 from grammarlab.evaluation.methods import METHODS, PAPER_FAMILIES, Method, methods_of
 from grammarlab.evaluation.preparation import Source, prepare
-from grammarlab.features.pattern import HalfSpace, Threshold
+from grammarlab.features.patterns.pattern import HalfSpace, Threshold
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.agreement import agreement
 from grammarlab.learning.round import init
 from grammarlab.learning.settings import FeatureOptions, Settings
+from grammarlab.learning.targets.agreement import agreement
 
 RULES = """
 Lot --> extrude(6) split(y) { ~1 : Block | ~1 : Block }

@@ -13,7 +13,7 @@ from grammarlab.derivation import compile_grammar
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.scenario import FeatureOptions, PaperFigures, Target, load, parse
 from grammarlab.evaluation.toml_file import MAX_BYTES
-from grammarlab.features.pattern import Threshold
+from grammarlab.features.patterns.pattern import Threshold
 from grammarlab.language.grammar import Grammar
 
 ROOT = Path(__file__).parents[2]

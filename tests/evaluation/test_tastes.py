@@ -12,9 +12,9 @@ from grammarlab.derivation import Forest, derive
 from grammarlab.evaluation import preparation
 from grammarlab.evaluation.preparation import Source, labelled_set, prepare
 from grammarlab.evaluation.scenario import load
-from grammarlab.features.counting import count
+from grammarlab.features.counting.counts import count
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.flattening import flattened
+from grammarlab.learning.designs.flattening import flattened
 from grammarlab.learning.settings import Settings
 from grammarlab.runs.evaluate.find import named_scenarios, shipped_scenarios
 from tests.evaluation.taste_truth import TASTE_TRUTH

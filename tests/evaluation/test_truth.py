@@ -8,10 +8,10 @@ import pytest
 
 from grammarlab.derivation import Forest, derive, derive_chunks
 from grammarlab.evaluation.scenario import load
-from grammarlab.features.counting import count
+from grammarlab.features.counting.counts import count
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.divergence import jensen_shannon
-from grammarlab.learning.flattening import flattened
+from grammarlab.learning.designs.flattening import flattened
+from grammarlab.learning.targets.divergence import jensen_shannon
 from tests.evaluation.forests import forest_of
 from tests.evaluation.truth import TRUTH, Model, models
 

@@ -11,7 +11,7 @@ from PIL import Image
 from scipy.spatial import KDTree
 
 from grammarlab.export import SaveOptions, save, save_each
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.scene import Scene
 from tests.export.gltf import INSTANCING, Glb, Surface, node_matrices, read_glb, world
 from tests.scene.buildings import STONE, TILE, house, materials, scene_of, street

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import trimesh
 
+from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation import derive
 from grammarlab.errors import GrammarlabError
 from grammarlab.export import SaveOptions, save
-from grammarlab.geometry.assets import AssetFolder
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from grammarlab.scene import realize, triangles

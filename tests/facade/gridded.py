@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from grammarlab.facade.grid import Grid
-from grammarlab.facade.grids import topmost, with_grid
+from grammarlab.facade.grids.editing import topmost, with_grid
 from grammarlab.facade.tree import Facade
 from tests.facade.strategies import trees
 

@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammarlab.density.target import Target
+from grammarlab.density.targets.target import Target
 from grammarlab.derivation import derive
 from grammarlab.evaluation.preparation import prepare
 from grammarlab.facade.file import load_facade
-from grammarlab.features.counting import count
+from grammarlab.features.counting.counts import count
 from grammarlab.learning.settings import Settings
 from grammarlab.runs.facade.grammar import grammar_of
-from grammarlab.runs.sources import load_source
+from grammarlab.runs.sampling.sources import load_source
 
 ROOT = Path(__file__).parents[2]
 SCENARIO = ROOT / "scenarios" / "facades" / "arcade_symmetric.toml"

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site
 from grammarlab.derivation.lots import Lots
-from grammarlab.derivation.materials import CHANNELS, Materials
-from grammarlab.features.pattern import Below, Pattern
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.derivation.values.materials import CHANNELS, Materials
+from grammarlab.features.patterns.pattern import Below, Pattern
+from grammarlab.geometry.meshes.mesh import Meshes
 
 SYMBOLS = ("A", "B", "Leaf.")
 RULES = (

@@ -7,7 +7,7 @@ import shapely
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.geometry.meshes.mesh import Meshes
 
 
 @st.composite

@@ -8,8 +8,18 @@ from hypothesis import strategies as st
 
 from grammarlab.language.formatting import WIDTH, format_grammar
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.syntax import Case, Invoke, Name, Number, Rule, RuleFile, Sequence, Stochastic, alternatives
-from grammarlab.language.tokens import tokenize
+from grammarlab.language.parsing.tokens import tokenize
+from grammarlab.language.syntax.tree import (
+    Case,
+    Invoke,
+    Name,
+    Number,
+    Rule,
+    RuleFile,
+    Sequence,
+    Stochastic,
+    alternatives,
+)
 from tests.language.trees import PHASES, expressions, rule_files
 
 GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))

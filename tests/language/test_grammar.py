@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import LanguageError
-from grammarlab.language.checking import check
+from grammarlab.language.checking.check import check
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 

@@ -4,13 +4,13 @@ import pytest
 
 from grammarlab.derivation import derive
 from grammarlab.errors import LanguageError
-from grammarlab.language.checking import check
+from grammarlab.language.checking.check import check
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from grammarlab.language.linking import linked
-from grammarlab.language.syntax import Invoke, Name
-from grammarlab.language.walking import walk
+from grammarlab.language.syntax.tree import Invoke, Name
+from grammarlab.language.syntax.walking import walk
 
 BRICK = (
     "attr height = 2\nattr x = 3\nk(height) = height + x\n@StartRule\nLot --> extrude(height) Done(x)\nDone(x) --> A"

@@ -13,9 +13,9 @@ from grammarlab.language.rewriting import (
     likely_last,
     rewrite,
 )
-from grammarlab.language.syntax import Case, Invoke, Sequence, Stochastic
-from grammarlab.language.walking import walk
-from grammarlab.runs.examples import shipped_examples
+from grammarlab.language.syntax.tree import Case, Invoke, Sequence, Stochastic
+from grammarlab.language.syntax.walking import walk
+from grammarlab.runs.requests.examples import shipped_examples
 
 HOUSE = """version "2023.0"
 // The file.

@@ -3,7 +3,7 @@
 from hypothesis import Phase
 from hypothesis import strategies as st
 
-from grammarlab.language.syntax import (
+from grammarlab.language.syntax.tree import (
     Annotation,
     Array,
     Attribute,

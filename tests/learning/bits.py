@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from grammarlab.features.pattern import Draw
-from grammarlab.features.table import FeatureTable
-from grammarlab.learning.addresses import Address
+from grammarlab.features.columns.table import FeatureTable
+from grammarlab.features.patterns.pattern import Draw
 from grammarlab.learning.answers import Answers
-from grammarlab.learning.design_space import AbstractDesignSpace
-from grammarlab.learning.pool import Pool
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.design_space import AbstractDesignSpace
+from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study
 from grammarlab.learning.settings import FeatureOptions, Settings
 

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.derivation import derive
-from grammarlab.features.counting import count
-from grammarlab.features.pattern_text import parse
+from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.text import parse
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.grammar_space import GrammarSpace
+from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.growth import num_conflicts, path_length
 from grammarlab.learning.settings import FeatureOptions
 

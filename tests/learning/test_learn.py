@@ -5,11 +5,11 @@ import pytest
 
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
-from grammarlab.features.counting import count
-from grammarlab.features.pattern_text import parse
+from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.text import parse
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.learn import learn
-from grammarlab.learning.pool import Pool
 
 GRAMMAR = Grammar.parse(
     """

@@ -15,10 +15,10 @@ SMALL = {
     "GRAMMAR": '"toy"',
     "NUM_MODELS": "4",
     "NUM_TOWERS": "100",
-    "NUM_LABELS": "64",
+    "NUM_LABELS": "32",
     "SCENARIO": '"S2"',
     "NUM_SEEDS": "1",
-    "MAX_LABELS": "32",
+    "MAX_LABELS": "16",
 }
 """Values for the cells that are marked as parameters."""
 ALIVE = """

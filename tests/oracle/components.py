@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grammarlab.geometry.mesh import BORDER, INSIDE
+from grammarlab.geometry.meshes.mesh import BORDER, INSIDE
 from tests.oracle.shape import Mesh, Shape, Vector, normal
 
 TIE = 1e-6

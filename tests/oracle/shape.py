@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.geometry.meshes.mesh import Meshes
 
 Vector = np.ndarray
 """Three numbers."""

@@ -8,8 +8,8 @@ import numpy as np
 from grammarlab.arrays import offsets_from_counts
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site
 from grammarlab.derivation.lots import AttributeColumn, Footprints, Lots
-from grammarlab.derivation.materials import CHANNELS, Materials
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.derivation.values.materials import CHANNELS, Materials
+from grammarlab.geometry.meshes.mesh import Meshes
 
 
 def random_forest(rng: np.random.Generator, num_models: int, num_nodes: int, num_leaves: int, num_draws: int) -> Forest:

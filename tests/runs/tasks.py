@@ -13,7 +13,7 @@ import numpy as np
 from threadpoolctl import threadpool_info
 
 from grammarlab.errors import Finding, LanguageError, Location
-from grammarlab.runs.executors import AbstractExecutor
+from grammarlab.runs.work.executors import AbstractExecutor
 
 LONG = 600.0
 

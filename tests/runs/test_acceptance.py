@@ -8,15 +8,18 @@ from typer.testing import CliRunner
 
 from grammarlab.cli import app
 from grammarlab.errors import LanguageError
-from grammarlab.features.counting import count
-from grammarlab.features.pattern_text import parse
-from grammarlab.learning.addresses import Address
-from grammarlab.learning.grammar_space import GrammarSpace
-from grammarlab.runs import SampleRequest, batches, load_forest, sample_run
-from grammarlab.runs.checks import grammar_to_run
-from grammarlab.runs.executors import SERIAL, Processes
-from grammarlab.runs.trace import as_values, trace_model
-from tests.runs.test_sample import contents
+from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.text import parse
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.runs.comparing.trace import as_values, trace_model
+from grammarlab.runs.disk.derivations import load_forest
+from grammarlab.runs.requests import batches
+from grammarlab.runs.requests.checks import grammar_to_run
+from grammarlab.runs.requests.request import SampleRequest
+from grammarlab.runs.sampling.sample import sample_run
+from grammarlab.runs.work.executors import SERIAL, Processes
+from tests.runs.sampling.test_sample import contents
 
 RULES = """
 @Acceptance("choose({Low} >= 2, 0.8, 0.1)")

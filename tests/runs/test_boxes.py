@@ -15,18 +15,18 @@ from typer.testing import CliRunner
 
 from grammarlab.cli import app
 from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.learning.addresses import Address
-from grammarlab.learning.pool import Pool
-from grammarlab.learning.target import Making
-from grammarlab.preference.label_files import read_labels, save_labels
-from grammarlab.preference.labels import OVERALL, Labels
-from grammarlab.runs.domains import domain_of, suffix_of
-from grammarlab.runs.examples import find_rules
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.pool import Pool
+from grammarlab.learning.targets.target import Making
+from grammarlab.preference.labels.files import read_labels, save_labels
+from grammarlab.preference.labels.table import OVERALL, Labels
 from grammarlab.runs.learn.labels import learn_from_labels
 from grammarlab.runs.learn.pages import page_of_labels
 from grammarlab.runs.learn.report import report_text
+from grammarlab.runs.requests.domains import domain_of, suffix_of
+from grammarlab.runs.requests.examples import find_rules
+from grammarlab.runs.scoring.record.store import Store
 from grammarlab.runs.scoring.session import Session
-from grammarlab.runs.scoring.store import Store
 from tests.runs.scoring.windows import Window, shown_models
 
 TEXT = '{"ranges": {"width": [1, 4], "height": [2, 10], "depth": [1, 4]}}'

@@ -9,19 +9,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation import compile_grammar, derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.export import FORMATS, REUSES, SaveOptions, save_each
-from grammarlab.geometry.assets import AssetFolder
-from grammarlab.geometry.footprints import read_footprints
+from grammarlab.geometry.outlines.footprints import read_footprints
 from grammarlab.language.importing import load
-from grammarlab.render.camera import View, frame
-from grammarlab.render.raycast import RaycastRenderer
-from grammarlab.render.renderer import RenderOptions
-from grammarlab.runs.executors import executor_of
-from grammarlab.runs.request import SampleRequest
-from grammarlab.runs.sample import sample_run
-from grammarlab.runs.tiles import seen_points
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.engines.raycast import RaycastRenderer
+from grammarlab.rendering.renderer import RenderOptions
+from grammarlab.runs.pictures.tiles import seen_points
+from grammarlab.runs.requests.request import SampleRequest
+from grammarlab.runs.sampling.sample import sample_run
+from grammarlab.runs.work.executors import executor_of
 from grammarlab.scene import realize, triangles
 from tests.export.gltf import read_glb
 

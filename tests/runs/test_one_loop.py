@@ -9,21 +9,21 @@ import pytest
 from typer.testing import CliRunner
 
 from grammarlab.cli import app
-from grammarlab.density.accepted import AcceptedGrammar
-from grammarlab.density.learned import LearnedGrammar
+from grammarlab.density.splits.learned import LearnedGrammar
+from grammarlab.density.targets.accepted import AcceptedGrammar
 from grammarlab.evaluation import protocol, scenario
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.preparation import Source, prepare
-from grammarlab.features.counting import count
+from grammarlab.features.counting.counts import count
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.learn import learn
-from grammarlab.learning.pool import Pool
-from grammarlab.preference.label_files import save_labels
-from grammarlab.preference.labels import OVERALL, Labels
-from grammarlab.runs.scoring.learner import learner
-from grammarlab.runs.scoring.maker import maker
-from grammarlab.runs.scoring.said import Said
-from grammarlab.runs.scoring.tasks import LearnGrammar, Update
+from grammarlab.preference.labels.files import save_labels
+from grammarlab.preference.labels.table import OVERALL, Labels
+from grammarlab.runs.scoring.record.said import Said
+from grammarlab.runs.scoring.workers.learner import learner
+from grammarlab.runs.scoring.workers.maker import maker
+from grammarlab.runs.scoring.workers.tasks import LearnGrammar, Update
 
 RULES = """
 attr floors = 50% : 2 else : 5

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.derivation.materials import CHANNELS, Materials
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.derivation.values.materials import CHANNELS, Materials
+from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.scene import Scene
 
 BOX, QUAD, CYLINDER, ROOF, SPHERE = range(5)

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation import derive
-from grammarlab.geometry import measure
-from grammarlab.geometry.assets import AssetFolder
+from grammarlab.geometry.meshes import measure
 from grammarlab.language.importing import load
 from grammarlab.scene import realize, triangles
 from grammarlab.scene.triangles import leaf_of_triangle

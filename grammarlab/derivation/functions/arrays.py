@@ -7,10 +7,10 @@ from math import floor, isfinite
 
 import numpy as np
 
-from grammarlab.derivation.calls import Builtin, FunctionCall
-from grammarlab.derivation.shapes import ARRAY, Value, kind_of
-from grammarlab.derivation.table_columns import for_each
-from grammarlab.derivation.tables import DEFAULTS, MAX_CELLS, Cell, Table, table_of
+from grammarlab.derivation.calls.calls import Builtin, FunctionCall
+from grammarlab.derivation.calls.table_columns import for_each
+from grammarlab.derivation.state.shapes import ARRAY, Value, kind_of
+from grammarlab.derivation.state.tables import DEFAULTS, MAX_CELLS, Cell, Table, table_of
 from grammarlab.errors import BudgetError, DerivationError, Location
 
 

@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.angles import euler_angles
+from grammarlab.derivation.calls.pivots import PIVOT_POSITION, pivot_position
 from grammarlab.derivation.functions.colors import to_hex
-from grammarlab.derivation.materials import CHANNELS, REMEMBERED, MaterialPool
-from grammarlab.derivation.pivots import PIVOT_POSITION, pivot_position
-from grammarlab.derivation.shapes import Ids, Shapes, Value
-from grammarlab.derivation.workspace import Code, Workspace
+from grammarlab.derivation.state.shapes import Ids, Shapes, Value
+from grammarlab.derivation.state.workspace import Code, Workspace
+from grammarlab.derivation.values.angles import euler_angles
+from grammarlab.derivation.values.materials import CHANNELS, REMEMBERED, MaterialPool
 
 STATE_DEFAULTS: dict[str, float | str | bool] = {
     "split.index": 0.0,

@@ -9,9 +9,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from grammarlab.derivation.calls import Builtin, FunctionCall
+from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.text import text_function
-from grammarlab.derivation.shapes import Value, kind_of, number_column
+from grammarlab.derivation.state.shapes import Value, kind_of, number_column
 from grammarlab.errors import DerivationError
 
 _HEX = re.compile(r"#?([0-9a-fA-F]{6})([0-9a-fA-F]{2})?\Z")

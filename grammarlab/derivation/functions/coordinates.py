@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.derivation.angles import Floats, euler, euler_angles
-from grammarlab.derivation.calls import Builtin, FunctionCall
-from grammarlab.derivation.pivots import pivot_position
-from grammarlab.derivation.shapes import Ids, Value, kind_of, number_column
+from grammarlab.derivation.calls.calls import Builtin, FunctionCall
+from grammarlab.derivation.calls.pivots import pivot_position
+from grammarlab.derivation.state.shapes import Ids, Value, kind_of, number_column
+from grammarlab.derivation.values.angles import Floats, euler, euler_angles
 from grammarlab.errors import DerivationError
-from grammarlab.language.keywords import KEYWORDS
+from grammarlab.language.vocabulary.keywords import KEYWORDS
 
 
 def _convert(call: FunctionCall) -> Value:

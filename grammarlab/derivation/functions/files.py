@@ -10,13 +10,13 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from grammarlab.derivation.calls import Builtin, FunctionCall
+from grammarlab.assets.images import image_size
+from grammarlab.assets.paths import meanings
+from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.text import text_function
-from grammarlab.derivation.shapes import Value, kind_of
+from grammarlab.derivation.state.shapes import Value, kind_of
 from grammarlab.errors import AssetError, DerivationError, MissingAssetError
-from grammarlab.geometry.asset_paths import meanings
-from grammarlab.geometry.images import image_size
-from grammarlab.language.keywords import KEYWORDS
+from grammarlab.language.vocabulary.keywords import KEYWORDS
 
 _MOST_FILES = 20_000
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.derivation.calls import Builtin, FunctionCall
+from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.files import image_extent, matching_files, mesh_extent, root_of
 from grammarlab.derivation.functions.lists import items, joined
 from grammarlab.derivation.functions.random import one_of
-from grammarlab.derivation.shapes import Value, kind_of
+from grammarlab.derivation.state.shapes import Value, kind_of
 from grammarlab.errors import DerivationError
-from grammarlab.language.keywords import KEYWORDS
+from grammarlab.language.vocabulary.keywords import KEYWORDS
 
 Extent = Callable[[str, FunctionCall], tuple[float, ...]]
 """The extent of a file along each axis: three for a mesh, two for an image."""

@@ -1,6 +1,6 @@
 """Functions that measure a shape's geometry: areas, volume, numbers of faces, angles.
 
-Boxes and rectangles are measured by their scopes; every other geometry through `grammarlab.geometry.measure`.
+Boxes and rectangles are measured by their scopes; every other geometry through `grammarlab.geometry.meshes.measure`.
 """
 
 from __future__ import annotations
@@ -10,16 +10,16 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls import Builtin, FunctionCall
-from grammarlab.derivation.meshes import scaled
-from grammarlab.derivation.shapes import BOX, EMPTY, FACE, FOOTPRINT, Shapes, Value
-from grammarlab.derivation.workspace import Workspace
+from grammarlab.derivation.calls.calls import Builtin, FunctionCall
+from grammarlab.derivation.state.meshes import scaled
+from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, FOOTPRINT, Shapes, Value
+from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.errors import DerivationError
-from grammarlab.geometry import measure
-from grammarlab.geometry.edges import boundary_lengths, is_closed_surface, num_edges, num_holes
-from grammarlab.geometry.mesh import Meshes
-from grammarlab.geometry.ragged import any_rows, sum_rows
-from grammarlab.geometry.selectors import ORIENTATIONS, classify
+from grammarlab.geometry.meshes import measure
+from grammarlab.geometry.meshes.edges import boundary_lengths, is_closed_surface, num_edges, num_holes
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.ragged import any_rows, sum_rows
+from grammarlab.geometry.parts.selectors import ORIENTATIONS, classify
 
 Floats = NDArray[np.float64]
 Measure = Callable[[Meshes], NDArray]

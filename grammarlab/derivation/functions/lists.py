@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from grammarlab.derivation.calls import Builtin
+from grammarlab.derivation.calls.calls import Builtin
 from grammarlab.derivation.functions.text import text_function, whole
-from grammarlab.derivation.operators import check_length
+from grammarlab.derivation.state.operators import check_length
 
 
 def items(text: str) -> list[str]:

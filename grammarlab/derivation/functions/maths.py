@@ -10,9 +10,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls import Builtin, FunctionCall
+from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.text import text_function
-from grammarlab.derivation.shapes import Value, kind_of
+from grammarlab.derivation.state.shapes import Value, kind_of
 from grammarlab.errors import DerivationError
 
 Floats = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 
-from grammarlab.derivation.calls import Builtin
+from grammarlab.derivation.calls.calls import Builtin
 from grammarlab.derivation.functions.colors import parse_color, to_hex
 from grammarlab.derivation.functions.text import text_function
 

@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls import Builtin, FunctionCall
+from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.files import matching_files, root_of
 from grammarlab.derivation.functions.lists import items
-from grammarlab.derivation.shapes import NUM_LANES, SITE_LANE, Value, kind_of
+from grammarlab.derivation.state.shapes import NUM_LANES, SITE_LANE, Value, kind_of
 from grammarlab.errors import DerivationError
 from grammarlab.randomness import uniforms
 

@@ -7,13 +7,13 @@ from math import isfinite
 
 import numpy as np
 
-from grammarlab.derivation.calls import Builtin, FunctionCall
-from grammarlab.derivation.operators import check_length, number_text
-from grammarlab.derivation.shapes import Shapes, Value, kind_of
-from grammarlab.derivation.table_columns import texts_of
-from grammarlab.derivation.workspace import Workspace
+from grammarlab.derivation.calls.calls import Builtin, FunctionCall
+from grammarlab.derivation.calls.table_columns import texts_of
+from grammarlab.derivation.state.operators import check_length, number_text
+from grammarlab.derivation.state.shapes import Shapes, Value, kind_of
+from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.errors import DerivationError
-from grammarlab.language.builtins import functions
+from grammarlab.language.vocabulary.builtins import functions
 
 
 def text_function(apply: Callable[..., str | float | bool], num_arguments: tuple[int, int] = (1, 1)) -> Builtin:

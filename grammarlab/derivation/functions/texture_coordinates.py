@@ -6,16 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.derivation.calls import Builtin, FunctionCall
+from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.geometry import local_meshes
-from grammarlab.derivation.shapes import Floats, Shapes, Value, kind_of
-from grammarlab.derivation.texture_maps import NUM_SETS, map_ids
-from grammarlab.derivation.workspace import Workspace
+from grammarlab.derivation.state.shapes import Floats, Shapes, Value, kind_of
+from grammarlab.derivation.state.texture_maps import NUM_SETS, map_ids
+from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.errors import DerivationError, Location
-from grammarlab.geometry.measure import face_areas, face_normals
-from grammarlab.geometry.mesh import Meshes
-from grammarlab.geometry.ragged import max_rows, sum_rows
-from grammarlab.geometry.vectors import dot
+from grammarlab.geometry.meshes.measure import face_areas, face_normals
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.ragged import max_rows, sum_rows
+from grammarlab.geometry.meshes.vectors import dot
 
 SPACES = frozenset({"uvSpace", "unitSpace"})
 UV_AXES = ("u", "v")

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.angles import euler
-from grammarlab.derivation.calls import Argument, Call, Operation
-from grammarlab.derivation.frames import cube_indices
+from grammarlab.derivation.calls.calls import Argument, Call, Operation
+from grammarlab.derivation.calls.pivots import with_pivot
+from grammarlab.derivation.calls.texture_transfer import carried
 from grammarlab.derivation.functions.geometry import local_meshes
-from grammarlab.derivation.meshes import add_faces, normalized
-from grammarlab.derivation.pivots import with_pivot
-from grammarlab.derivation.shapes import BOX, EMPTY, FACE, Floats, Shapes
-from grammarlab.derivation.texture_transfer import carried
-from grammarlab.geometry.measure import corner_edges, face_areas, face_normals
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.derivation.state.meshes import add_faces, normalized
+from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, Floats, Shapes
+from grammarlab.derivation.values.angles import euler
+from grammarlab.derivation.values.frames import cube_indices
+from grammarlab.geometry.meshes.measure import corner_edges, face_areas, face_normals
+from grammarlab.geometry.meshes.mesh import Meshes
 
 Rows = NDArray[np.int64]
 

@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls import Argument, Call, Operation
+from grammarlab.derivation.calls.calls import Argument, Call, Operation
 from grammarlab.derivation.functions.colors import parse_color
 from grammarlab.derivation.functions.text import print_value
-from grammarlab.derivation.materials import CHANNELS
 from grammarlab.derivation.operations.placement import PLACEMENT, set_placement
-from grammarlab.derivation.shapes import ARRAY, Shapes, kind_of, number_column
+from grammarlab.derivation.state.shapes import ARRAY, Shapes, kind_of, number_column
+from grammarlab.derivation.values.materials import CHANNELS
 
 _COLOR = ("color.r", "color.g", "color.b")
 _ALIASES = {"color.a": "opacity"}

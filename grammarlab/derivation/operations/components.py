@@ -1,7 +1,7 @@
 """``comp``: a shape taken apart into its faces, edges or vertices.
 
 The faces of boxes and rectangles are table look-ups; every other geometry goes through
-`grammarlab.geometry.components`. A component that one part has taken is not there for the parts after it.
+`grammarlab.geometry.parts.components`. A component that one part has taken is not there for the parts after it.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls import BlockOperation, Call, Head, Part, selected
-from grammarlab.derivation.frames import cube_index
+from grammarlab.derivation.calls.calls import BlockOperation, Call, Head, Part, selected
+from grammarlab.derivation.calls.pivots import with_pivot
 from grammarlab.derivation.functions.geometry import local_meshes, oriented
-from grammarlab.derivation.meshes import add_faces, normalized
-from grammarlab.derivation.pivots import with_pivot
-from grammarlab.derivation.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
-from grammarlab.geometry import components as parts_of
-from grammarlab.geometry.component_sets import connected_faces, joined, unaligned, upwards
-from grammarlab.geometry.face_components import face_edges, face_vertices
-from grammarlab.geometry.mesh import Meshes
-from grammarlab.geometry.primitives import BOX_ORIGINS, BOX_ROTATIONS, TOP
-from grammarlab.geometry.selectors import SELECTORS, classify, select
+from grammarlab.derivation.state.meshes import add_faces, normalized
+from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.derivation.values.frames import cube_index
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.parts import components as parts_of
+from grammarlab.geometry.parts.component_sets import connected_faces, joined, unaligned, upwards
+from grammarlab.geometry.parts.face_components import face_edges, face_vertices
+from grammarlab.geometry.parts.selectors import SELECTORS, classify, select
+from grammarlab.geometry.solids.primitives import BOX_ORIGINS, BOX_ROTATIONS, TOP
 
 Flags = NDArray[np.bool_]
 Rows = NDArray[np.int64]

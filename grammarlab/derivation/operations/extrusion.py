@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.derivation.calls import Call, Operation
-from grammarlab.derivation.frames import cube_index
+from grammarlab.derivation.calls.calls import Call, Operation
 from grammarlab.derivation.functions.geometry import local_meshes
-from grammarlab.derivation.meshes import replaced, turned_over
-from grammarlab.derivation.shapes import BOX, EMPTY, FACE, FOOTPRINT, Floats, Shapes
-from grammarlab.derivation.workspace import Workspace
-from grammarlab.geometry import extrude as solids
-from grammarlab.geometry.measure import face_normals
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.derivation.state.meshes import replaced, turned_over
+from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, FOOTPRINT, Floats, Shapes
+from grammarlab.derivation.state.workspace import Workspace
+from grammarlab.derivation.values.frames import cube_index
+from grammarlab.geometry.meshes.measure import face_normals
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.solids import extrude as solids
 
 _WORDS = frozenset(
     {"world.up", "world.up.flatTop", "world.x", "world.y", "world.z", "face.normal", "vertex.normal", "x", "y", "z"}

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.derivation.calls import Call, Operation
-from grammarlab.derivation.meshes import mirrored, upright
-from grammarlab.derivation.shapes import BOX, FOOTPRINT, Floats, Ids, Shapes
-from grammarlab.derivation.texture_transfer import without_maps
-from grammarlab.geometry import primitives
+from grammarlab.derivation.calls.calls import Call, Operation
+from grammarlab.derivation.calls.texture_transfer import without_maps
+from grammarlab.derivation.state.meshes import mirrored, upright
+from grammarlab.derivation.state.shapes import BOX, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.geometry.solids import primitives
 
 _INSERT_WORDS = frozenset(
     {"yUp", "zUp", "alignSizeAndPosition", "keepSizeAndPosition", "keepSizeAlignPosition"}

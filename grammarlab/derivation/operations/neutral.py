@@ -6,9 +6,9 @@ on how a surface is cut into faces, and on nothing else of this; `grammarlab che
 
 from __future__ import annotations
 
-from grammarlab.derivation.calls import Call, Operation
-from grammarlab.derivation.shapes import Shapes
-from grammarlab.language.keywords import KEYWORDS
+from grammarlab.derivation.calls.calls import Call, Operation
+from grammarlab.derivation.state.shapes import Shapes
+from grammarlab.language.vocabulary.keywords import KEYWORDS
 
 _WORDS = frozenset[str]().union(*KEYWORDS.values())
 _OF_FACES = ("cleanupGeometry", "convexify")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from grammarlab.derivation.angles import euler
-from grammarlab.derivation.calls import Argument, Call
+from grammarlab.derivation.calls.calls import Argument, Call
+from grammarlab.derivation.calls.pivots import pivot_position, with_pivot
+from grammarlab.derivation.calls.texture_transfer import carried
 from grammarlab.derivation.functions.attributes import turn_angles
 from grammarlab.derivation.operations.scope import s
-from grammarlab.derivation.pivots import pivot_position, with_pivot
-from grammarlab.derivation.shapes import Shapes
-from grammarlab.derivation.texture_transfer import carried
+from grammarlab.derivation.state.shapes import Shapes
+from grammarlab.derivation.values.angles import euler
 
 PLACEMENT = frozenset(
     f"{kind}{axis}" for kind in ("scope.t", "scope.r", "scope.s", "pivot.p", "pivot.o") for axis in "xyz"

@@ -9,21 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import offsets_from_counts, take_rows
-from grammarlab.derivation.calls import BlockOperation, Call, Head, Operation, Part, selected
+from grammarlab.derivation.calls.calls import BlockOperation, Call, Head, Operation, Part, selected
 from grammarlab.derivation.functions.geometry import local_meshes, oriented
-from grammarlab.derivation.meshes import add_faces, normalized, replaced
 from grammarlab.derivation.operations.components import edges_of_faces
-from grammarlab.derivation.shapes import Shapes
-from grammarlab.derivation.tables import is_table
-from grammarlab.geometry import inner as rectangles
-from grammarlab.geometry import offset as outlines
-from grammarlab.geometry import setback as strips
-from grammarlab.geometry.components import extract_faces
-from grammarlab.geometry.edges import edges as edge_table
-from grammarlab.geometry.mesh import Meshes
-from grammarlab.geometry.planar import regroup
-from grammarlab.geometry.selectors import ORIENTATIONS
-from grammarlab.geometry.setback import REMAINDER, Setback
+from grammarlab.derivation.state.meshes import add_faces, normalized, replaced
+from grammarlab.derivation.state.shapes import Shapes
+from grammarlab.derivation.state.tables import is_table
+from grammarlab.geometry.meshes.edges import edges as edge_table
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.planar import regroup
+from grammarlab.geometry.outlines import inner as rectangles
+from grammarlab.geometry.outlines import offset as outlines
+from grammarlab.geometry.outlines import setback as strips
+from grammarlab.geometry.outlines.setback import REMAINDER, Setback
+from grammarlab.geometry.parts.components import extract_faces
+from grammarlab.geometry.parts.selectors import ORIENTATIONS
 
 Rows = NDArray[np.int64]
 

@@ -11,13 +11,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls import Argument, Call, Operation
+from grammarlab.derivation.calls.calls import Argument, Call, Operation
 from grammarlab.derivation.functions.geometry import local_meshes
-from grammarlab.derivation.meshes import turned_over
 from grammarlab.derivation.operations.extrusion import first_normals, stood_up
-from grammarlab.derivation.shapes import Shapes
-from grammarlab.geometry import roofs
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.derivation.state.meshes import turned_over
+from grammarlab.derivation.state.shapes import Shapes
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.roofs import kinds as roofs
 
 _WORDS = frozenset({"byAngle", "byHeight"})
 

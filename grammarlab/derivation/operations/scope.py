@@ -7,12 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.angles import euler
-from grammarlab.derivation.calls import Argument, Call, Operation, OperationFunction
-from grammarlab.derivation.meshes import mirrored
-from grammarlab.derivation.pivots import pivot_position
-from grammarlab.derivation.shapes import Shapes
-from grammarlab.derivation.texture_transfer import carried
+from grammarlab.derivation.calls.calls import Argument, Call, Operation, OperationFunction
+from grammarlab.derivation.calls.pivots import pivot_position
+from grammarlab.derivation.calls.texture_transfer import carried
+from grammarlab.derivation.state.meshes import mirrored
+from grammarlab.derivation.state.shapes import Shapes
+from grammarlab.derivation.values.angles import euler
 
 Floats = NDArray[np.float64]
 

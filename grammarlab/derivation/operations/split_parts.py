@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls import Call, Head
-from grammarlab.derivation.shapes import Floats, Shapes
-from grammarlab.derivation.splitting import Element, Pieces, Repeat, Size
-from grammarlab.derivation.workspace import Workspace
+from grammarlab.derivation.calls.calls import Call, Head
+from grammarlab.derivation.state.shapes import Floats, Shapes
+from grammarlab.derivation.state.workspace import Workspace
+from grammarlab.derivation.values.splitting import Element, Pieces, Repeat, Size
 
 _INDICES = frozenset({"split.index", "split.total"})
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls import BlockOperation, Call, Head, Part
+from grammarlab.derivation.calls.calls import BlockOperation, Call, Head, Part
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.functions.texture_coordinates import SPACES, UV_AXES
-from grammarlab.derivation.meshes import normalized, upright
 from grammarlab.derivation.operations.split_parts import asked_indices, elements_of, indexed, numbered
 from grammarlab.derivation.operations.texture_splits import split_between_values
-from grammarlab.derivation.shapes import FACE, FOOTPRINT, Floats, Ids, Shapes
-from grammarlab.derivation.splitting import Pieces, Row, count_pieces, divide, in_a_row
-from grammarlab.geometry.clip import slabs
+from grammarlab.derivation.state.meshes import normalized, upright
+from grammarlab.derivation.state.shapes import FACE, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.derivation.values.splitting import Pieces, Row, count_pieces, divide, in_a_row
+from grammarlab.geometry.cuts.clip import slabs
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 _WORDS = frozenset({*_AXES, "adjust", "noAdjust", *UV_AXES, *SPACES})

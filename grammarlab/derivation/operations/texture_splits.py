@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls import Call, Head, Part
+from grammarlab.derivation.calls.calls import Call, Head, Part
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.functions.texture_coordinates import SPACES, UV_AXES, Range, range_of, uv_set_of
-from grammarlab.derivation.meshes import add_faces, normalized
 from grammarlab.derivation.operations.split_parts import asked_indices, elements_of, indexed, numbered
-from grammarlab.derivation.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
-from grammarlab.derivation.splitting import Pieces, count_pieces, divide
-from grammarlab.derivation.texture_maps import map_ids
-from grammarlab.geometry.clip import slabs
-from grammarlab.geometry.vectors import cross, dot, norm, unit
+from grammarlab.derivation.state.meshes import add_faces, normalized
+from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.derivation.state.texture_maps import map_ids
+from grammarlab.derivation.values.splitting import Pieces, count_pieces, divide
+from grammarlab.geometry.cuts.clip import slabs
+from grammarlab.geometry.meshes.vectors import cross, dot, norm, unit
 
 Rows = NDArray[np.int64]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from grammarlab.facade.layers.alignment import Aligned, Alignment, align
-from grammarlab.facade.layers.demands import Demands, demands
+from grammarlab.facade.layers.alignment.align import Aligned, Alignment, align
+from grammarlab.facade.layers.alignment.naming import Element
 from grammarlab.facade.layers.letters import Word
-from grammarlab.facade.layers.naming import Element
+from grammarlab.facade.layers.sizing.demands import Demands, demands
 from grammarlab.facade.layers.weights import Weights
 
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from grammarlab.facade.layers.alignment import Alignment
-from grammarlab.facade.layers.demands import least_error
+from grammarlab.facade.layers.alignment.align import Alignment
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.shelves import Budget, Shelf
-from grammarlab.facade.layers.sizing import Sizing, size_letters
+from grammarlab.facade.layers.sizing.demands import least_error
+from grammarlab.facade.layers.sizing.sizes import Sizing, size_letters
 from grammarlab.facade.layers.weights import Weights
 
 _PARTS = (1 / 8, 1 / 4, 1 / 2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.annotation import Annotation
+from grammarlab.facade.boxes.annotation import Annotation
 from grammarlab.facade.reading.citygml import read_citygml
 from grammarlab.facade.reading.cmp import read_cmp
 from grammarlab.facade.reading.coco import read_coco

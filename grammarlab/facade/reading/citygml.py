@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.annotation import Annotation, annotate
+from grammarlab.facade.boxes.annotation import Annotation, annotate
 from grammarlab.facade.reading.gml import Polygon, Polygons, identity
 from grammarlab.facade.reading.markup import Node, local_name, parse_xml
 from grammarlab.facade.reading.polygons import outline_of

@@ -7,7 +7,7 @@ from pathlib import PurePath
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.annotation import Annotation, annotate, check_count
+from grammarlab.facade.boxes.annotation import Annotation, annotate, check_count
 from grammarlab.facade.reading.markup import Node, parse_xml
 
 UNIT_SQUARE = np.array([[0.0, 0.0], [1.0, 1.0]])

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from grammarlab.errors import UsageError
-from grammarlab.facade.annotation import MOST_BOXES, Annotation, annotate
+from grammarlab.facade.boxes.annotation import MOST_BOXES, Annotation, annotate
 from grammarlab.facade.reading.polygons import outline_of
 from grammarlab.facade.tree import Floats
 from grammarlab.facade.values import a_list, a_number, a_text, an_object, numbers, shown

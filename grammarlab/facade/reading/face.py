@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.annotation import Annotation, annotate
+from grammarlab.facade.boxes.annotation import Annotation, annotate
 from grammarlab.facade.tree import Floats, Ints
 from grammarlab.scene import TriangleBatch, realize, triangles
 from grammarlab.scene.instances import chosen, leaf_order

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.annotation import FARTHEST
+from grammarlab.facade.boxes.annotation import FARTHEST
 from grammarlab.facade.reading.markup import Node, local_name
 from grammarlab.facade.tree import Floats
 from grammarlab.facade.values import shown

@@ -9,7 +9,7 @@ from itertools import islice
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.annotation import MOST_BOXES, Annotation, annotate, check_count
+from grammarlab.facade.boxes.annotation import MOST_BOXES, Annotation, annotate, check_count
 from grammarlab.facade.values import shown
 
 CORNER, SIDES = ("x", "y", "width", "height"), ("left", "bottom", "right", "top")

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TypeAlias
 
 from grammarlab.evaluation.curves import Curve
+from grammarlab.runs.disk.results import Progress, made
 from grammarlab.runs.evaluate.store import CurveRecord, curves_in
 from grammarlab.runs.evaluate.task import Task
-from grammarlab.runs.executors import SERIAL, AbstractExecutor
-from grammarlab.runs.results import Progress, made
+from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
 Store: TypeAlias = dict[str, dict[int, CurveRecord]]
 """Curves by key, and then by the number of labels they were made for."""

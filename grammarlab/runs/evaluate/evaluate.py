@@ -15,19 +15,25 @@ from pathlib import Path
 from grammarlab.evaluation.methods import Method
 from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.extras import require
+from grammarlab.runs.disk.results import Progress
 from grammarlab.runs.evaluate.curves import run_tasks
 from grammarlab.runs.evaluate.figures import PlannedFigure
 from grammarlab.runs.evaluate.persons import Person, PersonRow, person_rows, person_table
-from grammarlab.runs.evaluate.pictures import ABOUT_SAMPLES, draw_figure, draw_results, draw_samples, with_samples
-from grammarlab.runs.evaluate.report import PAGE, TABLE, ScenarioResults, write_page, write_table
+from grammarlab.runs.evaluate.reporting.pictures import (
+    ABOUT_SAMPLES,
+    draw_figure,
+    draw_results,
+    draw_samples,
+    with_samples,
+)
+from grammarlab.runs.evaluate.reporting.report import PAGE, TABLE, ScenarioResults, write_page, write_table
+from grammarlab.runs.evaluate.reporting.sections import copied_beside
 from grammarlab.runs.evaluate.request import EvaluationRequest
 from grammarlab.runs.evaluate.samples import draw_models
-from grammarlab.runs.evaluate.sections import copied_beside
 from grammarlab.runs.evaluate.table import DensityRow, density_rows, density_tables
 from grammarlab.runs.evaluate.task import Task, make_curve
-from grammarlab.runs.executors import SERIAL, AbstractExecutor
-from grammarlab.runs.results import Progress
-from grammarlab.runs.sources import load_source
+from grammarlab.runs.sampling.sources import load_source
+from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
 PLOTS, GRIDS, CACHE = "plots", "grids", "cache"
 """Folders below the folder of results."""

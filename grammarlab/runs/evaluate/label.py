@@ -10,11 +10,11 @@ from grammarlab.evaluation.curves import Curve
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.names import chosen_one
 from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
-from grammarlab.preference.label_files import save_labels
-from grammarlab.preference.labels import OVERALL, Labels
+from grammarlab.preference.labels.files import save_labels
+from grammarlab.preference.labels.table import OVERALL, Labels
 from grammarlab.runs.evaluate.task import Task, run_protocol
-from grammarlab.runs.sources import load_source
-from grammarlab.runs.workers import one_thread
+from grammarlab.runs.sampling.sources import load_source
+from grammarlab.runs.work.workers import one_thread
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from grammarlab.runs.results import Results, adopt_lines, json_kind
+from grammarlab.runs.disk.results import Results, adopt_lines, json_kind
 
 _KIND = json_kind(dict, dict)
 

@@ -14,15 +14,15 @@ from grammarlab import __version__
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.evaluation.scenario import Scenario
+from grammarlab.runs.disk.results import Progress, made
 from grammarlab.runs.evaluate.label import labels_of
 from grammarlab.runs.evaluate.measurements import digest, measurements_in
 from grammarlab.runs.evaluate.task import Task
-from grammarlab.runs.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.learn.labels import learn_from_labels
 from grammarlab.runs.learn.measure import LabelledSet
 from grammarlab.runs.markdown import table
-from grammarlab.runs.results import Progress, made
-from grammarlab.runs.sources import load_source
+from grammarlab.runs.sampling.sources import load_source
+from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
 STORE = "grammars"
 METHOD = "default"

@@ -12,7 +12,7 @@ from grammarlab.evaluation.names import chosen
 from grammarlab.evaluation.respondents import EXACT, RESPONDENTS, Respondent
 from grammarlab.runs.evaluate.figures import PlannedFigure, load_figures
 from grammarlab.runs.evaluate.find import FIGURES
-from grammarlab.runs.sources import load_source
+from grammarlab.runs.sampling.sources import load_source
 
 ENOUGH_LABELS = 128
 """Scores after which most of what is asked of a learner has been seen."""

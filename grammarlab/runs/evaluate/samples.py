@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from grammarlab.evaluation import protocol
 from grammarlab.evaluation.material import Material
 from grammarlab.randomness import derived_seed
+from grammarlab.runs.disk.results import Progress, made
 from grammarlab.runs.evaluate.measurements import measurements_in
 from grammarlab.runs.evaluate.task import Task, run_protocol
-from grammarlab.runs.executors import SERIAL, AbstractExecutor
-from grammarlab.runs.results import Progress, made
+from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
 STORE = "samples"
 NUM_MODELS = 100

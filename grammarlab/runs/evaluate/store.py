@@ -9,7 +9,7 @@ from typing import Any
 
 from grammarlab.evaluation.curves import Curve, Point
 from grammarlab.evaluation.respondents import EXACT
-from grammarlab.runs.results import Results, adopt_lines, json_kind
+from grammarlab.runs.disk.results import Results, adopt_lines, json_kind
 
 STORE = "curves"
 """Folder of the curves in the folder of a run; with the suffix .jsonl, the file in which earlier versions kept them."""

@@ -9,21 +9,21 @@ from pathlib import Path
 from time import perf_counter
 
 from grammarlab import __version__
-from grammarlab.density.examples import learn_from_examples
-from grammarlab.density.rejection import reject
-from grammarlab.density.target import Target
+from grammarlab.density.samples.examples import learn_from_examples
+from grammarlab.density.targets.rejection import reject
+from grammarlab.density.targets.target import Target
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.scenario import Scenario
-from grammarlab.features.stripping import without_geometry
-from grammarlab.learning.grammar_target import LearnedSampler
+from grammarlab.features.counting.stripping import without_geometry
+from grammarlab.learning.targets.grammar_target import LearnedSampler
+from grammarlab.runs.disk.results import Progress, made
 from grammarlab.runs.evaluate.measurements import digest, measurements_in
-from grammarlab.runs.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.learn.measure import LabelledSet
 from grammarlab.runs.learn.scenario import learned_of
 from grammarlab.runs.markdown import table
-from grammarlab.runs.results import Progress, made
-from grammarlab.runs.sources import load_source
+from grammarlab.runs.sampling.sources import load_source
+from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
 NUM_SAMPLES = 5_000
 """Models that all but the exact method learn from, as in the paper."""

@@ -17,7 +17,7 @@ from grammarlab.learning.round import State
 from grammarlab.learning.settings import Settings
 from grammarlab.runs.evaluate.measurements import digest
 from grammarlab.runs.evaluate.store import CurveRecord
-from grammarlab.runs.sources import load_source
+from grammarlab.runs.sampling.sources import load_source
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,18 +9,18 @@ from math import isfinite
 from typing import Any
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.grids import aligned, following, grid_of
-from grammarlab.facade.joint import with_joint
-from grammarlab.facade.kinds import kinds
-from grammarlab.facade.proposals import with_proposals
-from grammarlab.facade.ranking import ranked
-from grammarlab.facade.retarget import Retargeted, origin_of, retarget
-from grammarlab.facade.sequences import canonical, sequences
-from grammarlab.facade.sizes import Residuals, Resized, resize
-from grammarlab.facade.stepwise import MOST_STEPS, affordable, stepwise
+from grammarlab.facade.grids.editing import aligned, following, grid_of
+from grammarlab.facade.grids.joint import with_joint
+from grammarlab.facade.grids.kinds import kinds
+from grammarlab.facade.grids.proposals import with_proposals
+from grammarlab.facade.retargeting.retarget import Retargeted, origin_of, retarget
+from grammarlab.facade.retargeting.stepwise import MOST_STEPS, affordable, stepwise
+from grammarlab.facade.sizes.solve import Residuals, Resized, resize
+from grammarlab.facade.sizes.wishes import Size, checked
 from grammarlab.facade.tree import Facade, X, Y
-from grammarlab.facade.variations import Variation, unedited, vary
-from grammarlab.facade.wishes import Size, checked
+from grammarlab.facade.variations.ranking import ranked
+from grammarlab.facade.variations.sequences import canonical, sequences
+from grammarlab.facade.variations.single import Variation, unedited, vary
 
 _KEPT, _WORK = 40, 60_000
 """Variations that are gone on from after each step at most, and leaves of all that come of them."""
@@ -103,6 +103,12 @@ def edit(
         UsageError: when nothing is wished for, lengths are not above 0, or for too many columns or rows.
         FacadeError: for lengths that no facade can have, a grid that there is not, and columns and rows that cannot be
             added or removed.
+
+    >>> import grammarlab as gl
+    >>> from grammarlab.runs.requests.examples import examples_folder
+    >>> arcade = gl.load_facade(examples_folder() / "facades" / "arcade.json")
+    >>> [edited.facade.width for edited in edit(arcade, width=31.5, most=1)]
+    [31.5]
     """
     if width is None and height is None and not columns and not rows:
         raise UsageError("nothing to do: give --width, --height, --columns or --rows.")

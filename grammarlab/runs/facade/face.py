@@ -10,15 +10,15 @@ from pathlib import Path
 from PIL import Image
 
 from grammarlab.derivation import derive
-from grammarlab.facade.assembling import assemble
-from grammarlab.facade.drawing import front, picture_size
+from grammarlab.facade.boxes.assembling import assemble
 from grammarlab.facade.file import save_facade
-from grammarlab.facade.proposals import with_proposals
+from grammarlab.facade.grids.proposals import with_proposals
 from grammarlab.facade.reading.face import face_of
+from grammarlab.facade.showing.drawing import front, picture_size
 from grammarlab.facade.tree import Picture
-from grammarlab.runs.derive_batch import compiled
-from grammarlab.runs.examples import find_rules
 from grammarlab.runs.facade.read import ReadResult
+from grammarlab.runs.requests.examples import find_rules
+from grammarlab.runs.sampling.derive_batch import compiled
 
 PIXELS_PER_METRE = 50.0
 

@@ -12,9 +12,9 @@ import numpy as np
 from PIL import Image
 
 from grammarlab.errors import UsageError
-from grammarlab.facade.drawing import draw
 from grammarlab.facade.file import save_facade
-from grammarlab.facade.svg import svg
+from grammarlab.facade.showing.drawing import draw
+from grammarlab.facade.showing.svg import svg
 from grammarlab.facade.tree import Facade
 from grammarlab.files import write_bytes, write_text
 

@@ -42,6 +42,12 @@ def grammar_of(
 
     Raises:
         FacadeError: when there is none.
+
+    >>> import grammarlab as gl
+    >>> from grammarlab.runs.requests.examples import examples_folder
+    >>> arcade = gl.load_facade(examples_folder() / "facades" / "arcade.json")
+    >>> gl.Grammar.parse(grammar_of(arcade).text).start_rules[0].name
+    'Lot'
     """
     if widths is None and heights is None:
         written = write_exact(facade)

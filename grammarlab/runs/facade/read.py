@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grammarlab.errors import UsageError
-from grammarlab.facade.assembling import assemble
+from grammarlab.facade.boxes.assembling import assemble
 from grammarlab.facade.file import save_facade
+from grammarlab.facade.grids.proposals import with_proposals
 from grammarlab.facade.pictures import is_plain, load_picture, picture_size
-from grammarlab.facade.proposals import with_proposals
 from grammarlab.facade.reading.choosing import read_annotation
 from grammarlab.facade.tree import Facade
 
@@ -54,6 +54,16 @@ def read_facade(
     Raises:
         UsageError: when the file is of no known kind, or has no such wall.
         FacadeError: when it is broken, or its boxes form a pinwheel.
+
+    >>> import grammarlab as gl
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> boxes = ["label,x,y,width,height", "wall,0,0,4,3", "window,1,1,1,1", "window,2.5,1,1,1"]
+    >>> with TemporaryDirectory() as folder:
+    ...     _ = (Path(folder) / "wall.csv").write_text(chr(10).join(boxes))
+    ...     facade = read_facade(Path(folder) / "wall.csv", Path(folder) / "wall.json", width=4.0).facade
+    >>> facade.width, facade.labels
+    (4.0, ('wall', 'window'))
     """
     start = time.perf_counter()
     if output.exists() and output.samefile(path):

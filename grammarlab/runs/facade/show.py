@@ -9,9 +9,9 @@ from PIL import Image
 
 from grammarlab.errors import UsageError
 from grammarlab.export.save import FORMATS, SaveOptions, save
-from grammarlab.facade.drawing import draw
-from grammarlab.facade.scene import realize_facade
-from grammarlab.facade.svg import svg
+from grammarlab.facade.showing.drawing import draw
+from grammarlab.facade.showing.scene import realize_facade
+from grammarlab.facade.showing.svg import svg
 from grammarlab.facade.tree import Facade
 from grammarlab.facade.writing.pictures import store_as_assets
 from grammarlab.files import atomic_file, write_text
@@ -26,6 +26,15 @@ def show_facade(facade: Facade, path: Path, pixels_per_metre: float = PIXELS_PER
     Raises:
         UsageError: for any other ending.
         FacadeError: when the picture would be too large.
+
+    >>> import grammarlab as gl
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from grammarlab.runs.requests.examples import examples_folder
+    >>> arcade = gl.load_facade(examples_folder() / "facades" / "arcade.json")
+    >>> with TemporaryDirectory() as folder:
+    ...     show_facade(arcade, Path(folder) / "arcade.png", 10).stat().st_size > 1000
+    True
     """
     ending = path.suffix.lower().removeprefix(".")
     if ending not in ENDINGS:

@@ -10,22 +10,22 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.density.examples import EXAMPLE_METHODS, ExampleMethod, learn_from_examples
-from grammarlab.density.learned import LearnedGrammar
+from grammarlab.density.samples.examples import EXAMPLE_METHODS, ExampleMethod, learn_from_examples
+from grammarlab.density.splits.learned import LearnedGrammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.selection import select_models
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.grammar_space import GrammarSpace
-from grammarlab.learning.made import MadePool
-from grammarlab.learning.measure import Measured, measured
-from grammarlab.learning.pool import Pool
-from grammarlab.learning.target import check_method
-from grammarlab.runs.derive_batch import compiled
-from grammarlab.runs.examples import RuleSource, find_rules
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.learning.designs.made import MadePool
+from grammarlab.learning.designs.pool import Pool
+from grammarlab.learning.targets.measure import Measured, measured
+from grammarlab.learning.targets.target import check_method
 from grammarlab.runs.learn.example_models import example_models
 from grammarlab.runs.learn.measure import Truth
 from grammarlab.runs.learn.scenario import origin_line, scenario_of, write_learned
-from grammarlab.runs.workers import one_thread
+from grammarlab.runs.requests.examples import RuleSource, find_rules
+from grammarlab.runs.sampling.derive_batch import compiled
+from grammarlab.runs.work.workers import one_thread
 
 Floats = NDArray[np.float64]
 

@@ -7,23 +7,23 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from grammarlab.density.thinning import Progress, silent
+from grammarlab.density.targets.thinning import Progress, silent
 from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.learning.answers import answers_of
-from grammarlab.learning.design_space import AbstractDesignSpace
-from grammarlab.learning.pool import Pool
+from grammarlab.learning.asking.stopping import expected_gain
+from grammarlab.learning.designs.design_space import AbstractDesignSpace
+from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init, step
 from grammarlab.learning.settings import Settings
-from grammarlab.learning.simplification import Factor
-from grammarlab.learning.stopping import expected_gain
-from grammarlab.learning.target import Learned, LearnedDensity, Making
+from grammarlab.learning.targets.simplification import Factor
+from grammarlab.learning.targets.target import Learned, LearnedDensity, Making
 from grammarlab.preference.base import Relevance
-from grammarlab.preference.labels import Labels
-from grammarlab.runs.domains import domain_of, opened
-from grammarlab.runs.examples import RuleSource, find_rules
+from grammarlab.preference.labels.table import Labels
 from grammarlab.runs.learn.measure import Truth
 from grammarlab.runs.learn.scenario import origin_line, scenario_of, write_learned
-from grammarlab.runs.workers import one_thread
+from grammarlab.runs.requests.domains import domain_of, opened
+from grammarlab.runs.requests.examples import RuleSource, find_rules
+from grammarlab.runs.work.workers import one_thread
 
 
 @dataclass(frozen=True)
@@ -102,6 +102,19 @@ def learn_from_labels(
     Raises:
         UsageError: for labels of another grammar, or labels that like nothing.
         GrammarlabError: when the density cannot be made.
+
+    >>> import grammarlab as gl
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> grammar = gl.Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
+    >>> high = gl.count(gl.derive(grammar, 24, seed=0), [gl.pattern("High")])[:, 0]
+    >>> labels = gl.Labels(tuple(gl.Label(0, m, "overall", 100.0 * high[m], grammar.hash) for m in range(24)))
+    >>> with TemporaryDirectory() as folder:
+    ...     rules = Path(folder) / "tower.cga"
+    ...     _ = rules.write_text(grammar.text)
+    ...     found = learn_from_labels(str(rules), labels, Path(folder) / "high.cga", labels_from="labels.csv")
+    >>> found.learned.rules_after <= 2
+    True
     """
     begun, making = perf_counter(), making or Making()
     source = find_rules(grammar)

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.density.target import Target
+from grammarlab.density.targets.target import Target
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.preparation import Source, labelled_set, true_scores
 from grammarlab.evaluation.respondents import EXACT, Respondent
-from grammarlab.learning.agreement import Agreement
-from grammarlab.learning.measure import Measured, measured
-from grammarlab.learning.target import Learned
+from grammarlab.learning.targets.agreement import Agreement
+from grammarlab.learning.targets.measure import Measured, measured
+from grammarlab.learning.targets.target import Learned
 from grammarlab.preference.base import MAX_SCORE
 
 Floats = NDArray[np.float64]

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab.density.sampler import GrammarSampler
-from grammarlab.learning.stopping import MORE
-from grammarlab.learning.target import Learned
+from grammarlab.learning.asking.stopping import MORE
+from grammarlab.learning.targets.target import Learned
 from grammarlab.runs.learn.examples import ExamplesResult
 from grammarlab.runs.learn.labels import LabelsResult
 from grammarlab.runs.learn.measure import Truth

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from grammarlab.density.rejection import RejectionSampler
+from grammarlab.density.targets.rejection import RejectionSampler
 from grammarlab.files import write_text
-from grammarlab.learning.measure import Measured
-from grammarlab.learning.target import Learned
-from grammarlab.runs.executors import AbstractExecutor
+from grammarlab.learning.targets.measure import Measured
+from grammarlab.learning.targets.target import Learned
 from grammarlab.runs.learn.side_by_side import Sampled, draw_side_by_side
 from grammarlab.runs.markdown import table
+from grammarlab.runs.work.executors import AbstractExecutor
 
 SIDES = (4, 10)
 """Models along each side of the grids."""

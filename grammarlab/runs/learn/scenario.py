@@ -9,26 +9,26 @@ from time import perf_counter
 from typing import Any
 
 from grammarlab import __version__
-from grammarlab.density import sampled
-from grammarlab.density.learned import LearnedGrammar
+from grammarlab.density.samples import sampled
 from grammarlab.density.skeleton import ENOUGH_MODELS
-from grammarlab.density.target import Target
-from grammarlab.density.thinning import Progress, silent
+from grammarlab.density.splits.learned import LearnedGrammar
+from grammarlab.density.targets.target import Target
+from grammarlab.density.targets.thinning import Progress, silent
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.preparation import Source
 from grammarlab.files import write_text
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.design_space import AbstractDesignSpace
-from grammarlab.learning.grammar_space import GrammarSpace
-from grammarlab.learning.grammar_target import METHODS, LearnedSampler, learn_target
-from grammarlab.learning.measure import Measured
-from grammarlab.learning.target import check_method
-from grammarlab.runs.asset_files import named_files
-from grammarlab.runs.examples import assets_folder, find_rules
+from grammarlab.learning.designs.design_space import AbstractDesignSpace
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.learning.targets.grammar_target import METHODS, LearnedSampler, learn_target
+from grammarlab.learning.targets.measure import Measured
+from grammarlab.learning.targets.target import check_method
 from grammarlab.runs.learn.measure import LabelledSet
-from grammarlab.runs.sources import load_source
-from grammarlab.runs.workers import one_thread
+from grammarlab.runs.requests.asset_files import named_files
+from grammarlab.runs.requests.examples import assets_folder, find_rules
+from grammarlab.runs.sampling.sources import load_source
+from grammarlab.runs.work.workers import one_thread
 
 
 @dataclass(frozen=True, slots=True)

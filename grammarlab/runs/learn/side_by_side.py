@@ -10,9 +10,9 @@ import numpy as np
 from PIL import Image
 
 from grammarlab.files import atomic_file
-from grammarlab.runs.executors import AbstractExecutor
-from grammarlab.runs.sheet_page import PAPER, draw_page, lay_out
-from grammarlab.runs.tiles import draw_tiles
+from grammarlab.runs.pictures.sheet_page import PAPER, draw_page, lay_out
+from grammarlab.runs.pictures.tiles import draw_tiles
+from grammarlab.runs.work.executors import AbstractExecutor
 from grammarlab.scene import Scene, triangles
 
 WIDTH = 900

@@ -10,14 +10,14 @@ from dataclasses import asdict
 from pathlib import Path
 
 from grammarlab.errors import UsageError
-from grammarlab.learning.addresses import Address, shown
-from grammarlab.runs.scoring.events import Record
+from grammarlab.learning.designs.addresses import Address, shown
 from grammarlab.runs.scoring.grids import Body, checked_models
+from grammarlab.runs.scoring.record.events import Record
 from grammarlab.runs.scoring.rounds import Rounds
-from grammarlab.runs.scoring.sorting import Order
+from grammarlab.runs.scoring.shown.sorting import Order
 from grammarlab.runs.scoring.state import state_of
-from grammarlab.runs.scoring.tasks import FindPart, MakeGlb
-from grammarlab.runs.scoring.thumbnails import LARGEST, SMALLEST
+from grammarlab.runs.scoring.workers.tasks import FindPart, MakeGlb
+from grammarlab.runs.scoring.workers.thumbnails import LARGEST, SMALLEST
 from grammarlab.runs.serving.requests import Request, answered
 from grammarlab.runs.serving.windows import Message, Send
 

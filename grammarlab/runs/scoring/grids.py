@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from grammarlab.errors import UsageError
-from grammarlab.learning.addresses import Address, shown
+from grammarlab.learning.designs.addresses import Address, shown
 
 PAIRS = "pairs"
 """The way to choose models that shows two at a time: those at one place of two grids."""

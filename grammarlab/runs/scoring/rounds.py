@@ -9,16 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab.errors import Finding, GrammarlabError, UsageError
-from grammarlab.learning.addresses import shown
+from grammarlab.learning.designs.addresses import shown
 from grammarlab.randomness import derived_seed
-from grammarlab.runs.scoring.crew import Crew, Outcome
-from grammarlab.runs.scoring.events import Record
 from grammarlab.runs.scoring.grids import PAIRS, Body, Grid
-from grammarlab.runs.scoring.knowledge import Knowledge, ModelPool
-from grammarlab.runs.scoring.populate import WAYS, fresh_samples, laid_out, number_to_choose
-from grammarlab.runs.scoring.sorting import Order, sorted_grids
-from grammarlab.runs.scoring.store import Store
-from grammarlab.runs.scoring.tasks import (
+from grammarlab.runs.scoring.record.events import Record
+from grammarlab.runs.scoring.record.store import Store
+from grammarlab.runs.scoring.shown.knowledge import Knowledge, ModelPool
+from grammarlab.runs.scoring.shown.populate import WAYS, fresh_samples, laid_out, number_to_choose
+from grammarlab.runs.scoring.shown.sorting import Order, sorted_grids
+from grammarlab.runs.scoring.workers.tasks import (
     Choice,
     Choose,
     DrawSheet,
@@ -33,13 +32,14 @@ from grammarlab.runs.scoring.tasks import (
     Update,
     WriteLabels,
 )
-from grammarlab.runs.scoring.thumbnails import Thumbnails
+from grammarlab.runs.scoring.workers.thumbnails import Thumbnails
+from grammarlab.runs.scoring.workers.worker_pool import Crew, Outcome
 from grammarlab.runs.serving.windows import Answer, Message, Refuse
 
 Result = Callable[[Any], tuple[Message, Sequence[bytes]]]
 """What an answer says of a value, with its buffers."""
 
-_HERE = "grammarlab.runs.scoring"
+_HERE = "grammarlab.runs.scoring.workers"
 MAX_WARNINGS = 20
 """Warnings that are told: a rule that puts names together may ask for any number of assets."""
 STAYED = "Predictions are new; the models stay, since you went on meanwhile. Populate for others."
@@ -287,7 +287,7 @@ class Rounds:
         """Takes in warnings about what is shown; each is told once."""
         for finding in findings:
             if finding.message not in self.warnings and len(self.warnings) < MAX_WARNINGS:
-                self.warnings[finding.message] = finding.render("")
+                self.warnings[finding.message] = finding.render(())
                 self.is_changed = True
 
     def _learn(self, choice: Choice | None) -> None:

@@ -20,14 +20,14 @@ from typing import Any
 
 from grammarlab.errors import GrammarlabError
 from grammarlab.runs.scoring.commands import run
-from grammarlab.runs.scoring.crew import Crew, Outcome
-from grammarlab.runs.scoring.opening import NUM_MODELS, Opening, open_session
+from grammarlab.runs.scoring.record.opening import NUM_MODELS, Opening, open_session
+from grammarlab.runs.scoring.record.store import Store
 from grammarlab.runs.scoring.rounds import Rounds
 from grammarlab.runs.scoring.state import state_of
-from grammarlab.runs.scoring.store import Store
-from grammarlab.runs.scoring.tasks import Begin
+from grammarlab.runs.scoring.workers.tasks import Begin
+from grammarlab.runs.scoring.workers.worker_pool import Crew, Outcome
 from grammarlab.runs.serving.windows import Message, Send
-from grammarlab.runs.workers import available_cores
+from grammarlab.runs.work.workers import available_cores
 
 CLOSED = "The session has been closed; what was scored is saved. Open it again to go on."
 LOOK_EVERY = 0.4

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.preference.labels import Kind
+from grammarlab.preference.labels.table import Kind
 from grammarlab.runs.scoring.grids import PAIRS
-from grammarlab.runs.scoring.populate import WAYS
+from grammarlab.runs.scoring.record.said import Scores, compared
 from grammarlab.runs.scoring.rounds import Rounds
-from grammarlab.runs.scoring.said import Scores, compared
-from grammarlab.runs.scoring.tasks import Predicted, Singles
+from grammarlab.runs.scoring.shown.populate import WAYS
+from grammarlab.runs.scoring.workers.tasks import Predicted, Singles
 from grammarlab.runs.serving.windows import Message
 
 PROTOCOL = 1

@@ -14,7 +14,7 @@ from math import isfinite
 from typing import Any, TypeVar
 
 from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.learning.addresses import shown
+from grammarlab.learning.designs.addresses import shown
 from grammarlab.runs.serving.windows import Answer, Message, Refuse, Send
 
 MAX_TEXT = 200

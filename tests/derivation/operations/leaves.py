@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation import Forest, derive
-from grammarlab.geometry import measure
-from grammarlab.geometry.mesh import Meshes
+from grammarlab.geometry.meshes import measure
+from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.language.grammar import Grammar
 
 L_SHAPE = np.array([[0, 0, 0], [0, 0, 12], [8, 0, 12], [8, 0, 22], [26, 0, 22], [26, 0, 0.0]])

@@ -7,7 +7,7 @@ import pytest
 
 from grammarlab.derivation import derive
 from grammarlab.errors import DerivationError
-from grammarlab.geometry import measure
+from grammarlab.geometry.meshes import measure
 from grammarlab.language.grammar import Grammar
 from tests.derivation.operations.leaves import (
     L_SHAPE,

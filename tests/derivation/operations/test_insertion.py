@@ -8,7 +8,7 @@ import pytest
 from grammarlab.derivation import derive, derive_chunks
 from grammarlab.derivation.selection import join_forests
 from grammarlab.errors import DerivationError
-from grammarlab.geometry.measure import volumes
+from grammarlab.geometry.meshes.measure import volumes
 from grammarlab.language.grammar import Grammar
 from tests.derivation.operations.leaves import world_meshes
 

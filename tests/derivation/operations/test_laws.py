@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from grammarlab.derivation import derive
-from grammarlab.geometry import measure
-from grammarlab.geometry.footprints import read_footprints
+from grammarlab.geometry.meshes import measure
+from grammarlab.geometry.outlines.footprints import read_footprints
 from grammarlab.language.grammar import Grammar
 from tests.derivation.operations.leaves import (
     L_SHAPE,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grammarlab.geometry import measure
+from grammarlab.geometry.meshes import measure
 from tests.derivation.operations.leaves import L_SHAPE, sampled, symbols, volumes_by_symbol, world_meshes
 
 LOTS = {"rectangle": ((30.0, 20.0), 600.0), "L": (L_SHAPE, 492.0)}

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from grammarlab.derivation import Forest, derive
-from grammarlab.geometry.measure import areas
+from grammarlab.geometry.meshes.measure import areas
 from grammarlab.language.grammar import Grammar
 from tests.derivation.operations.leaves import L_SHAPE, TRIANGLE, areas_by_symbol, sampled, symbols, world_meshes
 

@@ -10,9 +10,9 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.grammar import Units, inserted, write_label_family
 from grammarlab.facade.examples.label_grid import HOLE, LabelGrid
 from grammarlab.facade.writing.rule_text import leaf_body
-from grammarlab.language.checking import check_text
+from grammarlab.language.checking.check import check_text
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.checks import SUPPORTED
+from grammarlab.runs.requests.checks import SUPPORTED
 from tests.facade.examples.grids import NAMES, plain_house, shop_house
 
 WIDTH, HEIGHT = 2.0, 3.0

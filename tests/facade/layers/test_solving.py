@@ -4,9 +4,9 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from grammarlab.facade.layers.alignment import alignments
-from grammarlab.facade.layers.checking import violations
-from grammarlab.facade.layers.sizing import size_letters
+from grammarlab.facade.layers.alignment.align import alignments
+from grammarlab.facade.layers.alignment.checking import violations
+from grammarlab.facade.layers.sizing.sizes import size_letters
 from grammarlab.facade.layers.solving import Candidate, solve
 from grammarlab.facade.layers.weights import Weights
 from tests.facade.layers.matrices import random_case, word

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.annotation import MOST_BOXES
+from grammarlab.facade.boxes.annotation import MOST_BOXES
 from grammarlab.facade.reading.choosing import read_annotation
 from tests.facade.drawings import Drawing, drawing
 from tests.facade.reading.formats import as_cmp, as_coco, as_corners, as_labelme, as_sides

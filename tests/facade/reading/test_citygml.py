@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.assembling import assemble
+from grammarlab.facade.boxes.assembling import assemble
 from grammarlab.facade.reading import gml
 from grammarlab.facade.reading.choosing import read_annotation
 from grammarlab.facade.reading.citygml import read_citygml

@@ -4,7 +4,7 @@ import pytest
 from grammarlab.derivation import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.assembling import assemble
+from grammarlab.facade.boxes.assembling import assemble
 from grammarlab.facade.reading.face import FACES, face_of
 from grammarlab.facade.writing.exact import write_exact
 from grammarlab.language.grammar import Grammar

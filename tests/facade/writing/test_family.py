@@ -10,9 +10,9 @@ from grammarlab.derivation import derive
 from grammarlab.errors import FacadeError
 from grammarlab.facade.tree import LEAF, Facade, X, Y, laid_out, plain
 from grammarlab.facade.writing.family import write_family
-from grammarlab.language.checking import check_text
+from grammarlab.language.checking.check import check_text
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.checks import SUPPORTED
+from grammarlab.runs.requests.checks import SUPPORTED
 from tests.facade.strategies import trees
 from tests.facade.writing.houses import WIDTHS, house, of_columns
 

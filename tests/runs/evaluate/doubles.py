@@ -14,7 +14,7 @@ from tests.evaluation.doubles import world
 METHODS = (Method("default"), Method("paper", fit="paper", batch=32))
 
 
-def tasks(seeds=3, max_labels=64):
+def tasks(seeds=3, max_labels=32):
     return [
         Task(Path("F1.toml"), "source", method, seed, max_labels, Path("cache"))
         for method in METHODS

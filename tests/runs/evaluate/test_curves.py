@@ -10,7 +10,7 @@ from grammarlab.evaluation.methods import Method
 from grammarlab.evaluation.respondents import RESPONDENTS
 from grammarlab.runs.evaluate.curves import run_tasks
 from grammarlab.runs.evaluate.store import STORE, curves_in
-from grammarlab.runs.executors import SERIAL, Processes
+from grammarlab.runs.work.executors import SERIAL, Processes
 from tests.runs.evaluate.doubles import make, refuse, tasks
 from tests.waiting import wait_until
 
@@ -78,17 +78,17 @@ def test_a_fresh_run_forgets_what_was_there(tmp_path):
 
 
 def test_a_longer_curve_serves_for_a_shorter_one_that_it_begins_with(tmp_path):
-    run_tasks(make, tasks(1, 96), tmp_path)
-    shorter = run_tasks(refuse, tasks(1, 64), tmp_path)
-    assert shorter == run_tasks(make, tasks(1, 64), tmp_path / "other")
+    run_tasks(make, tasks(1, 64), tmp_path)
+    shorter = run_tasks(refuse, tasks(1, 32), tmp_path)
+    assert shorter == run_tasks(make, tasks(1, 32), tmp_path / "other")
     with pytest.raises(AssertionError, match="there already"):
-        run_tasks(refuse, tasks(1, 50), tmp_path)
-    longer = run_tasks(make, tasks(1, 128), tmp_path)
-    assert [record.curve.points[-1].labels for record in longer] == [128, 128]
+        run_tasks(refuse, tasks(1, 20), tmp_path)
+    longer = run_tasks(make, tasks(1, 96), tmp_path)
+    assert [record.curve.points[-1].labels for record in longer] == [96, 96]
 
 
 def test_a_longer_and_a_shorter_curve_in_one_run_are_made_once(tmp_path):
-    together = [*tasks(1, 64), *tasks(1, 96), *tasks(1, 50)]
+    together = [*tasks(1, 32), *tasks(1, 64), *tasks(1, 20)]
     made = []
 
     def work(task):
@@ -96,10 +96,10 @@ def test_a_longer_and_a_shorter_curve_in_one_run_are_made_once(tmp_path):
         return make(task)
 
     records = run_tasks(work, together, tmp_path)
-    assert sorted(made) == [50, 50, 96, 96]
-    assert [record.max_labels for record in records] == [64, 64, 96, 96, 50, 50]
+    assert sorted(made) == [20, 20, 64, 64]
+    assert [record.max_labels for record in records] == [32, 32, 64, 64, 20, 20]
     assert records == run_tasks(refuse, together, tmp_path)
-    assert records[:2] == run_tasks(make, tasks(1, 64), tmp_path / "other")
+    assert records[:2] == run_tasks(make, tasks(1, 32), tmp_path / "other")
 
 
 def test_equal_curves_of_different_names_are_made_once(tmp_path):

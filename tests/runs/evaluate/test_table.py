@@ -11,7 +11,7 @@ from grammarlab.runs.evaluate.evaluate import evaluate_run
 from grammarlab.runs.evaluate.persons import Person, person_rows, person_table
 from grammarlab.runs.evaluate.request import EvaluationRequest
 from grammarlab.runs.evaluate.table import density_rows, density_tables
-from grammarlab.runs.sources import load_source
+from grammarlab.runs.sampling.sources import load_source
 from tests.runs.learn.test_scenario import RULES, SCENARIO
 
 

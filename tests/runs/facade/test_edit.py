@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.file import load_facade
-from grammarlab.facade.joint import with_joint
+from grammarlab.facade.grids.joint import with_joint
 from grammarlab.facade.tree import Facade, X, check
 from grammarlab.runs.facade.edit import edit
 from tests.facade.sized import sized

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from grammarlab.density.rejection import RejectionSampler
+from grammarlab.density.targets.rejection import RejectionSampler
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.grammar_target import METHODS
+from grammarlab.learning.targets.grammar_target import METHODS
 from grammarlab.runs.learn.scenario import learn_from_scenario
 
 RULES = """

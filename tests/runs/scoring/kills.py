@@ -7,8 +7,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from grammarlab.runs.scoring.said import Said, Scores, compared
-from grammarlab.runs.scoring.store import Store
+from grammarlab.runs.scoring.record.said import Said, Scores, compared
+from grammarlab.runs.scoring.record.store import Store
 
 MANY = int(os.environ.get("GRAMMARLAB_KILLS", "0"))
 """How often to kill, where that is to be more often than in all tests: each time takes a second or two."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from grammarlab.derivation.derive import derive
-from grammarlab.learning.addresses import Address
-from grammarlab.learning.flattening import flattened
-from grammarlab.runs.derive_batch import compiled
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.flattening import flattened
+from grammarlab.runs.sampling.derive_batch import compiled
 
 _PARTS = "ABCDEF"
 POSTS = f"Lot --> extrude(6) split(y) {{ {' | '.join(f'~1 : {part}' for part in _PARTS)} }}\n" + "\n".join(

@@ -14,9 +14,9 @@ from urllib.parse import urlsplit
 
 from tornado.websocket import WebSocketClientConnection, WebSocketClosedError, websocket_connect
 
-from grammarlab.runs.scoring.knowledge import ModelPool
+from grammarlab.runs.scoring.record.store import Store
 from grammarlab.runs.scoring.session import Session
-from grammarlab.runs.scoring.store import Store
+from grammarlab.runs.scoring.shown.knowledge import ModelPool
 from tests.runs.processes import descendants, expect_gone
 from tests.runs.scoring.kills import MANY, Acknowledged
 from tests.runs.scoring.rare import POSTS

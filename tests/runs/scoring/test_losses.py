@@ -7,8 +7,8 @@ import signal
 from contextlib import closing
 from pathlib import Path
 
-from grammarlab.runs.scoring.knowledge import ModelPool
 from grammarlab.runs.scoring.session import Session
+from grammarlab.runs.scoring.shown.knowledge import ModelPool
 from tests.runs.processes import expect_gone
 from tests.runs.scoring.windows import Window
 

@@ -15,16 +15,16 @@ from grammarlab.evaluation import protocol, scenario
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.preparation import Source, prepare
 from grammarlab.language.grammar import Grammar
-from grammarlab.preference.liked import FEWEST
+from grammarlab.preference.questions.liked import FEWEST
 from grammarlab.randomness import derived_seed
-from grammarlab.runs.scoring.crew import Handler
-from grammarlab.runs.scoring.knowledge import ModelPool
-from grammarlab.runs.scoring.learner import learner
+from grammarlab.runs.scoring.record.said import Said
+from grammarlab.runs.scoring.record.store import Store
 from grammarlab.runs.scoring.rounds import WIDENED
-from grammarlab.runs.scoring.said import Said
 from grammarlab.runs.scoring.session import Session
-from grammarlab.runs.scoring.store import Store
-from grammarlab.runs.scoring.tasks import Choice, Choose, Update
+from grammarlab.runs.scoring.shown.knowledge import ModelPool
+from grammarlab.runs.scoring.workers.learner import learner
+from grammarlab.runs.scoring.workers.tasks import Choice, Choose, Update
+from grammarlab.runs.scoring.workers.worker_pool import Handler
 from tests.runs.scoring.rare import POSTS, SCENARIO, scores_of
 from tests.runs.scoring.windows import Window, shown_models
 

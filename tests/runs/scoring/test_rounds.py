@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from grammarlab.errors import GrammarlabError
-from grammarlab.learning.addresses import Address
-from grammarlab.preference.label_files import read_labels
-from grammarlab.runs.scoring.labels import read_labels_or_session
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.preference.labels.files import read_labels
 from grammarlab.runs.scoring.session import Session
+from grammarlab.runs.scoring.workers.labels import read_labels_or_session
 from tests.runs.scoring.tower import kind_of
 from tests.runs.scoring.windows import Window, shown_models
 

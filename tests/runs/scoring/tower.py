@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from grammarlab.derivation.derive import derive
-from grammarlab.learning.addresses import Address
-from grammarlab.learning.flattening import flattened
-from grammarlab.runs.derive_batch import compiled
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.flattening import flattened
+from grammarlab.runs.sampling.derive_batch import compiled
 
 TOWER = """
 attr floors = 50% : 2 else : 5

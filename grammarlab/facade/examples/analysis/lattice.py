@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammarlab.facade.examples.mesh.surface import Floats, Ints
-from grammarlab.facade.grids import lines
+from grammarlab.facade.grids.editing import lines
 
 _REGULAR = 0.06
 """Part of a pitch by which places may miss a multiple of it."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.annotation import annotate
-from grammarlab.facade.assembling import assemble
+from grammarlab.facade.boxes.annotation import annotate
+from grammarlab.facade.boxes.assembling import assemble
 from grammarlab.facade.examples.analysis.example import Region
 from grammarlab.facade.examples.building.assembly import Tiling, plane_of_view
 from grammarlab.facade.examples.building.stretching import Stretch

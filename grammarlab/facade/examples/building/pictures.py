@@ -8,13 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 from PIL import Image, ImageDraw
 
-from grammarlab.derivation.materials import CHANNELS, Materials
+from grammarlab.derivation.values.materials import CHANNELS, Materials
 from grammarlab.facade.examples.label_grid import LabelGrid
 from grammarlab.facade.examples.mesh.surface import Surface
-from grammarlab.render.camera import View, frame
-from grammarlab.render.look import Look
-from grammarlab.render.raycast import RaycastRenderer
-from grammarlab.render.renderer import RenderOptions
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.engines.raycast import RaycastRenderer
+from grammarlab.rendering.light.look import Look
+from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.scene import TriangleBatch
 
 _VIEW = View(azimuth=28.0, elevation=16.0)

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from grammarlab.assets.gltf_guard import check_gltf
+from grammarlab.assets.meshes import find_asset
 from grammarlab.errors import AssetError, FacadeError
 from grammarlab.facade.examples.mesh.surface import Surface, welded, without_slivers
-from grammarlab.geometry.assets import find_asset
-from grammarlab.geometry.gltf_guard import check_gltf
 
 FORMATS = (".obj", ".ply", ".glb", ".gltf", ".off")
 MOST_BYTES = 256 * 2**20

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.facade.assembling import OUTSIDE
-from grammarlab.facade.cutting import cut
-from grammarlab.facade.filling import WALL, fill
+from grammarlab.facade.boxes.assembling import OUTSIDE
+from grammarlab.facade.boxes.cutting import cut
+from grammarlab.facade.boxes.filling import WALL, fill
+from grammarlab.facade.boxes.overlaps import Pieces
 from grammarlab.facade.layers.showing.panels import Panels, rectangles
-from grammarlab.facade.overlaps import Pieces
 from grammarlab.facade.tree import Facade, X, Y
 
 

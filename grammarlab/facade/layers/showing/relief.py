@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.derivation.functions.colors import parse_color
-from grammarlab.derivation.materials import CHANNELS, Materials
+from grammarlab.derivation.values.materials import CHANNELS, Materials
 from grammarlab.facade.layers.designs.design import Design
 from grammarlab.facade.layers.showing.panels import Panels
 from grammarlab.facade.looks import THICKNESS, Look, look_of
 from grammarlab.facade.tree import X, Y
-from grammarlab.geometry.primitives import box
+from grammarlab.geometry.solids.primitives import box
 from grammarlab.scene.instances import Scene
 
 _THINNEST = 0.01

@@ -6,8 +6,8 @@ import numpy as np
 import shapely
 from shapely.geometry.polygon import orient
 
-from grammarlab.facade.annotation import annotate
-from grammarlab.facade.assembling import LARGEST, Assembled, assemble
+from grammarlab.facade.boxes.annotation import annotate
+from grammarlab.facade.boxes.assembling import LARGEST, Assembled, assemble
 from grammarlab.facade.templates.elements import Floats
 from grammarlab.facade.templates.match import Match, drawn_parameters
 from grammarlab.facade.templates.template import HEIGHT, WIDTH, Template, points_along

@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.grids import without_grid
-from grammarlab.facade.proposals import with_proposals
-from grammarlab.facade.sizes import Sizing
+from grammarlab.facade.grids.editing import without_grid
+from grammarlab.facade.grids.proposals import with_proposals
+from grammarlab.facade.sizes.solve import Sizing
+from grammarlab.facade.sizes.wishes import Wish, checked
 from grammarlab.facade.tree import X, Y
-from grammarlab.facade.wishes import Wish, checked
 from grammarlab.runs.facade.editor.columns import boxes, drawing
 from grammarlab.runs.facade.editor.desk import Desk
 from grammarlab.runs.facade.editor.document import (

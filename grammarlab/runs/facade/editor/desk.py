@@ -8,7 +8,7 @@ from pathlib import Path
 
 from grammarlab.errors import UsageError
 from grammarlab.facade.file import save_facade
-from grammarlab.facade.sizes import Sizing
+from grammarlab.facade.sizes.solve import Sizing
 from grammarlab.facade.tree import Facade
 from grammarlab.runs.facade.editor.document import Document, opened
 from grammarlab.runs.facade.editor.exporting import FORMATS, SUFFIX, export, stem_of, unused_path

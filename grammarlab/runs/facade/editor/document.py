@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.axes import Origin
-from grammarlab.facade.proposals import with_proposals
-from grammarlab.facade.sizes import Resized, Sizing, prepare
+from grammarlab.facade.grids.proposals import with_proposals
+from grammarlab.facade.sizes.axes import Origin
+from grammarlab.facade.sizes.solve import Resized, Sizing, prepare
+from grammarlab.facade.sizes.wishes import Aspect, Position, Size, Wish, checked
 from grammarlab.facade.tree import Facade, X, Y
-from grammarlab.facade.variations import Variation
-from grammarlab.facade.wishes import Aspect, Position, Size, Wish, checked
+from grammarlab.facade.variations.single import Variation
 
 LOCKS = ("width", "height", "left", "bottom", "aspect")
 """What can be locked of a node: metres, those of places from the left or the bottom of the facade; width by height."""

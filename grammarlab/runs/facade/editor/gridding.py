@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.grids import grid_of, lasso, toggled, with_grid
-from grammarlab.facade.proposals import unused
+from grammarlab.facade.grids.editing import grid_of, lasso, toggled, with_grid
+from grammarlab.facade.grids.proposals import unused
 from grammarlab.facade.tree import Facade, Ints
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grammarlab.facade.wishes import in_words
+from grammarlab.facade.sizes.wishes import in_words
 from grammarlab.runs.facade.editor.columns import boxes, colors, drawing
 from grammarlab.runs.facade.editor.desk import Desk
 from grammarlab.runs.facade.editor.document import kind_of

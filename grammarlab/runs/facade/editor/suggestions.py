@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.grids import aligned, following, grid_of
-from grammarlab.facade.kinds import kinds
-from grammarlab.facade.ranking import ranked
-from grammarlab.facade.sizes import Resized
-from grammarlab.facade.stepwise import affordable
+from grammarlab.facade.grids.editing import aligned, following, grid_of
+from grammarlab.facade.grids.kinds import kinds
+from grammarlab.facade.retargeting.stepwise import affordable
+from grammarlab.facade.sizes.solve import Resized
 from grammarlab.facade.tree import X
-from grammarlab.facade.variations import vary
+from grammarlab.facade.variations.ranking import ranked
+from grammarlab.facade.variations.single import vary
 from grammarlab.runs.facade.editor.document import Document, varied
 
 _WORK = 400_000

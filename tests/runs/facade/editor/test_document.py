@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from grammarlab.errors import FacadeError
+from grammarlab.facade.sizes.wishes import Size
 from grammarlab.facade.tree import X, Y, check
-from grammarlab.facade.variations import vary
-from grammarlab.facade.wishes import Size
+from grammarlab.facade.variations.single import vary
 from grammarlab.runs.facade.editor.columns import boxes
 from grammarlab.runs.facade.editor.document import LOCKS, Document, arranged, locked, opened, unlocked, varied
 from tests.facade.samples import windows

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.grids import grid_of, topmost
-from grammarlab.facade.kinds import is_background
+from grammarlab.facade.grids.editing import grid_of, topmost
+from grammarlab.facade.grids.kinds import is_background
 from grammarlab.facade.tree import Facade
 from grammarlab.runs.facade.editor.gridding import pressed, renamed, with_lasso, with_pressed
 from tests.facade.gridded import gridded

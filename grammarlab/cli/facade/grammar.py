@@ -1,0 +1,71 @@
+"""``grammarlab facade grammar``."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.errors import UsageError
+
+
+def grammar(
+    file: Annotated[Path, typer.Argument(help="Facade file.", exists=True, dir_okay=False)],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Rule file to write. Default: NAME.cga.", dir_okay=False)
+    ] = None,
+    widths: Annotated[
+        str, typer.Option("--widths", help="Write the family of the facade for these widths in metres, such as 10:40.")
+    ] = "",
+    heights: Annotated[
+        str, typer.Option("--heights", help="Write the family of the facade for these heights in metres, such as 8:30.")
+    ] = "",
+    stretch: Annotated[
+        float,
+        typer.Option(
+            "--stretch", help="Largest difference of sizes that count as equal, as a part of them.", min=0.0, max=0.5
+        ),
+    ] = 0.05,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the grammar.")] = False,
+) -> None:
+    """Write the rules of a facade or of its family.
+
+    With a range of sizes, the rules make other facades of the same columns and rows.
+    """
+    with friendly_errors():
+        from grammarlab.facade.file import load_facade
+        from grammarlab.runs.facade.grammar import grammar_of, save_grammar
+
+        facade = load_facade(file)
+        result = grammar_of(facade, _range("--widths", widths), _range("--heights", heights), stretch)
+        target = output or Path(f"{file.name.removesuffix('.json').removesuffix('.facade')}.cga")
+        save_grammar(result, facade, target)
+        if as_json:
+            print_json({"file": str(target), "rules": result.rules, "exact": result.exact, "choices": result.choices})
+            return
+        if not result.choices:
+            say(f"{result.rules} rules; leaves are off by {result.exact:.2g} m at most")
+        else:
+            fewest, most = result.choices["columns"]
+            narrowest, widest = result.choices["widths"]
+            say(f"{result.rules} rules; {fewest} to {most} columns, {narrowest:.2f} to {widest:.2f} m wide")
+            for name, (least, often) in result.choices["rows"].items():
+                say(f"{name}: {least} to {often}")
+            say(f"{result.choices['facades']:,.0f} different facades")
+        typer.echo(target)
+
+
+def _range(option: str, text: str) -> tuple[float, float] | None:
+    """Two numbers with a colon between them; None for nothing."""
+    if not text:
+        return None
+    try:
+        low, high = (float(part) for part in text.split(":"))
+    except ValueError:
+        low = high = math.nan
+    if not 0.0 <= low <= high < math.inf or high == 0.0:
+        raise UsageError(f"{option}: expected metres from and to, such as 10:40, found {text!r}.")
+    return low, high

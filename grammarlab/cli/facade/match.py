@@ -1,0 +1,67 @@
+"""``grammarlab facade match``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from grammarlab.cli.console.report import friendly_errors, print_json, say
+
+
+def match(
+    elements: Annotated[
+        Path,
+        typer.Argument(
+            help="Elements (.json, .npz), or a scan or mesh of one facade (.ply, .las, .laz, .obj, .stl, .glb).",
+            exists=True,
+            dir_okay=False,
+        ),
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for what is found.", file_okay=False)],
+    templates: Annotated[
+        str,
+        typer.Option(
+            "--templates", help="Template files or names of shipped templates, separated by commas; or basic, or all."
+        ),
+    ] = "basic",
+    method: Annotated[
+        str, typer.Option("--method", help="One of default, paper, independent, kmeans; see docs/facade-scans.md.")
+    ] = "default",
+    boxes: Annotated[
+        Path | None,
+        typer.Option(
+            "--boxes",
+            help="CSV file with left,bottom,right,top of the elements of a scan, in metres. Default: boxes are found.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of all random numbers.", min=0)] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about what was found.")] = False,
+) -> None:
+    """Match templates to the elements of a scan.
+
+    Finds which elements are of one kind, and which sizes kinds share.
+    """
+    with friendly_errors():
+        from grammarlab.facade.templates.library import named
+        from grammarlab.facade.templates.reading.files import load_elements
+        from grammarlab.runs.facade.match import as_dict, match_elements, save_match
+
+        chosen = named(templates)
+        found = match_elements(load_elements(elements, boxes), chosen, method, seed)
+        values = as_dict(found, method, seed)
+        files = save_match(found, values, output)
+        if as_json:
+            print_json(values)
+            return
+        for note in values["notes"]:
+            say(note)
+        for sentence in values["words"]:
+            say(sentence)
+        for each in values["elements"]:
+            if each["uncertain"]:
+                say(f"element {each['element']}: {each['kind']}, uncertain: {each['uncertain']}")
+        typer.echo(files[0])

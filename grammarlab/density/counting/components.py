@@ -1,0 +1,254 @@
+"""What must be known about a subtree to count patterns in the whole tree.
+
+Three kinds of numbers: how often a pattern occurs in the subtree (`Total`), how many ways there are to lay a part of a
+pattern on its root (`Match`), and how many to lay a run of siblings anywhere inside it (`Deep`). For each symbol only
+those are kept that can be above zero there and that somebody above asks for: what is asked for is the open prefix of
+a pattern, passed down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+from grammarlab.density.skeleton import Alternative, TreeGrammar
+from grammarlab.features.patterns.pattern import Below, Pattern
+from grammarlab.language.numbering import SymbolKey
+
+NO_CAP = 2**30
+"""Counts are never cut: products of two such numbers still fit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A weighted sum of counts, as far as a preference tells its values apart."""
+
+    terms: tuple[tuple[Pattern, int], ...]
+    """Patterns and what each occurrence counts for, at least 1."""
+    cap: int = NO_CAP
+    """Sums from here on are one."""
+
+    @classmethod
+    def of(cls, pattern: Pattern) -> Reading:
+        """The count of one pattern."""
+        return cls(((pattern, 1),))
+
+    def __str__(self) -> str:
+        return " + ".join(str(pattern) if weight == 1 else f"{weight} * {pattern}" for pattern, weight in self.terms)
+
+
+@dataclass(frozen=True, slots=True)
+class Total:
+    """What a reading counts in the subtree: embeddings whose top node lies in it."""
+
+    reading: Reading
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """Embeddings of a pattern whose top node is the root of the subtree."""
+
+    pattern: Pattern
+
+
+@dataclass(frozen=True, slots=True)
+class Deep:
+    """Runs that stand directly below any node of the subtree."""
+
+    below: Below
+
+
+Component: TypeAlias = Total | Match | Deep
+
+
+def fits(pattern: Pattern, key: SymbolKey, alternative: Alternative) -> bool:
+    """Whether the label of a pattern's top node fits a node of this symbol, rewritten so."""
+    symbol, parameters = key
+    if pattern.symbol is not None and pattern.symbol != symbol:
+        return False
+    if alternative.branch is None:
+        return pattern.parameters is None and pattern.branch is None
+    if pattern.parameters is not None and pattern.parameters != parameters:
+        return False
+    return pattern.branch is None or alternative.branch[: len(pattern.branch)] == pattern.branch
+
+
+@dataclass(frozen=True)
+class Components:
+    """The components of a list of readings, and which of them matter where."""
+
+    tree: TreeGrammar
+    readings: tuple[Reading, ...]
+
+    @cached_property
+    def all(self) -> tuple[Component, ...]:
+        """Every component, without repetition."""
+        found: dict[Component, None] = {Total(reading): None for reading in self.readings}
+        for pattern in (pattern for reading in self.readings for pattern, _ in reading.terms):
+            for below in _belows(pattern):
+                found |= {Match(inner): None for inner in below.run}
+                if below.deep:
+                    found[Deep(below)] = None
+        return tuple(found)
+
+    @cached_property
+    def inner_cap(self) -> int:
+        """The cap of all numbers but totals: none of them is cut where a total that it goes into is not."""
+        return max((reading.cap for reading in self.readings), default=NO_CAP)
+
+    def cap(self, component: Component) -> int:
+        """Values of a component from here on are one."""
+        return component.reading.cap if isinstance(component, Total) else self.inner_cap
+
+    @cached_property
+    def number(self) -> Mapping[Component, int]:
+        """Place of each component in `all`."""
+        return {component: i for i, component in enumerate(self.all)}
+
+    @cached_property
+    def active(self) -> Mapping[SymbolKey, tuple[int, ...]]:
+        """For each reachable symbol, the components that can be above zero there and are asked for."""
+        needed = dict.fromkeys(self.tree.reachable, 0)
+        needed[self.tree.start] = sum(1 << self.number[Total(reading)] for reading in set(self.readings))
+        queue = [self.tree.start]
+        while queue:
+            key = queue.pop()
+            mask = needed[key] & self._possible[key]
+            for alternative in self.tree.alternatives(key):
+                conditions = self.conditions(key, alternative, _bits(mask))
+                for place, successor in enumerate(alternative.successors):
+                    asked = self._asked(conditions, place, mask) & self._possible[successor.key]
+                    if asked & ~needed[successor.key]:
+                        needed[successor.key] |= asked
+                        queue.append(successor.key)
+        return {key: _bits(mask & self._possible[key]) if mask else () for key, mask in needed.items()}
+
+    @cached_property
+    def calls(self) -> Mapping[SymbolKey, tuple[SymbolKey, ...]]:
+        """For each symbol where something matters, the successors where something matters."""
+        matters = {key for key, active in self.active.items() if active}
+        return {
+            key: tuple({s.key: None for a in self.tree.alternatives(key) for s in a.successors if s.key in matters})
+            for key in self.active
+            if key in matters
+        }
+
+    def conditions(self, key: SymbolKey, alternative: Alternative, active: Sequence[int]) -> tuple[Below, ...]:
+        """The runs that must be counted among the children of a node rewritten so."""
+        found: dict[Below, None] = {}
+        for i in active:
+            component = self.all[i]
+            if isinstance(component, Deep):
+                found[component.below] = None
+            else:
+                for pattern in tops(component):
+                    if fits(pattern, key, alternative):
+                        found |= dict.fromkeys(pattern.below)
+        return tuple(found)
+
+    @cached_property
+    def _inherited(self) -> int:
+        """Components that are sums over the subtree."""
+        return sum(1 << i for i, component in enumerate(self.all) if not isinstance(component, Match))
+
+    @cached_property
+    def _possible(self) -> dict[SymbolKey, int]:
+        """For each symbol, the components that can be above zero, as bits; perhaps a few more."""
+        possible = dict.fromkeys(self.tree.reachable, 0)
+        named = {pattern.symbol for c in self.all if not isinstance(c, Deep) for pattern in tops(c)}
+        # Symbols above are looked at once something is found below them.
+        queue = [key for key in possible if None in named or key[0] in named]
+        waiting = set(queue)
+        while queue:
+            key = queue.pop()
+            waiting.discard(key)
+            mask = self._possible_at(key, possible)
+            if mask != possible[key]:
+                possible[key] = mask
+                again = [parent for parent in self.tree.callers[key] if parent not in waiting]
+                queue += again
+                waiting.update(again)
+        return possible
+
+    def _labelled(self, key: SymbolKey) -> tuple[int, ...]:
+        """The components that begin at a node of this symbol under some alternative."""
+        return tuple(sorted({*self._by_top.get(None, ()), *self._by_top.get(key[0], ())}))
+
+    @cached_property
+    def _by_top(self) -> dict[str | None, list[int]]:
+        """The components by the symbols of the nodes that they begin at; under None those that begin at any."""
+        found: dict[str | None, list[int]] = {}
+        for i, component in enumerate(self.all):
+            names = {None} if isinstance(component, Deep) else {pattern.symbol for pattern in tops(component)}
+            for name in names:
+                found.setdefault(name, []).append(i)
+        return found
+
+    def _possible_at(self, key: SymbolKey, possible: Mapping[SymbolKey, int]) -> int:
+        mask, own = possible[key], self._labelled(key)
+        for alternative in self.tree.alternatives(key):
+            below = [possible[successor.key] for successor in alternative.successors]
+            inherited = 0
+            for child in below:
+                inherited |= child & self._inherited
+            mask |= inherited
+            for i in own:
+                if not mask >> i & 1 and self._begins(self.all[i], key, alternative, below, inherited):
+                    mask |= 1 << i
+        return mask
+
+    def _begins(
+        self, component: Component, key: SymbolKey, alternative: Alternative, below: Sequence[int], inherited: int
+    ) -> bool:
+        if isinstance(component, Deep):
+            return self._run_possible(component.below, below)
+        return any(
+            fits(pattern, key, alternative)
+            and all(
+                self._run_possible(condition, below)
+                or (condition.deep and bool(inherited >> self.number[Deep(condition)] & 1))
+                for condition in pattern.below
+            )
+            for pattern in tops(component)
+        )
+
+    def _run_possible(self, condition: Below, below: Sequence[int]) -> bool:
+        bits = [self.number[Match(inner)] for inner in condition.run]
+        places = range(len(below)) if condition.place is None else range(condition.place, condition.place + 1)
+        return any(i < len(below) and below[i] >> bits[0] & 1 for i in places) and all(
+            any(mask >> bit & 1 for mask in below) for bit in bits[1:]
+        )
+
+    def _asked(self, conditions: Sequence[Below], place: int, mask: int) -> int:
+        """The components of the child at a place that the components `mask` of a node ask for, as bits."""
+        asked = mask & self._inherited
+        for condition in conditions:
+            if condition.deep:
+                asked |= 1 << self.number[Deep(condition)]
+            for step, inner in enumerate(condition.run):
+                if step or condition.place in (None, place):
+                    asked |= 1 << self.number[Match(inner)]
+        return asked
+
+
+def top_terms(component: Total | Match) -> tuple[tuple[Pattern, int], ...]:
+    """The patterns whose top node is laid, and what each embedding counts for."""
+    return ((component.pattern, 1),) if isinstance(component, Match) else component.reading.terms
+
+
+def tops(component: Total | Match) -> tuple[Pattern, ...]:
+    """The patterns whose top node is laid."""
+    return tuple(pattern for pattern, _ in top_terms(component))
+
+
+def _belows(pattern: Pattern) -> Iterator[Below]:
+    for below in pattern.below:
+        yield below
+        for inner in below.run:
+            yield from _belows(inner)
+
+
+def _bits(mask: int) -> tuple[int, ...]:
+    return tuple(i for i in range(mask.bit_length()) if mask >> i & 1)

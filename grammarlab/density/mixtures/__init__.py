@@ -1,0 +1,1 @@
+"""Mixtures of grammars: choices, clusters, expectation and maximisation."""

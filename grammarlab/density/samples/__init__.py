@@ -1,0 +1,1 @@
+"""Grammars learned from samples and from a few examples."""

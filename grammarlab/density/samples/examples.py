@@ -1,0 +1,283 @@
+"""Learning from finished models: the grammar that is likeliest to have made them.
+
+Nobody says what matters, so the examples must. Symbols are split by the edge above them where their choices differ
+between edges. With S tied, probabilities are shrunk towards the grammar (`levels.py`), choices that seem not to matter
+stay as they are (`shrinkage.py`), and some differ with the branch of another (`gates.py`); where there are many
+examples and held-out ones are explained better by a mixture that EM finds, it is taken. With *structure*, all choices
+are learned, by EM alone; with *parameters* too, but nothing is split, and one component has the examples' frequencies.
+Elsewhere differences must be worth their numbers by the Bayesian information criterion (Schwarz, Estimating the
+dimension of a model, 1978).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.special import xlogy
+
+from grammarlab.density.counting.attributes import AttributeParts, attribute_parts, drawn_range, parts_taken
+from grammarlab.density.counting.automaton import InexactError
+from grammarlab.density.mixtures.choices import Choices
+from grammarlab.density.mixtures.mixture import Cells, Mixture, fit_mixture
+from grammarlab.density.samples.blocks import BlockFit, fit_blocks, going_together
+from grammarlab.density.samples.gates import Gated, gated
+from grammarlab.density.samples.sampled import written
+from grammarlab.density.samples.shrinkage import Shrinkage
+from grammarlab.density.skeleton import TreeGrammar
+from grammarlab.density.splits.contexts import Contexts, NoContext, ParentEdges
+from grammarlab.density.splits.learned import LearnedGrammar
+from grammarlab.density.targets.target import Target
+from grammarlab.derivation.compiler import compile_grammar
+from grammarlab.derivation.forest import Forest
+from grammarlab.errors import UsageError
+from grammarlab.features.patterns.pattern import Below, Pattern, Threshold
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.numbering import SymbolKey
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+ExampleMethod: TypeAlias = Literal["tied", "structure", "parameters"]
+EXAMPLE_METHODS: tuple[ExampleMethod, ...] = get_args(ExampleMethod)
+
+_BINS = (1, 2, 4, 8, 16)
+"""Into how many equal ranges a drawn number may be cut."""
+_RANGES = 16
+"""Into how many ranges a drawn number is cut where probabilities are shrunk."""
+_MANY = 50
+"""So many examples are enough to keep some back and judge a mixture on them."""
+_HELD_OUT = 5
+"""One in so many is kept back."""
+_SMOOTHING = 0.5
+"""Derivations by the original grammar that each component of a mixture is given."""
+_MOST_GROWTH = 2
+"""The new grammar has at most so many times the rules of the original, if any of the candidates does."""
+_FEW = 20.0
+"""So many more derivations are assumed when numbers are weighed: a handful of examples proves little."""
+
+
+def learn_from_examples(
+    grammar: Grammar,
+    forest: Forest,
+    method: ExampleMethod = "tied",
+    *,
+    weights: Floats | None = None,
+    header: Sequence[str] = (),
+    assets: Path | None = None,
+) -> LearnedGrammar:
+    """The grammar that is likeliest to have made some models, among those near a grammar that can make them.
+
+    Args:
+        grammar: the original grammar.
+        forest: the models, as trees of that grammar.
+        method: see the head of this file.
+        weights: [models] how much each counts, finite and >= 0; 1 by default.
+        header: lines of a comment at the top of the new file.
+        assets: folder of meshes and images.
+
+    Raises:
+        UsageError: for no models, weights that are none, or models of another grammar.
+    """
+    mass = np.ones(forest.num_models) if weights is None else np.asarray(weights, dtype=np.float64)
+    _check(grammar, forest, mass)
+    bins = (_RANGES,) if method == "tied" else _BINS
+    attributes = [found for name in grammar.attributes if (found := _histogram(grammar, name, forest, mass, bins))]
+    tree = TreeGrammar.of(grammar).observed(forest)
+    plain = Choices.of(Contexts.of(tree, NoContext()), attributes)
+    fits = [_fitted(plain, grammar, forest, mass, method)]
+    split = _split_symbols(grammar, tree, forest, mass) if method != "parameters" else []
+    if split:
+        patterns = [Pattern(below=(Below((Pattern(symbol=name),)),)) for name, _ in split]
+        contexts = Contexts.of(tree, ParentEdges(tree, patterns))
+        found = _fitted(Choices.of(contexts, attributes), grammar, forest, mass, method)
+        fits.append(replace(found, worth=found.worth - len(split) * np.log(2.0 * max(len(tree.bodies), 1))))
+    fits.sort(key=lambda fit: -fit.worth)
+    if method == "tied":
+        # The smallest: no choice differs with another.
+        fits.append(_fitted(plain, grammar, forest, mass, method, together=False))
+    target = Target(grammar, (), lambda values: np.ones(len(values)), assets=assets)
+    for fit in fits:
+        findings = (
+            f"choices learned from {forest.num_models:,} examples: {fit.learned} of {fit.number}",
+            f"components: {len(fit.mixture.weights)}",
+            f"on average, an example is {np.exp(fit.likelier):.3g} times as likely as before",
+        )
+        learned = written(target, fit.choices, fit.mixture, method, 1.0, findings, header)
+        if method != "tied" or fit is fits[-1] or learned.rules_after <= _MOST_GROWTH * learned.rules_before:
+            return learned
+    raise AssertionError("there is always a last candidate")
+
+
+@dataclass(frozen=True, slots=True)
+class _Fit:
+    """What was learned when symbols were split in one way."""
+
+    choices: Choices
+    mixture: Mixture
+    number: int
+    """How many choices there are."""
+    likelier: float
+    """Mean log of the density by the original density, in nats."""
+    worth: float
+    """The same of all examples together, less what the numbers are worth by BIC."""
+
+    @property
+    def learned(self) -> int:
+        """How many choices are learned."""
+        return len(np.unique(self.choices.choice))
+
+
+def _fitted(
+    choices: Choices, grammar: Grammar, forest: Forest, weights: Floats, method: ExampleMethod, *, together: bool = True
+) -> _Fit:
+    number, counts = int(choices.choice.max(initial=-1)) + 1, choices.count(grammar, forest)
+    cells = Cells(choices.original, choices.choice)
+    if method == "tied" and number:
+        mixture, evidence = _tied(choices, counts, weights, together)
+        chosen = np.zeros(number, dtype=bool)
+        chosen[cells.choice[(mixture.probabilities != cells.original).any(axis=0)]] = True
+        choices = _only(choices, chosen)
+        mixture = Mixture(mixture.weights, mixture.probabilities[:, chosen[cells.choice]])
+        counts = counts[:, chosen[cells.choice]]
+        return _Fit(choices, mixture, number, _likelier(choices, mixture, counts, weights), evidence)
+    if method == "structure":
+        fit = fit_blocks(cells, counts, weights, going_together(cells, counts, weights))
+    else:
+        fit = BlockFit(fit_mixture(cells, counts, weights, np.zeros(len(weights), dtype=np.int64)).mixture, 0)
+    likelier = _likelier(choices, fit.mixture, counts, weights)
+    total = float(weights.sum())
+    return _Fit(choices, fit.mixture, number, likelier, total * likelier - 0.5 * fit.numbers * np.log(total + _FEW))
+
+
+def _likelier(choices: Choices, mixture: Mixture, counts: sparse.csr_array, weights: Floats) -> float:
+    counted = weights > 0.0
+    ratio = mixture.log_ratio(Cells(choices.original, choices.choice), counts)
+    return float(weights[counted] @ ratio[counted]) / float(weights.sum())
+
+
+def _tied(choices: Choices, counts: sparse.csr_array, weights: Floats, together: bool) -> tuple[Mixture, float]:
+    """A mixture of shrunk probabilities, and the log-evidence for it."""
+    fit = _shrunk(choices, counts, weights, together)
+    if not together or len(weights) < _MANY:
+        return fit.mixture, fit.evidence
+    cells, held = Cells(choices.original, choices.choice), np.arange(len(weights)) % _HELD_OUT == _HELD_OUT - 1
+    rivals = (
+        _shrunk(choices, counts[~held], weights[~held], True).mixture,
+        _by_em(cells, counts[~held], weights[~held]),
+    )
+    one, other = (weights[held] * mixture.log_ratio(cells, counts[held]) for mixture in rivals)
+    gain = other - one
+    # The rule of one standard error: what is better by less than that may be chance.
+    if gain.sum() <= np.sqrt(len(gain)) * gain.std() or not weights[~held].any():
+        return fit.mixture, fit.evidence
+    return _by_em(cells, counts, weights), fit.evidence + float(gain.sum()) * _HELD_OUT
+
+
+def _by_em(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Mixture:
+    """A mixture of the choices that are made otherwise or together, mixed with a little of the original grammar."""
+    chosen = _informative(cells, counts, weights)[cells.choice]
+    own = Cells(cells.original[chosen], np.unique(cells.choice[chosen], return_inverse=True)[1].reshape(-1))
+    taken = sparse.csr_array(counts[:, chosen])
+    fit = fit_blocks(own, taken, weights, going_together(own, taken, weights)).mixture
+    share = (_SMOOTHING / (fit.weights * weights.sum() + _SMOOTHING))[:, None]
+    probabilities = np.repeat(cells.original[None], len(fit.weights), axis=0)
+    probabilities[:, chosen] = (1.0 - share) * fit.probabilities + share * own.original
+    return Mixture(fit.weights, probabilities)
+
+
+def _shrunk(choices: Choices, counts: sparse.csr_array, weights: Floats, together: bool) -> Gated:
+    """What few examples teach."""
+    cells, number = Cells(choices.original, choices.choice), int(choices.choice.max(initial=-1)) + 1
+    drawn, ordered = np.zeros(number, dtype=bool), np.zeros(number, dtype=bool)
+    for parts, first in zip(choices.attributes, choices.first_of_attribute, strict=True):
+        drawn[choices.choice[first]] = True
+        ordered[choices.choice[first]] = bool(np.isfinite(parts.parts[0].low)) or len(parts.parts) > _RANGES
+    shrinkage = Shrinkage.of(cells, ordered, drawn, np.asarray(weights @ counts))
+    if not together:
+        mixture = Mixture(np.ones(1), shrinkage.probabilities[None])
+        return Gated(mixture, float(shrinkage.evidence.sum()))
+    return gated(shrinkage, counts, weights, ordered)
+
+
+def _check(grammar: Grammar, forest: Forest, weights: Floats) -> None:
+    program = compile_grammar(grammar)
+    if (program.symbols, program.rule_names) != (forest.symbols, forest.rules):
+        raise UsageError("the examples are not models of this grammar: its symbols or rules are others")
+    if weights.shape != (forest.num_models,) or not np.isfinite(weights).all() or (weights < 0.0).any():
+        raise UsageError(f"expected a weight for each of {forest.num_models} examples, finite and at least 0")
+    if not weights.any():
+        raise UsageError("expected examples to learn from, found none that counts")
+
+
+def _histogram(
+    grammar: Grammar, name: str, forest: Forest, weights: Floats, numbers: Sequence[int]
+) -> AttributeParts | None:
+    """The parts of a drawn attribute, a number cut into as many ranges as the examples justify.
+
+    None where it is not drawn, or was given another value in some examples.
+    """
+    sites = [i for i, site in enumerate(forest.sites) if site.definition == name]
+    drawn = forest.nodes.model[forest.draws.node[np.isin(forest.draws.site, sites)]]
+    if len(np.unique(drawn)) < forest.num_models:
+        return None
+    ends = drawn_range(grammar.attributes[name].value)
+    best, chosen = -np.inf, None
+    for bins in numbers if ends is not None else (1,):
+        cuts = np.linspace(*ends, bins + 1)[1:-1].tolist() if ends is not None else []
+        try:
+            parts = attribute_parts(grammar, name, [Threshold(name, cut) for cut in cuts])
+        except InexactError:
+            return None
+        counts = np.bincount(parts_taken(parts, grammar, forest), weights=weights, minlength=len(parts.parts))
+        gain = _gain(counts.astype(np.float64), parts.probabilities)
+        if gain > best:
+            best, chosen = gain, parts
+    return chosen if chosen is not None and len(chosen.parts) > 1 else None
+
+
+def _gain(counts: Floats, original: Floats) -> float:
+    """What own probabilities gain in likelihood over the original ones, less what they are worth by BIC."""
+    total = counts.sum()
+    likelihood = float((xlogy(counts, counts) - xlogy(counts, np.where(counts > 0.0, original, 1.0))).sum())
+    return likelihood - float(xlogy(total, total)) - 0.5 * (len(counts) - 1) * float(np.log(total + _FEW))
+
+
+def _split_symbols(grammar: Grammar, tree: TreeGrammar, forest: Forest, weights: Floats) -> list[SymbolKey]:
+    """The symbols whose choices differ between the edges above them."""
+    anywhere = Pattern(below=(Below((Pattern(),)),))
+    choices = Choices.of(Contexts.of(tree, ParentEdges(tree, [anywhere])))
+    total = np.asarray(weights @ choices.count(grammar, forest))
+    tables: dict[SymbolKey, dict[tuple[int, ...], list[Floats]]] = {}
+    for (symbol, path), first in choices.first.items():
+        own = total[first : first + int((choices.choice == choices.choice[first]).sum())]
+        tables.setdefault(choices.contexts.symbols[symbol][0], {}).setdefault(path, []).append(own)
+    found: list[SymbolKey] = []
+    for key, by_path in tables.items():
+        gain = 0.0
+        for rows in by_path.values():
+            made = [row for row in rows if row.any()]
+            gain += sum(_gain(row, np.sum(made, axis=0) / np.sum(made)) for row in made) if len(made) > 1 else 0.0
+        if gain > 0.0:
+            found.append(key)
+    return found
+
+
+def _informative(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Flags:
+    """Which choices [choices] are made otherwise than in the grammar, or go together with others."""
+    size = int(cells.choice.max(initial=-1)) + 1
+    total = np.asarray(weights @ counts)
+    chosen = np.array([_gain(total[cells.choice == i], cells.original[cells.choice == i]) > 0.0 for i in range(size)])
+    return chosen.astype(bool) | going_together(cells, counts, weights).any(axis=1)
+
+
+def _only(choices: Choices, chosen: Flags) -> Choices:
+    """The choices that are chosen."""
+    rules = {place for place, first in choices.first.items() if chosen[choices.choice[first]]}
+    pairs = zip(choices.attributes, choices.first_of_attribute, strict=True)
+    attributes = [parts for parts, first in pairs if chosen[choices.choice[first]]]
+    return Choices.of(choices.contexts, attributes, lambda symbol, chance: (symbol, chance.path) in rules)

@@ -1,0 +1,270 @@
+"""Choices that go together, found in few examples: one choice is the gate, and others differ with its branch.
+
+A gate that is made once in every example says which component the example came from, so nothing has to be guessed: its
+branches fall into groups, and for each group the other choices may have levels of their own. A choice that is made
+several times is a gate by what each example made of it altogether; then the groups pay for their number and sizes
+(Chinese restaurant process). A gate is worth having where the examples are likelier with it, by more than the number
+of gates that could have been tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.special import expit, gammaln
+
+from grammarlab.arrays import Ints
+from grammarlab.density.mixtures.clustering import merged
+from grammarlab.density.mixtures.mixture import Cells, Mixture, dense
+from grammarlab.density.samples.blocks import multiplied
+from grammarlab.density.samples.levels import Levels
+from grammarlab.density.samples.sampled import kinds
+from grammarlab.density.samples.shrinkage import Shrinkage, averaged
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+_MOST_CANDIDATES = 12
+"""Choices that seem to go together most are looked at closely."""
+_MOST_GROUPS = 8
+"""A gate begins with no more."""
+_RANGES = 4
+"""Into how many a drawn number is cut to be a gate."""
+_MOST_GATES = 3
+_WORTH = 2.0
+"""Nats that guessed groups must gain beyond their prior: they are the best of many, and a wrong guess costs more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """A choice with others that differ with it."""
+
+    cells: Ints
+    """The cells of all these choices."""
+    mixture: Mixture
+    """Of these cells."""
+    gain: float
+    """Log of how much likelier the examples are with it than without, prior included."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gated:
+    """What was learned of choices and of how they go together."""
+
+    mixture: Mixture
+    evidence: float
+    """Log of the probability of the examples by that under the original grammar."""
+
+
+def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, ordered: Flags) -> Gated:
+    """The choices as they are likeliest to matter, alone or together.
+
+    Args:
+        shrinkage: the choices, each alone.
+        counts: [N, A] how often each example took each cell.
+        weights: [N] how much each counts, >= 0 and not all 0.
+        ordered: [choices] see `Levels.of`.
+    """
+    cells = shrinkage.cells
+    used = weights > 0.0
+    counts, weights = counts[used], weights[used]
+    open_choices = np.ones(len(shrinkage.odds), dtype=bool)
+    strength = _strength(shrinkage, counts, weights, ordered)
+    found: list[Gate] = []
+    while len(found) < _MOST_GATES:
+        candidates = _candidates(strength, open_choices)
+        if not len(candidates):
+            break
+        search = _Search(shrinkage, counts, weights, ordered, candidates)
+        best = max(search.gates(), key=lambda gate: gate.gain, default=None)
+        if best is None or best.gain <= 0.0:
+            break
+        found.append(best)
+        open_choices[cells.choice[best.cells]] = False
+    single = shrinkage.probabilities
+    evidence = float(shrinkage.evidence.sum()) + sum(gate.gain for gate in found)
+    rest = np.flatnonzero(open_choices[cells.choice])
+    alone = Mixture(np.ones(1), single[None, rest])
+    mixture = multiplied([rest, *(g.cells for g in found)], [alone, *(g.mixture for g in found)], len(single))
+    return Gated(mixture, evidence)
+
+
+def _blocks(cells: Cells, ordered: Flags) -> Ints:
+    """[A] coarser cells: equally likely ranges of numbers, and all other cells as they are."""
+    block = np.arange(len(cells.choice))
+    for choice in np.flatnonzero(ordered):
+        own = np.flatnonzero(cells.choice == choice)
+        ahead = np.cumsum(cells.original[own]) - 0.5 * cells.original[own]
+        block[own] = own[0] + np.minimum((_RANGES * ahead).astype(np.int64), _RANGES - 1)
+    return np.unique(block, return_inverse=True)[1].reshape(-1)
+
+
+def _strength(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, ordered: Flags) -> Floats:
+    """[choices, choices] how far choices seem to go together: squared scores, by what chance would make of them.
+
+    On the diagonal: how far the same choice goes together with itself, where it is made several times.
+    """
+    cells = shrinkage.cells
+    block = _blocks(cells, ordered)
+    spread = sparse.csr_array((np.ones(len(block)), (np.arange(len(block)), block)))
+    choice = np.zeros(int(block.max(initial=-1)) + 1, dtype=np.int64)
+    choice[block] = cells.choice
+    own = sparse.csr_array((np.ones(len(choice)), (np.arange(len(choice)), choice)))
+    table = dense(counts @ spread)
+    made = table @ own
+    mean = cells.normalised(np.asarray(weights @ counts)[None])[0] @ spread
+    rest = (table - made[:, choice] * mean) * np.sqrt(weights)[:, None]
+    scale = (rest**2).T @ (rest**2)
+    squares = (rest.T @ rest) ** 2 / np.where(scale > 0.0, scale, np.inf)
+    freedom = np.maximum(np.bincount(choice) - 1.0, 1.0)
+    number = np.outer(freedom, freedom)
+    found = (dense(own.T @ squares @ own) * number / np.outer(*2 * [np.bincount(choice)]) - number) / np.sqrt(
+        2.0 * number
+    )
+    single = made.max(axis=0, initial=0.0) <= 1.0
+    found[np.diag_indices(len(found))] = np.where(single, -np.inf, found.diagonal())
+    return found
+
+
+def _candidates(strength: Floats, open_choices: Flags) -> Ints:
+    """The choices that seem to go together most, ascending."""
+    rows, columns = np.nonzero(np.triu(open_choices[:, None] & open_choices))
+    order = np.argsort(-strength[rows, columns], kind="stable")
+    chosen: dict[int, None] = {}
+    for pair in order:
+        if len(chosen) >= _MOST_CANDIDATES:
+            break
+        chosen |= dict.fromkeys((int(rows[pair]), int(columns[pair])))
+    return np.array(sorted(chosen), dtype=np.int64)
+
+
+class _Search:
+    """Gates among some choices."""
+
+    def __init__(
+        self, shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, ordered: Flags, choices: Ints
+    ) -> None:
+        cells = shrinkage.cells
+        self.cells = np.flatnonzero(np.isin(cells.choice, choices))
+        self.own = Cells(cells.original[self.cells], np.searchsorted(choices, cells.choice[self.cells]))
+        self.ordered = ordered[choices]
+        self.levels = Levels.of(self.own, self.ordered)
+        self.odds = shrinkage.odds[choices]
+        self.evidence = shrinkage.evidence[choices]
+        self.all = shrinkage.posterior.evidence[0, choices]
+        self.single = shrinkage.probabilities[self.cells]
+        self.ratio = shrinkage.posterior.ratio[0, self.cells]
+        self.counts = sparse.csr_array(counts[:, self.cells])
+        self.weights = weights
+        made = dense(
+            self.counts @ sparse.csr_array((np.ones(len(self.cells)), (np.arange(len(self.cells)), self.own.choice)))
+        )
+        self.once: Flags = np.all(made == 1.0, axis=0)
+        self.several: Flags = np.any(made > 1.0, axis=0)
+        # One choice is the gate, and one at least goes with it.
+        self.prior = -np.log(2.0 * max(len(shrinkage.odds), 2))
+
+    def gates(self) -> Iterator[Gate]:
+        """The best gate of each choice."""
+        for choice in range(len(self.odds)):
+            if self.once[choice] or self.several[choice]:
+                found = self._gate(choice)
+                if found is not None:
+                    yield found
+
+    def _gate(self, choice: int) -> Gate | None:
+        """The best way to group the examples by a choice."""
+        columns = np.flatnonzero(self.own.choice == choice)
+        taken = sparse.csr_array(self.counts[:, columns])
+        if self.once[choice]:
+            block = _blocks(
+                Cells(self.own.original[columns], np.zeros(len(columns), dtype=np.int64)), self.ordered[[choice]]
+            )
+            start = block[np.asarray(np.argmax(dense(taken), axis=1))]
+        else:
+            own = Cells(self.own.original[columns], np.zeros(len(columns), dtype=np.int64))
+            steps = merged(own, taken, self.weights, kinds(taken), _MOST_GROUPS)
+            start = next(labels for labels in steps if labels.max() < _MOST_GROUPS)
+        start = np.unique(start, return_inverse=True)[1].reshape(-1)
+        best: tuple[float, Ints] | None = None
+        labels = start
+        while labels.max() > 0:
+            score = self._score(choice, self._totals(labels), [range(int(labels.max()) + 1)])[0]
+            if best is None or score > best[0]:
+                best = score, labels
+            if labels.max() == 1:
+                break
+            labels = self._joined(choice, labels)
+        return None if best is None else self._made(choice, *best)
+
+    def _totals(self, labels: Ints) -> Floats:
+        share = sparse.csr_array((self.weights, (labels, np.arange(len(labels)))))
+        mass = np.bincount(labels, weights=self.weights).astype(np.float64)
+        return np.concatenate([dense(share @ self.counts), mass[:, None]], axis=1)
+
+    def _joined(self, choice: int, labels: Ints) -> Ints:
+        """The labels with those two groups joined that cost least."""
+        totals = self._totals(labels)
+        pairs = list(combinations(range(len(totals)), 2))
+        rows = np.concatenate([totals, [totals[one] + totals[other] for one, other in pairs]])
+        groups = [
+            [*(i for i in range(len(totals)) if i not in pair), len(totals) + number]
+            for number, pair in enumerate(pairs)
+        ]
+        one, other = pairs[int(np.argmax(self._score(choice, rows, groups)))]
+        joined = np.where(labels == other, one, labels)
+        return np.unique(joined, return_inverse=True)[1].reshape(-1)
+
+    def _score(self, choice: int, totals: Floats, groupings: Sequence[Sequence[int]]) -> Floats:
+        """What each grouping gains, for the totals of all groups; the last column is the mass."""
+        evidence = self.levels.posterior(totals[:, :-1]).evidence
+        special = np.logaddexp(0.0, evidence) - np.log(2.0)
+        found = np.zeros(len(groupings))
+        for i, groups in enumerate(groupings):
+            gain = averaged(self.odds, self._mixed(special[list(groups)].sum(axis=0))) - self.evidence
+            mass = totals[list(groups), -1]
+            if self.once[choice]:
+                gain[choice] = 0.0
+                found[i] = gain.sum()
+            else:
+                found[i] = gain.sum() + float(gammaln(mass).sum() - gammaln(mass.sum() + 1.0)) - _WORTH
+        return found + self.prior
+
+    def _mixed(self, apart: Floats) -> Floats:
+        """Log-evidence of choices that are the same in all groups or not."""
+        return np.logaddexp(self.all, apart) - np.log(2.0)
+
+    def _made(self, choice: int, gain: float, labels: Ints) -> Gate:
+        """The mixture of a grouping."""
+        totals = self._totals(labels)
+        posterior = self.levels.posterior(totals[:, :-1])
+        special = expit(posterior.evidence)
+        apart = (np.logaddexp(0.0, posterior.evidence) - np.log(2.0)).sum(axis=0)
+        matters = expit(self.odds + self._mixed(apart))
+        differs = expit(apart - self.all)
+        with_gate = (matters * differs > 0.5) | (np.arange(len(matters)) == choice)
+        by_cell = self.own.choice
+        ratio = 1.0 + special[:, by_cell] * (posterior.ratio - 1.0)
+        ratio = 1.0 + matters[by_cell] * (differs[by_cell] * ratio + (1.0 - differs[by_cell]) * self.ratio - 1.0)
+        probabilities = self.own.original * ratio
+        columns = np.flatnonzero(by_cell == choice)
+        if self.once[choice]:
+            weights, probabilities[:, columns] = self._opened(columns, totals)
+        else:
+            weights = totals[:, -1] / totals[:, -1].sum()
+        chosen = with_gate[by_cell]
+        return Gate(self.cells[chosen], Mixture(weights, probabilities[:, chosen]), gain)
+
+    def _opened(self, columns: Ints, totals: Floats) -> tuple[Floats, Floats]:
+        """How likely each group of the gate's branches is, and its branches; those never taken go with the largest."""
+        taken = totals[:, columns]
+        group = np.where(taken.any(axis=0), taken.argmax(axis=0), int(totals[:, -1].argmax()))
+        single = self.single[columns]
+        inside = (group == np.arange(len(totals))[:, None]) * single
+        weights = inside.sum(axis=1)
+        return weights / weights.sum(), inside / np.where(weights > 0.0, weights, 1.0)[:, None]

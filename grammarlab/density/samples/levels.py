@@ -1,0 +1,204 @@
+"""Probabilities of choices learned from few examples: shrunk towards a grammar, by their exact posterior mean.
+
+What is liked about a choice is a level for each of its branches, and branches often share one. So the prior is a
+product partition model (Barry and Hartigan, Product partition models for change point problems, 1992): the branches
+fall into groups, a group has a probability drawn from a Dirichlet distribution around its original one, and inside a
+group the original proportions stay. Groups of a drawn number are ranges, so that a sum over all ways to cut it is a
+recursion; those of another choice are enumerated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.special import gammaln
+
+from grammarlab.arrays import Ints
+from grammarlab.density.mixtures.mixture import Cells, dense
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Groups = tuple[tuple[int, ...], ...]
+
+CONCENTRATIONS = np.array([1.0, 4.0])
+"""Derivations by the original grammar that the prior is worth; which of them, the evidence says."""
+_MOST_ENUMERATED = 5
+"""All partitions of more branches are too many: one or two against the rest are looked at, and each on its own."""
+_MOST_PAIRED = 24
+_CUTS = 2.0
+"""How many ends of ranges are expected in a drawn number."""
+
+
+@dataclass(frozen=True, slots=True)
+class Posterior:
+    """What K sets of examples say about each choice if it is learned."""
+
+    evidence: Floats
+    """[K, choices] log of the probability of the examples by that under the original grammar."""
+    ratio: Floats
+    """[K, A] posterior mean of each cell's probability by the original one; 1 where that is 0."""
+
+
+@dataclass(frozen=True)
+class Levels:
+    """The prior of the probabilities of some choices."""
+
+    cells: Cells
+    ordered: tuple[Ints, ...]
+    """For each length, the cells [choices, length] of the choices whose groups are ranges."""
+    groups: sparse.csr_array
+    """[A, G] which cells each group of each partition of the other choices holds."""
+    partition: Ints
+    """[G] which partition each group is of, ascending from 0."""
+    choice: Ints
+    """[P] which choice each partition is of, ascending."""
+    prior: Floats
+    """[P] logarithm of its probability among those of the choice."""
+
+    @classmethod
+    def of(cls, cells: Cells, ordered: Flags) -> Levels:
+        """The prior for choices.
+
+        Args:
+            cells: their branches.
+            ordered: [choices] whether the branches of each are ranges of a number, or numbers that ascend.
+        """
+        possible = [np.flatnonzero((cells.choice == i) & (cells.original > 0.0)) for i in range(len(ordered))]
+        ranges: dict[int, list[Ints]] = {}
+        columns: list[Ints] = []
+        partition: list[int] = []
+        choice: list[int] = []
+        prior: list[float] = []
+        for number, own in enumerate(possible):
+            if len(own) > 1 and ordered[number]:
+                ranges.setdefault(len(own), []).append(own)
+            elif len(own) > 1:
+                for groups, weight in _partitions(len(own)):
+                    columns += [own[list(group)] for group in groups]
+                    partition += [len(choice)] * len(groups)
+                    choice.append(number)
+                    prior.append(weight)
+        sizes = [len(column) for column in columns]
+        places = np.concatenate([*columns, np.zeros(0, dtype=np.int64)]).astype(np.int64)
+        shape = len(cells.original), len(columns)
+        return cls(
+            cells,
+            tuple(np.stack(found) for found in ranges.values()),
+            sparse.csr_array((np.ones(len(places)), (places, np.repeat(np.arange(len(sizes)), sizes))), shape=shape),
+            np.array(partition, dtype=np.int64),
+            np.array(choice, dtype=np.int64),
+            np.array(prior),
+        )
+
+    def posterior(self, counts: Floats) -> Posterior:
+        """What is known from how often K sets of examples took each cell, [K, A]."""
+        evidence = np.zeros((len(counts), int(self.cells.choice.max(initial=-1)) + 1))
+        ratio = np.ones(counts.shape)
+        if len(self.choice):
+            self._enumerated(counts, evidence, ratio)
+        for own in self.ordered:
+            original = self.cells.original[own] / self.cells.original[own].sum(axis=1, keepdims=True)
+            found, mean = _ranges(counts[:, own], original)
+            evidence[:, self.cells.choice[own[:, 0]]] = found
+            ratio[:, own] = mean
+        return Posterior(evidence, ratio)
+
+    def _enumerated(self, counts: Floats, evidence: Floats, ratio: Floats) -> None:
+        starts = np.flatnonzero(np.diff(self.partition, prepend=-1))
+        first = np.flatnonzero(np.diff(self.choice, prepend=-1))
+        original = np.asarray(self.cells.original @ self.groups)
+        original = original / np.add.reduceat(original, starts)[self.partition]
+        taken = dense(counts @ self.groups)[:, None]
+        total = np.add.reduceat(taken, starts, axis=2)
+        prior = CONCENTRATIONS[:, None] * original
+        logs = np.add.reduceat(_log_ratio(taken, prior, original), starts, axis=2) + self.prior
+        logs += _log_norm(total, CONCENTRATIONS[:, None])
+        # [K, partitions] with the concentration summed out, then [K, choices].
+        most = np.maximum.reduceat(logs.max(axis=1), first, axis=1)
+        place = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(self.choice))))
+        weight = np.exp(logs - most[:, None, place])
+        sums = np.add.reduceat(weight.sum(axis=1), first, axis=1)
+        evidence[:, self.choice[first]] = np.log(sums / len(CONCENTRATIONS)) + most
+        mean = (prior + taken) / (CONCENTRATIONS[:, None] + total[..., self.partition]) / original
+        share = weight / sums[:, None, place]
+        own = np.isin(self.cells.choice, self.choice[first]) & (self.cells.original > 0.0)
+        ratio[:, own] = dense((mean * share[..., self.partition]).sum(axis=1) @ self.groups.T)[:, own]
+
+
+def _log_ratio(taken: Floats, prior: Floats, original: Floats) -> Floats:
+    """A group's share in the log-evidence."""
+    return gammaln(prior + taken) - gammaln(prior) - taken * np.log(original)
+
+
+def _log_norm(total: Floats, concentration: Floats) -> Floats:
+    return gammaln(concentration) - gammaln(concentration + total)
+
+
+def _ranges(counts: Floats, original: Floats) -> tuple[Floats, Floats]:
+    """Sums over all ways to cut choices into ranges.
+
+    Args:
+        counts: [K, choices, cells].
+        original: [choices, cells] summing to 1.
+
+    Returns:
+        [K, choices] log-evidence and [K, choices, cells] posterior mean by the original probability.
+    """
+    size = original.shape[1]
+    low, high = np.triu_indices(size + 1, 1)
+    ends = np.concatenate([np.zeros((*original.shape[:-1], 1)), np.cumsum(original, axis=-1)], axis=-1)
+    seen = np.concatenate([np.zeros((*counts.shape[:-1], 1)), np.cumsum(counts, axis=-1)], axis=-1)
+    share = ends[:, high] - ends[:, low]
+    taken = (seen[..., high] - seen[..., low])[:, None]
+    concentration = CONCENTRATIONS[:, None, None]
+    cut = min(0.5, _CUTS / size)
+    each = np.full((len(counts), len(CONCENTRATIONS), len(original), size + 1, size + 1), -np.inf)
+    # A range from `low` to `high` ends in a cut, but at the end of the number, and has none inside.
+    each[..., low, high] = _log_ratio(taken, concentration * share, share)
+    each[..., low, high] += (high - low - 1) * np.log1p(-cut) + np.where(high < size, np.log(cut), 0.0)
+    ahead = np.full(each.shape[:-1], -np.inf)
+    behind = np.full(each.shape[:-1], -np.inf)
+    ahead[..., 0] = behind[..., size] = 0.0
+    for end in range(1, size + 1):
+        ahead[..., end] = np.logaddexp.reduce(ahead[..., :end] + each[..., :end, end], axis=-1)
+    for start in range(size - 1, -1, -1):
+        behind[..., start] = np.logaddexp.reduce(behind[..., start + 1 :] + each[..., start, start + 1 :], axis=-1)
+    total = seen[..., -1:][:, None]
+    logs = ahead[..., size] + _log_norm(total, concentration)[..., 0]
+    evidence = np.logaddexp.reduce(logs, axis=1)
+    logs = logs - evidence[:, None] - ahead[..., size]
+    weight = np.exp(ahead[..., low] + each[..., low, high] + behind[..., high] + logs[..., None])
+    value = (weight * (concentration * share + taken) / (concentration + total) / share).sum(axis=1)
+    inside = (np.arange(size) >= low[:, None]) & (np.arange(size) < high[:, None])
+    return evidence - np.log(len(CONCENTRATIONS)), value @ inside
+
+
+@cache
+def _partitions(size: int) -> tuple[tuple[Groups, float], ...]:
+    """Partitions of branches into two groups or more with log-probabilities: their number is drawn first."""
+    if size <= _MOST_ENUMERATED:
+        found = [groups for groups in _all(size) if len(groups) > 1]
+    else:
+        some = [one for most in (1, 2)[: 1 + (size <= _MOST_PAIRED)] for one in combinations(range(size), most)]
+        rest = [tuple(i for i in range(size) if i not in one) for one in some]
+        found = [*zip(some, rest, strict=True), tuple((i,) for i in range(size))]
+    numbers = [len(groups) for groups in found]
+    prior = {number: -np.log(len(set(numbers)) * numbers.count(number)) for number in numbers}
+    return tuple((groups, float(prior[len(groups)])) for groups in found)
+
+
+def _all(size: int) -> Iterator[Groups]:
+    """All partitions of some branches."""
+    if size == 0:
+        yield ()
+        return
+    for groups in _all(size - 1):
+        for place, group in enumerate(groups):
+            yield (*groups[:place], (*group, size - 1), *groups[place + 1 :])
+        yield (*groups, (size - 1,))

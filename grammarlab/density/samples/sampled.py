@@ -1,0 +1,334 @@
+"""Learning a grammar from samples: parameter learning, structure learning, and structure learning with S tied.
+
+Section 4.6 of the paper. Models are drawn from the target density; what they took where is counted; a mixture of
+grammars is fitted to the counts. The methods differ in how symbols are split and in which choices are learned:
+
+- *parameters*: no symbol is split, all choices are learned, one component;
+- *structure*: symbols that relevant features name are split by the edges above them, all choices are learned, one
+  component for each cluster of models that the preference hardly tells apart;
+- *tied*: only choices that the features can depend on are learned, all others stay as they are, in every component;
+  the number of components is the one that explains held-out models best. A preference that reads counts leaves all
+  other choices independent of it, so nothing is lost, and far fewer numbers are estimated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import Literal, NamedTuple, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from grammarlab.arrays import Ints
+from grammarlab.density.counting.attributes import AttributeFeature, AttributeParts, attribute_parts
+from grammarlab.density.counting.automaton import InexactError
+from grammarlab.density.mixtures.choices import Choices, relevant_choices
+from grammarlab.density.mixtures.clustering import cluster, merged
+from grammarlab.density.mixtures.mixing import ContextNames, as_splitting
+from grammarlab.density.mixtures.mixture import Cells, Mixture, dense, fit_mixture
+from grammarlab.density.skeleton import TreeGrammar
+from grammarlab.density.splits.contexts import Contexts, NoContext, OpenPatterns, ParentEdges
+from grammarlab.density.splits.inside import Weights
+from grammarlab.density.splits.learned import LearnedGrammar
+from grammarlab.density.splits.writing import Origin, write
+from grammarlab.density.targets.drawing import Candidates, draw
+from grammarlab.density.targets.ranges import even_cuts, range_ends
+from grammarlab.density.targets.target import Target, pattern_of
+from grammarlab.density.targets.thinning import MOST_PROPOSALS, Progress, silent
+from grammarlab.derivation.selection import select_models
+from grammarlab.errors import UsageError
+from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
+
+Floats = NDArray[np.float64]
+Method: TypeAlias = Literal["parameters", "structure", "tied"]
+METHODS: tuple[Method, ...] = get_args(Method)
+
+NUM_SAMPLES = 5_000
+"""Models to learn from, as in the paper."""
+MOST_COMPONENTS = 128
+"""A mixture begins with no more."""
+HELD_OUT = 5
+"""One model in so many is held out to choose the number of components."""
+RANGES = 12
+"""Into how many a drawn number is cut that the preference reads by its value."""
+_ROUGHLY = 1e-4
+"""Tolerance of EM, in nats, where only the better of several mixtures is wanted."""
+_LITTLE = 1.0
+"""Nats, of all models held out together, that are not worth another component."""
+_SMOOTHING = 0.5
+"""Derivations by the original grammar that each component is given before held-out models are judged."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What models to learn from are like."""
+
+    counts: sparse.csr_array
+    """[N, A] how often each took each cell of the choices."""
+    features: Floats
+    """[N, F] the features that count something, scaled by how relevant they are."""
+    reads: Floats
+    """[N, R] what the preference makes of them: sums and capped counts."""
+    weights: Floats
+    """[N] how much each counts."""
+
+
+def learn(
+    target: Target,
+    method: Method,
+    *,
+    num_samples: int = NUM_SAMPLES,
+    seed: int = 0,
+    relevance: Floats | None = None,
+    num_components: int | None = None,
+    most_proposals: int = MOST_PROPOSALS,
+    header: Sequence[str] = (),
+    on_progress: Progress = silent,
+) -> LearnedGrammar:
+    """A grammar whose density comes near a wanted one, learned from samples of it.
+
+    Args:
+        target: the wanted density.
+        method: see the head of this file.
+        num_samples: models to learn from.
+        seed: of the samples.
+        relevance: [features] by what to multiply the features of the target so that differences count equally; 1 by
+            default.
+        num_components: of the mixture, at most; by default as the method says.
+        most_proposals: models that are looked at, for samples among them.
+        header: lines of a comment at the top of the new file.
+        on_progress: told about models drawn.
+
+    Raises:
+        UsageError: for less than one sample or component.
+        GrammarlabError: when the preference is 0 for all models that were drawn.
+    """
+    if num_samples < 1 or (num_components is not None and num_components < 1):
+        raise UsageError(f"expected at least one sample and one component, found {num_samples} and {num_components}")
+    even = target.even
+    if even is not None:
+        _check_attributes(even)
+        target = replace(target, grammar=even.grammar, base="grammar")
+    learner = _Learner(target, method, relevance)
+    drawn = draw(target, learner.keep, num_samples, seed, most_proposals=most_proposals, on_progress=on_progress)
+    mixture = learner.fit(learner.sample(drawn.chunks), num_components)
+    findings = [drawn.finding, *learner.findings]
+    if drawn.num_models < num_samples:
+        findings.append(f"only {drawn.num_models:,} models to learn from, {num_samples:,} were wanted")
+    learned = written(target, learner.choices, mixture, method, drawn.mean_preference, findings, header)
+    return learned if even is None else _composed(even, learned)
+
+
+def written(
+    target: Target,
+    choices: Choices,
+    mixture: Mixture,
+    method: str,
+    mean_preference: float,
+    findings: Sequence[str],
+    header: Sequence[str],
+) -> LearnedGrammar:
+    """The grammar that a mixture stands for."""
+    splitting = as_splitting(choices, mixture)
+    found = write(target.grammar, splitting, Weights(splitting), header, ContextNames)
+    return LearnedGrammar(
+        found.text,
+        target.grammar,
+        method,
+        "grammar",
+        found.origins,
+        found.start,
+        found.components,
+        choices.attributes,
+        mean_preference,
+        tuple(findings),
+        target.assets,
+    )
+
+
+class _Kept(NamedTuple):
+    """What is kept of accepted models."""
+
+    counts: sparse.csr_array
+    values: Floats
+
+
+class _Learner:
+    """What is learned of a grammar, and from what."""
+
+    def __init__(self, target: Target, method: Method, relevance: Floats | None) -> None:
+        self.target = target
+        self.relevance = np.ones(len(target.features)) if relevance is None else relevance
+        self.method = method
+        self.findings: list[str] = []
+        self.choices = self._choices(TreeGrammar.of(target.grammar).observed(target.first_look))
+        self.cells = Cells(self.choices.original, self.choices.choice)
+
+    def _choices(self, tree: TreeGrammar) -> Choices:
+        attributes = self._attributes()
+        if self.method == "parameters":
+            return Choices.of(Contexts.of(tree, NoContext()), attributes)
+        if self.method == "structure":
+            return Choices.of(Contexts.of(tree, ParentEdges(tree, self.target.patterns)), attributes)
+        contexts = Contexts.of(tree, opened := OpenPatterns(tree, self.target.patterns))
+        return Choices.of(contexts, attributes, relevant_choices(contexts, opened))
+
+    def _attributes(self) -> list[AttributeParts]:
+        """The parts of the attributes that features are about."""
+        named: dict[str, list[AttributeFeature]] = {}
+        for feature in self.target.features:
+            if isinstance(feature, Threshold | Draw):
+                named.setdefault(feature.site, []).append(feature)
+            elif isinstance(feature, HalfSpace):
+                for site in feature.sites:
+                    named.setdefault(site, []).append(Draw(site))
+        found: list[AttributeParts] = []
+        grammar = self.target.grammar
+        for name, features in named.items():
+            bounds = [feature for feature in features if isinstance(feature, Threshold)]
+            by_value = range_ends(grammar, name) and len(bounds) < len(features)
+            try:
+                cuts = even_cuts(grammar, name, RANGES, bounds) if by_value else features
+                found.append(attribute_parts(grammar, name, cuts))
+            except InexactError as error:
+                self.findings.append(f"${name} keeps its density: {error}")
+        return found
+
+    def keep(self, models: Candidates, rows: Ints) -> _Kept:
+        """What is learned from some of the models."""
+        counts = self.choices.count(self.target.grammar, select_models(models.forest, rows))
+        return _Kept(counts, models.values[rows])
+
+    def sample(self, chunks: Sequence[tuple[_Kept, Ints]]) -> Sample:
+        """The models to learn from: some rows of each chunk."""
+        target = self.target
+        counts = sparse.csr_array(sparse.vstack([kept.counts[rows] for kept, rows in chunks]))
+        values = np.concatenate([kept.values[rows] for kept, rows in chunks])
+        counted = [bool(list(pattern_of(feature))) for feature in target.features]
+        summed = [not isinstance(item, Draw | Threshold | HalfSpace) for item in target.reads]
+        parts = dense(counts[:, min(self.choices.first_of_attribute, default=len(self.choices.original)) :])
+        features = np.concatenate([(values * self.relevance)[:, counted], parts], axis=1)
+        reads = np.concatenate([target.read(values)[:, summed], parts], axis=1)
+        return Sample(counts, features, reads, np.ones(len(values)))
+
+    def fit(self, sample: Sample, num_components: int | None) -> Mixture:
+        """The mixture of the method."""
+        if self.method == "parameters":
+            clusters = np.zeros(len(sample.weights), dtype=np.int64)
+        elif self.method == "structure":
+            clusters = cluster(sample.features, sample.weights)
+            if num_components is not None or clusters.max() >= MOST_COMPONENTS:
+                clusters = merged_to(self.cells, sample, clusters, num_components or MOST_COMPONENTS)
+        elif num_components is not None:
+            clusters = cluster(sample.features, sample.weights)
+            clusters = merged_to(self.cells, sample, clusters, num_components)
+        else:
+            begin = [cluster(rows, sample.weights) for rows in (sample.reads, sample.features)]
+            clusters = chosen_components(self.cells, sample, _different([*begin, kinds(sample.counts)]))
+        return fit_mixture(self.cells, sample.counts, sample.weights, clusters).mixture
+
+
+def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) -> Ints:
+    """As few components as with which one part of a sample explains the rest of it, up to chance, as well as any.
+
+    Args:
+        cells: what is learned.
+        sample: the models.
+        clusters: each [N], clusters to begin with; they are joined two by two.
+
+    Returns:
+        [N] the component that each model belongs to most.
+    """
+    held = np.arange(len(sample.weights)) % HELD_OUT == HELD_OUT - 1
+    if not held.any() or not sample.weights[held].any():
+        return np.zeros(len(held), dtype=np.int64)
+    counts, weights = sample.counts[~held], sample.weights[~held]
+    tried: list[tuple[int, Floats, Ints]] = []
+    paths = (merged(cells, counts, weights, consecutive(found[~held]), MOST_COMPONENTS) for found in clusters)
+    for labels in chain.from_iterable(paths):
+        if not _is_tried(int(labels.max()) + 1):
+            continue
+        fit = fit_mixture(cells, counts, weights, labels, _ROUGHLY)
+        mixture = _smoothed(cells, fit.mixture, float(weights.sum()))
+        each = mixture.log_ratios(cells, sample.counts)
+        explained = sample.weights[held] * np.logaddexp.reduce(each[held], axis=1)
+        tried.append((len(mixture.weights), explained, consecutive(each.argmax(axis=1))))
+    best = max(tried, key=lambda found: float(found[1].sum()))[1]
+    # The rule of one standard error: what is better by less than that may be chance.
+    near = [found for found in tried if (best - found[1]).sum() <= _spread(best - found[1]) + _LITTLE]
+    return min(near, key=lambda found: (found[0], -float(found[1].sum())))[2]
+
+
+def _spread(values: Floats) -> float:
+    """Standard deviation of the sum of independent values."""
+    return float(np.sqrt(len(values)) * values.std())
+
+
+def merged_to(cells: Cells, sample: Sample, clusters: Ints, number: int) -> Ints:
+    """The clusters [N] joined until no more than a number are left."""
+    steps = merged(cells, sample.counts, sample.weights, clusters, MOST_COMPONENTS)
+    return next(labels for labels in steps if labels.max() < number)
+
+
+def _different(clusterings: Sequence[Ints]) -> list[Ints]:
+    """Clusterings without those that another one before says too."""
+    found: list[Ints] = []
+    for labels in clusterings:
+        size = labels.max() + 1
+        same = [size == o.max() + 1 == np.unique(np.stack([labels, o]), axis=1).shape[1] for o in found]
+        if not any(same):
+            found.append(labels)
+    return found
+
+
+def _is_tried(number: int) -> bool:
+    """Small numbers of components are all tried, of large ones each a quarter larger than the one before."""
+    tried = 8
+    while tried < number:
+        tried = tried * 5 // 4
+    return number <= 8 or tried == number
+
+
+def _smoothed(cells: Cells, mixture: Mixture, total: float) -> Mixture:
+    """Components mixed with a little of the original grammar, so that nothing it makes is impossible."""
+    mass = mixture.weights * total
+    share = (_SMOOTHING / (mass + _SMOOTHING))[:, None]
+    weights = (mass + _SMOOTHING) / (mass + _SMOOTHING).sum()
+    return Mixture(weights, (1.0 - share) * mixture.probabilities + share * cells.original)
+
+
+def kinds(counts: sparse.csr_array) -> Ints:
+    """Clusters [N] of models that took all choices alike."""
+    table = dense(counts)
+    if not table.shape[1]:
+        return np.zeros(len(table), dtype=np.int64)
+    return np.unique(table, axis=0, return_inverse=True)[1].reshape(-1)
+
+
+def consecutive(labels: Ints) -> Ints:
+    """Labels numbered anew, from 0 without gaps."""
+    return np.unique(labels, return_inverse=True)[1].reshape(-1)
+
+
+def _check_attributes(even: LearnedGrammar) -> None:
+    """Makes sure that evening out a grammar left its drawn attributes as they are."""
+    for parts in even.attributes:
+        if even.grammar.attributes[parts.name].value != even.original.attributes[parts.name].value:
+            raise UsageError(f"an even base also evens out how {parts.name} is chosen: use the method compile")
+
+
+def _composed(even: LearnedGrammar, learned: LearnedGrammar) -> LearnedGrammar:
+    """What was learned of an evened grammar, as made of the grammar that was evened."""
+    origins = dict(learned.origins)
+    for key in TreeGrammar.of(learned.grammar).bodies:
+        origin = learned.origins.get(key)
+        first = even.origins.get(key if origin is None else origin.key)
+        if first is not None and origin is not None:
+            found = {b: first.branches.get(o) if o is not None else None for b, o in origin.branches.items()}
+            origins[key] = Origin(first.key, found)
+        elif first is not None:
+            origins[key] = first
+    return replace(learned, original=even.original, base="uniform", origins=origins)

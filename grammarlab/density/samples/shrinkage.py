@@ -1,0 +1,81 @@
+"""Choices learned from few examples: how likely each is to matter, and what is made of it.
+
+Most choices of a grammar have nothing to do with what is liked. So each is as it was, unless the examples are so much
+likelier with levels of its own that one would bet on it: the spike-and-slab prior. About one choice of each kind is
+expected to matter, so the bet is the longer, the more choices there are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import expit
+
+from grammarlab.density.mixtures.mixture import Cells
+from grammarlab.density.samples.levels import Levels, Posterior
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+_DOUBTFUL = 0.2
+"""Choices that matter with a smaller probability stay as they are, so that the grammar stays readable."""
+
+
+@dataclass(frozen=True)
+class Shrinkage:
+    """Choices, the prior of each, and all examples together."""
+
+    levels: Levels
+    odds: Floats
+    """[choices] log of the prior odds that it matters."""
+    total: Floats
+    """[A] how often the examples took each cell."""
+
+    @classmethod
+    def of(cls, cells: Cells, ordered: Flags, drawn: Flags, total: Floats) -> Shrinkage:
+        """Choices of a grammar.
+
+        Args:
+            cells: their branches.
+            ordered: see `Levels.of`.
+            drawn: [choices] which are attributes and which choices of rules; one of each kind is expected to matter.
+            total: [A] how often the examples took each cell.
+        """
+        made = np.bincount(cells.choice, weights=total, minlength=len(drawn)) > 0.0
+        number = np.where(drawn, np.count_nonzero(made & drawn), np.count_nonzero(made & ~drawn))
+        return cls(Levels.of(cells, ordered), -np.log(np.maximum(number, 1.0)), total)
+
+    @property
+    def cells(self) -> Cells:
+        """The branches of the choices."""
+        return self.levels.cells
+
+    @cached_property
+    def posterior(self) -> Posterior:
+        """What all examples say; K is 1."""
+        return self.levels.posterior(self.total[None])
+
+    @cached_property
+    def evidence(self) -> Floats:
+        """[choices] log of the probability of the examples by that under the original grammar."""
+        return averaged(self.odds, self.posterior.evidence[0])
+
+    @cached_property
+    def relevance(self) -> Floats:
+        """[choices] probability that each matters; 0 for doubtful ones."""
+        found = expit(self.odds + self.posterior.evidence[0])
+        return np.where(found < _DOUBTFUL, 0.0, found)
+
+    @cached_property
+    def probabilities(self) -> Floats:
+        """[A] posterior mean of each cell's probability."""
+        ratio = 1.0 + self.relevance[self.cells.choice] * (self.posterior.ratio[0] - 1.0)
+        return self.cells.original * ratio
+
+
+def averaged(odds: Floats, evidence: Floats) -> Floats:
+    """Log-evidence of choices that matter with some prior odds, from that if they do."""
+    return np.logaddexp(0.0, odds + evidence) - np.logaddexp(0.0, odds)

@@ -1,0 +1,1 @@
+"""Symbols split by what their trees are for: from a grammar to another one, exactly."""

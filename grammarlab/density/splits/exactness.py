@@ -1,0 +1,42 @@
+"""Which features an exact grammar can follow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from grammarlab.density.counting.attributes import attribute_parts
+from grammarlab.density.counting.automaton import count_automaton
+from grammarlab.density.counting.components import Components, Reading
+from grammarlab.density.skeleton import TreeGrammar
+from grammarlab.density.splits.compile import RECURSIVE_CAP, countable
+from grammarlab.derivation.forest import Forest
+from grammarlab.errors import InexactError
+from grammarlab.features.patterns.pattern import Feature
+from grammarlab.language.grammar import Grammar
+
+
+@dataclass(frozen=True)
+class Exactness:
+    """What the exact grammars made of one grammar can tell apart."""
+
+    grammar: Grammar
+    forest: Forest
+    """Derivations that show how often successors inside blocks occur."""
+
+    def reason_against(self, feature: Feature) -> str:
+        """Why an exact grammar cannot follow a feature; empty where it can."""
+        try:
+            found = countable(feature)
+            if isinstance(found, Reading):
+                reading = replace(found, cap=min(found.cap, RECURSIVE_CAP))
+                count_automaton(Components(self._tree, (reading,)))
+            else:
+                attribute_parts(self.grammar, found.site, [found])
+        except InexactError as error:
+            return str(error)
+        return ""
+
+    @cached_property
+    def _tree(self) -> TreeGrammar:
+        return TreeGrammar.of(self.grammar).observed(self.forest)

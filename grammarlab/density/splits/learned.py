@@ -1,0 +1,153 @@
+"""A grammar that came out of another one: its text, its density, and its trees seen as trees of the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.density.counting.attributes import AttributeParts, parts_taken
+from grammarlab.density.sampler import AbstractSampler
+from grammarlab.density.skeleton import TreeGrammar
+from grammarlab.density.splits.splitting import Base
+from grammarlab.density.splits.tree_density import Start, TreeRatio
+from grammarlab.density.splits.writing import Mixed, Origin
+from grammarlab.derivation.compiler import compile_grammar
+from grammarlab.derivation.derive import derive
+from grammarlab.derivation.forest import Draws, Forest, RuleName, Site
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.numbering import SymbolKey
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LearnedGrammar(AbstractSampler):
+    """A grammar made from another one by splitting symbols and changing percentages."""
+
+    text: str
+    """An ordinary rule file: it says all about how the density is sampled."""
+    original: Grammar
+    """What it was made from."""
+    method: str
+    base: Base
+    """What the preference multiplies: the original density, or the same for every tree."""
+    origins: Mapping[SymbolKey, Origin]
+    """For each rule that is new or changed."""
+    start: SymbolKey
+    components: tuple[Mixed, ...]
+    attributes: tuple[AttributeParts, ...]
+    """Those whose draws were cut into parts."""
+    mean_preference: float
+    """The mean of the preference over the models of the base density that it multiplies, up to the number of trees
+    where the base is uniform: what divides it to make the density."""
+    findings: tuple[str, ...] = ()
+    """What a person should know about how it was made."""
+    assets: Path | None = None
+    """Folder of meshes and images."""
+
+    @property
+    def accept_rate(self) -> None:
+        """All its models are kept."""
+        return None
+
+    @cached_property
+    def grammar(self) -> Grammar:
+        """What the text says."""
+        return Grammar.parse(self.text, self.original.file)
+
+    @property
+    def rules_before(self) -> int:
+        """Alternatives of the rules of the original grammar."""
+        return num_alternatives(self.original)
+
+    @property
+    def rules_after(self) -> int:
+        """Alternatives of the rules."""
+        return num_alternatives(self.grammar)
+
+    @property
+    def rules_changed(self) -> int:
+        """Those of the rules that are new or changed: known before the text is read."""
+        return sum(len(origin.branches) for origin in self.origins.values())
+
+    def sample(self, num_models: int, seed: int) -> Forest:
+        return self.as_original(derive(self.grammar, num_models, seed, assets=self.assets))
+
+    def log_density(self, forest: Forest) -> Floats:
+        with np.errstate(divide="ignore"):
+            return forest.log_probability() + np.log(self.ratio(forest))
+
+    def ratio(self, forest: Forest) -> Floats:
+        """Density [models] of trees of the original grammar by that under the original grammar.
+
+        Computed from the text of both grammars, summing over the variants that each node may have been.
+        """
+        trees = self._trees(forest)
+        taken = [parts_taken(parts, self.original, forest) for parts in self.attributes]
+        result = np.zeros(forest.num_models)
+        for component, ratio in zip(self.components, trees, strict=True):
+            drawn = np.full(forest.num_models, component.probability)
+            for parts, probabilities, number in zip(self.attributes, component.attributes, taken, strict=True):
+                drawn *= (probabilities / parts.probabilities)[number]
+            result += drawn * ratio
+        return result
+
+    def as_original(self, forest: Forest) -> Forest:
+        """Trees of this grammar as trees of the original: symbols and rules under the original's names.
+
+        Geometry stays. Draws stay where they say the same in both grammars: numbers, and choices in definitions that
+        did not change. Their densities are those of this grammar.
+        """
+        program = compile_grammar(self.original)
+        symbols = _numbered(program.symbols)
+        rules: dict[object, int] = {
+            (rule.symbol, rule.parameters, rule.branch): i for i, rule in enumerate(program.rule_names)
+        }
+        known = {origin_name: origin.key[0] for (origin_name, _), origin in self.origins.items()}
+        symbol = np.array([symbols[known.get(name, name)] for name in forest.symbols], dtype=program.id_type)
+        rule = np.array([*(rules.get(self._origin(name), -1) for name in forest.rules), -1], dtype=program.id_type)
+        nodes = replace(forest.nodes, symbol=symbol[forest.nodes.symbol], rule=rule[forest.nodes.rule])
+        sites = _numbered(site.name for site in program.sites)
+        place = np.array(
+            [sites[site.name] if self._is_kept(site, sites) else -1 for site in forest.sites], dtype=program.id_type
+        )
+        kept = np.flatnonzero(place[forest.draws.site] >= 0) if len(place) else np.zeros(0, dtype=np.int64)
+        draws = forest.draws
+        draws = Draws(draws.node[kept], place[draws.site[kept]], draws.value[kept], draws.log_density[kept])
+        return replace(
+            forest, symbols=program.symbols, rules=program.rule_names, sites=program.sites, nodes=nodes, draws=draws
+        )
+
+    def _is_kept(self, site: Site, known: Mapping[object, int]) -> bool:
+        """Whether draws of a site say the same in the original."""
+        if any(parts.name == site.definition for parts in self.attributes):
+            return site.kind == "uniform" and site.name in known
+        return site.name in known and all(site.definition != name for name, _ in self.origins)
+
+    def _origin(self, rule: RuleName) -> tuple[str, int, tuple[int, ...] | None]:
+        origin = self.origins.get((rule.symbol, rule.parameters))
+        if origin is None:
+            return rule.symbol, rule.parameters, rule.branch
+        return (*origin.key, origin.branches.get(rule.branch))
+
+    @cached_property
+    def _trees(self) -> TreeRatio:
+        branching = len({component.start for component in self.components}) > 1
+        starts = [Start(self.start, i if branching else None) for i in range(len(self.components))]
+        learned = TreeGrammar.of(self.grammar, self.start[0])
+        return TreeRatio(TreeGrammar.of(self.original), learned, self.origins, starts)
+
+
+def _numbered(items: Iterable[object]) -> dict[object, int]:
+    return {item: i for i, item in enumerate(items)}
+
+
+def num_alternatives(grammar: Grammar) -> int:
+    """How many ways to rewrite a symbol the rules of a grammar have in all."""
+    tree = TreeGrammar.of(grammar)
+    return sum(alternative.branch is not None for key in tree.bodies for alternative in tree.alternatives(key))

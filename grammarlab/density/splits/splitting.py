@@ -1,0 +1,237 @@
+"""Symbols split by what their trees are for: the exact grammar before it becomes text.
+
+A variant is a symbol together with a future. The future of the start symbol is the preference itself; every rule hands
+it on to its successors, and each new combination of a symbol and a future becomes a variant. A symbol whose future
+does not care stays as it is. The weight of a variant is the sum, over all trees it has, of probability times future:
+an inside weight. With these, chances become p(alternative) x weights of its successors / weight of the variant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import prod
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.density.counting.attributes import AttributeParts
+from grammarlab.density.counting.automaton import Automaton, Scan, Step
+from grammarlab.density.counting.outside import decompose, snapped
+from grammarlab.density.skeleton import Alternative, Body, Cases, Chance, leaves
+from grammarlab.errors import InexactError
+from grammarlab.language.call_order import groups
+from grammarlab.language.numbering import Branch, Successor, SymbolKey
+
+Floats = NDArray[np.float64]
+Base: TypeAlias = Literal["grammar", "uniform"]
+
+_MOST_COMPONENTS = 200
+"""So many branches the start rule may have that go with values of attributes."""
+MOST_WAYS = 20_000
+"""Alternatives of all variants together."""
+PLAIN = -1
+"""In place of a variant: the symbol as the original grammar has it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """One way to carry an alternative out: which variants its successors become."""
+
+    weight: float
+    children: Mapping[int, int]
+    """Variant by place of the successor; those left out stay `PLAIN`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """A symbol with a future."""
+
+    key: SymbolKey
+    future: Floats
+    """[S] for each state of the symbol; the largest is 1."""
+    ways: Mapping[Branch | None, tuple[Way, ...]]
+    """For each alternative; none where it cannot be."""
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """A summand of the preference: parts of attributes that go with a variant of the start symbol."""
+
+    weight: float
+    attributes: tuple[Floats, ...]
+    """For each attribute a weight [parts], the largest 1."""
+    start: int
+    """Variant of the start symbol."""
+
+
+@dataclass(frozen=True, slots=True)
+class Splitting:
+    """All variants that are needed, and where derivations begin."""
+
+    automaton: Automaton
+    attributes: tuple[AttributeParts, ...]
+    base: Base
+    variants: tuple[Variant, ...]
+    components: tuple[Component, ...]
+
+
+def split(
+    automaton: Automaton,
+    attributes: Sequence[AttributeParts],
+    preference: Callable[[NDArray[np.int64], NDArray[np.int64]], Floats],
+    base: Base = "grammar",
+    max_ways: int = MOST_WAYS,
+) -> Splitting:
+    """Splits the symbols of a grammar by a preference.
+
+    Args:
+        automaton: counts the patterns that the preference reads.
+        attributes: the drawn attributes that it reads.
+        preference: from counts of patterns [n, patterns] and of attribute features [n, attribute features] to values
+            [n], finite and at least 0.
+        base: what the preference multiplies: the probabilities of the grammar, or 1 for every tree.
+        max_ways: so many alternatives the result may have.
+
+    Raises:
+        InexactError: when it would have more.
+    """
+    build = _Build(automaton, base, max_ways)
+    components = tuple(build.components(attributes, preference))
+    build.run()
+    return Splitting(automaton, tuple(attributes), base, tuple(build.variants), components)
+
+
+class _Build:
+    def __init__(self, automaton: Automaton, base: Base, max_ways: int) -> None:
+        self.automaton = automaton
+        self.tree = automaton.components.tree
+        self.free = _uncounted(automaton) if base == "uniform" else frozenset(self.tree.reachable)
+        """Symbols that stay as they are where their future does not care."""
+        self.max_ways = max_ways
+        self.num_ways = 0
+        self.numbers: dict[tuple[SymbolKey, bytes], int] = {}
+        self.waiting: list[tuple[SymbolKey, Floats]] = []
+        self.variants: list[Variant] = []
+
+    def components(
+        self,
+        attributes: Sequence[AttributeParts],
+        preference: Callable[[NDArray[np.int64], NDArray[np.int64]], Floats],
+    ) -> list[Component]:
+        """The preference as a sum of products of the attributes and the tree."""
+        totals = self.automaton.totals
+        sizes = [len(attribute.parts) for attribute in attributes]
+        if float(np.prod([*sizes, float(len(totals))])) > self.max_ways * 50:
+            raise InexactError("the preference tells apart too many combinations of attributes and trees")
+        combinations = np.indices([*sizes, len(totals)]).reshape(len(sizes) + 1, -1)
+        drawn = [attribute.counts[index] for attribute, index in zip(attributes, combinations, strict=False)]
+        none = np.zeros((combinations.shape[1], 0), dtype=np.int64)
+        values = preference(totals[combinations[-1]], np.concatenate([none, *drawn], axis=1))
+        products = decompose(_side_by_side([*sizes, len(totals)]), values, _MOST_COMPONENTS)
+        return [
+            Component(product.weight, product.futures[:-1], self._variant(self.tree.start, product.futures[-1]))
+            for product in products
+        ]
+
+    def run(self) -> None:
+        """Splits until no variant is missing."""
+        while len(self.variants) < len(self.waiting):
+            key, future = self.waiting[len(self.variants)]
+            ways = {
+                alternative.branch: self._ways(key, alternative.branch, alternative.successors, future)
+                for alternative in leaves(self.tree.body(key))
+            }
+            self.variants.append(Variant(key, future, ways))
+
+    def _variant(self, key: SymbolKey, future: Floats) -> int:
+        if key in self.free and (snapped(future) == 1.0).all():
+            return PLAIN
+        address = key, snapped(future).tobytes()
+        if address not in self.numbers:
+            self.numbers[address] = len(self.waiting)
+            self.waiting.append((key, future))
+        return self.numbers[address]
+
+    def _ways(
+        self, key: SymbolKey, branch: Branch | None, successors: Sequence[Successor], future: Floats
+    ) -> tuple[Way, ...]:
+        scan = self._scan(key, branch)
+        if scan is None:
+            return ()
+        read = {step.child for step in scan.steps}
+        others = {
+            child: variant
+            for child, successor in enumerate(successors)
+            if child not in read and (variant := self._unread(successor)) != PLAIN
+        }
+        ways: list[Way] = []
+        for product in decompose(scan, future, self.max_ways):
+            children = {
+                step.child: variant
+                for step, wanted in zip(scan.steps, product.futures, strict=True)
+                if (variant := self._variant(step.key, wanted)) != PLAIN
+            }
+            ways.append(Way(product.weight, {**others, **children}))
+        self.num_ways += len(ways)
+        if self.num_ways > self.max_ways:
+            raise InexactError(f"the grammar would have more than {self.max_ways:,} alternatives")
+        return tuple(ways)
+
+    def _scan(self, key: SymbolKey, branch: Branch | None) -> Scan | None:
+        """How the children of an alternative are read; None where no derivation of it ends."""
+        if self.automaton.components.active[key]:
+            return self.automaton.scans.get((key, branch))
+        return Scan((), np.zeros(1, dtype=np.int64))
+
+    def _unread(self, successor: Successor) -> int:
+        """The variant of a successor that no state depends on."""
+        if successor.key in self.free:
+            return PLAIN
+        return self._variant(successor.key, np.ones(len(self.automaton.states[successor.key])))
+
+
+def _side_by_side(sizes: Sequence[int]) -> Scan:
+    """A scan that remembers the states of all children."""
+    steps: list[Step] = []
+    seen = 1
+    for child, size in enumerate(sizes):
+        steps.append(Step(child, ("", 0), np.arange(seen * size).reshape(seen, size)))
+        seen *= size
+    return Scan(tuple(steps), np.arange(seen))
+
+
+def _uncounted(automaton: Automaton) -> frozenset[SymbolKey]:
+    """The symbols that an even base leaves as they are: those with one tree, and those whose trees cannot be counted.
+
+    Trees cannot be counted where a symbol calls itself, occurs a number of times that depends on sizes, or has a
+    different number of them in different cases.
+    """
+    tree, active = automaton.components.tree, automaton.components.active
+    calls = {key: tuple({s.key for a in tree.alternatives(key) for s in a.successors}) for key in tree.reachable}
+    number: dict[SymbolKey, int] = {}
+    for group in groups(calls):
+        for key in group:
+            if active[key] and key in tree.bodies:
+                number[key] = 0
+            elif len(group) > 1 or key in calls[key]:
+                number[key] = 1
+            else:
+                number[key] = _num_trees(tree.body(key), number) or 1
+    return frozenset(key for key, count in number.items() if count == 1)
+
+
+def _num_trees(body: Body, number: Mapping[SymbolKey, int]) -> int | None:
+    """How many trees a body has, from those of its successors; None where that depends on sizes or conditions."""
+    if isinstance(body, Alternative):
+        if any(successor.copies is None and number[successor.key] > 1 for successor in body.successors):
+            return None
+        return prod(number[successor.key] ** (successor.copies or 0) for successor in body.successors)
+    if isinstance(body, Chance) and body.probabilities is None:
+        return None
+    counts = [_num_trees(branch, number) for branch in body.branches]
+    known = [count for count in counts if count is not None]
+    if len(known) < len(counts) or (isinstance(body, Cases) and len(set(known)) > 1):
+        return None
+    return known[0] if isinstance(body, Cases) else sum(known)

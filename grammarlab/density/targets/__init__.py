@@ -1,0 +1,1 @@
+"""Densities that are wanted, and models that follow them by rejection."""

@@ -1,0 +1,150 @@
+"""A grammar with an acceptance rule: what a grammar of sensible size cannot say, rejection does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.density.sampler import AbstractSampler, GrammarSampler
+from grammarlab.density.splits.learned import LearnedGrammar, num_alternatives
+from grammarlab.density.splits.splitting import Base
+from grammarlab.derivation.forest import Forest
+from grammarlab.errors import UsageError
+from grammarlab.features.patterns.pattern import Feature, Pattern, Present
+from grammarlab.features.rules.acceptance import Acceptance, SplitSymbol, annotations_of
+from grammarlab.features.rules.expression import Expression
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.numbering import SymbolKey
+from grammarlab.language.rewriting import rewrite
+
+Floats = NDArray[np.float64]
+
+_NAME = "acceptance_rate"
+
+
+@dataclass(frozen=True)
+class AcceptedGrammar(AbstractSampler):
+    """A density made of a grammar and of a rule about which of its models to keep."""
+
+    text: str
+    """A rule file with the rule in an annotation."""
+    original: Grammar
+    """What it was made from."""
+    part: LearnedGrammar | None
+    """What the grammar is without the rule; None where it is the original."""
+    rule: Expression
+    """Over the features of the original: the probability, cut to 0 to 1, with which a model is kept."""
+    mean: float
+    """Of the rule over the models of the part, as far as the pool tells."""
+    accept_rate: float
+    """Share of candidates that the file keeps: the mean, times that of a rule that the original had."""
+    base: Base
+    findings: tuple[str, ...]
+    """What a person should know about how it was made."""
+    assets: Path | None = None
+    """Folder of meshes and images."""
+
+    @property
+    def method(self) -> str:
+        """The name of the method."""
+        return "acceptance"
+
+    @property
+    def rules_before(self) -> int:
+        """Alternatives of the rules of the original grammar."""
+        return num_alternatives(self.original)
+
+    @property
+    def rules_after(self) -> int:
+        """Alternatives of the rules."""
+        return self.rules_before if self.part is None else self.part.rules_after
+
+    @cached_property
+    def grammar(self) -> Grammar:
+        """What the text says."""
+        return Grammar.parse(self.text, self.original.file)
+
+    def sample(self, num_models: int, seed: int) -> Forest:
+        forest = GrammarSampler(self.grammar, self.assets).sample(num_models, seed)
+        return forest if self.part is None else self.part.as_original(forest)
+
+    def log_density(self, forest: Forest) -> Floats:
+        with np.errstate(divide="ignore"):
+            return forest.log_probability() + np.log(self.ratio(forest))
+
+    def ratio(self, forest: Forest) -> Floats:
+        """Density [models] of models of the original grammar by that under the original grammar."""
+        kept = Acceptance(self.rule, {}).probabilities(forest)
+        return kept / self.mean * (1.0 if self.part is None else self.part.ratio(forest))
+
+
+def split_symbols(part: LearnedGrammar | None, features: tuple[Feature, ...]) -> Mapping[SymbolKey, SplitSymbol]:
+    """What a learned grammar calls symbols that patterns name.
+
+    Args:
+        part: the learned grammar; None for the original.
+        features: what is counted.
+    """
+    if part is None:
+        return {}
+    nodes = [node for feature in features for node in _nodes(feature)]
+    every = any(node.symbol is None and node.branch is not None for node in nodes)
+    named = {node.symbol for node in nodes}
+    return {
+        key: SplitSymbol(origin.key[0], origin.branches)
+        for key, origin in part.origins.items()
+        if every or origin.key[0] in named
+    }
+
+
+def with_rule(grammar: Grammar, acceptance: Acceptance, rate: float, header: Sequence[str] = ()) -> str:
+    """The text of a grammar with an acceptance rule in the place of the one that it had.
+
+    Args:
+        grammar: the grammar.
+        acceptance: the rule.
+        rate: share of its models that are kept.
+        header: lines of a comment at the top of the file.
+    """
+    name = next(f"{_NAME}{end}" for end in _ends() if f"{_NAME}{end}" not in grammar.text)
+    definition = f"{acceptance.annotation()}\nconst {name} = {rate:.3g}"
+    return rewrite(grammar, {}, None, [definition], header)
+
+
+def product_with_own(grammar: Grammar, rule: str) -> tuple[Grammar, Expression]:
+    """A grammar without its acceptance rule, and the product of that rule with another one.
+
+    Raises:
+        UsageError: where the product is too long.
+    """
+    own = Acceptance.of(grammar.tree)
+    if own is None:
+        return grammar, Expression.parse(rule)
+    if own.split:
+        raise UsageError("the acceptance rule of this file counts symbols that are split: learn from its original")
+    number = next(i for i, d in enumerate(grammar.tree.definitions) if annotations_of(grammar.tree)[0] in d.annotations)
+    start, end = grammar.tree.spans[number]
+    text = grammar.text[:start] + grammar.text[end:].lstrip()
+    return Grammar.parse(text, grammar.file), Expression.parse(f"min(max({own.expression.text}, 0), 1) * ({rule})")
+
+
+def _ends() -> Iterator[str]:
+    yield ""
+    number = 2
+    while True:
+        yield f"_{number}"
+        number += 1
+
+
+def _nodes(feature: Feature) -> Iterator[Pattern]:
+    inner = feature.feature if isinstance(feature, Present) else feature
+    waiting = [inner] if isinstance(inner, Pattern) else []
+    while waiting:
+        node = waiting.pop()
+        yield node
+        waiting += [below for run in node.below for below in run.run]

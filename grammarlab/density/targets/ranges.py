@@ -1,0 +1,174 @@
+"""Drawn numbers cut into ranges: what comes near a preference that changes with every value of them.
+
+A grammar can choose a range and draw evenly inside it. So the nearest preference that it can follow is, in each box of
+ranges, the mean of the wanted one. Choices that are read by the number of their branch are cut alike, since numbers
+that belong together in too many ways need too many rules.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain
+from math import prod
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from grammarlab.density.counting.attributes import drawn_range
+from grammarlab.density.counting.reading import Read
+from grammarlab.density.splits.compile import Preference
+from grammarlab.errors import InexactError
+from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.syntax.tree import Stochastic, alternatives
+
+Floats = NDArray[np.float64]
+
+_POINTS = 128
+"""In each box, to compute the mean of a preference."""
+_MOST_BOXES = 40_000
+
+
+def range_ends(grammar: Grammar, name: str) -> tuple[float, ...]:
+    """Where the ranges of ``rand(a, b)`` begin and end that an attribute is drawn from, ascending; none for others."""
+    attribute = grammar.attributes.get(name)
+    leaves = [] if attribute is None else [drawn_range(leaf) for leaf in alternatives(attribute.value)]
+    ends = {end for leaf in leaves if leaf is not None for end in leaf}
+    return tuple(sorted(ends)) if None not in leaves else ()
+
+
+def even_cuts(grammar: Grammar, name: str, number: int, more: Sequence[Threshold] = ()) -> list[Threshold]:
+    """The bounds that cut an attribute into a number of ranges or more, none of which holds the end of a draw.
+
+    Args:
+        grammar: the grammar.
+        name: an attribute with `range_ends`.
+        number: at least 1.
+        more: other bounds to cut it at.
+    """
+    ends = range_ends(grammar, name)
+    inner = {*ends[1:-1], *(found.bound for found in more), *np.linspace(ends[0], ends[-1], number + 1)[1:-1].tolist()}
+    return [Threshold(name, cut) for cut in sorted(inner) if ends[0] < cut < ends[-1]]
+
+
+def with_ranges(
+    grammar: Grammar, reads: Sequence[Read], preference: Preference, number: int
+) -> tuple[tuple[Read, ...], Preference]:
+    """What reads ranges instead of numbers, and the mean of a preference in these ranges.
+
+    Args:
+        grammar: the grammar.
+        reads: what the preference reads.
+        preference: from their values to a score.
+        number: of ranges of each attribute that is read by its value.
+
+    Returns:
+        The same as given, where no attribute is read so.
+
+    Raises:
+        InexactError: when there are too many boxes.
+    """
+    names = tuple(sorted({name for read in reads for name in _by_value(grammar, read)}))
+    if not names:
+        return tuple(reads), preference
+    bounds = [read for read in reads if isinstance(read, Threshold)]
+    choices = {Draw(name) for name in names if _num_branches(grammar, name)}
+    kept = [read for read in reads if read in choices or not _by_value(grammar, read)]
+    axes: list[_Axis] = []
+    for name in names:
+        size = _num_branches(grammar, name)
+        if size:
+            axes.append(_Axis(np.unique(np.linspace(0, size, number + 1).round()), [kept.index(Draw(name))], True))
+            continue
+        cuts = even_cuts(grammar, name, number, [found for found in bounds if found.site == name])
+        kept += [found for found in cuts if found not in kept]
+        first, *_, last = range_ends(grammar, name)
+        edges = np.array([first, *(found.bound for found in cuts), last])
+        axes.append(_Axis(edges, [kept.index(found) for found in cuts], False))
+    if prod(len(axis.edges) - 1 for axis in axes) > _MOST_BOXES:
+        raise InexactError(f"{len(names)} drawn numbers have too many combinations of {number} ranges")
+    return tuple(kept), _Means(tuple(reads), tuple(kept), preference, names, tuple(axes))
+
+
+def _by_value(grammar: Grammar, read: Read) -> tuple[str, ...]:
+    """The attributes that are read by their value."""
+    if isinstance(read, HalfSpace):
+        return read.sites if all(range_ends(grammar, name) for name in read.sites) else ()
+    if isinstance(read, Draw) and read.branch is None:
+        return (read.site,) if range_ends(grammar, read.site) or _num_branches(grammar, read.site) else ()
+    return ()
+
+
+def _num_branches(grammar: Grammar, name: str) -> int:
+    """How many branches the choice has that is drawn for an attribute; 0 where that is none."""
+    attribute = grammar.attributes.get(name)
+    if attribute is None or range_ends(grammar, name) or not isinstance(attribute.value, Stochastic):
+        return 0
+    return len(attribute.value.branches)
+
+
+@dataclass(frozen=True, slots=True)
+class _Axis:
+    """The ranges of one attribute."""
+
+    edges: Floats
+    """[ranges + 1] their ends."""
+    columns: list[int]
+    """Where among what is read its bounds stand, or the number of its branch."""
+    is_choice: bool
+
+    def range_of(self, values: Floats) -> NDArray[np.int64]:
+        """[n] the range that models lie in."""
+        if self.is_choice:
+            return np.searchsorted(self.edges, values[:, self.columns[0]], side="right") - 1
+        return (len(self.edges) - 2 - values[:, self.columns].sum(axis=1)).astype(np.int64)
+
+    def drawn(self, ranges: NDArray[np.int64], share: float) -> Floats:
+        """[n] the value at a share, 0 to 1, of the way through each range."""
+        found = self.edges[ranges] + share * np.diff(self.edges)[ranges]
+        return np.floor(found) if self.is_choice else found
+
+
+@dataclass(frozen=True, slots=True)
+class _Means:
+    """The mean of a preference over the boxes that models lie in."""
+
+    reads: tuple[Read, ...]
+    """What the preference reads."""
+    kept: tuple[Read, ...]
+    """What is read instead."""
+    preference: Preference
+    names: tuple[str, ...]
+    """The attributes that were cut."""
+    axes: tuple[_Axis, ...]
+
+    def __call__(self, values: Floats) -> Floats:
+        ranges = np.stack([axis.range_of(values) for axis in self.axes], axis=1)
+        own = list(chain.from_iterable(axis.columns for axis in self.axes))
+        others = np.delete(values, own, axis=1)
+        _, first, box = np.unique(
+            np.concatenate([ranges, others], axis=1), axis=0, return_index=True, return_inverse=True
+        )
+        return self._of_boxes(values[first], ranges[first])[box.reshape(-1)]
+
+    def _of_boxes(self, values: Floats, ranges: NDArray[np.int64]) -> Floats:
+        # Half a step from the lower ends, so that points lie evenly inside.
+        points = qmc.Sobol(len(self.axes), scramble=False).random(_POINTS) + 0.5 / _POINTS
+        total = np.zeros(len(values))
+        for point in points:
+            shares = zip(self.names, self.axes, ranges.T, point, strict=True)
+            drawn = {name: axis.drawn(column, share) for name, axis, column, share in shares}
+            total += self.preference(np.stack([self._value(read, values, drawn) for read in self.reads], axis=1))
+        return total / len(points)
+
+    def _value(self, read: Read, values: Floats, drawn: dict[str, Floats]) -> Floats:
+        if isinstance(read, Draw) and read.branch is None and read.site in drawn:
+            return drawn[read.site]
+        if isinstance(read, HalfSpace) and drawn.keys() >= set(read.sites):
+            columns = np.stack([drawn[site] for site in read.sites], axis=1)
+            if read.logarithmic:
+                columns = np.log(np.where(columns > 0.0, columns, np.nan))
+            return (columns @ np.array(read.weights) < read.bound).astype(np.float64)
+        return values[:, self.kept.index(read)]

@@ -1,0 +1,149 @@
+"""The density that is wanted: a grammar times a preference that reads features."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.assets.meshes import AssetFolder
+from grammarlab.density.counting.components import Reading
+from grammarlab.density.counting.reading import Read, read
+from grammarlab.density.rounding import EXACT
+from grammarlab.density.skeleton import ENOUGH_MODELS
+from grammarlab.density.splits.compile import Preference, compile_density
+from grammarlab.density.splits.learned import LearnedGrammar
+from grammarlab.density.splits.splitting import MOST_WAYS, Base
+from grammarlab.density.targets.ranges import with_ranges
+from grammarlab.derivation.derive import NODES_PER_CHUNK, derive
+from grammarlab.derivation.forest import Forest
+from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.pattern import Feature, Pattern, Present
+from grammarlab.features.rules.score import Score
+from grammarlab.language.grammar import Grammar
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Target:
+    """A density p(m) u(m) / Z, or u(m) / Z over the trees of a grammar."""
+
+    grammar: Grammar
+    reads: tuple[Read, ...]
+    """What the preference reads: the relevant features."""
+    preference: Preference
+    """From their values [n, reads] to a score [n], finite and at least 0."""
+    base: Base = "grammar"
+    """What the preference multiplies."""
+    bound: float | None = None
+    """The preference is never larger; None where that is not known."""
+    assets: Path | None = None
+    """Folder of meshes and images."""
+
+    @classmethod
+    def of_score(cls, grammar: Grammar, score: Score, base: Base = "grammar", assets: Path | None = None) -> Target:
+        """A score as the preference."""
+        reads, rest = read(score.expression)
+
+        def preference(values: Floats) -> Floats:
+            return np.clip(rest(values), 0.0, 100.0)
+
+        return cls(grammar, reads, preference, base, max(score.levels) if score.levels else None, assets)
+
+    @cached_property
+    def features(self) -> tuple[Feature, ...]:
+        """All that has to be measured, each once."""
+        return tuple(dict.fromkeys(feature for item in self.reads for feature in _features(item)))
+
+    @property
+    def patterns(self) -> tuple[Pattern, ...]:
+        """The patterns among the features."""
+        return tuple(pattern for feature in self.features for pattern in pattern_of(feature))
+
+    def read(self, values: Floats) -> Floats:
+        """What the preference reads [n, reads], from the values [n, features] of the features."""
+        place = {feature: i for i, feature in enumerate(self.features)}
+        columns = [_value(item, values, place) for item in self.reads]
+        return np.stack(columns, axis=1) if columns else np.zeros((len(values), 0))
+
+    def scores(self, values: Floats) -> Floats:
+        """The preference [n] of the values [n, features] of the features."""
+        return np.asarray(self.preference(self.read(values)), dtype=np.float64)
+
+    def of_models(self, forest: Forest) -> Floats:
+        """The preference [models] of models of the grammar."""
+        return self.scores(count(forest, self.features))
+
+    @cached_property
+    def folder(self) -> AssetFolder | None:
+        """The assets, each read once however often models are derived."""
+        return None if self.assets is None else AssetFolder(self.assets)
+
+    @cached_property
+    def first_look(self) -> Forest:
+        """A few models of the grammar, to see how often successors occur and how large models are."""
+        return derive(self.grammar, ENOUGH_MODELS, 0, assets=self.folder)
+
+    @property
+    def chunk(self) -> int:
+        """How many models to derive at once."""
+        per_model = len(self.first_look.nodes) / self.first_look.num_models
+        return int(max(256, NODES_PER_CHUNK / per_model))
+
+    @cached_property
+    def even(self) -> LearnedGrammar | None:
+        """Where the base is uniform, the grammar under which all trees are equally likely."""
+        if self.base == "grammar":
+            return None
+        reads, _ = with_ranges(self.grammar, self.reads, _ones, 1)
+        return replace(self, reads=reads, preference=_ones).compiled(self.first_look)
+
+    def compiled(
+        self,
+        forest: Forest | None = None,
+        header: Sequence[str] = (),
+        max_ways: int = MOST_WAYS,
+        step: float = EXACT,
+    ) -> LearnedGrammar:
+        """The exact grammar of the density.
+
+        Args:
+            forest: derivations of the grammar that show how often successors inside blocks occur.
+            header: lines of a comment at the top of the new file.
+            max_ways: so many alternatives the split symbols may have.
+            step: what probabilities are rounded to multiples of.
+
+        Raises:
+            InexactError: when there is none, or it would be too large; says why.
+            GrammarlabError: when the preference is 0 for every model, or no derivation ends.
+        """
+        options: dict[str, Any] = {"forest": forest, "header": header, "max_ways": max_ways, "step": step}
+        return compile_density(self.grammar, self.reads, self.preference, base=self.base, assets=self.assets, **options)
+
+
+def pattern_of(feature: Feature) -> Iterator[Pattern]:
+    """The pattern that a feature counts, if it does."""
+    inner = feature.feature if isinstance(feature, Present) else feature
+    if isinstance(inner, Pattern):
+        yield inner
+
+
+def _features(item: Read) -> tuple[Feature, ...]:
+    return tuple(pattern for pattern, _ in item.terms) if isinstance(item, Reading) else (item,)
+
+
+def _value(item: Read, values: Floats, place: Mapping[Feature, int]) -> Floats:
+    if not isinstance(item, Reading):
+        return values[:, place[item]]
+    total = sum((weight * values[:, place[pattern]] for pattern, weight in item.terms), np.zeros(len(values)))
+    return np.minimum(total, item.cap)
+
+
+def _ones(values: Floats) -> Floats:
+    return np.ones(len(values))

@@ -1,0 +1,125 @@
+"""Arguments of operations, and heads of parts, compiled to values that are evaluated for some shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Generic, TypeAlias, TypeVar
+
+from grammarlab.derivation.calls.calls import Argument, Condition, Head
+from grammarlab.derivation.calls.compiling import Compiler
+from grammarlab.derivation.state.shapes import Shapes, Value, kind_of
+from grammarlab.derivation.state.workspace import Code, Workspace
+from grammarlab.errors import DerivationError, Location
+from grammarlab.language.syntax.printing import expression
+from grammarlab.language.syntax.tree import (
+    Binary,
+    Boolean,
+    Call,
+    Expression,
+    Floating,
+    Name,
+    Number,
+    Part,
+    Relative,
+    String,
+    Unary,
+)
+from grammarlab.language.syntax.walking import walk
+
+_T = TypeVar("_T")
+Late: TypeAlias = "Callable[[Shapes, Workspace], _T]"
+"""A value that is evaluated for some shapes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Constant(Generic[_T]):
+    """A late value that the text alone gives."""
+
+    value: _T
+
+    def __call__(self, shapes: Shapes, workspace: Workspace) -> _T:
+        """The value, whatever the shapes."""
+        return self.value
+
+
+NO_ARGUMENT = Argument("")
+_COUNTING = frozenset({"+", "-", "*", "/", "%"})
+
+
+def argument(expressions: Compiler, node: Expression, keywords: frozenset[str]) -> Late[Argument]:
+    """One argument; a word among the keywords stands for itself."""
+    if word(node) in keywords:
+        return Constant(Argument(word(node), keyword=True))
+    if isinstance(node, Call) and node.function == "sel" and len(node.arguments) == 1:
+        text = expressions.expression(node.arguments[0])
+        return lambda shapes, workspace: Argument(_same_text(text(shapes, workspace), node.location), keyword=True)
+    inner, prefixes = _without_prefixes(node)
+    floating, relative = Floating in prefixes, Relative in prefixes
+    if isinstance(inner, Number | Boolean | String):
+        return Constant(Argument(inner.value, False, relative, floating))
+    code: Code = expressions.expression(inner)
+    return lambda shapes, workspace: Argument(code(shapes, workspace), False, relative, floating)
+
+
+def head(expressions: Compiler, part: Part, group: int, words: frozenset[str], block: int) -> Late[Head]:
+    """What stands before the colon of a part.
+
+    Args:
+        expressions: what compiles it.
+        part: the part.
+        group: which of the repeated groups of the block it stands in; -1 for none.
+        words: the selectors that may stand there.
+        block: number of the block, for random keys.
+    """
+    node = part.head
+    if words and not _is_selector_or_index(node, words):
+        code = expressions.with_selectors(words).expression(node)
+        used = frozenset(inner.identifier for inner in walk(node) if isinstance(inner, Name)) & words
+        condition = Condition(code, used, block)
+        return Constant(Head(NO_ARGUMENT, part.inclusive, group, part.connected, condition, expression(node)))
+    value = argument(expressions, node, words)
+    made = Head(NO_ARGUMENT, part.inclusive, group, part.connected, None, expression(node) if words else "")
+    if isinstance(value, Constant):
+        return Constant(made._replace(argument=value.value))
+    return lambda shapes, workspace: made._replace(argument=value(shapes, workspace))
+
+
+def _is_selector_or_index(node: Expression, words: frozenset[str]) -> bool:
+    """Whether the head of a part is one selector, or a number that does not depend on the component."""
+    if isinstance(node, Name):
+        return node.identifier in words
+    return isinstance(node, Number) or (isinstance(node, Binary | Unary) and node.operator in _COUNTING)
+
+
+def _without_prefixes(node: Expression) -> tuple[Expression, frozenset[type]]:
+    """A size without its ``~`` and ``'``, which stand in front but hold for all of it: ``~height - 0.3``, ``-'0.5``."""
+    if isinstance(node, Floating | Relative):
+        inner, prefixes = _without_prefixes(node.operand)
+        return inner, prefixes | {type(node)}
+    if isinstance(node, Unary):
+        inner, prefixes = _without_prefixes(node.operand)
+        return (replace(node, operand=inner), prefixes) if prefixes else (node, prefixes)
+    if isinstance(node, Binary):
+        left, prefixes = _without_prefixes(node.left)
+        return (replace(node, left=left), prefixes) if prefixes else (node, prefixes)
+    return node, frozenset()
+
+
+def word(node: Expression) -> str:
+    """The word that an argument is, with quotes around it as older files have them, or without; else empty."""
+    return node.identifier if isinstance(node, Name) else node.value if isinstance(node, String) else ""
+
+
+def _same_text(value: Value, location: Location) -> str:
+    if isinstance(value, str):
+        return value
+    raise DerivationError(f"sel expects one string for all shapes, found a {kind_of(value)}", location)
+
+
+def together(codes: Sequence[Late[_T]]) -> Late[tuple[_T, ...]]:
+    """All of these values for some shapes."""
+    known = tuple([code.value for code in codes if isinstance(code, Constant)])
+    if len(known) == len(codes):
+        return Constant(known)
+    return lambda shapes, workspace: tuple([code(shapes, workspace) for code in codes])

@@ -1,0 +1,210 @@
+"""What an operation or a built-in function is handed, and how it is declared."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.state.shapes import ARRAY, Floats, Shapes, Value, kind_of, number_column, part_keys
+from grammarlab.derivation.state.workspace import Workspace
+from grammarlab.errors import DerivationError, Location
+
+
+class Argument(NamedTuple):
+    """One argument of an operation."""
+
+    value: Value
+    """What was written, evaluated for all shapes; the word itself for a keyword."""
+    keyword: bool = False
+    """Whether it is one of the operation's own words, such as ``xz`` in ``center(xz)``."""
+    relative: bool = False
+    """Whether it was written ``'x``: a share of the scope's size."""
+    floating: bool = False
+    """Whether it was written ``~x``."""
+
+
+class Call(NamedTuple):
+    """An operation about to be applied to N shapes."""
+
+    name: str
+    shapes: Shapes
+    arguments: tuple[Argument, ...]
+    origin: Shapes
+    """[N] the same shapes as they were when the rule, block or bracket around the operation began."""
+    workspace: Workspace
+    location: Location
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The keywords among the arguments, in order."""
+        return tuple([str(argument.value) for argument in self.arguments if argument.keyword])
+
+    @property
+    def values(self) -> tuple[Argument, ...]:
+        """The arguments that are not keywords, in order."""
+        return tuple([argument for argument in self.arguments if not argument.keyword])
+
+    def number(self, argument: Argument) -> float | Floats:
+        """A number, the same for all or [N].
+
+        Raises:
+            DerivationError: when it is no number, or NaN or infinite for some shape.
+        """
+        value = argument.value
+        if type(value) is float and math.isfinite(value):
+            return value
+        if isinstance(value, str) or (isinstance(value, np.ndarray) and value.dtype.kind in "iu"):
+            raise self.error(f"{self.name} expected a number, found a {kind_of(value)}")
+        if isinstance(value, np.ndarray):
+            column = value.astype(np.float64, copy=False)
+            if not np.isfinite(column).all():
+                raise self.error(f"{self.name} expected a finite number, found {column[~np.isfinite(column)][0]}")
+            return column
+        if not np.isfinite(value):
+            raise self.error(f"{self.name} expected a finite number, found {value}")
+        return float(value)
+
+    def length(self, argument: Argument, axis: int) -> float | Floats:
+        """A length in metres along a scope axis, ``'x`` resolved; the same for all or [N]."""
+        number = self.number(argument)
+        return number * self.shapes.size[:, axis] if argument.relative else number
+
+    def column(self, argument: Argument) -> Floats:
+        """A number as a column [N]."""
+        return number_column(self.number(argument), self.shapes.num)
+
+    def text(self, argument: Argument) -> str | NDArray[np.int32]:
+        """A string, the same for all or string ids [N].
+
+        Raises:
+            DerivationError: when it is no string.
+        """
+        value = argument.value
+        if isinstance(value, str) or (isinstance(value, np.ndarray) and value.dtype.kind == "i"):
+            return value  # type: ignore[return-value]
+        raise self.error(f"{self.name} expected a string, found a {kind_of(value)}")
+
+    def error(self, message: str, hint: str = "") -> DerivationError:
+        """An error at the place of the operation."""
+        return DerivationError(message, self.location, hint)
+
+
+class Condition(NamedTuple):
+    """An expression before the colon of a part, evaluated on each component: ``top || geometry.area > 3``."""
+
+    code: Callable[[Shapes, Workspace], Value]
+    selectors: frozenset[str]
+    """The selectors that it uses; it finds them among `Shapes.state` by their names."""
+    block: int
+    """Number of the block in the rule branch, for the components' random keys."""
+
+
+class Head(NamedTuple):
+    """What stands before the colon of one part of a block."""
+
+    argument: Argument
+    joined: bool = False
+    """Whether it was written with ``=``: one shape of all selected components, not one for each."""
+    group: int = -1
+    """Which of the repeated groups of the block the part stands in; -1 for none."""
+    connected: bool = False
+    """Whether it was written with ``=:``: one shape of each connected set of selected components."""
+    condition: Condition | None = None
+    """What must hold for a component to be selected, in place of `argument`."""
+    text: str = ""
+    """What was written, for blocks with selectors."""
+    block: int = -1
+    """For parts that are placed by chance: the number of the block whose keys they are placed with."""
+
+
+class Part(NamedTuple):
+    """The shapes that one part of a block is applied to."""
+
+    shapes: Shapes
+    """[K] expanded shapes; their nodes ascend."""
+    number: NDArray[np.integer]
+    """[K] place among all parts of the same shape, from 0: the address of the part."""
+
+
+def selected(
+    call: Call, condition: Condition, parts: Shapes, number: NDArray[np.integer], picked: Callable[[str], NDArray]
+) -> NDArray[np.bool_]:
+    """[K] which components a condition selects; where it gives a number, the component with that number.
+
+    Args:
+        call: the operation with the block.
+        condition: what must hold.
+        parts: [K] the components as shapes, still with the keys of the shapes that they are parts of.
+        number: [K] the place of each among all components of its shape.
+        picked: [K] the components that a selector picks.
+
+    Raises:
+        DerivationError: when the condition gives a string or an array.
+    """
+    words = {name: picked(name) for name in condition.selectors}
+    key = part_keys(parts.key, condition.block, number)
+    value = condition.code(parts._replace(key=key, state={**parts.state, **words}), call.workspace)
+    kind = kind_of(value)
+    if kind in ("string", ARRAY):
+        raise call.error(f"{call.name} expects selectors, numbers or conditions before the colons, found a {kind}")
+    return np.broadcast_to(value if kind == "bool" else number == np.rint(value), parts.num)
+
+
+OperationFunction: TypeAlias = Callable[[Call], Shapes]
+BlockFunction: TypeAlias = Callable[[Call, tuple[Head, ...]], list[Part]]
+BuiltinFunction: TypeAlias = "Callable[[FunctionCall], Value]"
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """An operation on shapes, one in and one out."""
+
+    apply: OperationFunction
+    keywords: frozenset[str] = frozenset()
+    """Words that are arguments as they stand, not names to look up."""
+    num_arguments: tuple[int, int] = (0, 0)
+    """Fewest and most arguments."""
+    names_target: bool = False
+    """Whether the first argument is the name of what is changed, as in ``set(height, 3)``."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlockOperation:
+    """An operation with a block: one shape in, many out."""
+
+    divide: BlockFunction
+    keywords: frozenset[str] = frozenset()
+    num_arguments: tuple[int, int] = (0, 0)
+    selectors: frozenset[str] = frozenset()
+    """Words that may stand before the colons."""
+
+
+class FunctionCall(NamedTuple):
+    """A built-in function about to be evaluated for N shapes."""
+
+    name: str
+    shapes: Shapes
+    arguments: tuple[Value, ...]
+    workspace: Workspace
+    address: int
+    """Number of the call in the text, for random functions."""
+    site: int
+    """Index into the sites of the forest, for random functions; -1 otherwise."""
+    location: Location
+
+
+@dataclass(frozen=True, slots=True)
+class Builtin:
+    """A built-in function."""
+
+    evaluate: BuiltinFunction
+    num_arguments: tuple[int, int]
+    random: bool = False
+    takes_arrays: bool = False
+    keywords: frozenset[str] = frozenset()
+    """Words that are arguments as they stand, not names to look up."""

@@ -1,0 +1,162 @@
+"""Choices over columns: which shapes take which branch of a ``case`` or ``N%`` list."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Generic, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.state.shapes import (
+    ARRAY,
+    NUM_LANES,
+    SITE_LANE,
+    Floats,
+    Shapes,
+    Value,
+    kind_of,
+    number_column,
+)
+from grammarlab.derivation.state.workspace import Code, Workspace
+from grammarlab.errors import DerivationError, Location
+from grammarlab.language.checking.percentages import branch_weights
+from grammarlab.randomness import uniforms
+
+_Payload = TypeVar("_Payload")
+Rows: TypeAlias = "NDArray[np.int64] | None"
+"""Rows of the shapes that a choice began with; None for all of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Leaf(Generic[_Payload]):
+    """The end of a choice."""
+
+    payload: _Payload
+
+
+@dataclass(frozen=True, slots=True)
+class CaseChoice(Generic[_Payload]):
+    """Conditions tried in order; None is ``else``."""
+
+    conditions: tuple[Code | None, ...]
+    branches: tuple[Branching[_Payload], ...]
+    location: Location
+
+
+@dataclass(frozen=True, slots=True)
+class RandomChoice(Generic[_Payload]):
+    """Percentages; None is ``else``, which takes what is left of 100."""
+
+    percentages: tuple[Code | None, ...]
+    branches: tuple[Branching[_Payload], ...]
+    address: int
+    site: int
+    location: Location
+
+
+Branching: TypeAlias = Leaf[_Payload] | CaseChoice[_Payload] | RandomChoice[_Payload]
+
+
+def route(
+    choice: Branching[_Payload], shapes: Shapes, workspace: Workspace, rows: Rows = None
+) -> Iterator[tuple[_Payload, Rows, Shapes]]:
+    """The leaves that some shapes end at, each with those rows and shapes.
+
+    Shapes for which no condition holds, where there is no ``else``, end nowhere.
+    """
+    if isinstance(choice, Leaf):
+        yield choice.payload, rows, shapes
+    elif isinstance(choice, CaseChoice):
+        yield from _route_case(choice, shapes, workspace, rows)
+    else:
+        yield from _route_random(choice, shapes, workspace, rows)
+
+
+def _route_case(
+    choice: CaseChoice[_Payload], shapes: Shapes, workspace: Workspace, rows: Rows
+) -> Iterator[tuple[_Payload, Rows, Shapes]]:
+    for condition, branch in zip(choice.conditions, choice.branches, strict=True):
+        truth = True if condition is None else _truth(condition(shapes, workspace), choice.location)
+        if not isinstance(truth, np.ndarray):
+            if truth:
+                yield from route(branch, shapes, workspace, rows)
+                return
+            continue
+        taken = np.flatnonzero(truth)
+        if len(taken) == len(truth):
+            yield from route(branch, shapes, workspace, rows)
+            return
+        if len(taken):
+            yield from route(branch, shapes.take(taken), workspace, _compose(rows, taken))
+            left = np.flatnonzero(~truth)
+            shapes, rows = shapes.take(left), _compose(rows, left)
+
+
+def _route_random(
+    choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspace, rows: Rows
+) -> Iterator[tuple[_Payload, Rows, Shapes]]:
+    taken = _draw(choice, shapes, workspace)
+    first = taken[0]
+    if (taken == first).all():
+        yield from route(choice.branches[first], shapes, workspace, rows)
+        return
+    for place, branch in enumerate(choice.branches):
+        chosen = np.flatnonzero(taken == place)
+        if len(chosen):
+            yield from route(branch, shapes.take(chosen), workspace, _compose(rows, chosen))
+
+
+def _draw(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspace) -> NDArray[np.int64]:
+    """The branch [N] each shape takes; the draw is recorded."""
+    weights = _weights(choice, shapes, workspace)
+    cumulative = np.cumsum(weights, axis=-1)
+    total = cumulative[..., -1:]
+    threshold = uniforms(shapes.random_key(), NUM_LANES * choice.address + SITE_LANE)
+    with np.errstate(divide="ignore"):
+        log_density = np.log(weights / total)
+    if weights.ndim == 1:
+        taken = np.minimum(np.searchsorted(cumulative, threshold * total, side="right"), len(weights) - 1)
+        drawn = log_density[taken]
+    else:
+        taken = np.minimum((cumulative <= threshold[:, None] * total).sum(axis=1), weights.shape[1] - 1)
+        drawn = log_density[np.arange(len(taken)), taken]
+    workspace.recorder.add_draw(shapes, choice.site, taken.astype(np.float64), drawn)
+    return taken
+
+
+def _weights(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspace) -> Floats:
+    """Percentages [B], or [N, B] where they differ between shapes.
+
+    Raises:
+        DerivationError: when one is negative or no number, or all are zero.
+    """
+    given: list[float | Floats] = []
+    for code in choice.percentages:
+        value = 0.0 if code is None else code(shapes, workspace)
+        if kind_of(value) in ("string", ARRAY):
+            raise DerivationError(f"expected a percentage, found a {kind_of(value)}", choice.location)
+        given.append(value if isinstance(value, np.ndarray) else float(value))  # type: ignore[arg-type]
+    if any(isinstance(value, np.ndarray) for value in given):
+        weights = np.stack([number_column(value, shapes.num) for value in given], axis=1)
+    else:
+        weights = np.array(given)
+    weights = branch_weights(weights, choice.percentages[-1] is None)
+    if not (np.isfinite(weights).all() and (weights >= 0.0).all() and (weights.sum(axis=-1) > 0.0).all()):
+        raise DerivationError(
+            f"expected percentages that are not negative and not all zero, found {weights.min()}", choice.location
+        )
+    return weights
+
+
+def _truth(value: Value, location: Location) -> bool | NDArray[np.bool_]:
+    if isinstance(value, np.ndarray) and value.dtype.kind == "b":
+        return value  # type: ignore[return-value]
+    if isinstance(value, bool):
+        return value
+    raise DerivationError(f"expected a condition that is true or false, found a {kind_of(value)}", location)
+
+
+def _compose(rows: Rows, chosen: NDArray[np.int64]) -> NDArray[np.int64]:
+    return chosen if rows is None else rows[chosen]

@@ -1,0 +1,90 @@
+"""The texture coordinates of shapes that are moved, and those that initial shapes come with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grammarlab.derivation.state.shapes import Floats, Ids, Shapes, Value
+from grammarlab.derivation.state.texture_maps import NONE, map_ids, map_name, projection_name
+from grammarlab.derivation.state.workspace import Workspace
+
+
+def without_maps(shapes: Shapes, workspace: Workspace) -> Shapes:
+    """The same shapes without texture coordinates."""
+    names = [map_name(uv_set) for uv_set in workspace.uv_sets]
+    if not names:
+        return shapes
+    nothing = np.full(shapes.num, NONE, dtype=np.int32)
+    return shapes._replace(state={**shapes.state, **dict.fromkeys(names, nothing)})
+
+
+def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
+    """Shapes that were moved, turned or scaled with their scopes, with the coordinates they had before.
+
+    Along an axis of which the extent is or becomes 0 a map keeps its scale.
+
+    Args:
+        before: [N] where they were.
+        after: [N] where the same points of the unit cubes of their scopes are now.
+        workspace: of the derivation.
+    """
+    if not workspace.uv_sets:
+        return after
+    state: dict[str, Value] = dict(after.state)
+    for uv_set in workspace.uv_sets:
+        rows = np.flatnonzero(map_ids(after, uv_set) >= 0)
+        if len(rows):
+            ids = map_ids(after, uv_set).copy()
+            ids[rows] = _moved(before.take(rows), after.take(rows), ids[rows], workspace)
+            state[map_name(uv_set)] = ids
+    return after._replace(state=state)
+
+
+def _moved(before: Shapes, after: Shapes, ids: Ids, workspace: Workspace) -> Ids:
+    """Ids [N] of maps that are after a move what those with given ids were before it."""
+    pool, frames = workspace.texture_maps, workspace.frames
+    flat = (before.size == 0.0) | (after.size == 0.0)
+    shrink = np.where(flat, 1.0, before.size / np.where(flat, 1.0, after.size))
+    maps = pool.take(ids)
+    local = np.einsum("nai,nij->naj", maps[:, :, :3], frames.rotations(before.frame)) * shrink[:, None, :]
+    moved = np.empty_like(maps)
+    moved[:, :, :3] = np.einsum("naj,nij->nai", local, frames.rotations(after.frame))
+    start = maps[:, :, 3] + np.einsum("nai,ni->na", maps[:, :, :3], before.position)
+    moved[:, :, 3] = start - np.einsum("nai,ni->na", moved[:, :, :3], after.position)
+    return pool.add(moved, pool.was_given(ids))
+
+
+def initial_maps(roots: Shapes, workspace: Workspace) -> dict[str, Value]:
+    """The entries of `Shapes.state` of the initial shapes, which come with the coordinates of a straight street.
+
+    u runs along the first edge, v from it across the shape: in set 0 from 0 to 1, in set 1 in metres, in set 2 in
+    metres with u from the other end.
+    """
+    nothing = np.full(roots.num, NONE, dtype=np.int32)
+    state: dict[str, Value] = {}
+    for uv_set in workspace.uv_sets:
+        state[projection_name(uv_set)] = nothing
+        state[map_name(uv_set)] = nothing
+        if uv_set < len(_STREET) and roots.num:
+            state[map_name(uv_set)] = workspace.texture_maps.add(
+                _street(roots, uv_set, workspace), np.ones(roots.num, dtype=bool)
+            )
+    return state
+
+
+_STREET = ((True, False), (False, False), (False, True))
+"""For each set that initial shapes come with, whether it runs from 0 to 1, and whether u begins at the other end."""
+
+
+def _street(roots: Shapes, uv_set: int, workspace: Workspace) -> Floats:
+    """[N, 2, 4] the maps of one set of initial shapes."""
+    is_unit, is_reversed = _STREET[uv_set]
+    x, _, z = np.moveaxis(workspace.frames.rotations(roots.frame), 2, 0)
+    width, depth = roots.size[:, 0], roots.size[:, 2]
+    u, v = (-x, width) if is_reversed else (x, np.zeros_like(width)), (-z, depth)
+    maps = np.empty((roots.num, 2, 4))
+    for row, ((gradient, start), extent) in enumerate(zip((u, v), (width, depth), strict=True)):
+        share = np.where(extent > 0.0, 1.0 / np.where(extent > 0.0, extent, 1.0), 0.0) if is_unit else 1.0
+        maps[:, row, :3] = gradient * np.reshape(share, (-1, 1))
+        maps[:, row, 3] = (start - np.einsum("ni,ni->n", gradient, roots.position)) * share
+    return maps

@@ -1,0 +1,1 @@
+"""Expressions and sequences of operations, compiled to steps over columns."""

@@ -1,0 +1,39 @@
+"""Which sets of texture coordinates a grammar mentions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from grammarlab.derivation.functions.texture_coordinates import BUILTINS
+from grammarlab.derivation.operations.texturing import OPERATIONS
+from grammarlab.derivation.state.texture_maps import NUM_SETS
+from grammarlab.language.syntax.tree import Block, Call, Expression, Invoke, Name, Node, Number
+
+
+def mentioned_uv_sets(nodes: Iterable[Node]) -> frozenset[int]:
+    """The sets that operations and expressions of a rule file are about; all where one is computed."""
+    mentioned = [_set_of(expression) for node in nodes for expression in _expressions(node)]
+    return frozenset().union(*mentioned)
+
+
+def _expressions(node: Node) -> Iterator[Expression | None]:
+    """What names a uv set in a node; None for the first set, which is meant where nothing does."""
+    match node:
+        case Invoke() if node.name in OPERATIONS:
+            yield from node.arguments[: 2 if node.name == "copyUV" else 1]
+        case Block(name="split", arguments=(_, _, uv_set)):
+            yield uv_set
+        case Call() if node.function in BUILTINS:
+            yield node.arguments[0] if node.arguments else None
+        case Name() if node.identifier in BUILTINS:
+            yield None
+        case _:
+            pass
+
+
+def _set_of(expression: Expression | None) -> frozenset[int]:
+    if expression is None:
+        return frozenset({0})
+    if isinstance(expression, Number):
+        return frozenset(uv_set for uv_set in range(NUM_SETS) if uv_set == expression.value)
+    return frozenset(range(NUM_SETS))

@@ -1,0 +1,1 @@
+"""All shapes under derivation, as columns, and what a derivation fills."""

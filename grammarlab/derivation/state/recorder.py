@@ -1,0 +1,194 @@
+"""What a derivation writes down as it goes: nodes, leaves, draws, reports, prints and missing assets."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.forest import Draws, Leaves, MissingAsset, NodeIds, Nodes, Reports, by_path
+from grammarlab.derivation.state.meshes import MeshPool, upright
+from grammarlab.derivation.state.shapes import EMPTY, Floats, Ids, Shapes
+from grammarlab.derivation.state.texture_maps import NONE, map_ids, map_name
+from grammarlab.derivation.values.frames import FramePool
+from grammarlab.errors import Location
+
+_MOST_PRINTS = 10_000
+_ZERO = np.zeros(1, dtype=np.int32)
+
+
+class Recorder:
+    """Chunks of columns, joined once at the end."""
+
+    def __init__(self, id_type: np.dtype[np.int16 | np.int32]) -> None:
+        self._id_type = id_type
+        self._roots = np.zeros(0, dtype=np.int32)
+        self.num_nodes = 0
+        self._nodes: list[tuple[Ids, Ids | None, int, int, Ids | None]] = []
+        self._rules: list[tuple[Ids, int]] = []
+        self._leaves: list[Shapes] = []
+        self._draws: list[tuple[Ids, int, Floats, float | Floats]] = []
+        self._reports: list[tuple[Ids, str, Floats]] = []
+        self._missing_assets: set[MissingAsset] = set()
+        self.prints: list[str] = []
+
+    def add_roots(self, models: Ids, symbols: Ids) -> Ids:
+        """Rows [N] of the roots of these models [N], which have symbols [N]; the first nodes of all."""
+        self._roots = symbols
+        self._nodes.append((models, None, 0, 0, None))
+        return self._grow(len(models))
+
+    def add_children(self, shapes: Shapes, symbol: int, child: int, in_block: bool) -> Ids:
+        """Rows [N] of one new child of the node of each shape.
+
+        Args:
+            shapes: [N] the shapes, with their parents as `node`.
+            symbol: the symbol of all of them.
+            child: which successor of the parents' rule they are.
+            in_block: whether one parent may have several of them.
+        """
+        repeat = _count_in_run(shapes.node) if in_block else None
+        self._nodes.append((shapes.model, shapes.node, symbol, child, repeat))
+        return self._grow(shapes.num)
+
+    def set_rule(self, nodes: Ids, rule: int) -> None:
+        """Note which rule rewrote these nodes."""
+        self._rules.append((nodes, rule))
+
+    def add_leaves(self, shapes: Shapes) -> None:
+        """Record the geometry of shapes that nothing more will happen to."""
+        self._leaves.append(shapes)
+
+    def add_draw(self, shapes: Shapes, site: int, values: Floats, log_density: float | Floats) -> None:
+        """Record one draw [N] for each shape."""
+        self._draws.append((shapes.node, site, values, log_density))
+
+    def add_report(self, nodes: Ids, key: str, values: Floats) -> None:
+        """Record one reported number [N] for a shape of each node [N]."""
+        self._reports.append((nodes, key, values))
+
+    def add_prints(self, texts: Sequence[str]) -> None:
+        """Record printed texts, up to a bound: a rule may print for every one of a million shapes."""
+        self.prints += texts[: max(0, _MOST_PRINTS - len(self.prints))]
+
+    def add_missing_asset(self, path: str, location: Location) -> None:
+        """Note that a place in the rules asked for an asset that is not there."""
+        self._missing_assets.add(MissingAsset(path, location))
+
+    def missing_assets(self) -> tuple[MissingAsset, ...]:
+        """All missing assets."""
+        return by_path(self._missing_assets)
+
+    def largest_model(self) -> tuple[int, int]:
+        """The model with the most nodes so far, and how many it has."""
+        counts = np.bincount(_joined([model for model, *_ in self._nodes], np.int32))
+        return int(counts.argmax()), int(counts.max())
+
+    def nodes(self) -> Nodes:
+        """All nodes."""
+        models, parents, symbols, children, repeats = zip(*self._nodes, strict=True)
+        counts = [len(model) for model in models]
+        rule = np.full(self.num_nodes, -1, dtype=self._id_type)
+        rewritten = [nodes for nodes, _ in self._rules]
+        rule[_joined(rewritten, np.int32)] = self._spread([number for _, number in self._rules], rewritten)
+        symbol = self._spread(symbols, models)
+        symbol[: len(self._roots)] = self._roots
+        return Nodes(
+            _joined(models, np.int32),
+            _filled(parents, counts, -1),
+            symbol,
+            rule,
+            self._spread(children, models),
+            _filled(repeats, counts, 0),
+        )
+
+    def leaves(self, meshes: MeshPool, frames: FramePool) -> Leaves:
+        """All leaves that have geometry, in scopes of positive height."""
+        whole = _leaves(self._leaves)
+        if whole.size[:, 1].min(initial=0.0) < 0.0:
+            whole = _leaves([upright(shapes, meshes, frames) for shapes in self._leaves])
+        visible = whole.mesh != EMPTY
+        if visible.all():
+            return whole
+        return Leaves(
+            whole.node[visible],
+            whole.position[visible],
+            whole.size[visible],
+            whole.frame[visible],
+            whole.mesh[visible],
+            whole.material[visible],
+            whole.texture_map[visible],
+        )
+
+    def draws(self) -> Draws:
+        """All draws."""
+        counts = [len(node) for node, *_ in self._draws]
+        densities = [np.broadcast_to(density, count) for (*_, density), count in zip(self._draws, counts, strict=True)]
+        return Draws(
+            _joined([node for node, *_ in self._draws], np.int32),
+            self._spread([site for _, site, *_ in self._draws], [node for node, *_ in self._draws]),
+            _joined([values for _, _, values, _ in self._draws], np.float64),
+            _joined(densities, np.float64),
+        )
+
+    def reports(self) -> Reports:
+        """All reported values."""
+        keys = tuple(sorted({key for _, key, _ in self._reports}))
+        places = {key: place for place, key in enumerate(keys)}
+        counts = [len(node) for node, *_ in self._reports]
+        return Reports(
+            _joined([node for node, *_ in self._reports], np.int32),
+            np.repeat(np.array([places[key] for _, key, _ in self._reports], dtype=np.int32), counts),
+            _joined([values for *_, values in self._reports], np.float64),
+            keys,
+        )
+
+    def _spread(self, values: Sequence[int], columns: Sequence[Ids]) -> NodeIds:
+        """The value of each column, once for every row of it."""
+        return np.array(values, dtype=self._id_type).repeat([len(column) for column in columns])
+
+    def _grow(self, count: int) -> Ids:
+        first = self.num_nodes
+        self.num_nodes += count
+        return np.arange(first, first + count, dtype=np.int32)
+
+
+def _leaves(chunks: Sequence[Shapes]) -> Leaves:
+    return Leaves(
+        _joined([shapes.node for shapes in chunks], np.int32),
+        np.concatenate([np.zeros((0, 3)), *(shapes.position for shapes in chunks)]),
+        np.concatenate([np.zeros((0, 3)), *(shapes.size for shapes in chunks)]),
+        _joined([shapes.frame for shapes in chunks], np.int32),
+        _joined([shapes.mesh for shapes in chunks], np.int32),
+        _joined([shapes.material for shapes in chunks], np.int32),
+        _joined([_texture_map(shapes) for shapes in chunks], np.int32),
+    )
+
+
+def _texture_map(shapes: Shapes) -> Ids:
+    """[N] the maps of the first uv set, that of the colour map."""
+    return map_ids(shapes, 0) if map_name(0) in shapes.state else np.full(shapes.num, NONE, dtype=np.int32)
+
+
+def _joined(columns: Sequence[NDArray[np.generic]], dtype: type[np.generic]) -> NDArray:
+    return np.concatenate([np.zeros(0, dtype), *columns]).astype(dtype, copy=False)
+
+
+def _filled(columns: Sequence[Ids | None], counts: Sequence[int], missing: int) -> Ids:
+    whole = [np.full(n, missing, np.int32) if c is None else c for c, n in zip(columns, counts, strict=True)]
+    return _joined(whole, np.int32)
+
+
+def _count_in_run(values: Ids) -> Ids:
+    """For each value of an ascending column, how many equal ones stand before it."""
+    if len(values) == 1:
+        return _ZERO
+    if values[0] == values[-1]:
+        return np.arange(len(values), dtype=np.int32)
+    differs = values[1:] != values[:-1]
+    if differs.all():
+        return np.zeros(len(values), dtype=np.int32)
+    starts = np.flatnonzero(np.concatenate(([True], differs)))
+    lengths = np.diff(np.append(starts, len(values)))
+    return (np.arange(len(values)) - np.repeat(starts, lengths)).astype(np.int32)

@@ -1,0 +1,190 @@
+"""Shapes under derivation, as columns: the value that every operation takes and gives back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, TypeAlias, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.values.strings import StringPool
+from grammarlab.errors import DerivationError
+from grammarlab.randomness import Keys, fold
+
+Floats = NDArray[np.float64]
+Ids = NDArray[np.int32]
+
+EMPTY, BOX, FOOTPRINT, FACE = 0, 1, 2, 3
+"""Meshes that are scope only: nothing, the whole box, the rectangle y = 0 seen from above, the rectangle z = 0 seen
+from the front. Every other mesh id refers to the mesh pool alone."""
+
+Value: TypeAlias = (
+    "float | bool | str | NDArray[np.float64] | NDArray[np.bool_] | NDArray[np.int32] | NDArray[np.uint32]"
+)
+"""What an expression gives for N shapes: one constant for all, or a column [N]. Columns of int32 are string ids, those
+of uint32 ids of arrays."""
+
+ARRAY = "whole array"
+"""What `kind_of` calls an array."""
+
+CHILD_LANE, BLOCK_LANE, SITE_LANE, NUM_LANES = 0, 1, 2, 3
+"""Keys below one key: words ``NUM_LANES * i + lane`` for the i-th successor, block and random expression."""
+
+
+class Shapes(NamedTuple):
+    """N shapes that the same operations are about to be applied to."""
+
+    node: Ids
+    """[N] row in the forest of the shape whose rule is being carried out; ascending."""
+    model: Ids
+    """[N] model, from 0 within the batch."""
+    key: Keys | None
+    """[N] random key; None where nothing below draws."""
+    position: Floats
+    """[N, 3] origin of the scope in metres along the world's axes, from the origin of its model."""
+    size: Floats
+    """[N, 3] size of the scope, metres."""
+    frame: Ids
+    """[N] orientation, an id of the `FramePool`."""
+    pivot: Ids
+    """[N] orientation of the pivot, whose axes the angles of ``r`` are about; an id of the `FramePool`."""
+    mesh: Ids
+    """[N] geometry within the unit cube of the scope, an id of the `MeshPool`."""
+    material: Ids
+    """[N] an id of the `MaterialPool`."""
+    state: Mapping[str, Value]
+    """Attributes that rules have set, and shape attributes such as ``split.index``, where the grammar reads them; the
+    ids of texture maps (`texture_maps`), where it mentions coordinates."""
+    locals: tuple[Value, ...]
+    """Parameters of the rule or function being evaluated."""
+
+    @property
+    def num(self) -> int:
+        """N."""
+        return len(self.node)
+
+    def as_children(self, node: Ids, key: Keys | None, parameters: tuple[Value, ...]) -> Shapes:
+        """The same shapes as new nodes, with their own keys and parameters."""
+        _, model, _, position, size, frame, pivot, mesh, material, state, _ = self
+        return Shapes(node, model, key, position, size, frame, pivot, mesh, material, state, parameters)
+
+    def rescoped(self, position: Floats, size: Floats, frame: Ids, mesh: Ids) -> Shapes:
+        """The same shapes with another scope and geometry."""
+        node, model, key, _, _, _, pivot, _, material, state, parameters = self
+        return Shapes(node, model, key, position, size, frame, pivot, mesh, material, state, parameters)
+
+    def resized(self, size: Floats) -> Shapes:
+        """The same shapes with scopes of another size."""
+        return self.rescoped(self.position, size, self.frame, self.mesh)
+
+    def random_key(self) -> Keys:
+        """[N] the key of shapes that draw; the compiler sees to it that these have one."""
+        return cast("Keys", self.key)
+
+    def take(self, rows: NDArray[np.integer]) -> Shapes:
+        """The shapes at these rows, in any order, repeats allowed."""
+        return self.place(
+            rows,
+            self.position.take(rows, axis=0),
+            self.size.take(rows, axis=0),
+            self.frame.take(rows),
+            self.mesh.take(rows),
+        )
+
+    def place(self, rows: NDArray[np.integer], position: Floats, size: Floats, frame: Ids, mesh: Ids) -> Shapes:
+        """Shapes made from the ones at these rows, with another scope and geometry."""
+        return Shapes(
+            self.node.take(rows),
+            self.model.take(rows),
+            None if self.key is None else self.key.take(rows),
+            position,
+            size,
+            frame,
+            self.pivot.take(rows),
+            mesh,
+            self.material.take(rows),
+            {name: take_value(value, rows) for name, value in self.state.items()} if self.state else self.state,
+            tuple([take_value(value, rows) for value in self.locals]) if self.locals else (),
+        )
+
+
+def take_value(value: Value, rows: NDArray[np.integer]) -> Value:
+    """A value for the shapes at these rows."""
+    return value.take(rows) if isinstance(value, np.ndarray) else value
+
+
+def number_column(value: Value, count: int) -> Floats:
+    """A number as a column [count], whether it is one constant or a column already."""
+    if isinstance(value, np.ndarray):
+        return value.astype(np.float64, copy=False)
+    return np.full(count, float(value))
+
+
+def concatenate(chunks: Sequence[Shapes], strings: StringPool) -> Shapes:
+    """All shapes of several chunks, in order.
+
+    Their `state` must have the same names, their `locals` the same length.
+    """
+    if len(chunks) == 1:
+        return chunks[0]
+    keys = [chunk.key for chunk in chunks if chunk.key is not None]
+    counts = [chunk.num for chunk in chunks]
+    return Shapes(
+        np.concatenate([chunk.node for chunk in chunks]),
+        np.concatenate([chunk.model for chunk in chunks]),
+        np.concatenate(keys) if len(keys) == len(chunks) else None,
+        np.concatenate([chunk.position for chunk in chunks]),
+        np.concatenate([chunk.size for chunk in chunks]),
+        np.concatenate([chunk.frame for chunk in chunks]),
+        np.concatenate([chunk.pivot for chunk in chunks]),
+        np.concatenate([chunk.mesh for chunk in chunks]),
+        np.concatenate([chunk.material for chunk in chunks]),
+        {name: join_values([chunk.state[name] for chunk in chunks], counts, strings) for name in chunks[0].state},
+        tuple(
+            join_values(list(values), counts, strings)
+            for values in zip(*(chunk.locals for chunk in chunks), strict=True)
+        ),
+    )
+
+
+def join_values(values: Sequence[Value], counts: Sequence[int], strings: StringPool) -> Value:
+    """One value for shapes that stand one after the other.
+
+    Raises:
+        DerivationError: when some are numbers and others strings or booleans.
+    """
+    first = values[0]
+    if not isinstance(first, np.ndarray) and all(type(v) is type(first) and v == first for v in values):
+        return first
+    columns = [as_column(value, count, strings) for value, count in zip(values, counts, strict=True)]
+    if len({column.dtype for column in columns}) > 1:
+        kinds = sorted({kind_of(value) for value in values})
+        raise DerivationError(f"expected values of one type, found {' and '.join(kinds)}")
+    return np.concatenate(columns)
+
+
+def as_column(value: Value, count: int, strings: StringPool) -> NDArray:
+    """A value as a column [count] of float64, bool, string ids or ids of arrays."""
+    if isinstance(value, np.ndarray):
+        return value
+    if isinstance(value, str):
+        return np.full(count, strings.id(value), dtype=np.int32)
+    return np.full(count, value)
+
+
+def kind_of(value: Value) -> str:
+    """``float``, ``bool`` or ``string``, as CGA calls its types, or `ARRAY`."""
+    if isinstance(value, np.ndarray):
+        return {"f": "float", "b": "bool", "i": "string", "u": ARRAY}[value.dtype.kind]
+    return "bool" if isinstance(value, bool) else "string" if isinstance(value, str) else "float"
+
+
+def child_keys(key: Keys | None, child: int) -> Keys | None:
+    """Keys of the shapes that the successor number ``child`` makes."""
+    return None if key is None else fold(key, NUM_LANES * child + CHILD_LANE)
+
+
+def part_keys(key: Keys | None, block: int, part: NDArray[np.integer]) -> Keys | None:
+    """Keys of the parts [N] of the block number ``block``; ``part`` counts the parts of one shape from 0."""
+    return None if key is None else fold(fold(key, NUM_LANES * block + BLOCK_LANE), part)

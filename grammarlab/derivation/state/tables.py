@@ -1,0 +1,99 @@
+"""CGA's arrays as integers: a column of arrays is a column of ids into one pool.
+
+An array has rows and columns of numbers, truth values or strings; one written without semicolons has one row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.state.operators import number_text
+from grammarlab.derivation.state.shapes import Value
+from grammarlab.errors import BudgetError, Location
+
+MAX_CELLS = 100_000
+"""Cells of the largest array."""
+MAX_CELLS_IN_ALL = 5_000_000
+"""Cells of all different arrays of one derivation."""
+
+Cell: TypeAlias = "float | bool | str"
+DEFAULTS: dict[str, Cell] = {"float": 0.0, "bool": False, "string": ""}
+"""What stands where there is no cell, by the type of the others."""
+
+
+class Table(NamedTuple):
+    """One array."""
+
+    kind: str
+    """``float``, ``bool`` or ``string``."""
+    rows: int
+    columns: int
+    cells: tuple[Cell, ...]
+    """Row by row."""
+
+    def text(self) -> str:
+        r"""As ``print`` shows it.
+
+        >>> Table("float", 1, 3, (1.0, 2.5, 3.0)).text(), Table("string", 2, 1, ("a", "b")).text()
+        ('(3)[1,2.5,3]', '(2x1)\na\nb')
+        """
+        texts = [cell_text(cell) for cell in self.cells]
+        if self.rows == 1:
+            return f"({self.columns})[{','.join(texts)}]"
+        lines = ["\t".join(texts[first : first + self.columns]) for first in range(0, len(texts), self.columns)]
+        return "\n".join([f"({self.rows}x{self.columns})", *lines])
+
+
+class TablePool:
+    """The different arrays met in one derivation."""
+
+    def __init__(self) -> None:
+        self._ids: dict[tuple[object, ...], int] = {}
+        self._tables: list[Table] = []
+        self._cells = 0
+
+    def __getitem__(self, index: int) -> Table:
+        return self._tables[index]
+
+    def ids(self, tables: Sequence[Table]) -> NDArray[np.uint32]:
+        """The ids of several arrays, new or known.
+
+        Raises:
+            BudgetError: all together would have more cells than `MAX_CELLS_IN_ALL`.
+        """
+        return np.array([self._id(table) for table in tables], dtype=np.uint32)
+
+    def _id(self, table: Table) -> int:
+        known = self._ids.get(table)
+        if known is None:
+            self._cells += len(table.cells)
+            if self._cells > MAX_CELLS_IN_ALL:
+                raise BudgetError(f"all arrays together would have more than {MAX_CELLS_IN_ALL:,} cells")
+            known = self._ids[table] = len(self._tables)
+            self._tables.append(table)
+        return known
+
+
+def cell_text(cell: Cell) -> str:
+    """A cell as CGA writes it into strings."""
+    return cell if isinstance(cell, str) else str(cell).lower() if isinstance(cell, bool) else number_text(cell)
+
+
+def table_of(kind: str, rows: int, columns: int, cells: Sequence[Cell], location: Location) -> Table:
+    """An array of bounded size.
+
+    Raises:
+        BudgetError: it has more cells than `MAX_CELLS`.
+    """
+    if rows * columns > MAX_CELLS:
+        raise BudgetError(f"an array would have {rows * columns:,} cells, more than {MAX_CELLS:,}", location)
+    return Table(kind, rows, columns, tuple(cells))
+
+
+def is_table(value: Value) -> bool:
+    """Whether a value is a column of arrays."""
+    return isinstance(value, np.ndarray) and value.dtype.kind == "u"

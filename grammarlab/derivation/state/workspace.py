@@ -1,0 +1,175 @@
+"""Everything that one derivation fills and looks things up in. Made by `derive`, thrown away afterwards."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias, cast
+
+import numpy as np
+
+from grammarlab.assets.meshes import Asset, AssetFolder
+from grammarlab.derivation.lots import Lots, Values
+from grammarlab.derivation.state.meshes import MeshPool
+from grammarlab.derivation.state.recorder import Recorder
+from grammarlab.derivation.state.shapes import Floats, Shapes, Value, join_values, take_value
+from grammarlab.derivation.state.tables import TablePool
+from grammarlab.derivation.state.texture_maps import TextureMapPool
+from grammarlab.derivation.values.frames import FramePool
+from grammarlab.derivation.values.materials import MaterialPool
+from grammarlab.derivation.values.strings import StringPool
+from grammarlab.errors import AssetError, BudgetError, DerivationError, Location, MissingAssetError
+
+Code: TypeAlias = "Callable[[Shapes, Workspace], Value]"
+"""A compiled expression."""
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """How much one model may grow before the derivation gives up with a clear error."""
+
+    shapes: int = 1_000_000
+    """Nodes and parts per model."""
+    depth: int = 1_000
+    """Rewritings of one recursive group of rules, one below the other."""
+    calls: int = 60
+    """Calls of functions, one inside the other."""
+
+
+@dataclass(frozen=True, slots=True)
+class CompiledAttribute:
+    """An attribute or constant."""
+
+    name: str
+    code: Code
+    draws: bool
+    """Whether its value is drawn, so that it must be evaluated for every model."""
+    location: Location
+
+
+@dataclass(slots=True)
+class Workspace:
+    """The pools, the record and the attribute values of one derivation."""
+
+    attributes: Mapping[str, CompiledAttribute]
+    """The attributes and constants of the grammar, by name."""
+    state_names: frozenset[str]
+    """As `Program.state_names`."""
+    uv_sets: frozenset[int]
+    """As `Program.uv_sets`."""
+    pending: list[list[Shapes]]
+    """For each rule, the shapes that wait for it, in the order they were made."""
+    lots: Lots
+    """[N] what is derived."""
+    origins: Floats
+    """[N, 3] `Lots.origins`: where in the world the positions of each model's shapes count from."""
+    start_symbols: tuple[str, ...]
+    """The symbols of `Lots.start_rules`."""
+    roots: Shapes
+    """One shape per model: the initial shapes."""
+    strings: StringPool
+    frames: FramePool
+    meshes: MeshPool
+    materials: MaterialPool
+    budget: Budget
+    recorder: Recorder
+    assets: AssetFolder | None = None
+    """What asset paths are relative to and may not leave."""
+    tables: TablePool = field(default_factory=TablePool)
+    texture_maps: TextureMapPool = field(default_factory=TextureMapPool)
+    count_again_at: int = field(init=False)
+    """Number of nodes up to which no model can have outgrown its budget."""
+    call_depth: int = 0
+    _attributes: dict[str, Value] = field(default_factory=dict)
+    _evaluating: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.count_again_at = self.budget.shapes
+
+    def start_symbol(self, shapes: Shapes) -> Value:
+        """The symbol that the models of shapes [N] start with: one text for all, or string ids [N]."""
+        names = self.start_symbols
+        return names[0] if len(names) == 1 else self.strings.ids(names)[self.lots.start_rule[shapes.model]]
+
+    def attribute(self, name: str) -> Value:
+        """The value of an attribute or constant, evaluated once: a scalar or one per model.
+
+        Raises:
+            DerivationError: when its value depends on itself.
+        """
+        if name not in self._attributes:
+            self._attributes[name] = self._evaluate(name)
+        return self._attributes[name]
+
+    def attribute_of(self, name: str, shapes: Shapes) -> Value:
+        """The value of an attribute for shapes [N]: as last set above them, or as it is for their model."""
+        local = shapes.state.get(name)
+        if local is not None:
+            return local
+        value = self.attribute(name)
+        return value.take(shapes.model) if isinstance(value, np.ndarray) else value
+
+    def asset(self, path: str, location: Location) -> Asset | None:
+        """A mesh from the asset folder; None, and a record of it, where the folder has no such file.
+
+        Raises:
+            DerivationError: when there is no asset folder, or the file is broken or outside it.
+        """
+        if self.assets is None:
+            hint = "say where it is with --assets DIR"
+            raise DerivationError(f'the asset "{path}" needs an asset folder', location, hint)
+        try:
+            return self.assets.load(path)
+        except MissingAssetError:
+            self.recorder.add_missing_asset(path, location)
+            return None
+        except AssetError as error:
+            raise DerivationError(str(error), location) from error
+
+    def expanded(self, parts: int, shapes: int, location: Location) -> None:
+        """Refuse an operation that would make more parts of ``shapes`` shapes than the budget allows.
+
+        Raises:
+            BudgetError: naming the operation's place.
+        """
+        if parts > self.budget.shapes * max(1, min(shapes, self.roots.num)):
+            raise BudgetError(
+                f"one operation would make {parts} parts of {shapes} shapes, more than the budget of "
+                f"{self.budget.shapes} per model",
+                location,
+                "a size in a repeated split may be far too small; raise the shape budget if this is meant",
+            )
+
+    def _evaluate(self, name: str) -> Value:
+        attribute = self.attributes[name]
+        column = self.lots.attributes.get(name)
+        given = None if column is None else np.flatnonzero(column.given)
+        if column is not None and given is not None and len(given) == self.roots.num:
+            return self._given(column.values)
+        if name in self._evaluating:
+            chain = " -> ".join([*self._evaluating[self._evaluating.index(name) :], name])
+            raise DerivationError(f"the value of {name} depends on itself: {chain}", attribute.location)
+        self._evaluating.append(name)
+        try:
+            if column is None or given is None:
+                return attribute.code(self.roots, self)
+            own = np.flatnonzero(~column.given)
+            values = [attribute.code(self.roots.take(own), self), self._given(column.values[given])]
+        finally:
+            self._evaluating.pop()
+        try:
+            joined = join_values(values, [len(own), len(given)], self.strings)
+        except DerivationError as error:
+            hint = "give every model, or none, a value of another type than the rule file does"
+            raise DerivationError(
+                f"the value of {name} differs between models: {error}", attribute.location, hint
+            ) from error
+        return take_value(joined, np.argsort(np.concatenate([own, given])))
+
+    def _given(self, values: Values) -> Value:
+        """Values [K] from outside as rules compute with them; one value where all are the same to the last bit."""
+        if values.tobytes() == values[:1].tobytes() * len(values):
+            return values[0].item()
+        if values.dtype.kind == "U":
+            return self.strings.ids(values.tolist())
+        return cast("Value", values)

@@ -1,0 +1,1 @@
+"""Values that shapes refer to by number: frames, materials, strings."""

@@ -1,0 +1,1 @@
+"""Labelled boxes to a facade: snapped, trimmed, filled and cut."""

@@ -1,0 +1,225 @@
+"""Labelled boxes to a facade in metres: snapped, trimmed where they overlap, filled with wall, cut into a tree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+
+from grammarlab.arrays import offsets_from_counts
+from grammarlab.errors import FacadeError
+from grammarlab.facade.boxes.annotation import BACKGROUND, Annotation
+from grammarlab.facade.boxes.cutting import cut
+from grammarlab.facade.boxes.filling import WALL, PinwheelError, fill
+from grammarlab.facade.boxes.overlaps import Pieces, uncovered
+from grammarlab.facade.boxes.pinwheels import pinwheel_text
+from grammarlab.facade.boxes.snapping import snap
+from grammarlab.facade.tree import LEAF, Facade, Floats, Ints, Picture, X, Y, check
+
+DRAWN, MEASURED = 0.01, 0.001
+"""Tolerances for what is drawn on pictures and for what is in metres, as parts of the shorter side of the facade."""
+USUAL_WIDTH = 20.0
+"""Metres, of a facade whose annotation is in pixels and of which nobody says how large it is."""
+LARGEST = 10_000.0
+"""Metres."""
+OUTSIDE = "outside"
+"""Label of what lies beyond the outline of a wall that is not rectangular."""
+_SLIVER = 1e-6
+"""Part of a leaf that does not count."""
+
+
+@dataclass(frozen=True, slots=True)
+class Assembled:
+    """A facade, and how it came of its boxes."""
+
+    facade: Facade
+    moved: float
+    """Metres, of the side that snapping moved furthest."""
+    notes: tuple[str, ...]
+    """What a person should know, one sentence each."""
+
+
+def assemble(
+    annotation: Annotation,
+    *,
+    width: float | None = None,
+    height: float | None = None,
+    tolerance: float | None = None,
+    split: bool = False,
+    picture: Picture | None = None,
+    pixels: tuple[int, int] | None = None,
+) -> Assembled:
+    """The facade that some boxes draw.
+
+    Args:
+        annotation: the boxes.
+        width: metres; by what is known when left out, see `_scale`.
+        height: metres; likewise.
+        tolerance: sides closer to each other than this part of the shorter side of the facade come to lie on one line;
+            `DRAWN` or `MEASURED` when left out.
+        split: whether boxes that form a pinwheel are cut where nothing else helps, instead of an error.
+        picture: what `annotation.picture` names, if it is there; leaves show their parts of it.
+        pixels: width and height of the picture, if it is known.
+
+    Raises:
+        FacadeError: where boxes form a pinwheel, or sizes are out of bounds.
+    """
+    if tolerance is None:
+        tolerance = MEASURED if annotation.unit == "metres" else DRAWN
+    if not 0.0 <= tolerance <= 0.1:
+        raise FacadeError(f"A tolerance is a part of the facade from 0 to 0.1, found {tolerance}.")
+    scale, notes = _scale(annotation, width, height, pixels)
+    origin = annotation.frame[0]
+    frame = (annotation.frame - origin) * scale
+    named = [name.strip().lower() for name in annotation.names]
+    kept = np.array([place for place, name in enumerate(named) if name not in BACKGROUND], dtype=np.int64)
+    names = [named[each] for each in kept.tolist()]
+    low, high = ((side[kept] - origin) * scale for side in (annotation.low, annotation.high))
+    snapped = snap(low, high, frame, tolerance * float(frame[1].min()))
+    pieces = uncovered(np.hstack([snapped.low, snapped.high]), names)
+    last = [len(lines) - 1 for lines in snapped.lines]
+    try:
+        tiles, source = fill(pieces, (0, 0, last[X], last[Y]), split=split)
+    except PinwheelError as error:
+        text = pinwheel_text(error.sources, low, high, names, annotation.number[kept])
+        raise FacadeError(f"{text} Or let it be cut (--split).") from error
+    facade, tile = cut(
+        *_corners(tiles, snapped.lines), [names[each] if each != WALL else "wall" for each in source.tolist()]
+    )
+    leaf_source = np.where(tile >= 0, source[tile], WALL)
+    lost = len(kept) - len(np.unique(source[source != WALL]))
+    if lost:
+        notes.append(f"{lost} boxes lie behind others entirely and are not in the facade")
+    notes += _told_split(source, pieces, names, annotation.number[kept])
+    outlines = [(annotation.outlines[each] - origin) * scale for each in kept.tolist()]
+    outlines = _followed(outlines, (low, high), _corners(np.hstack([snapped.low, snapped.high]), snapped.lines))
+    facade = _with_outlines(facade, leaf_source, outlines, (annotation.wall - origin) * scale)
+    if picture is not None:
+        facade = _with_picture(facade, picture, (annotation.picture_area - origin) * scale)
+    return Assembled(check(facade), snapped.moved, (*annotation.notes, *notes))
+
+
+def _told_split(source: Ints, pieces: Pieces, names: list[str], number: Ints) -> list[str]:
+    """Which boxes were cut that should have stayed whole."""
+    parts = np.bincount(source[source != WALL], minlength=len(names))
+    cut_up = pieces.source[pieces.whole & (parts[pieces.source] > 1)].tolist()
+    if not cut_up:
+        return []
+    shown = ", ".join(f"{names[each]} {number[each]}" for each in cut_up[:8])
+    return [f"{len(cut_up)} boxes of pinwheels are cut into parts: {shown}{', …' if len(cut_up) > 8 else ''}"]
+
+
+def _scale(
+    annotation: Annotation, width: float | None, height: float | None, pixels: tuple[int, int] | None
+) -> tuple[Floats, list[str]]:
+    """Metres [2] per unit along x and y.
+
+    What is in metres stays as it is if no size is given. One size gives the other by the shape of the picture, and two
+    are taken as they are.
+    """
+    for name, value in (("width", width), ("height", height)):
+        if value is not None and not 0.0 < value <= LARGEST:
+            raise FacadeError(f"The {name} of a facade is above 0 and at most {LARGEST:,.0f} metres, found {value:g}.")
+    notes: list[str] = []
+    shape = np.ones(2)
+    if annotation.unit == "parts" and pixels is not None:
+        shape = np.array(pixels, dtype=np.float64)
+    elif annotation.unit == "parts" and (width is None or height is None):
+        notes.append("the shape of the picture is not known: it is taken to be square; give a width and a height")
+    extent = (annotation.frame[1] - annotation.frame[0]) * shape
+    if annotation.unit == "metres" and width is None and height is None:
+        if extent.max() > LARGEST:
+            raise FacadeError(f"The facade is {extent.max():g} metres large; expected {LARGEST:,.0f} at most.")
+        return shape, notes
+    if width is None and height is None:
+        width = USUAL_WIDTH
+        notes.append(f"the size of the facade is not known: it is taken to be {width:g} m wide; give a width or height")
+    across = width / extent[X] if width is not None else None
+    up = height / extent[Y] if height is not None else None
+    return shape * np.array([across or up, up or across]), notes
+
+
+def _corners(boxes: Ints, lines: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Lower left and upper right corners [N, 2] of boxes [N, 4] that are given by their lines."""
+    low = np.stack([lines[X][boxes[:, 0]], lines[Y][boxes[:, 1]]], axis=1)
+    return low, np.stack([lines[X][boxes[:, 2]], lines[Y][boxes[:, 3]]], axis=1)
+
+
+def _followed(outlines: list[Floats], before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> list[Floats]:
+    """Outlines that follow their boxes, of which the corners are given before and after they were snapped."""
+    scale = (after[1] - after[0]) / (before[1] - before[0])
+    return [after[0][k] + (each - before[0][k]) * scale[k] for k, each in enumerate(outlines)]
+
+
+def _with_outlines(facade: Facade, source: Ints, outlines: list[Floats], wall: Floats) -> Facade:
+    """The facade with the outlines of what is not rectangular, each leaf with its part of them.
+
+    Args:
+        facade: of rectangles.
+        source: [N] the box of each node, or `WALL`.
+        outlines: of the boxes [B], in metres; empty for rectangles.
+        wall: outline [P, 2] of the wall, in metres; empty for a rectangle.
+    """
+    points: dict[int, Floats] = {}
+    outside: list[int] = []
+    around = shapely.Polygon(wall) if len(wall) else None
+    if around is not None:
+        shapely.prepare(around)
+    for node in facade.leaves.tolist():
+        low, size = facade.position[node], facade.size[node]
+        box = int(source[node])
+        if box != WALL and len(outlines[box]):
+            polygon = shapely.Polygon(outlines[box])
+        elif box == WALL and around is not None:
+            polygon = around
+        else:
+            continue
+        shown = _shown(polygon, low, size)
+        if shown is None:
+            outside.append(node)
+        elif len(shown):
+            points[node] = shown
+    counts = np.zeros(len(facade), dtype=np.int64)
+    for node, corners in points.items():
+        counts[node] = len(corners)
+    label, labels = facade.label.copy(), facade.labels
+    if outside:
+        labels = labels if OUTSIDE in labels else (*labels, OUTSIDE)
+        label[outside] = labels.index(OUTSIDE)
+    ordered = [points[node] for node in sorted(points)]
+    return replace(
+        facade,
+        label=label,
+        labels=labels,
+        outline_offsets=offsets_from_counts(counts),
+        outline_points=np.vstack(ordered) if ordered else np.zeros((0, 2)),
+    )
+
+
+def _shown(polygon: shapely.Polygon, low: Floats, size: Floats) -> Floats | None:
+    """Corners [P, 2] of what a leaf has of a polygon, as its parts, anticlockwise; empty for all, None for nothing."""
+    if not polygon.is_valid:
+        return np.zeros((0, 2))
+    high = low + size
+    rest = shapely.intersection(polygon, shapely.box(low[X], low[Y], high[X], high[Y]))
+    part = rest.area / size.prod()
+    if part < _SLIVER:
+        return None
+    if part > 1.0 - _SLIVER or not isinstance(rest, shapely.Polygon) or rest.interiors:
+        return np.zeros((0, 2))
+    corners = shapely.get_coordinates(shapely.geometry.polygon.orient(rest).exterior)[:-1]
+    return np.clip((corners - low) / size, 0.0, 1.0)
+
+
+def _with_picture(facade: Facade, picture: Picture, area: Floats) -> Facade:
+    """The facade with what leaves show of a picture that covers an area [2, 2], in metres."""
+    window = np.hstack([facade.position, facade.position + facade.size])
+    window = np.clip((window - np.tile(area[0], 2)) / np.tile(area[1] - area[0], 2), 0.0, 1.0)
+    leaf = facade.axis == LEAF
+    return replace(
+        facade,
+        pictures=(picture,),
+        picture=np.where(leaf, 0, -1),
+        window=np.where(leaf[:, None], window, np.array([0.0, 0.0, 1.0, 1.0])),
+    )

@@ -1,0 +1,135 @@
+"""Rectangles that tile a rectangle, as a decomposition tree: cut along all lines that cross none, again and again.
+
+Along an axis the rectangles of a piece are intervals, and what overlaps hangs together: the components of the interval
+graph are what all possible cuts leave. So a part can only be cut along the other axis, axes alternate, and the tree is
+the only one of its tiling, but for the first axis: it is y, floors before columns, wherever both are possible.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.boxes.pinwheels import pinwheel, pinwheel_text
+from grammarlab.facade.tree import LEAF, TOLERANCE, Facade, Floats, Ints, X, Y, check, plain
+
+MOST_LEVELS = 500
+"""Cuts within each other; facades have about ten."""
+
+
+def cut(low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:
+    """The tree of a tiling, and which rectangle each node is: [nodes], -1 for inner nodes.
+
+    Takes O(n log n) for every level of the tree.
+
+    Args:
+        low: [N, 2] lower left corners in metres; sides that touch have the very same coordinate.
+        high: [N, 2] upper right corners.
+        names: [N] what each rectangle is called, empty for nothing.
+
+    Raises:
+        FacadeError: when the rectangles overlap or leave gaps, when no line cuts some of them (which form the
+            pinwheel), or when there are more than `MOST_LEVELS` levels.
+    """
+    _check_area(low, high)
+    ranks_low, ranks_high = _ranks(low, high)
+    levels = [_Level(np.zeros(1, np.int64), np.array([len(low)]), np.full(1, -1), LEAF)]
+    order, at, piece = np.arange(len(low)), np.arange(len(low)), np.zeros(len(low), dtype=np.int64)
+    along = Y
+    while len(at) and len(low) > 1:
+        new, sorted_boxes = _parts(ranks_low[order[at], along], ranks_high[order[at], along], piece, order[at])
+        whole = np.bincount(piece, weights=new) == 1
+        if whole.any():
+            if len(levels) == 1 and along == Y:  # the first axis is a choice
+                along = X
+                continue
+            stuck = order[at][whole[piece]]
+            stuck = stuck[: np.bincount(piece)[whole][0]]
+            found = stuck[pinwheel(np.hstack([ranks_low, ranks_high])[stuck])]
+            raise FacadeError(pinwheel_text(found, low, high, names, np.arange(len(low))))
+        order[at] = sorted_boxes
+        first = np.flatnonzero(new)
+        counts = np.diff(np.append(first, len(at)))
+        parents = np.flatnonzero(levels[-1].count > 1)[piece[first]]
+        levels.append(_Level(at[first], counts, parents, along))
+        if len(levels) > MOST_LEVELS:
+            raise FacadeError(f"These rectangles need more than {MOST_LEVELS} cuts within each other.")
+        kept = np.repeat(counts > 1, counts)
+        piece = np.repeat(np.cumsum(counts > 1) - 1, counts)[kept]
+        at, along = at[kept], 1 - along
+    return _tree(levels, order, low, high, names)
+
+
+@dataclass(frozen=True, slots=True)
+class _Level:
+    """The K pieces at one depth of a tree."""
+
+    start: Ints
+    """[K] place of the first of a piece's rectangles, in the order of the leaves."""
+    count: Ints
+    """[K] rectangles of each piece."""
+    parent: Ints
+    """[K] piece of the level above."""
+    axis: int
+    """Along which the pieces of the level above were cut into these."""
+
+
+def _ranks(low: Floats, high: Floats) -> tuple[Ints, Ints]:
+    """[N, 2] twice: coordinates as places among all different ones of their axis."""
+    ranks = [np.unique(np.concatenate([low[:, a], high[:, a]]), return_inverse=True)[1] for a in (X, Y)]
+    both = np.stack(ranks, axis=1)
+    return both[: len(low)], both[len(low) :]
+
+
+def _parts(low: Ints, high: Ints, piece: Ints, boxes: Ints) -> tuple[NDArray[np.bool_], Ints]:
+    """Where a new part begins [N], and the boxes [N] in the order of their parts."""
+    order = np.lexsort((low, piece))
+    shift = piece[order] * (int(high.max()) + 1)  # so that no piece reaches into the next one
+    reach = np.maximum.accumulate(high[order] + shift)
+    new = np.ones(len(low), dtype=bool)
+    new[1:] = low[order][1:] + shift[1:] >= reach[:-1]
+    return new, boxes[order]
+
+
+def _check_area(low: Floats, high: Floats) -> None:
+    if not len(low):
+        raise FacadeError("A facade has at least one rectangle, found none.")
+    covered, whole = (high - low).prod(axis=1).sum(), (high.max(axis=0) - low.min(axis=0)).prod()
+    if not abs(covered - whole) <= 4.0 * TOLERANCE * whole:
+        what = "overlap" if covered > whole else "leave gaps"
+        raise FacadeError(f"The rectangles {what}: they cover {covered:.6g} of {whole:.6g} square metres.")
+
+
+def _tree(levels: list[_Level], order: Ints, low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:
+    """Nodes of all levels, in preorder."""
+    sizes = np.array([len(level.start) for level in levels])
+    begins = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+    start = np.concatenate([level.start for level in levels])
+    count = np.concatenate([level.count for level in levels])
+    depth = np.repeat(np.arange(len(levels)), sizes)
+    above = np.concatenate([levels[k].parent + (begins[k - 1] if k else 0) for k in range(len(levels))])
+    axes = np.array([level.axis for level in levels[1:]] + [LEAF])
+    preorder = np.lexsort((depth, start))
+    number = np.empty(len(preorder), dtype=np.int64)
+    number[preorder] = np.arange(len(preorder))
+    start, count, depth = start[preorder], count[preorder], depth[preorder]
+    parent = np.where(depth > 0, number[above[preorder]], -1)
+    leaf = count == 1
+    box = np.where(leaf, order[start], -1)
+    position, size = _extents(order, start, count, low, high)
+    called = [str(names[each]) if each >= 0 else "" for each in box.tolist()]
+    axis = np.where(leaf, LEAF, axes[depth]).astype(np.int8)
+    return check(plain(parent, axis, position - low.min(axis=0), size, called)), box
+
+
+def _extents(order: Ints, start: Ints, count: Ints, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """Lower left corner and size [K, 2] of what the rectangles of each node fill together."""
+    lows, highs = low[order[start]], high[order[start]]
+    for node in np.flatnonzero(count > 1).tolist():
+        boxes = order[start[node] : start[node] + count[node]]
+        lows[node], highs[node] = low[boxes].min(axis=0), high[boxes].max(axis=0)
+    return lows, highs - lows

@@ -1,0 +1,1 @@
+"""Grids of a facade: proposed, edited, and how they belong together."""

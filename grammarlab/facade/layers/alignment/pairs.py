@@ -1,0 +1,153 @@
+"""Lower bounds on aligning what is left of two rows, whatever the other rows are (dynamic programming)."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, Row, Step
+
+
+@dataclass(frozen=True, slots=True)
+class Prices:
+    """What an alignment costs, in whole numbers."""
+
+    error: int
+    """For a unit of length."""
+    merge: int
+    """For a letter, >= 1: so of what costs the same the finer is better."""
+    strain: float = 0.0
+    """For a square unit by which sizes are to be changed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Rows to align."""
+
+    rows: Sequence[Row]
+    """m different ones, in the order of their topmost layers."""
+    prices: Prices
+    least: int
+    """Units that the columns have at least in all."""
+    most: int
+    """Units that they have at most."""
+    tolerance: int
+    """Units that the error of a column is at most."""
+    gaps: bool = False
+    """Whether elements with letters that are not opaque need not fill their column."""
+
+    def over(self, above: int, below: int) -> bool:
+        """Whether a layer of one row lies over a layer of another one."""
+        return above != below and self.rows[above].layers[0] < self.rows[below].layers[-1]
+
+    def slack(self, row: int) -> int:
+        """Units of columns in which a row may be empty."""
+        return self.most - self.rows[row].left[0]
+
+
+Bounds = list[dict[int, int]]
+"""[state of one row][state of the other] the least that is still to pay; what is absent is more than the limit."""
+
+
+def pair_bounds(problem: Problem, one: int, other: int, limit: int) -> tuple[Bounds, int]:
+    """Bounds for two rows, one < other, on paths of at most a limit, and how many pairs of steps were looked at."""
+    pair = _Pair(problem, one, other)
+    first, second = pair.first, pair.second
+    paid: list[dict[int, int]] = [{} for _ in range(first.last + 1)]
+    paid[0][0] = 0
+    moves: list[dict[int, list[tuple[int, int, int]]]] = [{} for _ in range(first.last + 1)]
+    looked = 0
+    for at in range(first.last + 1):
+        here = paid[at]
+        for to in range(second.last + 1):
+            so_far = here.get(to)
+            if so_far is None:
+                continue
+            made = moves[at][to] = list(pair.moves(at, to, limit - so_far))
+            looked += len(made) + 1
+            for cost, next_at, next_to in made:
+                ahead = paid[next_at]
+                if ahead.get(next_to, limit + 1) > so_far + cost:
+                    ahead[next_to] = so_far + cost
+    bounds: Bounds = [{} for _ in range(first.last + 1)]
+    bounds[first.last][second.last] = 0
+    for at in range(first.last, -1, -1):
+        here = bounds[at]
+        for to in sorted(moves[at], reverse=True):
+            best = here.get(to, limit + 1)
+            for cost, next_at, next_to in moves[at][to]:
+                best = min(best, cost + bounds[next_at].get(next_to, limit + 1))
+            if best + paid[at][to] <= limit:
+                here[to] = best
+    return bounds, looked
+
+
+class _Pair:
+    """Two rows of a problem, whose columns are relaxed: any other row may be opaque."""
+
+    def __init__(self, problem: Problem, one: int, other: int) -> None:
+        self.first, self.second = problem.rows[one], problem.rows[other]
+        self.prices, self.tolerance = problem.prices, problem.tolerance
+        self.alone = len(problem.rows) == 2
+        self.slack = problem.slack(one), problem.slack(other)
+        self.over = problem.over(one, other), problem.over(other, one)
+        # Where another row may hide them, empty elements may be free.
+        self.excused = (
+            any(row.hides for row in problem.rows[:one]),
+            any(row.hides for at, row in enumerate(problem.rows[:other]) if at != one),
+        )
+        self.counts = len(self.first.layers), len(self.second.layers)
+
+    def moves(self, at: int, to: int, limit: int) -> Iterator[tuple[int, int, int]]:
+        """Cost of a column and the states after it, for columns of at most a limit."""
+        ones, others = self.first.steps(at), self.second.steps(to)
+        error, merge = self.prices.error, self.prices.merge
+        widest = min(limit // error, self.tolerance) if error else self.tolerance
+        for one in (*((ones.empty,) if ones.empty else ()), *ones.fixed, *ones.elastic):
+            base = merge * self.counts[0] * one.merged
+            if base > limit:
+                continue
+            if others.empty is not None:
+                yield from self._priced(one, others.empty, base, limit)
+            fixed, elastic = others.fixed, others.elastic
+            if one.kind != EMPTY:
+                first = bisect_left(others.fixed_sizes, one.size - widest) if one.fixed else 0
+                fixed = fixed[first : bisect_right(others.fixed_sizes, one.size + widest)]
+                if one.fixed:
+                    elastic = elastic[: bisect_right(others.elastic_sizes, one.size + widest)]
+            if not one.fixed:
+                fixed = others.fixed
+            for other in (*fixed, *elastic):
+                yield from self._priced(one, other, base, limit)
+
+    def _priced(self, one: Step, other: Step, base: int, limit: int) -> Iterator[tuple[int, int, int]]:
+        if not self._allowed(one, other):
+            return
+        error = self._error(one, other)
+        cost = base + self.prices.merge * self.counts[1] * other.merged + self.prices.error * error
+        if cost <= limit and error <= self.tolerance:
+            yield cost, one.state, other.state
+
+    def _allowed(self, one: Step, other: Step) -> bool:
+        if one.kind == EMPTY and (other.kind == EMPTY or other.size > self.slack[0]):
+            return False
+        if other.kind == EMPTY and one.size > self.slack[1]:
+            return False
+        if self.alone and OPAQUE not in (one.kind, other.kind):
+            return False
+        if other.protected and one.kind == PARTIAL and self.over[0]:
+            return False
+        return not (one.protected and other.kind == PARTIAL and self.over[1])
+
+    def _error(self, one: Step, other: Step) -> int:
+        """The least error of a column with these elements, units."""
+        if one.kind == EMPTY:
+            return 0 if self.excused[0] else other.size
+        if other.kind == EMPTY:
+            return 0 if self.excused[1] or one.kind == OPAQUE else one.size
+        if one.fixed and other.fixed:
+            return abs(one.size - other.size)
+        if one.fixed:
+            return max(other.size - one.size, 0)
+        return max(one.size - other.size, 0) if other.fixed else 0

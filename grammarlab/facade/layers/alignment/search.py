@@ -1,0 +1,350 @@
+"""Exact search for the cheapest alignments: A* over places in all rows, within limits that grow.
+
+All that costs more than a limit is cut off, by the bounds of `pairs.py`; while nothing is found, the limit grows. So
+the first that is found is the cheapest, and a tight limit keeps the bounds cheap: only places that lie near each other
+are ever looked at. How much of the canvas is used belongs to the state. Of two ways to the same place, the one that
+used less and paid less is kept.
+"""
+
+from __future__ import annotations
+
+import heapq
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import NamedTuple
+
+from grammarlab.facade.layers.alignment.pairs import Bounds, Problem, pair_bounds
+from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, Step
+from grammarlab.facade.layers.alignment.spreads import Spreads, Widths
+from grammarlab.facade.layers.alignment.strains import Strains
+
+Path = tuple[tuple[Step, ...], ...]
+"""[n][m] the elements of columns."""
+
+_ALL_PAIRS = 6
+"""Rows whose pairs are all bounded; of more, pairs with the row of most letters."""
+_GROWTH = 3
+"""Of the limit."""
+_GUESSES = 4
+"""Limits within which a path is sought when effort has run out."""
+_LEAST_EFFORT = 5_000
+"""Steps for each of these, at least."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What a search came to."""
+
+    paths: tuple[tuple[int, Path], ...]
+    """With their costs, the cheapest first."""
+    bound: int
+    """What is not among `paths` costs at least this much."""
+    done: bool
+    """Whether there are no more than `paths`, or they are as many as were asked for."""
+    guessed: tuple[tuple[int, Path], ...] = ()
+    """Another path where effort ran out before there was any: not the cheapest for certain."""
+    steps: int = 0
+    """That were looked at."""
+
+
+class _Node(NamedTuple):
+    """A place in all rows."""
+
+    guess: int
+    """Units of cost of the cheapest way through it, at least; nothing in haste."""
+    ahead: int
+    """Less is nearer to the end."""
+    number: int
+    cost: int
+    span: int
+    states: tuple[int, ...]
+    elastic: bool
+    """Whether a column is as wide as what is left."""
+    widths: Widths
+    strain: int
+    """Units of cost that sizes are at least to be changed for, for the worst column alone; in `cost`."""
+    before: _Node | None
+    column: tuple[Step, ...]
+
+
+class _Column(NamedTuple):
+    """A column, or the upper part of one."""
+
+    steps: tuple[Step, ...]
+    low: int
+    """Units of the smallest fixed element, 0 for an empty one that nothing explains; -1 before there is any."""
+    high: int
+    """Units of the widest element."""
+    fixed: bool
+    opaque: bool
+    partial: int
+    """Bits of rows."""
+    protected: int
+    """Bits of rows that may not be partial."""
+    price: int
+    """Of merged letters."""
+
+
+def search(problem: Problem, count: int, effort: int, cutoff: int) -> Found:
+    """The cheapest paths through the rows, as many as asked for, of those that cost at most `cutoff`."""
+    prices, rows = problem.prices, problem.rows
+    if any(row.left[0] > problem.most for row in rows):
+        return Found((), 0, done=True)
+    letters = sum(len(row.layers) * len(row.word) for row in rows)
+    ceiling = min(prices.error * sum(sum(row.sizes) for row in rows) + 2 * prices.merge * letters, cutoff)
+    limit = min(prices.error * problem.most // 50 + 3 * prices.merge * max(len(row.layers) for row in rows), ceiling)
+    looked, bound, paths = 0, 0, ()
+    while True:
+        tree = _Tree(problem, limit, count, effort - looked)
+        found = tree.run()
+        looked += tree.looked
+        bound, paths = max(found.bound, bound), max(found.paths, paths, key=len)
+        if found.done and (len(found.paths) == count or limit == ceiling):
+            return Found(paths, bound, done=True, steps=looked)
+        if not found.done or looked >= effort:
+            guessed, more = ((), 0) if paths else _guess(problem, limit, ceiling, effort)
+            return Found(paths, bound, done=False, guessed=guessed, steps=looked + more)
+        limit = min(limit * _GROWTH, ceiling)
+
+
+def _guess(problem: Problem, limit: int, ceiling: int, effort: int) -> tuple[tuple[tuple[int, Path], ...], int]:
+    """What a search that goes ahead wherever it can comes upon, and the steps it looked at."""
+    looked = 0
+    for _ in range(_GUESSES):
+        tree = _Tree(problem, limit, 1, max(effort // _GUESSES, _LEAST_EFFORT), hasty=True)
+        found = tree.run()
+        looked += tree.looked
+        if found.paths or limit == ceiling:
+            return found.paths, looked
+        limit = min(limit * _GROWTH, ceiling)
+    return (), looked
+
+
+class _Tree:
+    """One search, of what costs at most a limit."""
+
+    def __init__(self, problem: Problem, limit: int, count: int, effort: int, *, hasty: bool = False) -> None:
+        self.hasty = hasty
+        self.problem, self.limit, self.count, self.effort = problem, limit, count, effort
+        self.rows, self.prices = problem.rows, problem.prices
+        self.num = len(self.rows)
+        self.looked = self.number = 0
+        self.spreads = Spreads(problem)
+        self.strains = Strains(problem) if problem.prices.strain else None
+        self.over = [
+            sum(1 << above for above in range(self.num) if problem.over(above, below)) for below in range(self.num)
+        ]
+        # Some row is wide enough by itself: then the least span is no concern, and less span is never worse.
+        self.wide = any(row.left[0] >= problem.least for row in self.rows)
+        self.pairs: list[list[tuple[int, Bounds]]] = [[] for _ in self.rows]
+        for one, other in self._pairs():
+            bounds, looked = pair_bounds(problem, one, other, limit)
+            self.pairs[other].append((one, bounds))
+            self.looked += looked
+            if 0 not in bounds[0]:
+                break
+
+    def _pairs(self) -> Iterator[tuple[int, int]]:
+        hub = max(range(self.num), key=lambda at: (self.rows[at].left[0] > 0, len(self.rows[at].word)))
+        for one, other in combinations(range(self.num), 2):
+            if self.num <= _ALL_PAIRS or hub in (one, other):
+                yield one, other
+
+    def run(self) -> Found:
+        start = tuple(0 for _ in self.rows)
+        root = self._rest(start)
+        if root is None:
+            return Found((), self.limit + 1, done=True)
+        end = tuple(row.last for row in self.rows)
+        first = _Node(
+            0 if self.hasty else root,
+            0,
+            0,
+            0,
+            0,
+            start,
+            elastic=False,
+            widths=self.spreads.start,
+            strain=0,
+            before=None,
+            column=(),
+        )
+        heap = [first]
+        closed: dict[tuple[tuple[int, ...], bool, Widths], list[tuple[int, int, int]]] = {}
+        paths: list[tuple[int, Path]] = []
+        while heap:
+            node = heapq.heappop(heap)
+            if self.looked > self.effort:
+                return Found(tuple(paths), node.guess, done=False)
+            if node.states == end:
+                if node.column and self._fills(node):
+                    paths.append((node.cost, _path(node)))
+                    if len(paths) == self.count:
+                        return Found(tuple(paths), node.cost, done=True)
+                continue
+            if self._dominated(closed.setdefault((node.states, node.elastic, node.widths), []), node):
+                continue
+            for child in self._children(node):
+                heapq.heappush(heap, child)
+        return Found(tuple(paths), self.limit + 1, done=True)
+
+    def _children(self, node: _Node) -> Iterator[_Node]:
+        """The places after all columns that may come next."""
+        for column, states, least in self._columns(node):
+            self.looked += 1
+            widths, span = node.widths, node.span + column.high
+            if self.spreads.rows:
+                after = self.spreads.after(widths, column.steps, column.high, elastic=not column.fixed, span=span)
+                if after is None:
+                    continue
+                widths = after
+            strain = node.strain
+            if self.strains is not None:
+                strain = max(self.strains.of(node.states, column.steps), strain)
+            more = strain - node.strain
+            if least + more > self.limit:
+                continue
+            self.number += 1
+            yield _Node(
+                0 if self.hasty else least + more,
+                -sum(states),
+                self.number,
+                node.cost + column.price + self.prices.error * self._error(column) + more,
+                span,
+                states,
+                node.elastic or not column.fixed,
+                widths,
+                strain,
+                node,
+                column.steps,
+            )
+
+    def _dominated(self, reached: list[tuple[int, int, int]], node: _Node) -> bool:
+        """Whether as many ways as are asked for came here that can do all that this one can; else it is noted."""
+        easy = self.wide or node.elastic
+        paid = node.cost - node.strain
+        better = sum(
+            cost <= paid and strain <= node.strain and (span <= node.span if easy else span == node.span)
+            for cost, strain, span in reached
+        )
+        if better >= self.count:
+            return True
+        reached.append((paid, node.strain, node.span))
+        return False
+
+    def _fills(self, node: _Node) -> bool:
+        return node.elastic or node.span >= self.problem.least
+
+    def _rest(self, states: tuple[int, ...]) -> int | None:
+        """At least what is still to pay; None for more than the limit."""
+        most = 0
+        for at in range(self.num):
+            rest = self._rest_of(at, states)
+            if rest is None:
+                return None
+            most = max(most, rest)
+        return most
+
+    def _rest_of(self, at: int, states: tuple[int, ...]) -> int | None:
+        """The same by the pairs of a row with those above it."""
+        most = 0
+        for other, bounds in self.pairs[at]:
+            rest = bounds[states[other]].get(states[at])
+            if rest is None:
+                return None
+            most = max(most, rest)
+        return most
+
+    def _error(self, column: _Column) -> int:
+        return column.high - column.low if column.low >= 0 else 0
+
+    def _columns(self, node: _Node) -> Iterator[tuple[_Column, tuple[int, ...], int]]:
+        """All columns that may come next, with the states after them and what the whole costs at least."""
+        start = _Column((), -1, 0, fixed=False, opaque=False, partial=0, protected=0, price=0)
+        yield from self._more(node, start, (), 0, 0)
+
+    def _more(
+        self, node: _Node, column: _Column, states: tuple[int, ...], rest: int, left: int
+    ) -> Iterator[tuple[_Column, tuple[int, ...], int]]:
+        at = len(states)
+        if at == self.num:
+            if column.opaque and (column.fixed or column.low < 0):
+                guess = node.cost + column.price + self.prices.error * self._error(column) + rest
+                yield column, states, max(guess, node.guess)
+            return
+        room = self.problem.most - node.span
+        for step in self._steps(node, column, at):
+            self.looked += 1
+            wider = self._with(column, step, at)
+            still = max(left, self.rows[at].left[step.state])
+            if wider is None or wider.high + still > room or self._error(wider) > self.problem.tolerance:
+                continue
+            after = (*states, step.state)
+            further = self._rest_of(at, after)
+            if further is None:
+                continue
+            more = max(rest, further)
+            if node.cost + wider.price + self.prices.error * self._error(wider) + more <= self.limit:
+                yield from self._more(node, wider, after, more, still)
+
+    def _steps(self, node: _Node, column: _Column, at: int) -> Iterator[Step]:
+        """Elements of a row whose error is affordable."""
+        steps = self.rows[at].steps(node.states[at])
+        if steps.empty is not None:
+            yield steps.empty
+        first, last, last_elastic = 0, len(steps.fixed), len(steps.elastic)
+        if column.low >= 0:
+            widest = self.problem.tolerance
+            if self.prices.error:
+                widest = min(widest, (self.limit - node.cost - column.price) // self.prices.error)
+            first = bisect_left(steps.fixed_sizes, column.high - widest)
+            last = bisect_right(steps.fixed_sizes, column.low + widest)
+            last_elastic = bisect_right(steps.elastic_sizes, column.low + widest)
+        yield from steps.fixed[first:last]
+        yield from steps.elastic[:last_elastic]
+
+    def _with(self, column: _Column, step: Step, at: int) -> _Column | None:
+        """A column with one more element; None where that is not allowed."""
+        low, bit = column.low, 1 << at
+        if step.kind == EMPTY:
+            if not column.opaque:
+                low = 0
+            return column._replace(steps=(*column.steps, step), low=low)
+        if step.kind == PARTIAL and column.protected & bit:
+            return None
+        if step.protected and column.partial & self.over[at]:
+            return None
+        if step.fixed:
+            low = step.size if low < 0 else min(low, step.size)
+        return _Column(
+            (*column.steps, step),
+            low,
+            max(column.high, step.size),
+            column.fixed or step.fixed,
+            column.opaque or step.kind == OPAQUE,
+            column.partial | (bit if step.kind == PARTIAL else 0),
+            column.protected | (self.over[at] if step.protected else 0),
+            column.price + self.prices.merge * len(self.rows[at].layers) * step.merged,
+        )
+
+
+def column_size(column: Sequence[Step]) -> tuple[int, int, bool]:
+    """Error and width of a column, in units, and whether an element of it is fixed."""
+    low, high, fixed, opaque = -1, 0, False, False
+    for step in column:
+        if step.fixed and (step.kind != EMPTY or not opaque):
+            low = step.size if low < 0 else min(low, step.size)
+        high, opaque = max(high, step.size), opaque or step.kind == OPAQUE
+        fixed = fixed or (step.fixed and step.kind != EMPTY)
+    return (high - low if low >= 0 else 0), high, fixed
+
+
+def _path(node: _Node) -> Path:
+    columns = []
+    at: _Node | None = node
+    while at is not None and at.before is not None:
+        columns.append(at.column)
+        at = at.before
+    return tuple(reversed(columns))

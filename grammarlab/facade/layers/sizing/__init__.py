@@ -1,0 +1,1 @@
+"""Sizes of symbols that an alignment allows."""

@@ -1,0 +1,76 @@
+"""What one alignment demands of the sizes of symbols, and how much all demands together cost at least."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.facade.layers.alignment.align import Alignment
+from grammarlab.facade.layers.sizing.equations import equations
+from grammarlab.facade.tree import Floats
+
+_RANK = 1e-9
+"""Singular values below this part of the largest are 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class Demands:
+    """Equations that the sizes of symbols satisfy, when widths of columns and unsized symbols may be anything."""
+
+    symbols: tuple[str, ...]
+    """S that have a preferred size."""
+    size: Floats
+    """[S] metres that are preferred."""
+    matrix: Floats
+    """[R, S]"""
+    value: Floats
+    """[R] metres"""
+
+
+def demands(alignment: Alignment, canvas: float, *, gaps: bool) -> Demands:
+    """Those of one alignment."""
+    system = equations([(alignment, canvas)], gaps=gaps)
+    symbols = tuple(
+        name for name in dict.fromkeys(letter.symbol for word in alignment.words for letter in word if letter.size)
+    )
+    index = [system.index["symbol", symbol] for symbol in symbols]
+    sizes = {letter.symbol: letter.size for word in alignment.words for letter in word if letter.size is not None}
+    free = np.ones(system.num_sizes, dtype=np.bool_)
+    free[index] = False
+    left, size, _ = np.linalg.svd(system.matrix[:, free], full_matrices=True)
+    rank = int((size > _RANK * size.max(initial=1.0)).sum())
+    kept = left[:, rank:].T
+    matrix = np.zeros((len(kept), len(symbols)))
+    # Symbols that are one unknown share its column.
+    for unknown in set(index):
+        matrix[:, index.index(unknown)] = kept @ system.matrix[:, unknown]
+    same = [(index.index(unknown), at) for at, unknown in enumerate(index) if index.index(unknown) != at]
+    equal = np.zeros((len(same), len(symbols)))
+    for row, (one, other) in zip(equal, same, strict=True):
+        row[one], row[other] = 1.0, -1.0
+    size = np.array([sizes[symbol] for symbol in symbols])
+    value = np.concatenate([kept @ system.value, np.zeros(len(same))])
+    return Demands(symbols, size, np.concatenate([matrix, equal]), value)
+
+
+def least_error(together: Sequence[Demands]) -> float:
+    """Square metres: sizes that satisfy all demands deviate at least so much from what is preferred."""
+    if not together:
+        return 0.0
+    sizes: dict[str, float] = {}
+    for each in together:
+        sizes |= zip(each.symbols, each.size, strict=True)
+    place = {symbol: at for at, symbol in enumerate(sizes)}
+    matrix = np.zeros((sum(len(each.value) for each in together), len(sizes)))
+    row = 0
+    for each in together:
+        matrix[row : row + len(each.value), [place[symbol] for symbol in each.symbols]] = each.matrix
+        row += len(each.value)
+    miss = np.concatenate([each.value for each in together]) - matrix @ np.array(list(sizes.values()))
+    if not matrix.size:
+        return 0.0
+    change = np.linalg.lstsq(matrix, miss, rcond=_RANK)[0]
+    # A little less, for round-off is no bound.
+    return float(np.square(change).sum()) * (1.0 - 1e-9)

@@ -1,0 +1,128 @@
+"""What an alignment says about sizes: unknown sizes that are one, and equations between them (paper 003, section 5.3).
+
+The unknowns are sizes: one for each symbol, so that all of its letters have it, one for each column, and one for each
+part of a split letter. Where an element is a single letter or part, it is as wide as its column: one unknown for both.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from grammarlab.facade.layers.alignment.align import Alignment
+from grammarlab.facade.layers.alignment.naming import Element
+from grammarlab.facade.tree import Floats, Ints
+
+Unknown = tuple[Any, ...]
+"""("symbol", name), ("column", alignment, column) or ("part", alignment, word, letter, part)."""
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Linear equations between U unknown sizes."""
+
+    index: dict[Unknown, int]
+    """Which of the U sizes each unknown is."""
+    matrix: Floats
+    """[R, U]"""
+    value: Floats
+    """[R] metres"""
+    target: Floats
+    """[P] metres, of the symbols that have a preferred size."""
+    target_index: Ints
+    """[P] which size they would like to have it."""
+
+    @property
+    def num_sizes(self) -> int:
+        """U."""
+        return self.matrix.shape[1]
+
+
+def equations(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool) -> Equations:
+    """The equations of alignments, each with its canvas; see `size_letters`."""
+    made = _Equations(gaps=gaps)
+    for number, (alignment, canvas) in enumerate(alignments):
+        made.add(number, alignment, canvas)
+    return made.done()
+
+
+def is_gapped(alignment: Alignment, row: int, element: Element, *, gaps: bool) -> bool:
+    """Whether the letters of an element keep their size, centred in their column (supplement 002, section 3.4)."""
+    letters = [alignment.words[row][at] for at, _ in element]
+    if not gaps or any(letter.transparent or letter.size is None for letter in letters):
+        return False
+    return any(not letter.opaque for letter in letters)
+
+
+@dataclass
+class _Equations:
+    gaps: bool
+    parent: dict[Unknown, Unknown] = field(default_factory=dict)
+    targets: dict[Unknown, float] = field(default_factory=dict)
+    rows: list[tuple[Counter[Unknown], float]] = field(default_factory=list)
+
+    def find(self, unknown: Unknown) -> Unknown:
+        self.parent.setdefault(unknown, unknown)
+        root = unknown
+        while self.parent[root] != root:
+            root = self.parent[root]
+        while self.parent[unknown] != root:
+            self.parent[unknown], unknown = root, self.parent[unknown]
+        return root
+
+    def add(self, number: int, alignment: Alignment, canvas: float) -> None:
+        for row in {word: row for row, word in enumerate(alignment.words)}.values():
+            self._row(number, alignment, row)
+        whole = Counter[Unknown](("column", number, column) for column in range(alignment.num_columns))
+        self.rows.append((whole, canvas))
+
+    def _row(self, number: int, alignment: Alignment, row: int) -> None:
+        word, elements = alignment.words[row], alignment.cells[row]
+        for letter in word:
+            self.find(("symbol", letter.symbol))
+            if letter.size is not None:
+                self.targets["symbol", letter.symbol] = letter.size
+        split = {at for element in elements for at, part in element if part}
+        for column, element in enumerate(elements):
+            unknowns: list[Unknown] = [
+                ("part", number, row, at, part) if at in split else ("symbol", word[at].symbol) for at, part in element
+            ]
+            if not element or is_gapped(alignment, row, element, gaps=self.gaps):
+                continue
+            if len(unknowns) == 1:
+                self.parent[self.find(unknowns[0])] = self.find(("column", number, column))
+            else:
+                total = Counter[Unknown](unknowns)
+                total["column", number, column] -= 1
+                self.rows.append((total, 0.0))
+        for at in split:
+            total = Counter[Unknown](
+                ("part", number, row, at, part) for element in elements for other, part in element if other == at
+            )
+            total["symbol", word[at].symbol] -= 1
+            self.rows.append((total, 0.0))
+
+    def done(self) -> Equations:
+        for total, _ in self.rows:
+            for unknown in total:
+                self.find(unknown)
+        place: dict[Unknown, int] = {}
+        index = {unknown: place.setdefault(self.find(unknown), len(place)) for unknown in list(self.parent)}
+        matrix = np.zeros((len(self.rows), len(place) + 1))
+        for row, (total, value) in zip(matrix, self.rows, strict=True):
+            for unknown, factor in total.items():
+                row[index[unknown]] += factor
+            row[-1] = value
+        matrix = np.unique(matrix, axis=0)
+        matrix = matrix[matrix.any(axis=1)]
+        return Equations(
+            index,
+            matrix[:, :-1],
+            matrix[:, -1],
+            np.array(list(self.targets.values()), dtype=np.float64),
+            np.array([index[unknown] for unknown in self.targets], dtype=np.int64),
+        )

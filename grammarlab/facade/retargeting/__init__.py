@@ -1,0 +1,1 @@
+"""Facades for another width or height."""

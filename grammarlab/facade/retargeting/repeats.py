@@ -1,0 +1,198 @@
+"""Facades whose columns (or rows) are parts of bands: what can be repeated by repeating parts.
+
+A band is divided along the edited axis and reaches over the whole facade along it: the facade itself, or a storey of it
+when columns are repeated. Where the parts of a band hold one column each, a column comes with the gap before it, the
+first one with the gap after it; what is before the first and after the last stays where it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.grid import Grid
+from grammarlab.facade.tree import Facade, Ints, X
+from grammarlab.facade.variations.copies import take
+from grammarlab.facade.variations.single import Variation
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """A node whose parts are, in their order: a margin, columns with gaps between them, and a margin."""
+
+    node: int
+    before: tuple[int, ...]
+    """Parts of the first margin."""
+    gaps: tuple[tuple[int, ...], ...]
+    """[C] parts that come with each column when it is not the first."""
+    columns: tuple[tuple[int, ...], ...]
+    """[C] parts that each column has."""
+    after: tuple[int, ...]
+    """Parts of the last margin."""
+
+    def sequence(self, columns: Sequence[int]) -> list[tuple[int, int]]:
+        """The parts of a band with these columns, each with its place among the columns; -1 for the first margin."""
+        parts = [(-1, part) for part in self.before]
+        for place, column in enumerate(columns):
+            gap = self.gaps[column] if place else ()
+            parts += [(place, part) for part in (*gap, *self.columns[column])]
+        return parts + [(len(columns), part) for part in self.after]
+
+
+@dataclass(frozen=True, eq=False)
+class Repeats:
+    """The columns of a grid along x, or its rows along y, here from the bottom; both are called columns."""
+
+    before: Variation
+    """What is edited."""
+    grid: str
+    along: int
+    bands: tuple[Band, ...]
+    """Those that hold all columns, at least one."""
+    kind: Ints
+    """[C] number of each column's kind; columns of one kind are equal, and kinds are numbered as they first occur."""
+    needed: tuple[int, ...]
+    """Columns that other parts of the facade have elements of, so that one of each has to stay."""
+
+    def variation(self, columns: Sequence[int]) -> Variation:
+        """The facade with these of its columns, in this order, any number of times.
+
+        Raises:
+            FacadeError: when a band would be left with less than two parts, or a column is missing that is needed.
+        """
+        if not set(self.needed) <= set(columns):
+            raise FacadeError(f"Columns {list(self.needed)} of grid '{self.grid}' have parts elsewhere: keep them.")
+        before, facade = self.before, self.before.facade
+        source, parent, place = _tree(self, columns)
+        wanted = before.wanted[source]
+        tree = take(facade, parent, facade.axis[source], source, wanted)
+        grids = tuple(new for old in facade.grids if (new := _grid(self, old, columns, source, place)) is not None)
+        return replace(
+            before,
+            facade=replace(tree, grids=grids),
+            source=before.source[source],
+            wanted=wanted,
+            shown=before.shown[source],
+        )
+
+    def spread(self, counts: Ints) -> tuple[int, ...]:
+        """Columns in their order of which there are so many [K] of each kind: copies stand beside what they copy."""
+        columns: list[int] = []
+        for column, kind in enumerate(self.kind.tolist()):
+            same = np.flatnonzero(self.kind == kind)
+            every, more = divmod(int(counts[kind]), len(same))
+            columns += [column] * (every + (int(np.searchsorted(same, column)) < more))
+        return tuple(columns)
+
+
+def find_repeats(before: Variation, grid: Grid, along: int) -> Repeats | None:
+    """How the columns of a grid can be repeated; None when no band holds all of them one beside the other."""
+    facade = before.facade
+    column = _columns(grid, along)
+    num, whole = int(column.max(initial=-1)) + 1, [0, *(facade.children[0].tolist() if facade.axis[0] != along else ())]
+    bands = [band for node in whole if (band := _band(facade, grid, column, num, node, along)) is not None]
+    if not bands or not num:
+        return None
+    inside = np.zeros(len(facade), dtype=bool)
+    for band in bands:
+        inside[band.node : facade.end[band.node]] = True
+    needed = tuple(np.unique(column[~inside[grid.node]]).tolist())
+    looks = [tuple(_look(before, band, each) for band in bands) for each in range(num)]
+    first = list(dict.fromkeys(looks))
+    kind = np.array([first.index(look) for look in looks])
+    return Repeats(before, grid.name, along, tuple(bands), kind, needed)
+
+
+def _columns(grid: Grid, along: int) -> Ints:
+    """[E] column of each element from the left, or its row from the bottom."""
+    return grid.column if along == X else grid.num_rows - 1 - grid.row
+
+
+def _band(facade: Facade, grid: Grid, column: Ints, num: int, node: int, along: int) -> Band | None:
+    """A node as a band; None when it is not divided like one."""
+    if facade.axis[node] != along:
+        return None
+    parts = facade.children[node]
+    inside = (grid.node > node) & (grid.node < facade.end[node])
+    at = np.searchsorted(parts, grid.node[inside], side="right") - 1
+    first, last = np.full(num, len(parts)), np.full(num, -1)
+    np.minimum.at(first, column[inside], at)
+    np.maximum.at(last, column[inside], at)
+    if (last < 0).any() or (first[1:] <= last[:-1]).any():
+        return None
+    part, ends = tuple(parts.tolist()), [0, *(last + 1).tolist()]
+    columns = tuple(part[low : high + 1] for low, high in zip(first.tolist(), last.tolist(), strict=True))
+    gaps = [part[end:low] for end, low in zip(ends, first.tolist(), strict=False)]
+    before, after = gaps[0], part[ends[-1] :]
+    gaps[0] = gaps[1] if num > 1 else after
+    return Band(node, before, tuple(gaps), columns, after)
+
+
+def _look(before: Variation, band: Band, column: int) -> tuple[object, ...]:
+    """What is the same for equal columns."""
+    facade = before.facade
+    nodes = np.concatenate([np.arange(part, facade.end[part]) for part in (*band.gaps[column], *band.columns[column])])
+    shape = facade.axis[nodes], facade.label[nodes], np.round(before.wanted[nodes] / facade.size[0], 9)
+    return (len(band.gaps[column]), *(each.tobytes() for each in shape))
+
+
+def _tree(repeats: Repeats, columns: Sequence[int]) -> tuple[Ints, Ints, Ints]:
+    """[N] sources and parents of a new tree, and among which columns each node is; -2 outside of bands."""
+    facade, bands = repeats.before.facade, {band.node: band for band in repeats.bands}
+    whole = [0] if 0 in bands else [-1, *facade.children[0].tolist()]
+    source, parent, place = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+    start = 0
+
+    def add(nodes: Ints, above: int, at: int) -> None:
+        nonlocal start
+        source.append(nodes)
+        parent.append(np.append(above, facade.parent[nodes[1:]] - nodes[0] + start))
+        place.append(np.full(len(nodes), at))
+        start += len(nodes)
+
+    for node in whole:
+        if node not in bands:
+            add(np.arange(node, facade.end[node]) if node > 0 else np.zeros(1, np.int64), 0 if node > 0 else -1, -2)
+            continue
+        parts = bands[node].sequence(columns)
+        if len(parts) < 2:
+            raise FacadeError("A band needs two parts at least: keep more columns.")
+        top = start
+        add(np.array([node]), 0 if node else -1, -2)
+        for at, part in parts:
+            add(np.arange(part, facade.end[part]), top, at)
+    return np.concatenate(source), np.concatenate(parent), np.concatenate(place)
+
+
+def _grid(repeats: Repeats, grid: Grid, columns: Sequence[int], source: Ints, place: Ints) -> Grid | None:
+    """A grid with all copies of its elements, each repetition in columns of its own; None when none is left.
+
+    Args:
+        repeats: what is repeated.
+        grid: of the facade that is edited.
+        columns: which columns follow each other.
+        source: [N] node of that facade that each new node copies.
+        place: [N] among which of the columns it is.
+    """
+    element = np.full(len(repeats.before.facade), -1, dtype=np.int64)
+    element[grid.node] = np.arange(len(grid.node))
+    node = np.flatnonzero(element[source] >= 0)
+    if not node.size:
+        return None
+    which = element[source[node]]
+    old, at = _columns(grid, repeats.along)[which], place[node]
+    # What is outside of bands belongs to the first repetition of its column.
+    for each in np.unique(old[at == -2]).tolist():
+        same = (
+            columns.index(each)
+            if grid.name == repeats.grid
+            else at[(old == each) & (at > -2)].min(initial=len(columns))
+        )
+        at[(at == -2) & (old == each)] = same
+    _, line = np.unique(np.stack([at, old]), axis=1, return_inverse=True)
+    if repeats.along == X:
+        return Grid(grid.name, node, np.unique(grid.row[which], return_inverse=True)[1], line)
+    return Grid(grid.name, node, line.max() - line, np.unique(grid.column[which], return_inverse=True)[1])

@@ -1,0 +1,253 @@
+"""A facade for another width or height, with as many columns and rows as deform it least."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.retargeting.counts import Box, Found, Rows, fewest
+from grammarlab.facade.retargeting.repeats import Repeats, find_repeats
+from grammarlab.facade.retargeting.springs import springs
+from grammarlab.facade.sizes.axes import Origin, Weights, build_axis, leaf_weights
+from grammarlab.facade.sizes.lines import Sums
+from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH, build_model
+from grammarlab.facade.sizes.solve import Resized, resize
+from grammarlab.facade.sizes.wishes import Size, checked
+from grammarlab.facade.tree import Facade, Floats, Ints, X, Y
+from grammarlab.facade.variations.single import Variation, unedited
+
+GAP = 1e-3
+"""Part by which the deformation may be above the least one, and the part of its size by which each leaf may deviate on
+top of that: less cannot be seen."""
+EVENNESS = 0.1
+"""Part of its size by which each leaf of a column deviates when that is as bad as one column too many or too few."""
+
+Build = Callable[[Repeats, Sequence[int]], Variation]
+"""Makes a facade with these columns, in this order, of what can be repeated."""
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """Which columns of a grid there are along x, or which of its rows along y, counted from the bottom."""
+
+    grid: str
+    along: int
+    columns: tuple[int, ...]
+    """What each new column is a copy of."""
+    counts: tuple[int, ...]
+    """How many there are of each column that there was."""
+    deformation: float
+    """Energy of the sizes along this axis, and what columns cost that are more or less than their share."""
+    bound: float
+    """No other numbers of columns deform less than this."""
+    proven: bool
+    """Whether the deformation is within `GAP` of the bound."""
+    tries: int
+    """For how many numbers of columns sizes were solved for."""
+
+    def __str__(self) -> str:
+        name, side = ("column", "left") if self.along == X else ("row", "bottom")
+        changed = [(column, count) for column, count in enumerate(self.counts) if count != 1]
+        words = [
+            f"{name} {column + 1} from the {side} {f'{count} times' if count else 'left out'}"
+            for column, count in changed
+        ]
+        return f"{self.grid}: {', '.join(words) or f'every {name} once'}"
+
+
+@dataclass(frozen=True, eq=False)
+class Retargeted:
+    """A facade for another width or height."""
+
+    variation: Variation
+    """Where its nodes come from; laid out, not solved."""
+    resized: Resized
+    """The facade itself."""
+    choices: tuple[Choice, ...]
+    """What was repeated; none for an axis that nothing can be repeated along."""
+
+
+def retarget(
+    facade: Facade,
+    *,
+    width: float | None = None,
+    height: float | None = None,
+    grids: Sequence[str] | None = None,
+    weights: Weights = "default",
+    build: Build = Repeats.variation,
+    most_tries: int = 100,
+) -> Retargeted:
+    """The facade for another width or height, with columns and rows repeated or removed as deforms it least.
+
+    Deformation is the energy of sizes, and for each kind of column the square of how many there are above or below
+    their share of the new size, so that no kind crowds out the others only because it fits. Columns are chosen first,
+    rows then; of several grids one. Copies stand beside what they copy; where does not change the deformation.
+
+    Args:
+        facade: a facade with grids.
+        width: metres; the width stays free when left out.
+        height: metres; the height stays free when left out.
+        grids: names of those whose columns and rows may be repeated, by default all.
+        weights: how much deviations count.
+        build: makes the facade of some columns; no size of what it makes may differ from that of its source.
+        most_tries: how many numbers of columns are solved for at most along each axis.
+
+    Raises:
+        FacadeError: for lengths that no facade can have, and grids that there are not.
+    """
+    wishes = [Size(0, axis, metres) for axis, metres in ((X, width), (Y, height)) if metres is not None]
+    checked(wishes, facade)
+    names = [grid.name for grid in facade.grids]
+    unknown = sorted(set(grids or ()) - set(names))
+    if unknown:
+        raise FacadeError(
+            f"Unknown grid '{unknown[0]}'; expected one of: {', '.join(names) or 'none, there is no grid'}."
+        )
+    variation, choices = unedited(facade), []
+    for wish in wishes:
+        active = [grid for grid in variation.facade.grids if grid.name in (names if grids is None else grids)]
+        options = [each for grid in active if (each := find_repeats(variation, grid, wish.axis)) is not None]
+        if options:
+            choice, variation = _chosen(options, facade, wish, weights, build, most_tries)
+            choices.append(choice)
+    resized = resize(variation.facade, wishes, origin_of(facade, variation), weights)
+    return Retargeted(variation, resized, tuple(choices))
+
+
+def origin_of(facade: Facade, variation: Variation) -> Origin:
+    """What the nodes of a variation would like to be: as large as wanted, and where their sources in the facade are."""
+    return Origin(facade.position[variation.source], variation.wanted, facade.size[0])
+
+
+def _chosen(
+    options: Sequence[Repeats], facade: Facade, wish: Size, weights: Weights, build: Build, most_tries: int
+) -> tuple[Choice, Variation]:
+    """The best numbers of one grid's columns, and the facade that has them."""
+    rows = [_rows(each, facade, wish, weights) for each in options]
+    unchanged = [np.bincount(each.kind) for each in options]
+    uneven = [kinds[0].unevenness(counts) for kinds, counts in zip(rows, unchanged, strict=True)]
+    # Columns of the other grids stay as they are.
+    others = [sum(uneven) - each for each in uneven]
+    boxes = [
+        box
+        for owner, (option, kinds) in enumerate(zip(options, rows, strict=True))
+        for box in _boxes(option, kinds, others[owner], owner)
+    ]
+
+    slack = GAP**2 * len(facade.leaves)
+
+    def best(held: Sequence[int]) -> Found:
+        def solve(owner: int, counts: Ints) -> float:
+            try:
+                made = build(options[owner], options[owner].spread(counts))
+            except FacadeError:
+                return np.inf
+            energy = _energy(made.facade, origin_of(facade, made), wish, weights, held)
+            return energy + rows[owner][0].unevenness(counts) + others[owner]
+
+        return fewest(boxes, solve, unchanged[0], GAP, slack, most_tries)
+
+    # Where no sizes keep all that is alike, none have to; where none keep what is aligned either, neither.
+    found = best((WISH, ALIGNMENT, SYMMETRY))
+    for held in ((WISH, ALIGNMENT), (WISH,)):
+        found = found if np.isfinite(found.cost) else best(held)
+    repeats = options[found.owner]
+    columns = repeats.spread(found.counts)
+    choice = Choice(
+        grid=repeats.grid,
+        along=wish.axis,
+        columns=columns,
+        counts=tuple(np.bincount(columns, minlength=len(repeats.kind)).tolist()),
+        deformation=found.cost,
+        bound=found.bound,
+        proven=found.cost * (1.0 - GAP) - slack <= found.bound < np.inf,
+        tries=found.tries,
+    )
+    return choice, build(repeats, columns)
+
+
+def _energy(facade: Facade, origin: Origin, wish: Size, weights: Weights, held: Sequence[int]) -> float:
+    """Energy of the best sizes along one axis under these kinds of rows; infinite when there are none."""
+    leaf, scale = facade.leaves, max(facade.width, facade.height)
+    weight = leaf_weights(origin.size[leaf], origin.whole, weights)[:, wish.axis]
+    axis = build_axis(facade, wish.axis, origin, weight, scale)
+    model = build_model([axis], [wish], scale)
+    kept = np.isin(model.kind, held)
+    sums, still = model.program.rows, model.program.still[kept]
+    program = replace(model.program, rows=Sums(sums.line[kept], sums.factor[kept]), still=still)
+    place = program.solve(model.value[kept])
+    if place is None:
+        return np.inf
+    size = axis.lines.laid(model.lines(place)[0])[1]
+    return float(np.square(weight * (size[leaf] - origin.size[leaf, wish.axis])).sum())
+
+
+def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> list[Rows]:
+    """The bands as rows of springs, once for each kind that may come first, since the first column brings no gap."""
+    before, along, bands = repeats.before, wish.axis, repeats.bands
+    leaf, wanted = before.facade.leaves, before.wanted[:, along]
+    weight = leaf_weights(before.wanted[leaf], facade.size[0], weights)[:, along]
+    spring = springs(before.facade, along, wanted, weight)
+    occurs, columns = np.bincount(repeats.kind), np.unique(repeats.kind, return_index=True)[1].tolist()
+    units = [[(*band.gaps[each], *band.columns[each]) for each in columns] for band in bands]
+    margins = [(*band.before, *band.after) for band in bands]
+    inside = {band.node for band in bands}
+    beside = before.facade.children[0].tolist() if 0 not in inside else []
+    # What it would cost to lose a leaf's whole size, and that of all leaves in each subtree.
+    whole = np.zeros(1 + len(before.facade))
+    whole[1 + leaf] = np.square(weight * wanted[leaf])
+    whole = np.cumsum(whole)
+    price = EVENNESS**2 * _sums(whole[before.facade.end] - whole[:-1], units).sum(axis=0) / occurs
+
+    def rows(first: int) -> Rows:
+        gaps = [band.gaps[first] for band in bands]
+        length, give, rest = (
+            _sums(values, [margins])[0] - _sums(values, [gaps])[0]
+            for values in (spring.length, spring.give, spring.rest)
+        )
+        return Rows(
+            length=_sums(spring.length, units),
+            give=_sums(spring.give, units),
+            rest=_sums(spring.rest, units).sum(axis=0),
+            fixed_length=length,
+            fixed_give=give,
+            fixed_rest=float(rest.sum())
+            + sum(spring.energy(node, wish.metres) for node in beside if node not in inside),
+            size=wish.metres,
+            share=occurs * wish.metres / facade.size[0, along],
+            price=price,
+        )
+
+    return [rows(first) for first in columns]
+
+
+def _boxes(repeats: Repeats, rows: Sequence[Rows], others: float, owner: int) -> list[Box]:
+    """All counts of columns, one box for each kind that may come first.
+
+    Args:
+        repeats: whose columns they are.
+        rows: for each kind that may come first.
+        others: what is added to each cost.
+        owner: number of the grid.
+    """
+    kinds = np.arange(len(rows))
+    needed = np.zeros(len(rows), dtype=np.int64)
+    for column in repeats.needed:
+        same = np.flatnonzero(repeats.kind == repeats.kind[column])
+        needed[repeats.kind[column]] = max(needed[repeats.kind[column]], 1 + np.searchsorted(same, column))
+    boxes = []
+    for first, each in enumerate(rows):
+        least = np.maximum(needed, kinds == first)
+        fitting = np.ceil(2.0 * each.size / each.length.min(axis=0)).astype(np.int64)
+        most = np.where(kinds < first, 0, np.maximum(fitting, least))
+        if (least <= most).all():
+            boxes.append(Box(replace(each, fixed_rest=each.fixed_rest + others), least, most, owner))
+    return boxes
+
+
+def _sums(values: Floats, groups: Sequence[Sequence[Sequence[int]]]) -> Floats:
+    """The sum of some nodes' values for each group of nodes in each row of groups."""
+    return np.array([[values[list(nodes)].sum() for nodes in row] for row in groups])

@@ -1,0 +1,1 @@
+"""Facades as pictures, scenes and SVG."""

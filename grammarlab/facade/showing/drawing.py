@@ -1,0 +1,95 @@
+"""Pictures of facades, seen from the front: pictures where leaves show some, elsewhere what their labels look like."""
+
+from __future__ import annotations
+
+from io import BytesIO
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.showing.scene import realize_facade
+from grammarlab.facade.tree import Facade, Picture, X, Y
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.engines.raycast import RaycastRenderer
+from grammarlab.rendering.light.look import Look
+from grammarlab.rendering.renderer import LARGEST_AREA, LARGEST_SIDE, RenderOptions
+from grammarlab.scene import TriangleBatch, triangles
+
+_LOOK = Look(sun_azimuth=-38.0, sun_elevation=40.0, exposure=0.66)
+"""A wall that faces the camera is lit less than the sides that pictures of whole models show."""
+
+
+def draw(facade: Facade, pixels_per_metre: float) -> NDArray[np.uint8]:
+    """A picture [height, width, 3] of a facade, and of nothing around it.
+
+    Args:
+        facade: the facade.
+        pixels_per_metre: > 0.
+
+    Raises:
+        FacadeError: when the picture would be too large, or a picture of the facade is broken.
+    """
+    width, height = picture_size(facade.width, facade.height, pixels_per_metre)
+    leaves = facade.leaves[facade.picture[facade.leaves] >= 0]
+    if len(leaves) == len(facade.leaves):
+        picture = Image.new("RGB", (width, height))
+    else:
+        picture = Image.fromarray(front(triangles(realize_facade(facade)), width, height))
+    opened = [_opened(each) for each in facade.pictures]
+    sides = np.array([width, height]) / facade.size[0]
+    low = np.rint((facade.position - facade.position[0]) * sides).astype(np.int64)
+    high = np.rint((facade.position - facade.position[0] + facade.size) * sides).astype(np.int64)
+    for leaf in leaves.tolist():
+        size = high[leaf] - low[leaf]
+        if (size > 0).all():
+            shown = _cropped(opened[facade.picture[leaf]], facade.window[leaf], (int(size[X]), int(size[Y])))
+            picture.paste(shown, (int(low[leaf, X]), int(height - high[leaf, Y])))
+    return np.asarray(picture)
+
+
+def front(batch: TriangleBatch, width: int, height: int, azimuth: float = 0.0) -> NDArray[np.uint8]:
+    """A picture [height, width, 3] of one model, as wide and high as it is, seen without perspective.
+
+    Args:
+        batch: one model.
+        width: pixels.
+        height: pixels.
+        azimuth: where it is seen from, in degrees from +z towards +x.
+    """
+    view = View(azimuth, elevation=0.0, field_of_view=0.0, margin=0.0)
+    options = RenderOptions(width, height, samples=2, openness_rays=8, ground=False, view=view, look=_LOOK)
+    return RaycastRenderer().render(batch, frame(batch.vertices, width / height, view), options)
+
+
+def picture_size(width: float, height: float, pixels_per_metre: float) -> tuple[int, int]:
+    """Width and height in pixels, at least 1.
+
+    Raises:
+        FacadeError: when these are too many.
+    """
+    pixels = max(1, round(width * pixels_per_metre)), max(1, round(height * pixels_per_metre))
+    if max(pixels) > LARGEST_SIDE or pixels[0] * pixels[1] > LARGEST_AREA:
+        raise FacadeError(
+            f"A picture of {pixels[0]} x {pixels[1]} pixels is too large: expected at most {LARGEST_SIDE} along a side "
+            f"and {LARGEST_AREA:,} in all. Ask for fewer pixels per metre."
+        )
+    return pixels
+
+
+def _opened(picture: Picture) -> Image.Image:
+    try:
+        with Image.open(BytesIO(picture.content), formats=("PNG", "JPEG")) as image:
+            return image.convert("RGB")
+    except Exception as error:  # readers raise whatever a broken file leads them to
+        raise FacadeError(f"The picture {picture.name!r} cannot be read: {error}") from error
+
+
+def _cropped(image: Image.Image, window: NDArray[np.float64], size: tuple[int, int]) -> Image.Image:
+    """The part of an image that a window of it shows, in so many pixels."""
+    left, bottom, right, top = np.clip(window, 0.0, 1.0).tolist()
+    box = (left * image.width, (1.0 - top) * image.height, right * image.width, (1.0 - bottom) * image.height)
+    if box[2] - box[0] < 1e-6 or box[3] - box[1] < 1e-6:
+        return image.resize(size)
+    return image.resize(size, Image.Resampling.BILINEAR, box=box, reducing_gap=None)

@@ -1,0 +1,110 @@
+"""What ties the sizes of a facade together: equations over the lines of an axis (paper 000, section 5).
+
+Decomposition needs no rows, since lines keep it (`lines.py`). Alignment keeps the distance between the anchors of
+neighbours in a grid's column (along x) or row (along y); the anchors are the low edges, the centres or the high edges,
+whichever vary least. Symmetry keeps the ratio of the sizes of parts that are alike: in one grid, with one label, of
+sizes that hardly differ. For equal sizes the ratio is 1, which is the paper's row; and a facade always satisfies its
+own rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.facade.grid import Grid
+from grammarlab.facade.sizes.lines import Lines, Sums
+from grammarlab.facade.tree import Floats, Ints, X
+
+ALIKE = 0.1
+"""Parts of one label are alike when each is at most by this share larger than the next smaller one."""
+ANCHORS = np.array([0.0, 0.5, 1.0])
+"""The eps of Equation 2; the first is taken where all three vary alike."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """R equations: sums of lines that have values."""
+
+    sums: Sums
+    """[R]"""
+    value: Floats
+    """[R] in the unit of the positions and sizes that they keep."""
+    grid: Ints
+    """[R] index of the grid that asks for it."""
+
+
+def alignment(grids: Sequence[Grid], lines: Lines, along: int, position: Floats, size: Floats) -> Rows:
+    """Anchors of neighbours in a column (row) keep their distance: C_a and d_a of Equation 1.
+
+    Args:
+        grids: G grids.
+        lines: of the axis.
+        along: 0 for x, which aligns columns; 1 for y, which aligns rows.
+        position: [N] metres along the axis, of the facade whose distances are kept.
+        size: [N] metres along the axis.
+    """
+    node, of_grid, group, other = _members(grids, along)
+    order = np.lexsort((other, group))
+    node, of_grid, group = node[order], of_grid[order], group[order]
+    anchors = position[node, None] + ANCHORS * size[node, None]
+    eps = ANCHORS[_least_variance(anchors, group)][group]
+    first = np.flatnonzero(group[1:] == group[:-1])
+    ahead, behind = node[first], node[first + 1]
+    share = eps[first]
+    value = position[ahead] + share * size[ahead] - position[behind] - share * size[behind]
+    # What has its anchor on the same lines keeps its distance anyway.
+    moves = (lines.low[ahead] != lines.low[behind]) & (share < 1.0)
+    moves |= (lines.high[ahead] != lines.high[behind]) & (share > 0.0)
+    sums = lines.reach(ahead, share).minus(lines.reach(behind, share))
+    return Rows(Sums(sums.line[moves], sums.factor[moves]), value[moves], of_grid[first][moves])
+
+
+def symmetry(grids: Sequence[Grid], lines: Lines, along: int, label: Ints, size: Floats) -> Rows:
+    """Parts that are alike keep the ratio of their sizes: C_s of Equation 1.
+
+    Args:
+        grids: G grids.
+        lines: of the axis.
+        along: 0 for widths, 1 for heights.
+        label: [N] what each node is called.
+        size: [N] metres along the axis, > 0, of the facade whose ratios are kept.
+    """
+    node, of_grid, _, _ = _members(grids, along)
+    # Nodes between the same lines have one size anyway.
+    _, first = np.unique(np.stack([of_grid, label[node], lines.low[node], lines.high[node]]), axis=1, return_index=True)
+    node, of_grid = node[first], of_grid[first]
+    order = np.lexsort((size[node], label[node], of_grid))
+    node, of_grid = node[order], of_grid[order]
+    alike = (of_grid[1:] == of_grid[:-1]) & (label[node[1:]] == label[node[:-1]])
+    alike &= size[node[1:]] <= (1.0 + ALIKE) * size[node[:-1]]
+    small, large = node[:-1][alike], node[1:][alike]
+    sums = lines.extent(large).minus(lines.extent(small).times(size[large] / size[small]))
+    return Rows(sums, np.zeros(len(small)), of_grid[1:][alike])
+
+
+def _members(grids: Sequence[Grid], along: int) -> tuple[Ints, Ints, Ints, Ints]:
+    """[E] of all grids: node, grid, column or row counted through all grids, and place within that."""
+    if not grids:
+        nothing = np.zeros(0, dtype=np.int64)
+        return nothing, nothing, nothing, nothing
+    node = np.concatenate([grid.node for grid in grids])
+    of_grid: Ints = np.repeat(np.arange(len(grids)), [len(grid.node) for grid in grids])
+    column, row = np.concatenate([grid.column for grid in grids]), np.concatenate([grid.row for grid in grids])
+    group, other = (column, row) if along == X else (row, column)
+    counts = np.array([grid.num_columns if along == X else grid.num_rows for grid in grids])
+    return node, of_grid, group + (np.cumsum(counts) - counts)[of_grid], other
+
+
+def _least_variance(anchors: Floats, group: Ints) -> NDArray[np.intp]:
+    """[G] which of the anchors [E, 3] varies least within each group [E]."""
+    counts = np.maximum(np.bincount(group), 1)
+    variance = np.empty((len(counts), len(ANCHORS)))
+    for which in range(len(ANCHORS)):
+        mean = np.bincount(group, anchors[:, which]) / counts
+        variance[:, which] = np.bincount(group, (anchors[:, which] - mean[group]) ** 2)
+    # Round-off does not choose.
+    return (variance > variance.min(axis=1, keepdims=True) + 1e-18 * np.square(anchors).max(initial=0.0)).argmin(axis=1)

@@ -1,0 +1,1 @@
+"""Columns and rows more or less: every insertion and removal, ranked."""

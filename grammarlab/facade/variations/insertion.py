@@ -1,0 +1,216 @@
+"""Insertion of a column between two others, in all rows at once (paper 000, section 4).
+
+A source S goes between two anchors of its row. As in the paper, what surrounds the anchors is repeated around S, rows
+whose anchors have the same common parent are widened together, and what reaches over both anchors is stretched over S
+instead of repeated. The paper adds edges one by one to a neighbourhood graph and drops those that contradict; here an
+edge is added for whole subtrees at once, by placing a copy beside a part of the common parent. That keeps a
+decomposition tree at every step, so that nothing has to be undone and nothing but S and its surroundings is repeated.
+
+Rows are inserted like columns, along the other axis.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.tree import LEAF
+from grammarlab.facade.variations.copies import NEW
+from grammarlab.facade.variations.parts import Part, Wall
+
+_OUTSIDE = -1
+"""Stands for a row around the whole facade, which is its only part."""
+
+
+class At(Enum):
+    """Where a source goes."""
+
+    BETWEEN = "between"
+    BEFORE = "before"
+    """Before the first of both anchors, as far from it as they are from each other."""
+    AFTER = "after"
+
+
+@dataclass(frozen=True, slots=True)
+class Insertion:
+    """One element of a new column."""
+
+    source: int
+    """Node that is copied."""
+    low: int
+    """The anchor with lower coordinates."""
+    high: int
+    """The other anchor; the same one when the row has only one."""
+    at: At
+
+
+@dataclass(frozen=True, slots=True)
+class _Slot:
+    """Where in a row of parts a copy of surroundings goes."""
+
+    low: int
+    """Part with the lower anchors."""
+    high: int
+    """Part with the higher anchors."""
+    at: At
+
+
+def unreachable(wall: Wall, insertion: Insertion) -> bool:
+    """Whether no line parts the anchors of an insertion, so that nothing can be put between them."""
+    parent = _common(wall, insertion)
+    return parent != _OUTSIDE and wall.axis[parent] != wall.along
+
+
+def inserted(wall: Wall, insertions: Sequence[Insertion]) -> Part:
+    """The wall with copies of all sources, their surroundings and the gaps beside them.
+
+    Args:
+        wall: What is edited.
+        insertions: At most one for each source; none of them `unreachable`.
+
+    Raises:
+        FacadeError: when a copy does not fit where it should stand.
+    """
+    slots: dict[int, dict[_Slot, list[Insertion]]] = defaultdict(lambda: defaultdict(list))
+    for each in insertions:
+        parent = _common(wall, each)
+        parts = [0] if parent == _OUTSIDE else wall.children[parent]
+        low, high = (_part_with(wall, parts, anchor) for anchor in (each.low, each.high))
+        slots[parent][_Slot(low, high, each.at)].append(each)
+    return _widened(wall, _OUTSIDE if _OUTSIDE in slots else 0, slots)
+
+
+def _common(wall: Wall, insertion: Insertion) -> int:
+    """The row of parts in which the anchors of an insertion stand; for a single one the nearest row around it."""
+    node = wall.parent[insertion.low]
+    if insertion.low == insertion.high:
+        while node != _OUTSIDE and wall.axis[node] != wall.along:
+            node = wall.parent[node]
+    else:
+        while node != _OUTSIDE and not node <= insertion.high < wall.end[node]:
+            node = wall.parent[node]
+    return node
+
+
+def _part_with(wall: Wall, parts: Sequence[int], node: int) -> int:
+    return next(place for place, part in enumerate(parts) if part <= node < wall.end[part])
+
+
+def _widened(wall: Wall, node: int, slots: Mapping[int, Mapping[_Slot, list[Insertion]]]) -> Part:
+    if node != _OUTSIDE and not wall.has(node, slots):
+        return wall.whole(node)
+    children = [0] if node == _OUTSIDE else wall.children[node]
+    parts = [[_widened(wall, child, slots)] for child in children]
+    for slot, insertions in slots.get(node, {}).items():
+        new = _repeated(wall, children, slot, insertions)
+        if slot.at is At.BETWEEN:
+            parts[slot.high] = new + parts[slot.high]
+        elif slot.at is At.BEFORE:
+            parts[slot.low] = new + parts[slot.low]
+        else:
+            parts[slot.high] = parts[slot.high] + new
+    axis = wall.along if node == _OUTSIDE else wall.axis[node]
+    return wall.joined(NEW if node == _OUTSIDE else node, axis, [part for row in parts for part in row])
+
+
+def _repeated(wall: Wall, children: Sequence[int], slot: _Slot, insertions: Sequence[Insertion]) -> list[Part]:
+    """The copy of the surroundings with the sources, and the gap between it and the next anchor."""
+    gap = [part for child in _gap(wall, children, slot) if (part := _copied(wall, child, {})) is not None]
+    block = _surroundings(wall, children, slot, insertions)
+    return [*gap, block] if slot.at is At.AFTER else [block, *gap]
+
+
+def _gap(wall: Wall, children: Sequence[int], slot: _Slot) -> Sequence[int]:
+    """The parts between the anchors; for a single anchor a neighbour, if that holds no element."""
+    if slot.low != slot.high:
+        return children[slot.low + 1 : slot.high]
+    beside = [*children[slot.high + 1 : slot.high + 2], *children[max(slot.low - 1, 0) : slot.low]]
+    return [child for child in beside if not wall.has_elements(child)][:1]
+
+
+def _surroundings(wall: Wall, children: Sequence[int], slot: _Slot, insertions: Sequence[Insertion]) -> Part:
+    """A copy of what surrounds the sources, if one part of the same row holds them all; otherwise the anchors.
+
+    The own surroundings of a source fit it, and are as high as the row.
+    """
+    swap = {each.source: each.source for each in insertions}
+    holder = next((child for child in children if all(child <= each < wall.end[child] for each in swap)), None)
+    if holder is None:
+        holder = children[slot.high if slot.at is At.AFTER else slot.low]
+        swap = {each.high if slot.at is At.AFTER else each.low: each.source for each in insertions}
+    lead = min(wall.low[each.high] for each in insertions) - wall.low[children[slot.high]]
+    trail = wall.high[children[slot.low]] - max(wall.high[each.low] for each in insertions)
+    block = _copied(wall, holder, swap, _extent(wall, holder, swap, lead, trail))
+    if len(swap) == 1 and (block is None or block.axis == wall.along):
+        # Nothing but the source is left of its surroundings.
+        block = wall.whole(insertions[0].source, fresh=True)
+    if block is None:
+        raise FacadeError("Nothing is left of the surroundings of the sources.")
+    return block
+
+
+def _extent(wall: Wall, holder: int, swap: Mapping[int, int], lead: float, trail: float) -> tuple[float, float]:
+    """From where to where a part is copied: all of it, unless it holds other elements than those in question.
+
+    Then so far around those that gaps are as wide as they are between the anchors, but not up to other elements.
+    """
+    low, high = min(wall.low[node] for node in swap), max(wall.high[node] for node in swap)
+    others = [node for node in wall.element if holder <= node < wall.end[holder] and node not in swap]
+    others = [node for node in others if not wall.has(node, swap) and not any(wall.end[s] > node >= s for s in swap)]
+    beside = [node for node in others if wall.high[node] <= low or wall.low[node] >= high]
+    if not beside:
+        return wall.low[holder], wall.high[holder]
+    start = max([wall.low[holder], low - lead, *(wall.high[node] for node in beside if wall.high[node] <= low)])
+    stop = min([wall.high[holder], high + trail, *(wall.low[node] for node in beside if wall.low[node] >= high)])
+    return start, stop
+
+
+def _copied(wall: Wall, node: int, swap: Mapping[int, int], extent: tuple[float, float] | None = None) -> Part | None:
+    """A copy of what lies in an extent of a node; its elements are left out unless they are swapped for others.
+
+    Grids that are not edited keep their elements, so none of those may come with the surroundings.
+    """
+    if node in swap:
+        return wall.whole(swap[node], fresh=True)
+    low, high = wall.low[node], wall.high[node]
+    start, stop = extent or (low, high)
+    slack = 1e-9 * (high - low)
+    if node in wall.element and not wall.has(node, swap):
+        return None
+    inside = start <= low + slack and stop >= high - slack
+    if inside and not wall.has_elements(node):
+        return wall.whole(node, fresh=True)
+    if wall.axis[node] == LEAF:
+        part = wall.whole(node, fresh=True)
+        cut = (max(start, low) - low) / (high - low), (min(stop, high) - low) / (high - low)
+        return replace(part, low=cut[0], high=cut[1])
+    children = wall.children[node]
+    if wall.axis[node] == wall.along:
+        children = [each for each in children if min(stop, wall.high[each]) - max(start, wall.low[each]) > slack]
+    return stretched(wall, node, children, [_copied(wall, child, swap, extent) for child in children], fresh=True)
+
+
+def stretched(
+    wall: Wall, node: int, children: Sequence[int], parts: Sequence[Part | None], *, fresh: bool
+) -> Part | None:
+    """The parts of a node less those that are None; across the edited axis, leaves beside take over their place."""
+    left = list(parts)
+    if wall.axis[node] != wall.along and None in left:
+        # What is an element keeps its size.
+        leaves = [
+            place
+            for place, part in enumerate(parts)
+            if part is not None and part.axis == LEAF and part.source not in wall.element
+        ]
+        for gone in [place for place, part in enumerate(parts) if part is None and leaves]:
+            nearest = min(leaves, key=lambda place: abs(place - gone))
+            left[nearest] = _grown(wall, left[nearest], wall.height[children[gone]])
+    row = [part for part in left if part is not None]
+    return wall.joined(node, wall.axis[node], row, fresh=fresh) if row else None
+
+
+def _grown(wall: Wall, part: Part | None, more: float) -> Part | None:
+    return None if part is None else replace(part, scale=part.scale + more / wall.height[part.source])

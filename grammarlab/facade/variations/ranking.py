@@ -1,0 +1,81 @@
+"""Which variations a person sees first: good ones that look different."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.facade.tree import Facade
+from grammarlab.facade.variations.sequences import distinct
+from grammarlab.facade.variations.single import Variation
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_SAMPLES = 48
+"""Points along each side of a facade at which two of them are compared."""
+
+
+def ranked(
+    variations: Sequence[Variation],
+    kind: Ints,
+    energy: Callable[[Variation], float] | None = None,
+    different: int = 10,
+) -> tuple[Variation, ...]:
+    """The variations that do not look alike, those first that are good and far apart.
+
+    First comes the one of least energy. Then, among the better half, always the one that is farthest from all before
+    it (`appearance`), so that each group of similar ones sends one. After `different` of them the rest follows by
+    energy.
+
+    Args:
+        variations: Of one facade.
+        kind: [N] from `kinds.kinds` of the facade that was edited first.
+        energy: How bad a variation is; `strain` by default.
+        different: How many different ones come first.
+    """
+    found = distinct(variations, kind)
+    energies = np.array([(energy or strain)(variation) for variation in found])
+    order = np.argsort(energies, kind="stable")
+    better = order[: max(different, (len(order) + 1) // 2)]
+    looks = np.array([appearance(found[each], kind) for each in better], dtype=np.int64)
+    first = better[_farthest_first(looks, different)]
+    rest = order[~np.isin(order, first)]
+    return tuple(found[each] for each in [*first.tolist(), *rest.tolist()])
+
+
+def strain(variation: Variation) -> float:
+    """How far the sizes of leaves are from what they would like: root mean square of the logarithm of the ratio."""
+    leaves = variation.facade.leaves
+    return float(np.sqrt(np.square(np.log(variation.facade.size[leaves] / variation.wanted[leaves])).mean()))
+
+
+def appearance(variation: Variation, kind: Ints) -> Ints:
+    """[K] what kind of leaf is seen at each of K points that are spread over the facade; its size does not count.
+
+    The distance of two variations is the part of these points at which they differ.
+    """
+    facade: Facade = variation.facade
+    leaves = facade.leaves
+    low = facade.position[leaves] / facade.size[0]
+    high = low + facade.size[leaves] / facade.size[0]
+    # Point i lies at (i + 1/2) / _SAMPLES; a leaf shows at the points from begin to end - 1.
+    begin, end = (np.rint(each * _SAMPLES).astype(np.int64).tolist() for each in (low, high))
+    seen = np.full((_SAMPLES, _SAMPLES), -1, dtype=np.int64)
+    shown = kind[np.maximum(variation.source[leaves], 0)].tolist()
+    for (left, bottom), (right, top), what in zip(begin, end, shown, strict=True):
+        seen[bottom:top, left:right] = what
+    return seen.ravel()
+
+
+def _farthest_first(rows: Ints, count: int) -> Ints:
+    """Indices of rows: the first, then always the one that differs in most places from its nearest chosen one."""
+    chosen: list[int] = [0][: len(rows)]
+    distance = np.full(len(rows), np.inf)
+    while len(chosen) < min(count, len(rows)):
+        distance = np.minimum(distance, (rows != rows[chosen[-1]]).mean(axis=1))
+        distance[chosen] = -1.0
+        chosen.append(int(np.argmax(distance)))
+    return np.array(chosen, dtype=np.int64)

@@ -1,0 +1,279 @@
+"""Variations of a facade: one column or row more or less in one of its grids (paper 000, section 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.grid import Grid
+from grammarlab.facade.grids.editing import following, grid_of
+from grammarlab.facade.grids.kinds import kinds
+from grammarlab.facade.grids.proposals import unused
+from grammarlab.facade.tree import Facade, X, check
+from grammarlab.facade.variations.copies import NEW, take
+from grammarlab.facade.variations.insertion import At, Insertion, inserted, unreachable
+from grammarlab.facade.variations.parts import Assembled, Part, Wall, assembled, reaching
+from grammarlab.facade.variations.removal import removed
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_DEEPEST = 200
+"""Levels of a tree that edits go through; real facades have about ten."""
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """One column (or row) of some grids more or less."""
+
+    grids: tuple[str, ...]
+    """Active grids; all have this line and place."""
+    axis: int
+    """X for columns, Y for rows."""
+    line: int
+    """Column from 0 at the left, or row from 0 at the top: what is repeated or removed."""
+    place: int | None = None
+    """How many columns (rows) stay before the new one; None to remove."""
+
+    def __str__(self) -> str:
+        name = "column" if self.axis == X else "row"
+        what = f"{' and '.join(self.grids)}: {name} {self.line + 1}"
+        if self.place is None:
+            return f"{what} removed"
+        return f"{what} repeated " + (f"after {name} {self.place}" if self.place else f"before {name} 1")
+
+
+@dataclass(frozen=True, eq=False)
+class Variation:
+    """A facade made from another one by edits."""
+
+    facade: Facade
+    """Laid out from `wanted`; sizes are a start, not a solution."""
+    source: Ints
+    """[N] node of the first facade that each node is or copies; -1 for new inner nodes."""
+    wanted: Floats
+    """[N, 2] metres, sizes that leaves would like to have: those of their sources, of what is cut a part; bands over a
+    change as long as what was changed."""
+    shown: Floats
+    """[N, 4] left, bottom, right, top: what part of its source a leaf is."""
+    edits: tuple[Edit, ...] = ()
+    missing: tuple[str, ...] = ()
+    """What the edits could not do, in words."""
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """The edits in words."""
+        return tuple(str(edit) for edit in self.edits)
+
+
+@dataclass(frozen=True, slots=True)
+class Variations:
+    """What edits lead to, and which lead nowhere."""
+
+    found: tuple[Variation, ...]
+    discarded: tuple[str, ...]
+    """For each edit that is not possible which one it is, and why."""
+
+
+def unedited(facade: Facade) -> Variation:
+    """The facade itself as a variation without edits."""
+    whole = np.tile([0.0, 0.0, 1.0, 1.0], (len(facade), 1))
+    return Variation(facade, np.arange(len(facade)), facade.size.copy(), whole)
+
+
+def vary(
+    start: Facade | Variation,
+    grid: str,
+    axis: int,
+    *,
+    also: Sequence[str] | None = None,
+    insertions: bool = True,
+    removals: bool = True,
+) -> Variations:
+    """Every facade with one column (or row) more or less in a grid.
+
+    Args:
+        start: A facade, or a variation to go on from.
+        grid: Name of the active grid.
+        axis: X for columns, Y for rows.
+        also: Grids that are edited in the same places; by default those that `following` finds. They have as many
+            columns (rows) as the active one.
+        insertions: Whether to repeat each different column at every place: before, between and after the others.
+        removals: Whether to remove each column.
+    """
+    before = unedited(start) if isinstance(start, Facade) else start
+    names = (grid, *(following(before.facade, grid) if also is None else also))
+    found, discarded = [], []
+    wall = _wall(before.facade, axis)
+    for edit in edits(before.facade, names, axis):
+        if insertions if edit.place is not None else removals:
+            try:
+                found.append(_applied(before, wall, edit))
+            except FacadeError as error:
+                discarded.append(f"{edit}: {error}")
+    return Variations(tuple(found), tuple(discarded))
+
+
+def edits(facade: Facade, grids: Sequence[str], axis: int) -> Iterator[Edit]:
+    """Insertions of each different column (or row) of some grids at every place, then removals of each.
+
+    Raises:
+        FacadeError: when the grids have unequal numbers of columns (rows).
+    """
+    lines = [_lines(grid_of(facade, name), axis) for name in grids]
+    if len({len(each) for each in lines}) != 1:
+        raise FacadeError(
+            f"Grids {', '.join(grids)}: expected equally many {'columns' if axis == X else 'rows'} in each."
+        )
+    kind = np.append(kinds(facade), -1)
+    contents = [tuple(kind[places[line]].tobytes() for places in lines) for line in range(len(lines[0]))]
+    for line, content in enumerate(contents):
+        if content not in contents[:line]:
+            yield from (Edit(tuple(grids), axis, line, place) for place in range(len(contents) + 1))
+    if len(contents) > 1:
+        yield from (Edit(tuple(grids), axis, line) for line in range(len(contents)))
+
+
+def applied(before: Variation, edit: Edit) -> Variation:
+    """A variation after one more edit.
+
+    Raises:
+        FacadeError: when the edit is not possible: why.
+    """
+    return _applied(before, _wall(before.facade, edit.axis), edit)
+
+
+def _wall(facade: Facade, axis: int) -> Wall:
+    depth = [0] * len(facade)
+    for node, above in enumerate(facade.parent.tolist()[1:], start=1):
+        depth[node] = depth[above] + 1
+    if max(depth) > _DEEPEST:
+        raise FacadeError(
+            f"The facade has parts within parts {max(depth)} times; expected at most {_DEEPEST} to edit it."
+        )
+    return Wall(facade, axis)
+
+
+def _applied(before: Variation, wall: Wall, edit: Edit) -> Variation:
+    if edit.place is None:
+        top, added, missing = _without(wall, edit), {}, []
+    else:
+        top, added, missing = _with(wall, edit, edit.place)
+    tree = assembled(wall, top)
+    facade, source, wanted, shown = _taken(before, wall, tree)
+    grids = _grids(wall, edit, tree, added)
+    facade = check(replace(facade, grids=grids))
+    missing = [f"{edit}: {each}" for each in missing]
+    return Variation(facade, source, wanted, shown, (*before.edits, edit), (*before.missing, *missing))
+
+
+def _without(wall: Wall, edit: Edit) -> Part:
+    lines = [_lines(grid_of(wall.facade, name), edit.axis) for name in edit.grids]
+    gone = {node for each in lines for node in each[edit.line].tolist()} - {-1}
+    # Rows count from the top, coordinates from below.
+    top = removed(wall, gone, last=edit.line == (len(lines[0]) - 1 if edit.axis == X else 0))
+    if top is None:
+        raise FacadeError("Nothing of the facade would be left.")
+    return top
+
+
+def _with(wall: Wall, edit: Edit, place: int) -> tuple[Part, dict[str, Ints], list[str]]:
+    """The wall with a new line, of each grid the source at each place of that line, and what could not be inserted."""
+    added, missing, insertions = {}, [], []
+    for name in edit.grids:
+        lines = _lines(grid_of(wall.facade, name), edit.axis)
+        sources = lines[edit.line].copy()
+        for cross, source in enumerate(sources.tolist()):
+            insertion = _insertion(lines[:, cross].tolist(), source, place, edit.axis)
+            if source >= 0 and (insertion is None or unreachable(wall, insertion)):
+                kind = "row" if edit.axis == X else "column"
+                why = "the place beside it is empty" if insertion is None else "its neighbours stand askew"
+                missing.append(f"nothing in {kind} {cross + 1} of {name}, {why}")
+                sources[cross] = -1
+            elif insertion is not None:
+                insertions.append(insertion)
+        if (sources >= 0).any():
+            added[name] = sources
+    if not insertions:
+        raise FacadeError("; ".join(missing) or "There is nothing to repeat.")
+    # Grids that share elements wish for the same copies.
+    return inserted(wall, list(dict.fromkeys(insertions))), added, missing
+
+
+def _insertion(line: Sequence[int], source: int, place: int, axis: int) -> Insertion | None:
+    """What goes where in one row; None when the source or an anchor is a phantom."""
+    first = min(max(place - 1, 0), max(len(line) - 2, 0))
+    anchors = line[first : first + 2]
+    if source < 0 or min(anchors) < 0:
+        return None
+    at = At.BEFORE if place == 0 else At.AFTER if place == len(line) else At.BETWEEN
+    if axis != X:
+        # Rows count from the top, coordinates from below.
+        anchors = anchors[::-1]
+        at = {At.BEFORE: At.AFTER, At.AFTER: At.BEFORE}.get(at, at)
+    return Insertion(source, anchors[0], anchors[-1], at)
+
+
+def _lines(grid: Grid, axis: int) -> Ints:
+    """[lines, places] nodes of each column, or of each row; -1 for phantoms."""
+    return grid.places().T if axis == X else grid.places()
+
+
+def _taken(before: Variation, wall: Wall, tree: Assembled) -> tuple[Facade, Ints, Floats, Floats]:
+    """A tree as a facade without grids, with the columns `source`, `wanted` and `shown` of `Variation`."""
+    given, axis = np.where(tree.source >= 0, tree.source, 0), wall.along
+    wanted = before.wanted[given].copy()
+    wanted[:, axis] *= tree.shown[:, 1] - tree.shown[:, 0]
+    wanted[:, axis] = reaching(wall, tree, wanted[:, axis])
+    wanted[:, 1 - axis] *= tree.scale
+    part = np.tile([0.0, 0.0, 1.0, 1.0], (len(given), 1))
+    part[:, [axis, axis + 2]] = tree.shown
+    shown = before.shown[given]
+    low, extent = shown[:, :2], shown[:, 2:] - shown[:, :2]
+    shown = np.hstack([low + part[:, :2] * extent, low + part[:, 2:] * extent])
+    source = np.where(tree.source == NEW, NEW, before.source[given])
+    return take(before.facade, tree.parent, tree.axis, tree.source, wanted, part), source, wanted, shown
+
+
+def _grids(wall: Wall, edit: Edit, tree: Assembled, added: dict[str, Ints]) -> tuple[Grid, ...]:
+    """The grids of the new tree: active ones with their new line, copies of subgrids, all others as they were."""
+    copies = np.flatnonzero(tree.fresh)
+    copy_of = np.full(len(wall.facade), -1, dtype=np.int64)
+    grids: list[Grid] = []
+    for grid in wall.facade.grids:
+        node, lines, cross = tree.kept[grid.node], *_split(grid, edit.axis)
+        if grid.name in added and edit.place is not None:
+            new = np.flatnonzero(added[grid.name] >= 0)
+            copy_of[tree.source[copies]] = copies
+            node = np.append(node, copy_of[added[grid.name][new]])
+            lines = np.append(lines + (lines >= edit.place), np.full(len(new), edit.place))
+            cross = np.append(cross, new)
+        grids += _compressed(grid.name, node, lines, cross, edit.axis)
+    sources = np.concatenate([*added.values(), np.zeros(0, dtype=np.int64)])
+    for source in sources[sources >= 0].tolist():
+        begin = copy_of[source]
+        for grid in wall.facade.grids:
+            inside = grid.node[0] > source and grid.node[-1] < wall.end[source]
+            if inside:
+                name = unused(grid.name, [other.name for other in grids])
+                grids.append(replace(grid, name=name, node=grid.node + (begin - source)))
+    return tuple(grids)
+
+
+def _split(grid: Grid, axis: int) -> tuple[Ints, Ints]:
+    return (grid.column, grid.row) if axis == X else (grid.row, grid.column)
+
+
+def _compressed(name: str, node: Ints, lines: Ints, cross: Ints, axis: int) -> list[Grid]:
+    """The grid of what is left of some nodes, without empty rows and columns; none when nothing is left."""
+    left = np.flatnonzero(node >= 0)
+    if not left.size:
+        return []
+    left = left[np.argsort(node[left])]
+    lines, cross = (np.unique(each[left], return_inverse=True)[1] for each in (lines, cross))
+    row, column = (cross, lines) if axis == X else (lines, cross)
+    return [Grid(name, node[left], row, column)]

@@ -1,0 +1,1 @@
+"""Tables of features: a row a model, a column a feature."""

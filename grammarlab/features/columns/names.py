@@ -1,0 +1,121 @@
+"""Readable names for columns and groups: ``Tower (3 Block) › Block 3 → CylinderBlock``.
+
+A branch of a rule is called after what it leads to: the successor that no other branch has, or how many it has of one,
+where every branch has another number; else after its percentage, with the line where two percentages are equal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from functools import cache
+
+from grammarlab.features.columns.keys import Meaning, Steps
+from grammarlab.features.counting.node_labels import Key, Labels
+from grammarlab.features.patterns.pattern import Feature, Present
+
+
+class Names:
+    """Words for the keys and groups of one table."""
+
+    def __init__(self, labels: Labels, meaning: Meaning) -> None:
+        self._labels = labels
+        self._meaning = meaning
+        self.branch: Callable[[int], str] = cache(self._branch)
+
+    def column(self, key: Key, feature: Feature) -> str:
+        """What a column holds; not always unique."""
+        text = self._key(key, feature)
+        return f"any {text.removeprefix('number of ')}" if isinstance(feature, Present) else text
+
+    def group(self, group: Key) -> str:
+        """What the columns of a group (`Meaning.group`) have in common."""
+        match group:
+            case ("rule", column, symbol, _):
+                context = self._meaning.context(column)
+                return self._before(context) + self._end(context, symbol)
+            case ("far", rule, child, symbol):
+                return f"{self._steps(((rule, child),))} ⋯ {symbol}"
+            case ("draw", name):
+                return name
+            case ("either", name):
+                symbols = sorted(s for s, first in self._labels.exchangeable.items() if first == name)
+                return f"number of {' / '.join(symbol.removesuffix('.') for symbol in symbols)}"
+            case _:
+                return self._key(group, self._meaning.feature(group))
+
+    def _key(self, key: Key, feature: Feature) -> str:
+        match key:
+            case ("rule" | "edge", _, _):
+                return self._steps(self._meaning.steps(key))
+            case ("far", rule, child, label):
+                return f"{self._steps(((rule, child),))} ⋯ {self._choice(label)}"
+            case ("next", one, other):
+                return f"{self._choice(one)} then {self._choice(other)}"
+            case ("symbol", symbol):
+                return f"number of {self._labels.symbols[symbol].removesuffix('.')}"
+            case ("branch", name, number):
+                return f"{name} = {number}"
+            case _:
+                return str(feature)
+
+    def _steps(self, steps: Steps) -> str:
+        *context, (label, child) = steps
+        branch = self.branch(label)
+        if child >= 0:
+            return self._before(steps) + self._place(label, child)
+        end = self._end(tuple(context), self._labels.symbol_of(label))
+        return self._before(tuple(context)) + end + (f" → {branch}" if branch else "")
+
+    def _before(self, context: Steps) -> str:
+        """The nodes of a context, each with its branch."""
+        text = ""
+        for depth, (label, _) in enumerate(context):
+            branch = self.branch(label)
+            node = self._end(context[:depth], self._labels.symbol_of(label))
+            text += f"{node} ({branch}) › " if branch else f"{node} › "
+        return text
+
+    def _end(self, context: Steps, symbol: str) -> str:
+        """The node at the end of a context."""
+        if not context:
+            return symbol
+        label, child = context[-1]
+        return self._place(label, child)
+
+    def _place(self, label: int, child: int) -> str:
+        """A successor of a rule: its symbol, numbered where the rule makes several of it."""
+        made = self._labels.successors[label]
+        alike = [place for place, symbol in made.items() if symbol == made.get(child)]
+        if child not in made:
+            return f"successor {child + 1}"
+        return made[child] + (f" {alike.index(child) + 1}" if len(alike) > 1 else "")
+
+    def _choice(self, label: int) -> str:
+        return f"{self._labels.symbol_of(label)} → {self.branch(label)}"
+
+    def _branch(self, label: int) -> str:
+        """The name of a branch; empty for a rule without others."""
+        labels = self._labels
+        others = [other for other in labels.alternatives(label) if other != label]
+        if not others:
+            return ""
+        own = Counter(labels.successors[label].values())
+        elsewhere = [Counter(labels.successors[other].values()) for other in others]
+        telling = [symbol for symbol in own if not any(symbol in other for other in elsewhere)]
+        if telling:
+            return telling[0].removesuffix(".")
+        for symbol in dict.fromkeys(symbol for counts in (own, *elsewhere) for symbol in counts):
+            numbers = [counts[symbol] for counts in (own, *elsewhere)]
+            if len(set(numbers)) == len(numbers):
+                return f"{own[symbol]} {symbol}" if own[symbol] else f"no {symbol}"
+        line = f"line {labels.rules[label].line}"
+        chance = self._percentage(label)
+        if not chance:
+            return line
+        return chance if all(self._percentage(other) != chance for other in others) else f"{chance}, {line}"
+
+    def _percentage(self, label: int) -> str:
+        chance = self._labels.chances[label]
+        return "" if math.isnan(chance) or chance >= 1.0 else f"{100.0 * chance:.3g}%"

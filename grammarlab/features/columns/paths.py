@@ -1,0 +1,201 @@
+"""How often every labelled path of length 1 to k occurs in every model.
+
+An edge of a derivation tree is labelled with the rule of its upper node and the ``child`` of its lower one; a path is a
+sequence of edges, one below the other (Collins and Duffy 2001; paper 4.5.1). A path may end with a rule instead of an
+edge: the node at its end, whatever stands below it. Every node is given a number for the last k edges above it and its
+label; models are counted by that number once, and paths are the suffixes of what the numbers stand for.
+
+Keys of paths, in a `KeyIndex`:
+
+    ("rule", context, label)    the nodes of a label below a context
+    ("edge", above, child)      the nodes that are this child of such nodes; itself a context
+
+where ``above`` is the column of a "rule" key and ``context`` the column of an "edge" key or -1 for any context.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import repeat
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from grammarlab.arrays import Ints, distinct, distinct_counts, offsets_from_counts
+from grammarlab.features.counting.node_labels import KeyIndex, Labels
+from grammarlab.features.counting.trees import Trees
+
+
+class _Kinds(NamedTuple):
+    """The K different pairs of a label and the ``child`` that a node is, ascending."""
+
+    number: Ints
+    """[N] of each node."""
+    label: Ints
+    """[K]"""
+    child: Ints
+    """[K]"""
+
+
+class _Level(NamedTuple):
+    """The S different sequences of a label and the last edges above it, as many as the level says or up to the root."""
+
+    codes: Ints
+    """[S] the sequence of the node above at the level before (one past the last where there is no node) times K, plus
+    the kind of the node; ascending. At level 0, labels."""
+    rules: Ints
+    """[S] column of the "rule" key with exactly so many edges; -1 for leaves and near the root."""
+    edges: Ints
+    """[S] column of the "edge" key likewise; -1 near the root."""
+    shorter: Ints
+    """[S] the sequence of the level before that lacks the first edge."""
+
+
+class Tally(NamedTuple):
+    """Some columns of a table."""
+
+    counts: sparse.csr_array
+    """[models, len(index)] integers."""
+    repeated: NDArray[np.bool_]
+    """[len(index)] whether geometry repeats what is counted (`Trees.repeated`) in some of these models."""
+
+
+def count_paths(trees: Trees, labels: Labels, length: int, index: KeyIndex, grow: bool) -> Tally:
+    """How often each path of up to ``length`` edges occurs, a rule at the end counting as an edge.
+
+    Args:
+        trees: the models.
+        labels: numbers of labels.
+        length: k >= 1.
+        index: columns of the keys above.
+        grow: whether paths that the index does not know are added to it, or left out.
+    """
+    number, levels = _number_nodes(trees, labels, length, index, grow)
+    columns: list[Ints] = []
+    sequence = np.arange(len(levels[-1].codes))
+    for level in reversed(levels):
+        columns += [level.rules[sequence], level.edges[sequence]]
+        sequence = level.shorter[sequence]
+    return tally(trees, slice(None), number, columns, len(index))
+
+
+def count_symbols(trees: Trees, labels: Labels, index: KeyIndex, grow: bool) -> Tally:
+    """How often each symbol occurs, rewritten or not; a key ("symbol", index into `Labels.symbols`) each."""
+    number = labels.symbol_numbers[trees.labels(labels)] + 1
+    keys = (("symbol", symbol) for symbol in range(len(labels.symbols)))
+    columns = np.concatenate(([-1], index.columns(keys, grow)))
+    return tally(trees, slice(None), number, [columns], len(index))
+
+
+def tally(trees: Trees, rows: Ints | slice, number: Ints, columns: Sequence[Ints], width: int) -> Tally:
+    """How many of some nodes each model has, by number, spread over columns.
+
+    Args:
+        trees: the models.
+        rows: [R] nodes; a node may stand there several times.
+        number: [R] a number 0 <= number < size for each.
+        columns: each [size], columns that a number belongs to, -1 for none.
+        width: how many columns there are.
+    """
+    cells = np.stack(columns, axis=1)
+    repeated = _columns_met(cells, number[trees.repeated[rows]], width)
+    models, known = trees.model[rows], cells >= 0
+    belongs = known.sum(axis=1)
+    if belongs.max(initial=0) <= 1:  # as for symbols, and in the smallest trees: nothing to spread
+        own = cells.max(axis=1)[number]
+        if not belongs.all():
+            models, own = models[own >= 0], own[own >= 0]
+        return Tally(_count_by_model(models, own, trees.num_models, width), repeated)
+    ones = np.ones(int(belongs.sum()), dtype=np.int64)
+    spread = sparse.csr_array((ones, cells[known], offsets_from_counts(belongs)), shape=(len(cells), width))
+    return Tally(_count_by_model(models, number, trees.num_models, len(cells)) @ spread, repeated)
+
+
+def _columns_met(cells: Ints, number: Ints, width: int) -> NDArray[np.bool_]:
+    """[width] the columns that belong to some of these numbers."""
+    met = np.zeros(len(cells), dtype=bool)
+    met[number] = True
+    columns = np.zeros(width + 1, dtype=bool)
+    columns[cells[met]] = True
+    return columns[:-1]
+
+
+def _count_by_model(models: NDArray[np.integer], number: Ints, num_models: int, size: int) -> sparse.csr_array:
+    """[num_models, size] how often each number stands beside each model."""
+    narrow = np.int32 if num_models * size < 1 << 31 else np.int64  # sorts twice as fast
+    place = models * narrow(size)
+    place += number
+    found, counts = distinct_counts(place, num_models * size)
+    model = found // max(size, 1)
+    offsets = offsets_from_counts(np.bincount(model, minlength=num_models))
+    return sparse.csr_array((counts, found - model * size, offsets), shape=(num_models, size))
+
+
+def compact(values: Ints, limit: int) -> tuple[Ints, Ints]:
+    """For each value 0 <= value < limit its rank among the different values, and these, ascending."""
+    if limit > 8 * len(values) + 1024:
+        found, rank = np.unique(values, return_inverse=True)
+        return rank, found
+    found = distinct(values, limit)
+    rank = np.empty(limit, dtype=np.int64)
+    rank[found] = np.arange(len(found))
+    return rank[values], found
+
+
+def _number_nodes(trees: Trees, labels: Labels, length: int, index: KeyIndex, grow: bool) -> tuple[Ints, list[_Level]]:
+    """The sequence [N] of each node at the last level, and levels 0 to ``length``, fewer where no path is as long."""
+    kinds = _find_kinds(trees, labels)
+    number, levels = trees.labels(labels), [_labels_alone(kinds, labels, index, grow)]
+    while len(levels) <= length and (levels[-1].rules >= 0).any():
+        above_roots = len(levels[-1].codes)
+        number = np.append(number, above_roots)[trees.parent]  # -1, above a root, is the last one
+        number *= len(kinds.label)
+        number += kinds.number
+        number, codes = compact(number, (above_roots + 1) * len(kinds.label))
+        num_rules = len(labels.rules) if len(levels) < length else 0
+        levels.append(_next_level(levels, codes, kinds, num_rules, index, grow))
+    return number, levels
+
+
+def _find_kinds(trees: Trees, labels: Labels) -> _Kinds:
+    child = trees.forest.nodes.child
+    children = int(child.max(initial=0)) + 1
+    number = trees.labels(labels) * children
+    number += child
+    number, found = compact(number, (labels.unknown + 1) * children)
+    return _Kinds(number, *np.divmod(found, children))
+
+
+def _labels_alone(kinds: _Kinds, labels: Labels, index: KeyIndex, grow: bool) -> _Level:
+    label = np.arange(labels.unknown + 1)
+    none = np.full(len(label), -1)
+    met = np.zeros(len(label), dtype=bool)
+    met[kinds.label] = True
+    met[len(labels.rules) :] = False
+    return _Level(label, _lookup(index, grow, "rule", none, label, met), none, none)
+
+
+def _next_level(
+    levels: list[_Level], codes: Ints, kinds: _Kinds, num_rules: int, index: KeyIndex, grow: bool
+) -> _Level:
+    """The level after some others; labels below ``num_rules`` have columns of their own."""
+    before = levels[-1]
+    above, kind = np.divmod(codes, len(kinds.label))
+    context = np.append(before.rules, -1)[above]
+    edges = _lookup(index, grow, "edge", context, kinds.child[kind], context >= 0)
+    ends = (edges >= 0) & (kinds.label[kind] < num_rules)
+    rules = _lookup(index, grow, "rule", edges, kinds.label[kind], ends)
+    if len(levels) == 1:
+        return _Level(codes, rules, edges, kinds.label[kind])
+    shorter = np.append(before.shorter, len(levels[-2].codes))[above]
+    return _Level(codes, rules, edges, np.searchsorted(before.codes, shorter * len(kinds.label) + kind))
+
+
+def _lookup(index: KeyIndex, grow: bool, kind: str, above: Ints, own: Ints, valid: NDArray[np.bool_]) -> Ints:
+    """Columns of the keys (kind, above, own) where they are valid, else -1."""
+    columns = np.full(len(own), -1, dtype=np.int64)
+    above, own = above[valid], own[valid]
+    columns[valid] = index.columns(zip(repeat(kind, len(own)), above.tolist(), own.tolist(), strict=True), grow)
+    return columns

@@ -1,0 +1,67 @@
+"""Tables of features: a row a model, a column a feature."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from grammarlab.arrays import Ints
+from grammarlab.features.patterns.pattern import Feature
+from grammarlab.randomness import fold, root_keys
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FeatureTable:
+    """The features of some models."""
+
+    counts: sparse.csr_array
+    """[models, F] float64: counts, and values of draws."""
+    features: tuple[Feature, ...]
+    """[F] what is counted or measured."""
+    names: tuple[str, ...]
+    """[F] readable, all different."""
+    groups: Ints
+    """[F] index into `group_names`: alternatives of one choice in one context share a group."""
+    group_names: tuple[str, ...]
+    scales: Floats
+    """[F] a typical difference between models, > 0: 1 for counts, the range of the draws for draws."""
+
+    def rows(self) -> Floats:
+        """[models, F] the values divided by their scales: what a preference learns from."""
+        return self.counts.toarray() / self.scales
+
+
+def distinguishable(counts: sparse.csr_array, order: Ints) -> Ints:
+    """The columns that tell models apart, one of each set that says the same, in the given order.
+
+    Two columns of integers say the same when they differ by a constant, or when their sum is constant.
+
+    Args:
+        counts: [models, F] float64.
+        order: [F] all columns; of a set the one that stands first here is kept.
+    """
+    num_models, width = size_of(counts)
+    models = np.arange(num_models, dtype=np.int64)
+    weights = np.stack([fold(root_keys(0, models), salt) for salt in (0, 1)])
+    # Bits of floats where a column is no integers: equal columns stay equal, and nothing else is.
+    whole = np.bincount(counts.indices, weights=counts.data % 1.0 != 0.0, minlength=width) == 0
+    bits = np.where(whole[counts.indices], counts.data.astype(np.int64), counts.data.view(np.int64)).astype(np.uint64)
+    hashes = sparse.csr_array((bits, counts.indices, counts.indptr), shape=(num_models, width)).T @ weights.T
+    first = counts[[0], :].toarray()[0] if num_models else np.zeros(width)
+    first = np.where(whole, first.astype(np.int64), first.view(np.int64)).astype(np.uint64)
+    hashes -= first[:, None] * weights.sum(axis=1, dtype=np.uint64)
+    mirrored = np.uint64(0) - hashes
+    hashes = np.where(hashes[:, :1] > mirrored[:, :1], mirrored, hashes)
+    kept = order[hashes.any(axis=1)[order]]
+    _, firsts = np.unique(hashes[kept], axis=0, return_index=True)
+    return kept[np.sort(firsts)]
+
+
+def size_of(counts: sparse.csr_array) -> tuple[int, int]:
+    """Models and columns."""
+    return counts.shape or (0, 0)

@@ -1,0 +1,252 @@
+"""Which columns a table has: found on some models, then the same for any others.
+
+>>> from grammarlab.derivation import derive
+>>> from grammarlab.language.grammar import Grammar
+>>> grammar = Grammar.parse('''
+... attr height = rand(3, 9)
+... Lot --> extrude(height) split(y) { ~1 : Block | ~1 : Block }
+... Block --> 50% : Box else : i("builtin:cylinder") Round
+... ''')
+>>> table = extract([derive(grammar, 100, seed=1)])
+>>> for name, feature in zip(table.names, table.features): print(name, "|", feature)
+Block → Box | Block:0
+Lot › Block 1 → Box | Lot:* > Block@0:0
+Lot › Block 2 → Box | Lot:* > Block@1:0
+height | height
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from grammarlab.arrays import Ints
+from grammarlab.derivation.forest import Forest
+from grammarlab.errors import UsageError
+from grammarlab.features.columns.draws import columns_of, count_branches, measure_draws
+from grammarlab.features.columns.keys import Meaning
+from grammarlab.features.columns.names import Names
+from grammarlab.features.columns.pairs import count_adjacent_pairs, count_far_pairs
+from grammarlab.features.columns.paths import Tally, count_paths, count_symbols
+from grammarlab.features.columns.table import FeatureTable, distinguishable, size_of
+from grammarlab.features.counting.counts import count
+from grammarlab.features.counting.node_labels import Key, KeyIndex, Labels
+from grammarlab.features.counting.trees import Trees
+from grammarlab.features.patterns.pattern import Draw, Feature, Pattern, Present
+
+Floats = NDArray[np.float64]
+
+MOST_LENGTH = 20
+"""Longest paths that can be asked for."""
+
+_KINDS = ("extra", "choice", "alternative", "rule", "symbol", "edge", "branch", "far", "next", "draw")
+"""Which of several columns that say the same is kept: the first. Rules that are drawn, and symbols that choices are
+between, stand for what else follows from them, and share the group of their alternatives."""
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """Which features a table has."""
+
+    length: int = 2
+    """Longest paths, 1 to `MOST_LENGTH`; k in the paper."""
+    symbols: bool = True
+    """How often each symbol occurs."""
+    draws: bool = True
+    """Random numbers: the mean of the draws of each name, how often each branch of a choice was taken."""
+    far_pairs: bool = False
+    """Edges with choices far below them."""
+    adjacent_pairs: bool = False
+    """Choices of adjacent siblings."""
+    repeats: Literal["present", "count"] = "present"
+    """What to tell of that which geometry repeats, such as windows: whether there is any, or how many."""
+    extra: tuple[Feature, ...] = ()
+    """More features; a column each, unless it is constant."""
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.length <= MOST_LENGTH:
+            raise UsageError(f"expected paths of length 1 to {MOST_LENGTH}, found {self.length}")
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """The columns of tables."""
+
+    options: Options
+    labels: Labels
+    index: KeyIndex
+    """All columns that were met."""
+    columns: Ints
+    """[F] those that are kept."""
+    present: NDArray[np.bool_]
+    """[F] which of them tell only whether there is any."""
+    features: tuple[Feature, ...]
+    names: tuple[str, ...]
+    groups: Ints
+    group_names: tuple[str, ...]
+    scales: Floats
+    """[F], like the fields before it as in `FeatureTable`."""
+
+    @classmethod
+    def find(cls, forests: Forest | Sequence[Forest], options: Options | None = None) -> Vocabulary:
+        """The columns that tell some models apart.
+
+        Columns that are constant and columns that say what another one says are left out; rules are kept rather than
+        edges, short paths rather than long ones. Models should be many, and include rare ones.
+
+        Args:
+            forests: models of one grammar, or of grammars with the same symbols.
+            options: which features there are.
+
+        Raises:
+            UsageError: when the columns of a forest do not make trees.
+        """
+        return _find(_listed(forests), options or Options())[0]
+
+    def apply(self, forests: Forest | Sequence[Forest]) -> FeatureTable:
+        """The table of any models. What the vocabulary does not know is not counted.
+
+        Raises:
+            UsageError: when the columns of a forest do not make trees.
+        """
+        tallies = [_collect(forest, self.labels, self.options, self.index, grow=False) for forest in _listed(forests)]
+        return self._table(_stacked(tallies, len(self.index)).counts)
+
+    def _table(self, counts: sparse.csr_array) -> FeatureTable:
+        return FeatureTable(
+            _flattened(counts[:, self.columns], self.present),
+            self.features,
+            self.names,
+            self.groups,
+            self.group_names,
+            self.scales,
+        )
+
+
+def extract(forests: Forest | Sequence[Forest], options: Options | None = None) -> FeatureTable:
+    """The table of some models, with the columns that tell them apart: `Vocabulary.find`, then its `apply`.
+
+    >>> import grammarlab as gl
+    >>> forest = gl.derive(gl.Grammar.parse("Lot --> 50% : A else : B"), 8, seed=1)
+    >>> extract([forest]).rows().shape
+    (8, 1)
+    """
+    vocabulary, counts = _find(_listed(forests), options or Options())
+    return vocabulary._table(counts)
+
+
+def _listed(forests: Forest | Sequence[Forest]) -> tuple[Forest, ...]:
+    return (forests,) if isinstance(forests, Forest) else tuple(forests)
+
+
+def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sparse.csr_array]:
+    """A vocabulary, and the counts [models, len(index)] that it was found on."""
+    labels, index = Labels.of(forests), KeyIndex()
+    tallies = [_collect(forest, labels, options, index, grow=True) for forest in forests]
+    counts, repeated = _stacked(tallies, len(index))
+    present = repeated & (options.repeats == "present")
+    meaning = Meaning(labels, index.keys, options.extra)
+    flat = _flattened(counts, present)
+    order = sorted(range(len(index)), key=lambda column: (bool(present[column]), *_rank(index.keys[column], meaning)))
+    columns = distinguishable(flat, np.array(order, dtype=np.int64))
+    keys = [index.keys[column] for column in columns]
+    features = tuple(_wrapped(meaning.feature(key), bool(present[c])) for key, c in zip(keys, columns, strict=True))
+    names = Names(labels, meaning)
+    groups = [meaning.group(key) for key in keys]
+    numbers = {group: number for number, group in enumerate(dict.fromkeys(groups))}
+    vocabulary = Vocabulary(
+        options,
+        labels,
+        index,
+        columns,
+        present[columns],
+        features,
+        _unique([names.column(key, feature) for key, feature in zip(keys, features, strict=True)], features),
+        np.array([numbers[group] for group in groups], dtype=np.int64),
+        tuple(names.group(group) for group in numbers),
+        _scales(flat[:, columns], [key[0] == "draw" for key in keys]),
+    )
+    return vocabulary, counts
+
+
+def _rank(key: Key, meaning: Meaning) -> tuple:
+    """Which column comes first, whatever the order in which they were met."""
+    own = meaning.place(key)
+    kind = "choice" if meaning.is_choice(key) else "alternative" if meaning.is_alternative(key) else key[0]
+    return _KINDS.index(kind), len(own), own
+
+
+def _wrapped(feature: Feature, present: bool) -> Feature:
+    return Present(feature) if present and isinstance(feature, Pattern | Draw) else feature
+
+
+def _unique(names: Sequence[str], features: Sequence[Feature]) -> tuple[str, ...]:
+    """Names, the feature beside those that are not unique."""
+    seen = Counter(names)
+    return tuple(f"{n} [{f}]" if seen[n] > 1 else n for n, f in zip(names, features, strict=True))
+
+
+def _scales(values: sparse.csr_array, drawn: Sequence[bool]) -> Floats:
+    """[F] the range of the draws, or how much a count varies where that is more than 1."""
+    num_models, width = size_of(values)
+    scales = np.ones(width)
+    columns = values.tocsc()
+    for column, is_drawn in enumerate(drawn):
+        data = columns.data[columns.indptr[column] : columns.indptr[column + 1]]
+        if is_drawn:
+            scales[column] = np.ptp(data) or 1.0
+        else:
+            mean = data.sum() / num_models
+            scales[column] = max(1.0, np.sqrt(max(0.0, (data**2).sum() / num_models - mean**2)))
+    return scales
+
+
+def _flattened(counts: sparse.csr_array, present: NDArray[np.bool_]) -> sparse.csr_array:
+    """Counts with ones instead in the columns that only tell whether there is any."""
+    data = np.where(present[counts.indices] & (counts.data > 0.0), 1.0, counts.data)
+    return sparse.csr_array((data, counts.indices, counts.indptr), shape=size_of(counts))
+
+
+def _collect(forest: Forest, labels: Labels, options: Options, index: KeyIndex, grow: bool) -> Tally:
+    """All columns for the models of one forest."""
+    trees = Trees(forest)
+    tallies = [count_paths(trees, labels, options.length, index, grow)]
+    if options.symbols:
+        tallies.append(count_symbols(trees, labels, index, grow))
+    if options.far_pairs:
+        tallies.append(count_far_pairs(trees, labels, index, grow))
+    if options.adjacent_pairs:
+        tallies.append(count_adjacent_pairs(trees, labels, index, grow))
+    if options.draws:
+        tallies += [count_branches(trees, index, grow), measure_draws(trees, index, grow)]
+    columns = index.columns((("extra", number) for number in range(len(options.extra))), grow)
+    tallies.append(columns_of(count(trees, options.extra), columns, len(index)))
+    total = sparse.csr_array((forest.num_models, len(index)), dtype=np.float64)
+    for part in tallies:
+        total += _widened(part.counts, len(index))
+    return Tally(total, _any([part.repeated for part in tallies], len(index)))
+
+
+def _stacked(tallies: Sequence[Tally], width: int) -> Tally:
+    """The rows of several tables, one below the other."""
+    empty = sparse.csr_array((0, width), dtype=np.float64)
+    counts = sparse.vstack([empty, *(_widened(part.counts, width) for part in tallies)], format="csr")
+    return Tally(sparse.csr_array(counts), _any([part.repeated for part in tallies], width))
+
+
+def _widened(counts: sparse.csr_array, width: int) -> sparse.csr_array:
+    return sparse.csr_array((counts.data, counts.indices, counts.indptr), shape=(size_of(counts)[0], width))
+
+
+def _any(flags: Sequence[NDArray[np.bool_]], width: int) -> NDArray[np.bool_]:
+    """[width] whether one of several columns of flags, each as long as it may be, says so."""
+    result = np.zeros(width, dtype=bool)
+    for part in flags:
+        result[: len(part)] |= part
+    return result

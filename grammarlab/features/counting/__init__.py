@@ -1,0 +1,1 @@
+"""How often patterns occur in all models of a forest."""

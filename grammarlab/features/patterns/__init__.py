@@ -1,0 +1,1 @@
+"""Tree patterns: what a countable property of a derivation tree is."""

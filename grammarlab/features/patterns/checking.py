@@ -1,0 +1,112 @@
+"""Whether features speak about things that a grammar has: symbols, branches, random expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from difflib import get_close_matches
+
+from grammarlab.derivation.forest import RuleName, Site
+from grammarlab.errors import UsageError
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Threshold
+
+MAX_REMARKS = 10
+"""Most remarks of one error."""
+
+
+def check(
+    features: Iterable[Feature], symbols: Sequence[str], rules: Sequence[RuleName], sites: Sequence[Site]
+) -> None:
+    """Makes sure that features can occur in the derivation trees of a grammar.
+
+    Args:
+        features: what is read of a tree.
+        symbols: all symbols of the grammar, those without rules included.
+        rules: all ways to rewrite them.
+        sites: its random expressions.
+
+    Raises:
+        UsageError: names every symbol, branch and random expression that the grammar lacks, with the nearest that it
+            has.
+    """
+    remarks: dict[str, None] = {}
+    for feature in features:
+        remarks |= dict.fromkeys(remark for remark in _remarks(feature, symbols, rules, sites) if remark)
+    if remarks:
+        raise UsageError("\n".join(list(remarks)[:MAX_REMARKS]))
+
+
+def _remarks(
+    feature: Feature, symbols: Sequence[str], rules: Sequence[RuleName], sites: Sequence[Site]
+) -> Iterator[str]:
+    """What is wrong with a feature; empty texts where nothing is."""
+    match feature:
+        case Present(inner):
+            yield from _remarks(inner, symbols, rules, sites)
+        case Pattern():
+            yield from (_pattern_remark(node, symbols, rules) for node in _nodes(feature))
+        case HalfSpace():
+            yield from (_site_remark(site, None, sites) for site in feature.sites)
+        case Threshold():
+            yield _site_remark(feature.site, None, sites)
+        case Draw():
+            yield _site_remark(feature.site, feature.branch, sites)
+
+
+def _nodes(pattern: Pattern) -> Iterator[Pattern]:
+    stack = [pattern]
+    while stack:
+        node = stack.pop()
+        yield node
+        stack.extend(part for below in reversed(node.below) for part in reversed(below.run))
+
+
+def _pattern_remark(node: Pattern, symbols: Sequence[str], rules: Sequence[RuleName]) -> str:
+    """What is wrong with one node of a pattern, its conditions aside; empty when nothing is."""
+    if node.symbol is not None and node.symbol not in symbols:
+        return f"the grammar has no symbol {node.symbol!r}{_nearest(node.symbol, symbols)}"
+    own = [rule for rule in rules if node.symbol in {None, rule.symbol}]
+    who = f"the symbol {node.symbol!r}" if node.symbol is not None else "the grammar"
+    if node.branch is not None and not own:
+        return f"{who} has no rule, so it is always a leaf; leave the branch out"
+    if node.parameters is not None:
+        counts = sorted({rule.parameters for rule in own})
+        own = [rule for rule in own if rule.parameters == node.parameters]
+        if not own:
+            known = ", ".join(f"/{count}" for count in counts) or "no rule at all"
+            return f"{who} has no rule with {node.parameters} parameters; it has {known}"
+        who += f" with {node.parameters} parameters"
+    return _branch_remark(who, node.branch, own) if node.branch else ""
+
+
+def _branch_remark(who: str, branch: tuple[int, ...], rules: Sequence[RuleName]) -> str:
+    """What is wrong with a branch of one of some rules."""
+    for level, number in enumerate(branch):
+        here = [rule.branch for rule in rules if rule.branch[:level] == branch[:level]]
+        known = sorted({found[level] for found in here if len(found) > level})
+        if number in known:
+            continue
+        before = ".".join(str(i) for i in branch[:level])
+        if not known:
+            ending = f"branch :{before} of {who} has no branches of its own" if before else f"{who} has no branches"
+            return f"{ending}; leave {'.' + str(number) if before else ':' + str(number)} out"
+        prefix = f":{before}." if before else ":"
+        last = f" to {prefix}{known[-1]}" if len(known) > 1 else ""
+        return f"{who} has no branch {prefix}{number}; it has {len(known)}, {prefix}{known[0]}{last}"
+    return ""
+
+
+def _site_remark(name: str, branch: int | None, sites: Sequence[Site]) -> str:
+    own = [site for site in sites if site.name == name]
+    if not own:
+        return f"the grammar draws nothing called {name!r}{_nearest(name, [site.name for site in sites])}"
+    if branch is not None and all(branch >= site.choices for site in own):
+        choices = max(site.choices for site in own)
+        return f"${name} has no branch :{branch}; " + (
+            f"it is a choice of {choices}, :0 to :{choices - 1}" if choices else "it is no choice"
+        )
+    return ""
+
+
+def _nearest(name: str, known: Sequence[str]) -> str:
+    near = get_close_matches(name, dict.fromkeys(known), n=3, cutoff=0.6)
+    return f"; did you mean {' or '.join(repr(other) for other in near)}?" if near else ""

@@ -1,0 +1,128 @@
+"""Tree patterns: what a countable property of a derivation tree is.
+
+Paths, symbol counts, skip-bigrams, adjacent siblings and subtrees are all patterns; they differ in shape only. A model
+is described by how often each pattern occurs in its tree, counted by embeddings: the number of ways to lay the
+pattern's nodes on nodes of the tree.
+
+``str`` gives the text form, which `grammarlab.features.patterns.text` reads.
+
+>>> str(Pattern("Tower", below=(Below((Pattern("Block", branch=(1,)),), place=2),)))
+'Tower > Block@2:1'
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """A node of the tree, and what stands below it."""
+
+    symbol: str | None = None
+    """The symbol that the node must have; None for any."""
+    parameters: int | None = None
+    """How many parameters its rule must have; None for any."""
+    branch: tuple[int, ...] | None = None
+    """How the branch that rewrote it must begin (`RuleName.branch`); None for any node, rewritten or leaf. The empty
+    tuple asks for a node that some rule rewrote."""
+    below: tuple[Below, ...] = ()
+    """Conditions that hold side by side; the numbers of ways to fulfil them are multiplied."""
+
+    def __str__(self) -> str:
+        return _text(self, None)
+
+
+@dataclass(frozen=True, slots=True)
+class Below:
+    """A run of adjacent siblings below a node; the ways to find one are added up.
+
+    Siblings are ordered by ``child``, then by ``repeat``.
+    """
+
+    run: tuple[Pattern, ...]
+    """At least one; each next one matches the next sibling."""
+    place: int | None = None
+    """``child`` of the first of the run; None for any."""
+    deep: bool = False
+    """Whether the run may stand anywhere below the node, not only directly."""
+
+    def __str__(self) -> str:
+        return (">> " if self.deep else "") + self.run_text()
+
+    def run_text(self) -> str:
+        """The siblings without what stands before them."""
+        return " + ".join(_text(node, None if i else self.place) for i, node in enumerate(self.run))
+
+
+def _text(pattern: Pattern, place: int | None) -> str:
+    text = pattern.symbol or "*"
+    if pattern.parameters is not None:
+        text += f"/{pattern.parameters}"
+    if place is not None:
+        text += f"@{place}"
+    if pattern.branch is not None:
+        text += ":" + (".".join(map(str, pattern.branch)) or "*")
+    if len(pattern.below) == 1 and len(pattern.below[0].run) == 1:
+        below = pattern.below[0]
+        return f"{text} {'>>' if below.deep else '>'} {below.run_text()}"
+    return text + (f"[{', '.join(map(str, pattern.below))}]" if pattern.below else "")
+
+
+@dataclass(frozen=True, slots=True)
+class Threshold:
+    """How many draws of one random expression lie below a bound."""
+
+    site: str
+    """The random expression, by its `Site.name`: the attribute's name for an attribute."""
+    bound: float
+
+    def __str__(self) -> str:
+        return f"{self.site} < {self.bound:.6g}"
+
+
+@dataclass(frozen=True, slots=True)
+class Draw:
+    """The mean of the draws of one random expression in a model; 0 where there is none.
+
+    For a choice, ``branch`` says which branch, and the value is how often it was taken.
+    """
+
+    site: str
+    branch: int | None = None
+
+    def __str__(self) -> str:
+        return self.site if self.branch is None else f"{self.site}:{self.branch}"
+
+
+@dataclass(frozen=True, slots=True)
+class HalfSpace:
+    """1 in models where a weighted sum of draws is below a bound, else 0.
+
+    With ``logarithmic`` it is a sum of logarithms, so that products and quotients have a bound: width * depth * height.
+    """
+
+    sites: tuple[str, ...]
+    weights: tuple[float, ...]
+    bound: float
+    logarithmic: bool = False
+    """A draw that is not above 0 fails the condition."""
+
+    def __str__(self) -> str:
+        sites = [f"log({site})" if self.logarithmic else site for site in self.sites]
+        terms = [f"{weight:.4g} {site}" for weight, site in zip(self.weights, sites, strict=True)]
+        return f"{' + '.join(terms)} < {self.bound:.6g}"
+
+
+@dataclass(frozen=True, slots=True)
+class Present:
+    """1 in models where something occurs at all, else 0: for what geometry repeats, such as windows."""
+
+    feature: Pattern | Draw
+
+    def __str__(self) -> str:
+        return f"{self.feature} present"
+
+
+Feature: TypeAlias = Pattern | Threshold | Draw | HalfSpace | Present

@@ -1,0 +1,1 @@
+"""What scenario and rule files say about features: scores and acceptance."""

@@ -1,0 +1,159 @@
+"""Models that an acceptance rule keeps: each is the first of a sequence of candidates that it keeps.
+
+Candidate t of a model has a seed that follows from the model's own seed and from t; the first candidate has the model's
+seed itself. So a model is the same alone, in a batch of any size, and on any number of workers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import Ints
+from grammarlab.assets.meshes import AssetFolder
+from grammarlab.derivation.derive import derive, derive_chunks
+from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.lots import Lots
+from grammarlab.derivation.program import Program
+from grammarlab.derivation.selection import join_forests, select_models
+from grammarlab.errors import GrammarlabError
+from grammarlab.features.rules.acceptance import Acceptance
+from grammarlab.randomness import fold, root_keys, uniforms
+
+Floats = NDArray[np.float64]
+
+MOST_TRIES = 1_000
+"""Candidates of one model."""
+_AT_ONCE = 2_048
+"""Candidates that are made at once."""
+_CANDIDATES, _DECISIONS = 0x4143_4345_5054, 0x4445_4349_4445
+"""Lanes of random numbers: seeds of candidates, and what decides on them."""
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """Models that were kept."""
+
+    forest: Forest
+    tries: Ints
+    """[num_models] candidates that each took."""
+    kept: NDArray[np.bool_]
+    """[num_models] False where no candidate was accepted: the one that came nearest stands there."""
+
+
+def derive_accepted(
+    program: Program,
+    acceptance: Acceptance | None,
+    lots: Lots,
+    assets: AssetFolder | None = None,
+    most_tries: int = MOST_TRIES,
+) -> Accepted:
+    """The models of some lots that an acceptance rule keeps.
+
+    Args:
+        program: of the grammar.
+        acceptance: its rule; None for a grammar that keeps all.
+        lots: what to derive.
+        assets: meshes and images.
+        most_tries: candidates of one model.
+
+    Raises:
+        GrammarlabError: when no candidate of a model may be kept at all.
+    """
+    num = len(lots)
+    if acceptance is None or not num:
+        return Accepted(derive(program, lots, assets=assets), np.ones(num, np.int64), np.ones(num, bool))
+    search = _Search(program, acceptance, lots, assets, most_tries)
+    return search.run()
+
+
+class _Search:
+    def __init__(
+        self, program: Program, acceptance: Acceptance, lots: Lots, assets: AssetFolder | None, most_tries: int
+    ) -> None:
+        self.program, self.acceptance, self.lots, self.assets = program, acceptance, lots, assets
+        self.most_tries = most_tries
+        self.tries = np.zeros(len(lots), dtype=np.int64)
+        self.found: list[tuple[Ints, Forest]] = []
+        """Models, and their candidates that were kept."""
+        self.best = np.zeros((2, len(lots)))
+        """How near the nearest candidate of each model came, and which one it was."""
+
+    def run(self) -> Accepted:
+        waiting = np.arange(len(self.lots))
+        first, num = 0, 1
+        while len(waiting) and first < self.most_tries:
+            num = min(num, self.most_tries - first)
+            for some in np.array_split(waiting, -(-len(waiting) * num // _AT_ONCE)):
+                self._try(some, first, num)
+            waiting = waiting[self.tries[waiting] == 0]
+            first += num
+            # Twice as many each time, as long as the candidates of a round fit into a few chunks.
+            num = max(1, min(2 * num, _AT_ONCE // max(1, len(waiting))))
+        if len(waiting):
+            self._settle(waiting)
+        order = np.concatenate([models for models, _ in self.found])
+        forest = join_forests([forest for _, forest in self.found])
+        model = order.astype(forest.nodes.model.dtype)[forest.nodes.model]
+        kept = np.ones(len(self.lots), dtype=bool)
+        kept[waiting] = False
+        return Accepted(replace(forest, lots=self.lots, nodes=replace(forest.nodes, model=model)), self.tries, kept)
+
+    def _try(self, models: Ints, first: int, num: int) -> None:
+        """Makes some candidates of some models, the first ones of all of them first."""
+        for candidates, place in self._made(models, first, num):
+            number, model = np.divmod(place, len(models))
+            model, number = models[model], number + first
+            chances = self.acceptance.probabilities(candidates)
+            draws = self._draws(model, number)
+            self._note(model, number, chances / np.maximum(draws, 1e-300))
+            rows = np.flatnonzero((draws < chances) & (self.tries[model] == 0))
+            rows = np.sort(rows[np.unique(model[rows], return_index=True)[1]])
+            if len(rows):
+                self.tries[model[rows]] = number[rows] + 1
+                self.found.append((model[rows], select_models(candidates, rows)))
+
+    def _made(self, models: Ints, first: int, num: int) -> Iterator[tuple[Forest, Ints]]:
+        """Candidates in chunks, and the place of each in the sequence of all."""
+        lots = self.lots.take(np.tile(models, num))
+        numbers = np.repeat(np.arange(first, first + num), len(models))
+        done = 0
+        for forest in derive_chunks(self.program, _candidates(lots, numbers), assets=self.assets):
+            yield forest, np.arange(done, done + forest.num_models)
+            done += forest.num_models
+
+    def _draws(self, models: Ints, numbers: Ints) -> Floats:
+        lots = self.lots
+        keys = root_keys(_seeds(lots.seed[models], numbers), lots.model[models])
+        return uniforms(fold(keys, _DECISIONS), 0)
+
+    def _note(self, model: Ints, number: Ints, near: Floats) -> None:
+        """Remembers the candidates that came nearest to being kept; of equal ones the first."""
+        for row in np.flatnonzero(near > self.best[0, model]).tolist():
+            if near[row] > self.best[0, model[row]]:
+                self.best[:, model[row]] = near[row], number[row]
+
+    def _settle(self, models: Ints) -> None:
+        """Takes the nearest candidates of models of which none was kept."""
+        hopeless = models[self.best[0, models] <= 0.0]
+        if len(hopeless):
+            raise GrammarlabError(
+                f"the acceptance rule keeps none of {self.most_tries:,} candidates of "
+                f"{self.lots.name(int(hopeless[0]))}, nor would it keep them more often: expected a rule that keeps "
+                "about one model in 100 or more. Learn the file again, or change its @Acceptance"
+            )
+        self.tries[models] = self.most_tries
+        lots = _candidates(self.lots.take(models), self.best[1, models].astype(np.int64))
+        self.found.append((models, derive(self.program, lots, assets=self.assets)))
+
+
+def _candidates(lots: Lots, numbers: Ints) -> Lots:
+    """Lots [n] with the seeds of their candidates of these numbers [n]."""
+    return replace(lots, seed=_seeds(lots.seed, numbers))
+
+
+def _seeds(seeds: NDArray[np.uint64], numbers: Ints) -> NDArray[np.uint64]:
+    return np.where(numbers == 0, seeds, fold(fold(seeds, _CANDIDATES), numbers))

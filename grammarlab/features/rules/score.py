@@ -1,0 +1,100 @@
+"""How much a model is liked, 0 to 100, as an exact function of its features."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import UsageError
+from grammarlab.features.patterns.pattern import Feature
+from grammarlab.features.rules.expression import Expression
+
+Floats = NDArray[np.float64]
+
+MAX_CASES = 100
+"""Most cases of one score."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One line of a preference: what a model is worth when a condition holds."""
+
+    value: float
+    """0 to 100."""
+    when: Expression
+    means: str = ""
+    """The condition in words, for captions."""
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """A score for every model."""
+
+    expression: Expression
+    """The score before it is cut to 0 to 100."""
+    cases: tuple[Case, ...] = ()
+    """What it was made of, where it is a list of cases; the first that holds counts, 0 where none does."""
+
+    @classmethod
+    def of_cases(cls, cases: Sequence[Case]) -> Score:
+        """The value of the first case that holds, 0 where none does.
+
+        Raises:
+            UsageError: for no cases, too many, or a value that is no score.
+        """
+        if not 1 <= len(cases) <= MAX_CASES:
+            raise UsageError(f"expected 1 to {MAX_CASES} cases, found {len(cases)}")
+        for case in cases:
+            if not 0 <= case.value <= 100:
+                raise UsageError(f"expected a score from 0 to 100, found {case.value:g}")
+        names = {f"case_{i}": case.when for i, case in enumerate(cases)}
+        lines = ", ".join(f"case_{i}, {case.value!r}" for i, case in enumerate(cases))
+        return cls(Expression.parse(f"choose({lines}, 0)", names), tuple(cases))
+
+    @classmethod
+    def of_text(cls, text: str, definitions: Mapping[str, Expression] | None = None) -> Score:
+        """The value of an expression, cut to 0 to 100.
+
+        Raises:
+            UsageError: for a text that is no expression.
+        """
+        return cls(Expression.parse(text, definitions))
+
+    @classmethod
+    def product(cls, scores: Sequence[Score]) -> Score:
+        """The product of factors as a score: 100 times the product of their hundredths.
+
+        Raises:
+            UsageError: for no factors.
+        """
+        if len(scores) < 2:
+            if not scores:
+                raise UsageError("expected at least one factor")
+            return scores[0]
+        names = {f"factor_{i}": score.expression for i, score in enumerate(scores)}
+        parts = " * ".join(f"min(max({name} / 100, 0), 1)" for name in names)
+        return cls(Expression.parse(f"100 * {parts}", names))
+
+    @property
+    def features(self) -> tuple[Feature, ...]:
+        """All that the score depends on: the columns that `evaluate` expects."""
+        return self.expression.features
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """The scores that there are, ascending, where they are listed as cases; empty otherwise."""
+        return tuple(sorted({0.0, *(case.value for case in self.cases)})) if self.cases else ()
+
+    def evaluate(self, values: Floats) -> Floats:
+        """The score of every model.
+
+        Args:
+            values: [models, F] the values of `features`, in their order.
+
+        Returns:
+            [models], 0 to 100.
+        """
+        return np.clip(self.expression.evaluate(values), 0.0, 100.0)

@@ -1,0 +1,1 @@
+"""Features that explain scores, searched for."""

@@ -1,0 +1,212 @@
+"""Bounds on continuous draws that explain scores: ``height < 5``, ``width * depth * height < 125``.
+
+A preference that steps at a bound cannot be learned by smooth interpolation; found as a feature, the step is one
+column. Bounds lie halfway between the nearest models on either side, so that scoring models near one (`margins`)
+narrows it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.forest import Forest
+from grammarlab.errors import UsageError
+from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
+
+Floats = NDArray[np.float64]
+
+MOST_TERMS = 4
+"""Draws that a half-space is about at most: a person looks at few things."""
+_FOLDS = 3
+_MOST_WRONG = 0.3
+"""Models that were held out and may be on the wrong side, beside the models of the smaller side."""
+_PRICE_OF_ERRORS = 1e4
+"""What a model on the wrong side costs, beside the sizes of the weights."""
+
+
+def find_thresholds(
+    forests: Sequence[Forest], scores: Floats, names: Sequence[str], most: int = 4
+) -> tuple[Threshold, ...]:
+    """The bounds that explain most of the scores, the best one first, at most one a draw.
+
+    Only bounds are kept that explain more than the best of noise would.
+
+    Args:
+        forests: the scored models.
+        scores: [n] of them all, in their order; or what a preference cannot explain of them.
+        names: draws to look at, by `Site.name`.
+        most: how many to return at most.
+    """
+    found: list[tuple[float, Threshold]] = []
+    for name, column in zip(names, _values(forests, names, len(scores)).T, strict=True):
+        share, bound = _best_split(column, scores - scores.mean() if len(scores) else scores)
+        found.append((-share, Threshold(name, bound)))
+    least = 2.0 * np.log(max(2, len(scores) * len(names))) / max(1, len(scores))
+    ranked = sorted((item for item in found if -item[0] > least), key=lambda item: (item[0], item[1].site))
+    return tuple(threshold for _, threshold in ranked[:most])
+
+
+def find_half_space(forests: Sequence[Forest], inside: NDArray[np.bool_], names: Sequence[str]) -> HalfSpace | None:
+    """The half-space of some draws, or of their logarithms, that holds the chosen models; None where none does.
+
+    Of those that make the fewest errors the one with the fewest different draws is taken, and weights of 1 and -1
+    rather than others. It has at most `MOST_TERMS` draws, is wrong for fewer than a tenth of the models on either side,
+    and those found without a third of the models are right about that third.
+
+    Args:
+        forests: the models.
+        inside: [n] which of them should lie in the half-space.
+        names: draws to look at, by `Site.name`.
+    """
+    values = _values(forests, names, len(inside))
+    best = _best_half_space(values, inside)
+    if best is None or not _has_support(values, inside):
+        return None
+    used = np.flatnonzero(best.weights).tolist()
+    sites = tuple(names[i] for i in used)
+    return HalfSpace(sites, tuple(best.weights[used].tolist()), best.bound, best.logarithmic)
+
+
+def _best_half_space(values: Floats, inside: NDArray[np.bool_]) -> _Fit | None:
+    """The best bound on a sum of at most `MOST_TERMS` columns [n, C], or of their logarithms."""
+    candidates: list[_Fit] = []
+    for logarithmic in (False, True):
+        if logarithmic and not (values > 0.0).all():
+            continue
+        columns = np.log(values) if logarithmic else values
+        weights = _of_few_terms(columns, inside)
+        if weights is None or not weights.any():
+            continue
+        weights = weights / np.abs(weights).max()
+        candidates += [_fit(columns, inside, trial, logarithmic) for trial in (np.round(weights), weights)]
+    good = [fit for fit in candidates if fit.errors < 0.1 * min(inside.sum(), (~inside).sum())]
+    return min(
+        good,
+        key=lambda fit: (fit.errors, np.count_nonzero(fit.weights), (fit.weights % 1.0).any(), -fit.gap),
+        default=None,
+    )
+
+
+def _of_few_terms(columns: Floats, inside: NDArray[np.bool_]) -> Floats | None:
+    """Weights of a sum that is lower inside, of the columns that matter most to a sum of all."""
+    weights = _separating(columns, inside)
+    if weights is None or np.count_nonzero(weights) <= MOST_TERMS:
+        return weights
+    most = np.argsort(-np.abs(weights) * columns.std(axis=0), kind="stable")[:MOST_TERMS]
+    found = _separating(columns[:, most], inside)
+    if found is None:
+        return None
+    weights = np.zeros(columns.shape[1])
+    weights[most] = found
+    return weights
+
+
+def _has_support(values: Floats, inside: NDArray[np.bool_]) -> bool:
+    """Whether half-spaces that are found without some of the models hold these as well.
+
+    Enough columns divide any few models as one likes; what they say about the others is then worth nothing.
+    """
+    fold = np.empty(len(inside), dtype=np.int64)
+    for side in (inside, ~inside):
+        fold[side] = np.arange(side.sum()) % _FOLDS
+    wrong = 0
+    for number in range(_FOLDS):
+        held = fold == number
+        found = _best_half_space(values[~held], inside[~held])
+        if found is None:
+            return False
+        columns = np.log(values[held]) if found.logarithmic else values[held]
+        wrong += int(((columns @ found.weights < found.bound) != inside[held]).sum())
+    return wrong < _MOST_WRONG * min(inside.sum(), (~inside).sum())
+
+
+def margins(forests: Sequence[Forest], feature: Threshold | HalfSpace) -> Floats:
+    """[n] how far each model is from a bound; negative inside, infinite where a logarithm has no value."""
+    space = HalfSpace((feature.site,), (1.0,), feature.bound) if isinstance(feature, Threshold) else feature
+    columns = np.concatenate([np.zeros((0, len(space.sites))), *(count(f, _draws(space.sites)) for f in forests)])
+    if space.logarithmic:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            columns = np.log(columns)
+    with np.errstate(invalid="ignore"):
+        distance = columns @ np.array(space.weights) - space.bound
+    return np.where(np.isfinite(columns).all(axis=1), distance, np.inf)
+
+
+class _Fit(NamedTuple):
+    errors: int
+    gap: float
+    """How far the two sides lie apart, relative to their extent; negative where they overlap."""
+    weights: Floats
+    bound: float
+    logarithmic: bool
+
+
+def _draws(names: Sequence[str]) -> list[Draw]:
+    return [Draw(name) for name in names]
+
+
+def _values(forests: Sequence[Forest], names: Sequence[str], num_models: int) -> Floats:
+    """[n, len(names)] the draws of the models."""
+    values = np.concatenate([np.zeros((0, len(names))), *(count(forest, _draws(names)) for forest in forests)])
+    if len(values) != num_models:
+        raise UsageError(f"expected a score for each of {len(values)} models, found {num_models}")
+    return values
+
+
+def _best_split(column: Floats, residuals: Floats) -> tuple[float, float]:
+    """The share of variance that the best bound explains, and this bound."""
+    order = np.argsort(column, kind="stable")
+    values: Floats = column[order]
+    sums, below = np.cumsum(residuals[order])[:-1], np.arange(1, len(values))
+    gain = sums**2 * len(values) / (below * (len(values) - below))
+    gain = np.where(values[1:] > values[:-1], gain, 0.0)
+    total = float(residuals @ residuals)
+    if not len(gain) or total <= 0.0:
+        return 0.0, 0.0
+    place = int(np.argmax(gain))
+    return float(gain[place]) / total, float(values[place] + values[place + 1]) / 2.0
+
+
+def _separating(columns: Floats, inside: NDArray[np.bool_]) -> Floats | None:
+    """Weights of a sum that is lower inside than outside: a support vector machine with few weights.
+
+    Linear program in weights (positive and negative parts), bound and errors.
+    """
+    from scipy.optimize import linprog  # noqa: PLC0415  # a third of the time that a small run takes to start
+
+    if inside.all() or not inside.any():
+        return None
+    spread = columns.std(axis=0)
+    usable = spread > 0.0
+    scaled = columns[:, usable] / spread[usable]
+    num_models, width = scaled.shape
+    sign = np.where(inside, 1.0, -1.0)[:, None]
+    # sign * (scaled @ weights - bound) <= -1 + errors
+    inequality = np.hstack((sign * scaled, -sign * scaled, -sign, -np.eye(num_models)))
+    price = np.concatenate((np.ones(2 * width), [0.0], np.full(num_models, _PRICE_OF_ERRORS / num_models)))
+    limits = [(0.0, None)] * (2 * width) + [(None, None)] + [(0.0, None)] * num_models
+    solved = linprog(price, A_ub=inequality, b_ub=np.full(num_models, -1.0), bounds=limits, method="highs")
+    if not solved.success:
+        return None
+    weights = np.zeros(columns.shape[1])
+    weights[usable] = (solved.x[:width] - solved.x[width : 2 * width]) / spread[usable]
+    return weights
+
+
+def _fit(columns: Floats, inside: NDArray[np.bool_], weights: Floats, logarithmic: bool) -> _Fit:
+    """The best bound for given weights."""
+    sums = columns @ weights
+    order = np.argsort(sums, kind="stable")
+    # Errors when the first k are taken for inside.
+    wrong = np.concatenate(([0], np.cumsum(~inside[order]))) + np.concatenate(
+        (np.cumsum(inside[order][::-1])[::-1], [0])
+    )
+    ends = np.concatenate(([sums[order[0]] - 1.0], sums[order], [sums[order[-1]] + 1.0]))
+    split = int(np.argmin(np.where(ends[1:] > ends[:-1], wrong, len(wrong) + 1)))
+    gap = float(ends[split + 1] - ends[split]) / max(float(np.ptp(sums)), 1e-300)
+    return _Fit(int(wrong[split]), gap, weights, float(ends[split] + ends[split + 1]) / 2.0, logarithmic)

@@ -1,0 +1,1 @@
+"""Meshes and polygons cut along planes."""

@@ -1,0 +1,138 @@
+"""Faces that close meshes again where a plane has cut them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import offsets_from_counts, row_of_value
+from grammarlab.geometry.meshes.keyhole import contains, keyhole
+from grammarlab.geometry.meshes.mesh import UNTAGGED, Floats, Indices
+from grammarlab.geometry.meshes.ragged import cycles, next_in_row, sum_rows
+from grammarlab.geometry.meshes.soup import Soup
+from grammarlab.geometry.meshes.vectors import any_normal, cross, dot
+
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class _Rim:
+    """The E edges that caps run along, in the order of the faces that they close off."""
+
+    start: Indices
+    """[E] row of the table of points."""
+    end: Indices
+    """[E] row of the table of points."""
+    mesh: Indices
+    """[E] the mesh of each edge."""
+
+
+def caps(faces: Soup, points: Floats, is_on_plane: Flags, normals: Floats, place: Indices) -> Soup:
+    """Faces along the edges on a plane that faces of closed meshes no longer share.
+
+    A cap begins at the edge of the first face that it closes off. Where the section has holes, they are joined to
+    the outline by keyholes.
+
+    Args:
+        faces: the faces that are left of closed meshes.
+        points: [P, 3] the table of points in metres.
+        is_on_plane: [P] which points lie on the plane that cut their mesh.
+        normals: [M, 3] normal of the plane that cut each mesh, into the side that was kept.
+        place: [M] `Soup.place` of the caps of each mesh.
+    """
+    rim = _open_edges(faces, is_on_plane)
+    if not len(rim.start):
+        return faces.take(np.zeros(0, np.int64))
+    plane = _plane_coordinates(points, rim, normals)
+    order, offsets = cycles(_successors(rim, plane))
+    mesh = rim.mesh[order[offsets[:-1]]]
+    rows = rim.start[order]
+    loops = Soup(rows, offsets, mesh, place[mesh], np.full(len(mesh), UNTAGGED, np.int8))
+    flat = plane[order]
+    ahead = flat[next_in_row(offsets)]
+    is_hole = sum_rows(flat[:, 0] * ahead[:, 1] - flat[:, 1] * ahead[:, 0], offsets) < 0.0
+    return _with_holes(loops, flat, is_hole) if is_hole.any() else loops
+
+
+def _open_edges(faces: Soup, is_on_plane: Flags) -> _Rim:
+    """Edges on the plane that are run through more often one way than the other, as the missing way."""
+    following = next_in_row(faces.offsets)
+    on_plane = is_on_plane[faces.rows]
+    corner = np.flatnonzero(on_plane & on_plane[following])
+    start, end = faces.rows[corner], faces.rows[following[corner]]
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    key = low * len(is_on_plane) + high
+    order = np.argsort(key, kind="stable")
+    first = np.flatnonzero(np.diff(key[order], prepend=-1))
+    balance = np.add.reduceat(np.sign(end - start)[order], first) if len(first) else first
+    again = np.repeat(np.arange(len(first)), np.abs(balance))
+    leader = order[first[again]]
+    again, leader = again[np.argsort(leader, kind="stable")], np.sort(leader)
+    upwards = balance[again] > 0
+    mesh = faces.mesh[row_of_value(np.diff(faces.offsets))[corner[leader]]]
+    low, high = low[leader], high[leader]
+    return _Rim(np.where(upwards, high, low), np.where(upwards, low, high), mesh)
+
+
+def _plane_coordinates(points: Floats, rim: _Rim, normals: Floats) -> Floats:
+    """[E, 2] the start of each edge in the plane, seen from outside the kept side."""
+    outwards = -normals[rim.mesh]
+    u = any_normal(outwards)
+    start = points[rim.start]
+    return np.stack((dot(start, u), dot(start, cross(outwards, u))), axis=1)
+
+
+def _successors(rim: _Rim, plane: Floats) -> Indices:
+    """[E] the edge that continues each edge, a permutation.
+
+    Where two loops touch in a point, an edge is continued by the next one clockwise, so that loops do not cross.
+    """
+    count = len(rim.start)
+    arriving, leaving = np.argsort(rim.end, kind="stable"), np.argsort(rim.start, kind="stable")
+    successor = np.empty(count, np.int64)
+    successor[arriving] = leaving
+    touching = np.diff(rim.start[leaving]) == 0
+    if not touching.any():
+        return successor
+    branches = np.unique(rim.start[leaving[1:][touching]])
+    out = np.flatnonzero(np.isin(rim.start, branches))
+    into = np.flatnonzero(np.isin(rim.end, branches))
+    far = np.empty((count, 2))
+    far[arriving] = plane[leaving]
+    step = far - plane
+    turn = np.concatenate((step[out], -step[into]))
+    angle = np.arctan2(turn[:, 1], turn[:, 0])
+    vertex = np.concatenate((rim.start[out], rim.end[into]))
+    edge, is_out = np.concatenate((out, into)), np.arange(len(vertex)) < len(out)
+    order = np.lexsort((is_out, angle, vertex))
+    after = order[next_in_row(offsets_from_counts(np.unique(vertex, return_counts=True)[1]))]
+    paired = is_out[order] & ~is_out[after]
+    # Coincident edges can upset the alternation of in and out: then any continuation keeps the mesh closed.
+    if np.count_nonzero(paired) == len(out):
+        successor[edge[after[paired]]] = edge[order[paired]]
+    return successor
+
+
+def _with_holes(loops: Soup, flat: Floats, is_hole: Flags) -> Soup:
+    """Loops of which those that run clockwise are joined to the smallest one around them."""
+    rings = [flat[a:b] for a, b in zip(loops.offsets[:-1], loops.offsets[1:], strict=True)]
+    rows = [loops.rows[a:b] for a, b in zip(loops.offsets[:-1], loops.offsets[1:], strict=True)]
+    inside: dict[int, list[int]] = {}
+    for mesh in np.unique(loops.mesh[is_hole]).tolist():
+        outlines = np.flatnonzero((loops.mesh == mesh) & ~is_hole)
+        for hole in np.flatnonzero((loops.mesh == mesh) & is_hole).tolist():
+            around = [int(k) for k in outlines if contains(rings[k], rings[hole])]
+            if around:
+                smallest = min(around, key=lambda k: float(np.ptp(rings[k], axis=0).prod()))
+                inside.setdefault(smallest, []).append(hole)
+    for outline, holes in inside.items():
+        members = [outline, *holes]
+        path = keyhole([rings[k] for k in members])
+        rows[outline] = np.concatenate([rows[k] for k in members])[path]
+    joined = {hole for holes in inside.values() for hole in holes}
+    kept = np.array([k for k in range(len(rows)) if k not in joined])
+    counts = np.array([len(rows[k]) for k in kept])
+    joined_rows = np.concatenate([rows[k] for k in kept])
+    return Soup(joined_rows, offsets_from_counts(counts), loops.mesh[kept], loops.place[kept], loops.tags[kept])

@@ -1,0 +1,1 @@
+"""Meshes as columns: faces over points, their edges, measures and triangles."""

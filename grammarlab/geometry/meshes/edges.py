@@ -1,0 +1,117 @@
+"""The undirected edges of meshes as a table: what boundary tests, edge components and roof selectors read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
+from grammarlab.geometry.meshes.ragged import any_rows, next_in_row
+from grammarlab.geometry.meshes.vectors import norm
+
+
+@dataclass(frozen=True, slots=True)
+class Edges:
+    """E undirected edges, in the order in which a walk around all faces first meets them."""
+
+    mesh: Indices
+    """[E] mesh of the edge, ascending."""
+    corner: Indices
+    """[E] the corner from which the first face runs along it."""
+    start: Indices
+    """[E] row of `points` at that corner."""
+    end: Indices
+    """[E] row of `points` at the next corner."""
+    faces: Indices
+    """[E, 2] the first two faces at the edge; -1 where there is only one."""
+    num_faces: Indices
+    """[E] how many faces meet here: 1 on the boundary, 2 inside, more where the mesh is no manifold."""
+    edge_of_corner: Indices
+    """[C] the edge that leaves each corner; -1 for the bridge between an outline and its hole."""
+
+    def __len__(self) -> int:
+        return len(self.mesh)
+
+    @property
+    def is_boundary(self) -> NDArray[np.bool_]:
+        """[E] whether only one face has this edge."""
+        return self.num_faces == 1
+
+
+def edges(meshes: Meshes) -> Edges:
+    """The edges of all meshes. Bridges (both sides of an edge in one face) are left out."""
+    start = meshes.corner_points()
+    end = start.take(next_in_row(meshes.face_offsets))
+    face = meshes.face_of_corner()
+    key = np.minimum(start, end) * max(len(meshes.points), 1) + np.maximum(start, end)
+    order = np.argsort(key)
+    is_first = np.diff(key.take(order), prepend=-1) != 0
+    first = np.flatnonzero(is_first)
+    counts = np.diff(np.append(first, len(order)))
+    first_corner, second_corner = _lowest_two(order, first, counts)
+    second_face = np.where(counts > 1, face[second_corner], -1)
+    kept = second_face != face[first_corner]
+
+    rank = np.full(len(first), -1, np.int64)
+    by_encounter = np.flatnonzero(kept)[np.argsort(first_corner[kept])]
+    rank[by_encounter] = np.arange(len(by_encounter))
+    edge_of_corner = np.empty(len(order), np.int64)
+    edge_of_corner[order] = rank[np.cumsum(is_first) - 1]
+
+    corner = first_corner[by_encounter]
+    return Edges(
+        mesh=meshes.mesh_of_face()[face[corner]],
+        corner=corner,
+        start=start[corner],
+        end=end[corner],
+        faces=np.column_stack((face[corner], second_face[by_encounter])),
+        num_faces=counts[by_encounter],
+        edge_of_corner=edge_of_corner,
+    )
+
+
+def _lowest_two(values: Indices, starts: Indices, counts: Indices) -> tuple[Indices, Indices]:
+    """The smallest two values of each row of a ragged list; the one value twice where there is one only."""
+    if not len(starts):
+        return starts, starts
+    lowest = np.minimum.reduceat(values, starts)
+    others = values.copy()
+    crowded = np.repeat(counts > 1, counts)
+    others[crowded & (values == np.repeat(lowest, counts))] = np.iinfo(np.int64).max
+    return lowest, np.minimum.reduceat(others, starts)
+
+
+def num_edges(meshes: Meshes) -> Indices:
+    """[M] undirected edges of each mesh."""
+    return np.bincount(edges(meshes).mesh, minlength=len(meshes))
+
+
+def num_holes(meshes: Meshes) -> Indices:
+    """[M] holes in the faces of each mesh: each hangs on one bridge, which its face runs along there and back."""
+    bridges = edges(meshes).edge_of_corner < 0
+    owner = meshes.mesh_of_face()[meshes.face_of_corner()[bridges]]
+    return np.bincount(owner, minlength=len(meshes)) // 2
+
+
+def is_closed_surface(meshes: Meshes) -> NDArray[np.bool_]:
+    """[M] whether a mesh has faces and each of its edges belongs to exactly two."""
+    table = edges(meshes)
+    closed = np.diff(meshes.mesh_faces) > 0
+    closed[table.mesh[table.num_faces != 2]] = False
+    return closed
+
+
+def boundary_lengths(meshes: Meshes) -> Floats:
+    """[M] summed lengths, in metres, of the edges that only one face has."""
+    table = edges(meshes)
+    lengths = np.where(table.is_boundary, norm(meshes.points[table.end] - meshes.points[table.start]), 0.0)
+    return np.bincount(table.mesh, lengths, len(meshes)).astype(np.float64)
+
+
+def faces_at_boundary(meshes: Meshes, table: Edges) -> NDArray[np.bool_]:
+    """[F] whether a face has an edge that no other face shares."""
+    known = table.edge_of_corner >= 0
+    at_boundary = known & table.is_boundary[np.where(known, table.edge_of_corner, 0)] if len(table) else known & False
+    return any_rows(at_boundary, meshes.face_offsets)

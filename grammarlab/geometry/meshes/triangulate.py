@@ -1,0 +1,112 @@
+"""Triangles that cover the faces of meshes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import index_in_row, row_of_value, take_rows
+from grammarlab.geometry.meshes.measure import face_normals, is_reflex
+from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
+from grammarlab.geometry.meshes.ragged import sum_rows
+
+
+def triangulate(meshes: Meshes) -> tuple[Indices, Indices]:
+    """Triangles with the orientation of their faces; no new points.
+
+    Convex faces and all quads become fans, worked out for all of them at once; other concave faces go through ear
+    clipping. Faces of fewer than three corners have no triangles.
+
+    Returns:
+        [T, 3] rows of `Meshes.points`, and [T] the face of each triangle, ascending.
+    """
+    counts = np.diff(meshes.face_offsets)
+    needs_look = np.flatnonzero(counts > 3)
+    shift = np.zeros(len(counts), np.int64)
+    is_irregular = np.zeros(len(counts), bool)
+    if len(needs_look):
+        shift[needs_look], is_irregular[needs_look] = _concavity(_only(meshes, needs_look))
+    fanned = np.flatnonzero(~is_irregular & (counts >= 3))
+    triangles, face = _fans(meshes, fanned, shift[fanned])
+    irregular = np.flatnonzero(is_irregular)
+    if not len(irregular):
+        return triangles, face
+    clipped, clipped_face = _ears(meshes, irregular)
+    triangles, face = np.concatenate((triangles, clipped)), np.concatenate((face, clipped_face))
+    order = np.argsort(face, kind="stable")
+    return triangles[order], face[order]
+
+
+def _only(meshes: Meshes, faces: Indices) -> Meshes:
+    """Some of the faces as one mesh over the same points."""
+    where, face_offsets = take_rows(meshes.face_offsets, faces)
+    return Meshes(
+        meshes.points,
+        meshes.corner_points()[where],
+        face_offsets,
+        np.array([0, len(faces)]),
+        np.array([0, len(meshes.points)]),
+        meshes.tags[faces],
+    )
+
+
+def _concavity(faces: Meshes) -> tuple[Indices, NDArray[np.bool_]]:
+    """For faces of four corners or more: the corner to fan from, and whether a fan will not do.
+
+    A quad with one reflex corner is covered by the fan from that corner.
+    """
+    reflex = is_reflex(faces)
+    if not reflex.any():
+        return np.zeros(faces.num_faces, np.int64), np.zeros(faces.num_faces, bool)
+    counts = np.diff(faces.face_offsets)
+    num_reflex = sum_rows(reflex, faces.face_offsets)
+    is_dart = (counts == 4) & (num_reflex == 1)
+    place_of_reflex = sum_rows(np.where(reflex, index_in_row(counts), 0), faces.face_offsets)
+    return np.where(is_dart, place_of_reflex, 0), (num_reflex > 0) & ~is_dart
+
+
+def _fans(meshes: Meshes, faces: Indices, shift: Indices) -> tuple[Indices, Indices]:
+    """Triangles (c, c + k, c + k + 1) of faces, where c is the corner numbered `shift`."""
+    starts = meshes.face_offsets[faces]
+    sizes = meshes.face_offsets[faces + 1] - starts
+    per_face = sizes - 2
+    row = row_of_value(per_face)
+    first = shift[row]
+    second = first + index_in_row(per_face) + 1
+    third = second + 1
+    if shift.any():
+        size = sizes[row]
+        second, third = second % size, third % size
+    corners = np.stack((first, second, third), axis=1) + starts[row][:, None]
+    return meshes.corner_points().take(corners), faces[row]
+
+
+def _ears(meshes: Meshes, faces: Indices) -> tuple[Indices, Indices]:
+    """Triangles of concave faces, by ear clipping in the coordinate plane that each face leans to most."""
+    # Only batches with concave faces pay for loading the library.
+    from mapbox_earcut import triangulate_float64  # noqa: PLC0415
+
+    only = _only(meshes, faces)
+    rows = only.corner_points()
+    flat = _flattened(only, rows)
+    found: list[Indices] = []
+    for start, end in zip(only.face_offsets[:-1].tolist(), only.face_offsets[1:].tolist(), strict=True):
+        ring = np.array([end - start], np.uint32)
+        found.append(triangulate_float64(flat[start:end], ring).astype(np.int64) + start)
+    per_face = np.array([len(part) // 3 for part in found], np.int64)
+    corners = np.concatenate(found).reshape(-1, 3)
+    a, b, c = flat[corners[:, 0]], flat[corners[:, 1]], flat[corners[:, 2]]
+    signed = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    corners = np.where((signed < 0.0)[:, None], corners[:, ::-1], corners)
+    return rows[corners], faces[row_of_value(per_face)]
+
+
+def _flattened(meshes: Meshes, rows: Indices) -> Floats:
+    """[C, 2] corners without the coordinate along which the face normal is longest, counter-clockwise all the same."""
+    normals = face_normals(meshes)[meshes.face_of_corner()]
+    dropped = np.argmax(np.abs(normals), axis=1)
+    corner = np.arange(len(rows))
+    points = meshes.points[rows]
+    u, v = points[corner, (dropped + 1) % 3], points[corner, (dropped + 2) % 3]
+    u = np.where(normals[corner, dropped] < 0.0, -u, u)
+    return np.column_stack((u, v))

@@ -1,0 +1,233 @@
+"""CGA's ``setback``, ``shapeL``, ``shapeU`` and ``shapeO``: chosen edges moved inwards, each by its own distance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import take_rows
+from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
+from grammarlab.geometry.meshes.planar import RELATIVE_TOLERANCE, Polygons, lay_flat, rectangle_sizes, regroup
+from grammarlab.geometry.meshes.vectors import cross, unit
+from grammarlab.geometry.outlines.patches import Patch, alike, fill, in_order, rings, stamp, stamp_patch
+from grammarlab.geometry.outlines.skeleton import Loop, merge, sweep
+from grammarlab.geometry.parts.selectors import classify
+
+REMAINDER = -1
+"""The group of what is left of a face; as the group of an edge: it stays where it is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setback:
+    """Faces cut into strips and remainders."""
+
+    meshes: Meshes
+    """M meshes whose faces are the pieces."""
+    group: Indices
+    """[F] the group of the edges of each strip, or `REMAINDER`."""
+
+
+def setback(meshes: Meshes, distances: Floats, groups: Indices | None = None) -> Setback:
+    """Edges of all faces moved inwards: the strips they pass over, and what remains.
+
+    Strips of neighbouring edges of one group are one piece, which begins with its first edge; a strip around the whole
+    face has a keyhole. A strip that passes an edge that stays may be in several parts. The remainder of a face, which
+    may be several pieces, begins at the first edge that it still has a part of. Between moved edges strips are mitred.
+    Beside an edge that stays, or moves less, a strip follows that edge where the corner is convex; at a reflex corner
+    it is cut off at right angles, or by the line of that edge where this is shorter. Pieces are ordered by face, then
+    by first edge, the remainder last. A face without area, or whose edges cross, is its own remainder.
+
+    Args:
+        meshes: M meshes.
+        distances: [C] for the edge that leaves each corner, in metres; what is not above 0 (beside the size of the
+            face) leaves it where it is.
+        groups: [C] strips of different groups are kept apart, `REMAINDER` leaves an edge where it is; every edge of a
+            face is its own group when left out.
+    """
+    polygons = lay_flat(meshes)
+    own = np.arange(len(distances)) - np.repeat(polygons.offsets[:-1], polygons.counts)
+    group = own if groups is None else groups
+    least = (RELATIVE_TOLERANCE * polygons.extents())[polygons.face_of_corner()]
+    moved = np.where((group == REMAINDER) | ~(distances > least), 0.0, distances)
+    rectangular, sizes = rectangle_sizes(polygons)
+    fast = _fitting(polygons, np.flatnonzero(rectangular), sizes, moved)
+    batches: list[Meshes] = []
+    rows: list[Indices] = []
+    leads: list[Indices] = []
+    for members, faces, edges in _by_pattern(polygons, fast, moved, group):
+        xy = _rectangle_nodes(sizes[members], moved[_four(polygons, members)])
+        batches.append(stamp(polygons, members, xy, np.zeros(xy.shape[:2]), range(4), faces, [0] * len(faces)))
+        rows.append(members)
+        leads.append(_lead_corners(polygons, members, edges))
+    slow = np.setdiff1d(np.arange(len(polygons)), fast)
+    keys = [_parameters(polygons, row, moved, group) for row in slow.tolist()]
+    for members, xy, (steps, names) in alike(polygons, slow, keys):
+        patch, edges = _setback_patch(xy, steps, names)
+        batches.append(stamp_patch(polygons, members, patch))
+        rows.append(members)
+        leads.append(_lead_corners(polygons, members, edges))
+    if not batches:
+        return Setback(meshes, np.zeros(0, np.int64))
+    return _assembled(meshes, batches, rows, leads, group)
+
+
+def shape_l(meshes: Meshes, front: Floats | float, left: Floats | float) -> Setback:
+    """CGA's ``shapeL``: wings along the front and left edges as group 0, see `shape_o`."""
+    return shape_o(meshes, front, 0.0, 0.0, left)
+
+
+def shape_u(meshes: Meshes, front: Floats | float, right: Floats | float, left: Floats | float) -> Setback:
+    """CGA's ``shapeU``: wings along the front, right and left edges as group 0, see `shape_o`."""
+    return shape_o(meshes, front, right, 0.0, left)
+
+
+def shape_o(
+    meshes: Meshes,
+    front: Floats | float,
+    right: Floats | float,
+    back: Floats | float,
+    left: Floats | float,
+) -> Setback:
+    """CGA's ``shapeO``: wings of given depths along the edges that look to the front, right, back and left.
+
+    Args:
+        meshes: M meshes, in the axes of their scopes: right is x, front is z.
+        front: [M] or one for all: depth of the wing in metres, 0 for none; likewise the others.
+        right: see front.
+        back: see front.
+        left: see front.
+
+    Returns:
+        The wings as group 0, the rest as `REMAINDER`.
+    """
+    outward = edge_normals(meshes)
+    mesh = meshes.mesh_of_face()[meshes.face_of_corner()]
+    distances = np.zeros(len(meshes.corners))
+    for side, depth in (("front", front), ("right", right), ("back", back), ("left", left)):
+        chosen = classify(outward, side)
+        distances[chosen] = np.broadcast_to(np.asarray(depth, np.float64), len(meshes))[mesh[chosen]]
+    return setback(meshes, distances, np.zeros(len(distances), np.int64))
+
+
+def edge_normals(meshes: Meshes) -> Floats:
+    """[C, 3] for the edge that leaves each corner, the unit normal that points out of its face within its plane."""
+    polygons = lay_flat(meshes)
+    along = polygons.points[polygons.next_corner()] - polygons.points
+    return unit(cross(along, polygons.axes[polygons.face_of_corner(), 2]))
+
+
+def _four(polygons: Polygons, rectangles: Indices) -> Indices:
+    """[K, 4] the corners of rectangles."""
+    return polygons.offsets[rectangles][:, None] + np.arange(4)
+
+
+def _fitting(polygons: Polygons, rectangles: Indices, sizes: Floats, moved: Floats) -> Indices:
+    """The rectangles of which something remains."""
+    steps = moved[_four(polygons, rectangles)]
+    across = np.stack([steps[:, 1] + steps[:, 3], steps[:, 0] + steps[:, 2]], axis=1)
+    return rectangles[(across < sizes[rectangles] * (1.0 - RELATIVE_TOLERANCE)).all(axis=1)]
+
+
+def _rectangle_nodes(sizes: Floats, steps: Floats) -> Floats:
+    """[K, 8, 2] corners of rectangles, then of their remainders after steps [K, 4] of their edges."""
+    width, depth = sizes.T
+    x = np.stack([0.0 * width, width, width, 0.0 * width], axis=1)
+    y = np.stack([0.0 * depth, 0.0 * depth, depth, depth], axis=1)
+    left, right = steps[:, 3], width - steps[:, 1]
+    bottom, top = steps[:, 0], depth - steps[:, 2]
+    inner_x = np.stack([left, right, right, left], axis=1)
+    inner_y = np.stack([bottom, bottom, top, top], axis=1)
+    return np.stack([np.concatenate([x, inner_x], axis=1), np.concatenate([y, inner_y], axis=1)], axis=2)
+
+
+def _by_pattern(
+    polygons: Polygons, rectangles: Indices, moved: Floats, group: Indices
+) -> list[tuple[Indices, list[Loop], list[int]]]:
+    """Rectangles by which edges move and which of those share a group, with the pieces over `_rectangle_nodes`."""
+    corner = _four(polygons, rectangles)
+    names = group[corner]
+    first_alike = (names[:, :, None] == names[:, None, :]).argmax(axis=2)
+    pattern = np.where(moved[corner] > 0.0, first_alike, REMAINDER)
+    distinct, which = np.unique(pattern, axis=0, return_inverse=True)
+    return [(rectangles[which.ravel() == i], *_rectangle_pieces(names)) for i, names in enumerate(distinct.tolist())]
+
+
+def _rectangle_pieces(names: Sequence[int]) -> tuple[list[Loop], list[int]]:
+    """Strips and remainder of a rectangle, and their first edges."""
+    inner = [4 + i if max(names[i], names[i - 1]) >= 0 else i for i in range(4)]
+    strips = {i: ((i, (i + 1) % 4, inner[(i + 1) % 4], inner[i]),) for i in range(4) if names[i] >= 0}
+    if list(names) == [0, 0, 0, 0]:
+        pieces: list[tuple[int, Loop]] = [(0, (0, 1, 2, 3, 0, 4, 7, 6, 5, 4))]
+    else:
+        pieces = sorted(piece for loops, own in _joined(strips, names) for piece in _begun(loops, own))
+    pieces.append((REMAINDER, tuple(inner)))
+    return [face for _, face in pieces], [lead for lead, _ in pieces]
+
+
+def _joined(
+    strips: dict[int, tuple[Loop, ...]], names: Sequence[int]
+) -> list[tuple[list[Loop], dict[tuple[int, ...], int]]]:
+    """For each group the outlines and holes of the strips of its edges, and these edges by the nodes at their ends."""
+    groups: dict[int, list[int]] = {}
+    for edge in strips:
+        groups.setdefault(names[edge], []).append(edge)
+    return [
+        (merge([loop for edge in edges for loop in strips[edge]]), {strips[edge][0][:2]: edge for edge in edges})
+        for edges in groups.values()
+    ]
+
+
+def _begun(faces: Sequence[Loop], edge_of: dict[tuple[int, ...], int]) -> list[tuple[int, Loop]]:
+    """Strips of a group, each beginning with its first edge, which comes with it."""
+    result = []
+    for face in faces:
+        arcs = list(zip(face, face[1:] + face[:1], strict=True))
+        # What an edge sweeps behind an edge that stays need not hang together with it.
+        lead, at = min(
+            ((edge_of[arc], i) for i, arc in enumerate(arcs) if arc in edge_of), default=(min(edge_of.values()), 0)
+        )
+        result.append((lead, face[at:] + face[:at]))
+    return result
+
+
+def _parameters(
+    polygons: Polygons, row: int, moved: Floats, group: NDArray[np.integer]
+) -> tuple[tuple[float, ...], tuple[int, ...]]:
+    where = slice(polygons.offsets[row], polygons.offsets[row + 1])
+    return tuple(moved[where].tolist()), tuple(group[where].tolist())
+
+
+def _setback_patch(xy: Floats, steps: Sequence[float], names: Sequence[int]) -> tuple[Patch, list[int]]:
+    """The pieces of a polygon, and the first edge of each."""
+    loops = rings(xy)
+    corners = [corner for ring in loops for corner in ring]
+    result = sweep([xy[ring] for ring in loops], [steps[corner] for corner in corners], 1.0, square_cuts=True)
+    if result is None:
+        whole = tuple(range(len(xy)))
+        return Patch(xy, np.zeros(len(xy)), whole, (whole,), (0,)), [REMAINDER]
+    strips = {corner: result.faces[i] for i, corner in enumerate(corners) if steps[corner] > 0.0 and result.faces[i]}
+    pieces = sorted(piece for loops, own in _joined(strips, names) for piece in _begun(fill(result.xy, loops), own))
+    pieces += [(REMAINDER, face) for face in fill(result.xy, result.rest_from_first_edge(corners))]
+    faces = tuple(face for _, face in pieces)
+    return Patch(result.xy, np.zeros(len(result.xy)), tuple(corners), faces, (0,) * len(faces)), [e for e, _ in pieces]
+
+
+def _lead_corners(polygons: Polygons, members: Indices, edges: Sequence[int]) -> Indices:
+    """[K, P] the corner where the first edge of each piece begins, or `REMAINDER`."""
+    lead = np.array(edges, np.int64)
+    return np.where(lead == REMAINDER, REMAINDER, polygons.offsets[members][:, None] + lead)
+
+
+def _assembled(
+    meshes: Meshes, batches: Sequence[Meshes], rows: Sequence[Indices], leads: Sequence[Indices], group: Indices
+) -> Setback:
+    pieces_per_face = np.concatenate([np.full(len(lead), lead.shape[1]) for lead in leads])
+    order = np.argsort(np.concatenate(rows), kind="stable")
+    offsets = np.concatenate([[0], np.cumsum(pieces_per_face)])
+    where, _ = take_rows(offsets, order)
+    lead = np.concatenate([lead.ravel() for lead in leads])[where]
+    labels = np.where(lead == REMAINDER, REMAINDER, group[np.maximum(lead, 0)])
+    return Setback(regroup(in_order(batches, rows), meshes.mesh_faces), labels)

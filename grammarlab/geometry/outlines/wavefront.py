@@ -1,0 +1,274 @@
+"""The wavefront of a polygon: its edges move inwards, each at its own speed, until they have swept the inside.
+
+This is the event simulation under the straight skeleton (Aichholzer et al., "A novel type of skeleton for polygons",
+1995), with weights. All wavefront corners that meet at one place and time are resolved together, as Kelly and Wonka do
+("Interactive architectural modeling with procedural extrusions", TOG 30(2), 2011), so that edge, split and simultaneous
+events are one case: sorted around the place, the chains exchange their ends.
+
+The polygon must be scaled to about unit size: `TOLERANCE` is a length.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from dataclasses import dataclass
+from itertools import count, pairwise
+
+from grammarlab.geometry.outlines.moving_edges import (
+    PARALLEL,
+    TOLERANCE,
+    Corner,
+    Edge,
+    just_parted,
+    outer_direction,
+    reaches,
+    velocity,
+)
+
+
+@dataclass(slots=True)
+class _Chain:
+    """A run of wavefront corners at the place of an event; without corners, a piece of an edge that is hit."""
+
+    previous: Corner
+    arriving: Edge
+    leaving: Edge
+    next: Corner
+    direction: float = 0.0
+    """Angle towards the middle of the swept side."""
+
+
+class Wavefront:
+    """A wavefront under way. Feed it with closed loops, then `run` it once.
+
+    Args:
+        square_cuts: whether a fast edge beside a slow one at a reflex corner is cut off at right angles, instead of
+            following the slow edge, which would make a spike.
+    """
+
+    def __init__(self, square_cuts: bool = False) -> None:
+        self.nodes: list[tuple[float, float, float]] = []
+        """x, y and time of every place where corners were born or met."""
+        self.arcs: list[tuple[int, int, int]] = []
+        """(edge index, from node, to node): borders of the swept areas, which lie to their left."""
+        self._edges: list[Edge] = []
+        self._corners: dict[Corner, None] = {}
+        self._events: list[tuple[float, int, Corner, Corner | Edge]] = []
+        self._ticket = count()
+        self._square_cuts = square_cuts
+
+    def add_loop(self, loop: list[tuple[float, float]], speeds: list[float], indices: list[int]) -> None:
+        """A closed outline with its inside to the left: corners, and for the edges that leave them speed and index."""
+        edges = []
+        following = loop[1:] + loop[:1]
+        for (x, y), (x2, y2), speed, index in zip(loop, following, speeds, indices, strict=True):
+            length = math.hypot(x2 - x, y2 - y)
+            dx, dy = (x2 - x) / length, (y2 - y) / length
+            edges.append(Edge(index, dx, dy, dx * y - dy * x, speed))
+        self._edges += edges
+        first = len(self.nodes)
+        self.nodes += [(x, y, 0.0) for x, y in loop]
+        born: list[Corner] = []
+        for i in range(len(loop)):
+            born += self._join(edges[i - 1], edges[i], first + i, 0.0)
+            self.arcs.append((indices[i], first + i, first + (i + 1) % len(loop)))
+        for previous, corner in zip(born[-1:] + born[:-1], born, strict=True):
+            previous.next, corner.previous = corner, previous
+
+    def run(self, until: float) -> list[list[tuple[int, int]]]:
+        """Moves the edges until a time, which may be infinite.
+
+        Returns:
+            The loops that are left at that time, inside to the left: each node with the index of the edge that leaves
+            it. Loops without area are among them.
+        """
+        for corner in list(self._corners):
+            self._plan(corner)
+        budget = 40 * len(self._edges) + 100
+        while self._events and budget:
+            time, _, corner, partner = heapq.heappop(self._events)
+            if time > until + TOLERANCE:
+                break
+            if corner.alive and self._meet(min(time, until), corner, partner):
+                budget -= 1
+        return self._stop(until)
+
+    def _join(self, before: Edge, after: Edge, node: int, time: float) -> list[Corner]:
+        """New corners, not yet linked, between two edges at a node: one, or two with a cut at right angles between."""
+        x, y, _ = self.nodes[node]
+        cross = before.dx * after.dy - before.dy * after.dx
+        dot = before.dx * after.dx + before.dy * after.dy
+        fast, slow = max(before.speed, after.speed), min(before.speed, after.speed)
+        overtakes = slow < dot * fast * (1.0 - PARALLEL)
+        if overtakes and (abs(cross) < PARALLEL or (self._square_cuts and cross < 0)):
+            first = before.speed == fast
+            dx, dy = (-before.nx, -before.ny) if first else (after.nx, after.ny)
+            cut = Edge((before if first else after).index, dx, dy, dx * y - dy * x, 0.0)
+            self._edges.append(cut)
+            pairs = [(before, cut), (cut, after)]
+        else:
+            pairs = [(before, after)]
+        born = []
+        for a, b in pairs:
+            pace = velocity(a, b)
+            born.append(Corner(a, b, node, x, y, time, *(pace or (0.0, 0.0)), is_stuck=pace is None))
+        for corner in born:
+            self._corners[corner] = None
+            corner.after.corners[corner] = None
+        return born
+
+    def _plan(self, corner: Corner) -> None:
+        """Puts the coming events of a linked corner on the agenda."""
+        self._plan_collapse(corner.previous, corner)
+        self._plan_collapse(corner, corner.next)
+        before, after = corner.before, corner.after
+        if corner.is_stuck or before.dx * after.dy - before.dy * after.dx > PARALLEL:
+            return
+        for edge in self._edges:
+            closing = edge.speed - (edge.dx * corner.vy - edge.dy * corner.vx)
+            if closing <= PARALLEL or edge is before or edge is after or not edge.corners:
+                continue
+            ahead = edge.ahead(corner.x, corner.y, corner.time)
+            if ahead >= -TOLERANCE:
+                time = corner.time + max(ahead, 0.0) / closing
+                heapq.heappush(self._events, (time, next(self._ticket), corner, edge))
+
+    def _plan_collapse(self, start: Corner, end: Corner) -> None:
+        edge = start.after
+        time = max(start.time, end.time)
+        (x, y), (x2, y2) = start.at(time), end.at(time)
+        length = (x2 - x) * edge.dx + (y2 - y) * edge.dy
+        rate = (start.vx - end.vx) * edge.dx + (start.vy - end.vy) * edge.dy
+        if rate > PARALLEL:
+            heapq.heappush(self._events, (time + max(length, 0.0) / rate, next(self._ticket), start, end))
+
+    def _meet(self, time: float, corner: Corner, partner: Corner | Edge) -> bool:
+        """Carries out an event, if it is still to happen; tells whether the wavefront has changed."""
+        x, y = corner.at(time)
+        met = {corner}
+        if isinstance(partner, Corner):
+            if not partner.alive or corner.next is not partner:
+                return False
+            x2, y2 = partner.at(time)
+            x, y = 0.5 * (x + x2), 0.5 * (y + y2)
+            met.add(partner)
+        elif not any(reaches(start, x, y, time) for start in partner.corners if start is not corner):
+            return False
+        near = self._near(x, y, time) | met
+        met |= {other for other in near if not other.is_stuck and not just_parted(other, corner, time)}
+        chains, closed = self._chains(met, near, x, y, time)
+        if not closed and len(chains) == 1 and len(met) == 1:
+            return False
+        node = self._node(x, y, time)
+        for other in [c for c in self._corners if c in met]:
+            self._end(other, node)
+        self._reconnect(chains, node, time)
+        return True
+
+    def _near(self, x: float, y: float, time: float) -> set[Corner]:
+        near = set()
+        for corner in self._corners:
+            cx, cy = corner.at(time)
+            if abs(cx - x) <= TOLERANCE and abs(cy - y) <= TOLERANCE:
+                near.add(corner)
+        return near
+
+    def _chains(
+        self, met: set[Corner], near: set[Corner], x: float, y: float, time: float
+    ) -> tuple[list[_Chain], bool]:
+        """The runs of corners that met and the pieces of edges they hit; whether a whole loop has shrunk to a point."""
+        chains = []
+        covered = 0
+        for start in self._corners:
+            if start in met:
+                if start.previous in met:
+                    continue
+                end = start
+                covered += 1
+                while end.next in met:
+                    end = end.next
+                    covered += 1
+                chains.append(_Chain(start.previous, start.before, end.after, end.next))
+            elif start not in near and start.next not in near and reaches(start, x, y, time):
+                chains.append(_Chain(start, start.after, start.after, start.next))
+        for chain in chains:
+            chain.direction = outer_direction(chain.arriving, chain.leaving)
+        chains.sort(key=lambda chain: chain.direction)
+        return chains, covered < len(met)
+
+    def _reconnect(self, chains: list[_Chain], node: int, time: float) -> None:
+        """Joins each chain's leaving edge to the arriving edge of the next chain around the node."""
+        born: list[Corner] = []
+        for chain, following in zip(chains, chains[1:] + chains[:1], strict=True):
+            run = self._join(following.arriving, chain.leaving, node, time)
+            run[0].previous, run[-1].next = following.previous, chain.next
+            for first, second in pairwise(run):
+                first.next, second.previous = second, first
+            born += run
+        for corner in born:
+            corner.previous.next = corner
+            corner.next.previous = corner
+        for corner in born:
+            if corner.alive and corner.next.next is corner:
+                self._close(corner, time)
+        for corner in born:
+            if corner.alive:
+                self._plan(corner)
+
+    def _close(self, corner: Corner, time: float) -> None:
+        """Ends a loop of two edges: they lie upon each other."""
+        ends = [corner] if corner.next is corner else [corner, corner.next]
+        nodes = []
+        for end in ends:
+            x, y = end.at(time)
+            born = self.nodes[end.node]
+            near = abs(x - born[0]) <= TOLERANCE and abs(y - born[1]) <= TOLERANCE
+            nodes.append(end.node if near else self._node(x, y, time))
+        for end, node, other in zip(ends, nodes, nodes[::-1], strict=True):
+            self._end(end, node)
+            self._arc(end.after.index, other, node)
+
+    def _stop(self, until: float) -> list[list[tuple[int, int]]]:
+        """Ends all corners where they are, and closes the swept areas there."""
+        loops = []
+        waiting = dict(self._corners)
+        while waiting:
+            first = next(iter(waiting))
+            loop = []
+            corner = first
+            while corner in waiting:
+                del waiting[corner]
+                loop.append(corner)
+                corner = corner.next
+            loops.append(self._stop_loop(loop, until))
+        return loops
+
+    def _stop_loop(self, loop: list[Corner], until: float) -> list[tuple[int, int]]:
+        time = until if math.isfinite(until) else max(corner.time for corner in loop)
+        places = [corner.at(time) for corner in loop]
+        nodes: list[int] = []
+        for i, (x, y) in enumerate(places):
+            px, py = places[i - 1]
+            repeats = i > 0 and abs(x - px) <= TOLERANCE and abs(y - py) <= TOLERANCE
+            nodes.append(nodes[-1] if repeats else self._node(x, y, time))
+        for i, corner in enumerate(loop):
+            self._end(corner, nodes[i])
+            self._arc(corner.before.index, nodes[i], nodes[i - 1])
+        pairs = zip(nodes, nodes[1:] + nodes[:1], loop, strict=True)
+        return [(node, corner.after.index) for node, following, corner in pairs if node != following]
+
+    def _end(self, corner: Corner, node: int) -> None:
+        corner.alive = False
+        del self._corners[corner]
+        del corner.after.corners[corner]
+        self._arc(corner.before.index, corner.node, node)
+        self._arc(corner.after.index, node, corner.node)
+
+    def _arc(self, index: int, start: int, end: int) -> None:
+        if start != end:
+            self.arcs.append((index, start, end))
+
+    def _node(self, x: float, y: float, time: float) -> int:
+        self.nodes.append((x, y, time))
+        return len(self.nodes) - 1

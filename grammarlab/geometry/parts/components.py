@@ -1,0 +1,238 @@
+"""The faces, edges and vertices of meshes as shapes of their own, each in its own frame: CGA's ``comp``.
+
+Frames follow CGA. Face: x along its first edge, z the outward normal, origin at its first corner. Edge: x along it,
+z the mean normal of its faces, origin at its start. Vertex: z the mean normal of its faces. y is z cross x. What
+belongs to one face alone is in `grammarlab.geometry.parts.face_components`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import index_in_row, offsets_from_counts, row_of_value, take_rows
+from grammarlab.geometry.meshes.edges import edges as edge_table
+from grammarlab.geometry.meshes.edges import faces_at_boundary
+from grammarlab.geometry.meshes.measure import corner_edges, face_normals
+from grammarlab.geometry.meshes.mesh import BORDER, INSIDE, Floats, Indices, Meshes
+from grammarlab.geometry.meshes.ragged import distinct
+from grammarlab.geometry.meshes.vectors import any_normal, apply, apply_transposed, cross, dot, has_length, norm, unit
+from grammarlab.geometry.parts.roof_edges import NO_ROOF_EDGE, roof_edges
+
+FLAT = 1e-9
+"""A component whose extent along an axis is below this share of its size is flat along it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Components:
+    """K components, ordered by mesh.
+
+    >>> from grammarlab.geometry.solids.primitives import box
+    >>> parts = faces(box())
+    >>> parts.size[0].tolist(), parts.rotation[1, :, 2].tolist()
+    ([1.0, 1.0, 0.0], [1.0, 0.0, 0.0])
+    """
+
+    mesh: Indices
+    """[K] the mesh that it is part of."""
+    index: Indices
+    """[K] its number within that mesh, from 0."""
+    shapes: Meshes
+    """K meshes in their own frames, points within 0..size. An edge is a face of two corners, a vertex one of one."""
+    rotation: Floats
+    """[K, 3, 3] columns are the x, y and z axis of the frame in the axes of the mesh."""
+    origin: Floats
+    """[K, 3] where the frame's zero lies in the mesh: a point of the mesh is ``origin + rotation @ point``."""
+    pivot: Floats
+    """[K, 3] the first corner, in the mesh; differs from `origin` where the bounding box begins elsewhere."""
+    size: Floats
+    """[K, 3] extent along the frame's axes, in metres."""
+    direction: Floats
+    """[K, 3] the (mean) normal in the axes of the mesh, which selectors such as ``front`` classify."""
+    is_border: NDArray[np.bool_]
+    """[K] at the border of the mesh, for the selectors ``border`` and ``inside``."""
+    roof_edge: NDArray[np.int8]
+    """[K] kind of roof edge, see `roof_edges`; `NO_ROOF_EDGE` for faces and vertices."""
+
+    def __len__(self) -> int:
+        return len(self.mesh)
+
+    def take(self, rows: NDArray[np.integer]) -> Components:
+        """The components at these rows."""
+        return Components(
+            self.mesh[rows],
+            self.index[rows],
+            self.shapes.take(rows),
+            self.rotation[rows],
+            self.origin[rows],
+            self.pivot[rows],
+            self.size[rows],
+            self.direction[rows],
+            self.is_border[rows],
+            self.roof_edge[rows],
+        )
+
+
+def faces(meshes: Meshes) -> Components:
+    """Every face on its own."""
+    count = meshes.num_faces
+    of_mesh = meshes.mesh_of_face()
+    is_border = faces_at_boundary(meshes, edge_table(meshes))
+    is_border = np.where(meshes.tags == BORDER, True, np.where(meshes.tags == INSIDE, False, is_border))
+    alone = face_sets(meshes, np.arange(count), np.ones(count, np.int64))
+    index = index_in_row(np.diff(meshes.mesh_faces))
+    return replace(alone, mesh=of_mesh, index=index, is_border=is_border)
+
+
+def face_sets(meshes: Meshes, chosen: Indices, sizes: Indices) -> Components:
+    """Several faces together as one shape, in the frame of the first of them: the operator ``=`` of ``comp``.
+
+    Args:
+        meshes: where the faces come from.
+        chosen: [S] faces, set after set; those of one set belong to one mesh.
+        sizes: [K] faces in each set, at least 1.
+
+    Returns:
+        One component a set, `index` being the face that gives the frame. Faces that shared points still do.
+    """
+    first = chosen[np.cumsum(sizes) - sizes]
+    normals = face_normals(meshes)
+    pivot = meshes.points[meshes.corner_points()[meshes.face_offsets[:-1][first]]]
+    rotation = frames(normals[first], _first_edges(meshes)[first])
+    shapes = extract_faces(meshes, chosen, sizes)
+    point_set = shapes.mesh_of_point()
+    local = apply_transposed(rotation.take(point_set, axis=0), shapes.points - pivot.take(point_set, axis=0))
+    shapes, low, size = fitted(shapes.with_points(local))
+    mesh = meshes.mesh_of_face()[first]
+    return Components(
+        mesh,
+        first - meshes.mesh_faces[:-1][mesh],
+        shapes,
+        rotation,
+        pivot + apply(rotation, low),
+        pivot,
+        size,
+        normals[first],
+        np.zeros(len(sizes), bool),
+        np.full(len(sizes), NO_ROOF_EDGE, np.int8),
+    )
+
+
+def edges(meshes: Meshes) -> Components:
+    """Every undirected edge once, in the order in which a walk around all faces meets them."""
+    table = edge_table(meshes)
+    normals = face_normals(meshes)
+    first = normals[table.faces[:, 0]]
+    second = np.where((table.faces[:, 1] >= 0)[:, None], normals[table.faces[:, 1]], 0.0)
+    mean = unit(first + second)
+    # Faces back to back have no mean: the first one decides.
+    mean = np.where(has_length(mean), mean, first)
+    start = meshes.points[table.start]
+    along = meshes.points[table.end] - start
+    length = norm(along)
+    rotation = _frames_along(unit(along), mean)
+    points = np.zeros((2 * len(table), 3))
+    points[1::2, 0] = length
+    size = np.zeros((len(table), 3))
+    size[:, 0] = length
+    return Components(
+        table.mesh,
+        index_in_row(np.bincount(table.mesh, minlength=len(meshes))),
+        Meshes.from_polygons(points, np.full(len(table), 2)),
+        rotation,
+        start,
+        start,
+        size,
+        mean,
+        table.is_boundary,
+        roof_edges(meshes, table),
+    )
+
+
+def vertices(meshes: Meshes) -> Components:
+    """Every point that a face uses, in the order of the points."""
+    table = edge_table(meshes)
+    num_points = len(meshes.points)
+    rows = meshes.corner_points()
+    used = np.flatnonzero(np.bincount(rows, minlength=num_points))
+    normals = face_normals(meshes)[meshes.face_of_corner()]
+    sums = np.empty((num_points, 3))
+    for axis in range(3):
+        sums[:, axis] = np.bincount(rows, normals[:, axis], num_points)
+    mean = unit(sums[used])
+    at_border = np.zeros(num_points, bool)
+    at_border[table.start[table.is_boundary]] = True
+    at_border[table.end[table.is_boundary]] = True
+    mesh = meshes.mesh_of_point()[used]
+    count = len(used)
+    return Components(
+        mesh,
+        index_in_row(np.bincount(mesh, minlength=len(meshes))),
+        Meshes.from_polygons(np.zeros((count, 3)), np.ones(count, np.int64)),
+        frames(mean, np.zeros((count, 3))),
+        meshes.points[used],
+        meshes.points[used],
+        np.zeros((count, 3)),
+        mean,
+        at_border[used],
+        np.full(count, NO_ROOF_EDGE, np.int8),
+    )
+
+
+def _first_edges(meshes: Meshes) -> Floats:
+    """[F, 3] the first edge of each face that has a length; zero where there is none."""
+    along = corner_edges(meshes)
+    face = meshes.face_of_corner()
+    has_length = np.flatnonzero(along.any(axis=1))
+    result = np.zeros((meshes.num_faces, 3))
+    # Written backwards, so that the first edge of a face is the one that stays.
+    result[face[has_length[::-1]]] = along[has_length[::-1]]
+    return result
+
+
+def frames(z: Floats, x: Floats) -> Floats:
+    """[K, 3, 3] frames with the given z axis (unit or zero) and x as near to the given direction as that allows."""
+    z = np.where(has_length(z), z, any_normal(x))
+    across = unit(x - z * dot(x, z)[:, None])
+    across = np.where(has_length(across), across, any_normal(z))
+    return np.stack((across, cross(z, across), z), axis=2)
+
+
+def _frames_along(x: Floats, z: Floats) -> Floats:
+    """[K, 3, 3] frames with the given x axis (unit or zero) and z as near to the given direction as that allows."""
+    turned = frames(x, z)
+    # There the roles are swapped: its z is our x, its x our z.
+    return np.stack((turned[:, :, 2], -turned[:, :, 1], turned[:, :, 0]), axis=2)
+
+
+def extract_faces(meshes: Meshes, chosen: Indices, sizes: Indices) -> Meshes:
+    """One mesh from each set of faces, with the points that its faces use."""
+    where, face_offsets = take_rows(meshes.face_offsets, chosen)
+    rows = meshes.corner_points()[where]
+    corner_set = np.repeat(row_of_value(sizes), np.diff(face_offsets))
+    where, corners = distinct(corner_set * max(len(meshes.points), 1) + rows)
+    point_set = corner_set[where]
+    mesh_points = offsets_from_counts(np.bincount(point_set, minlength=len(sizes)))
+    return Meshes(
+        meshes.points.take(rows[where], axis=0),
+        corners - mesh_points[corner_set],
+        face_offsets,
+        offsets_from_counts(sizes),
+        mesh_points,
+        meshes.tags[chosen],
+    )
+
+
+def fitted(meshes: Meshes) -> tuple[Meshes, Floats, Floats]:
+    """Meshes moved so that their bounding boxes begin at zero, and the low corner and size [K, 3] they had.
+
+    What rounding left of an extent becomes exactly zero.
+    """
+    low, high = meshes.bounds()
+    size = high - low
+    flat = size <= FLAT * size.max(axis=1, keepdims=True, initial=0.0)
+    mesh = meshes.mesh_of_point()
+    points = np.where(flat.take(mesh, axis=0), 0.0, meshes.points - low.take(mesh, axis=0))
+    return meshes.with_points(points), np.where(flat, 0.5 * (low + high), low), np.where(flat, 0.0, size)

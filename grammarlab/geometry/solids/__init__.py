@@ -1,0 +1,1 @@
+"""Solids from faces, and solids that everybody knows."""

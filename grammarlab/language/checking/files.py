@@ -1,0 +1,105 @@
+"""Everything that is wrong with a rule file on disk and with the files that it imports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from grammarlab.errors import Finding, LanguageError
+from grammarlab.language.checking.check import check_parsed
+from grammarlab.language.checking.symbols import EVERYTHING, SupportedFeatures, Symbols
+from grammarlab.language.grammar import read_text
+from grammarlab.language.importing import MAX_FILES, ImportProblemError, locate, rules_folder
+from grammarlab.language.parsing.parse import parse
+from grammarlab.language.syntax.tree import Import, RuleFile
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedFile:
+    """One rule file, read."""
+
+    file: str
+    text: str
+    findings: tuple[Finding, ...]
+    """In the order of its text."""
+    tree: RuleFile
+    """Without the definitions that have syntax errors."""
+
+
+def check_files(
+    path: Path, name: str, supported: SupportedFeatures = EVERYTHING, root: Path | None = None
+) -> tuple[CheckedFile, ...]:
+    """What is wrong with a rule file, and with every file that it imports, directly or not.
+
+    Args:
+        path: the rule file.
+        name: what messages call it; imported files are called by their paths from there.
+        supported: what can be carried out; anything else is reported with the severity ``unsupported``.
+        root: the folder that no import may leave, and that paths beginning with a slash start from; by default what
+            `rules_folder` gives.
+
+    Returns:
+        The file, then those it imports, each once.
+
+    Raises:
+        LanguageError: the file cannot be read, or is too large.
+    """
+    folder = path.resolve().parent
+    checker = _Checker(supported, rules_folder(folder) if root is None else root.resolve(), folder, Path(name).parent)
+    checker.read(path.resolve(), name, read_text(path), ())
+    return tuple(checker.checked.values())
+
+
+class _Checker:
+    """Checks files, each once."""
+
+    def __init__(self, supported: SupportedFeatures, root: Path, folder: Path, shown: Path) -> None:
+        self.supported = supported
+        self.root = root
+        self.folder = folder
+        self.shown = shown
+        """The folder, as the user gave it."""
+        self.checked: dict[Path, CheckedFile] = {}
+        self.symbols: dict[Path, Symbols | None] = {}
+        """What each file defines; None where syntax errors hide some of it."""
+
+    def read(self, path: Path, name: str, text: str, users: tuple[Path, ...]) -> None:
+        text = text.removeprefix("\ufeff")
+        parsed = parse(text, name)
+        # Holds the file's place among the others while those it imports are read.
+        self.checked[path] = CheckedFile(name, text, (), parsed.tree)
+        libraries, problems = self._libraries(parsed.tree, path, (*users, path))
+        findings, symbols = check_parsed(parsed, self.supported, libraries, problems, imported=bool(users))
+        self.checked[path] = CheckedFile(name, text, findings, parsed.tree)
+        self.symbols[path] = None if parsed.findings else symbols
+
+    def _libraries(
+        self, tree: RuleFile, path: Path, users: tuple[Path, ...]
+    ) -> tuple[dict[str, Symbols | None], list[Finding]]:
+        """The symbols of imported files by alias, and what is wrong with the imports."""
+        libraries: dict[str, Symbols | None] = {}
+        problems: list[Finding] = []
+        for statement in tree.definitions:
+            if not isinstance(statement, Import):
+                continue
+            try:
+                libraries[statement.alias] = self._library(statement, path.parent, users)
+            except ImportProblemError as error:
+                libraries[statement.alias] = None
+                problems.append(Finding("error", "bad-import", str(error), statement.location, error.hint))
+        return libraries, problems
+
+    def _library(self, statement: Import, folder: Path, users: tuple[Path, ...]) -> Symbols | None:
+        path = locate(statement, folder, self.root, users)
+        if path not in self.checked:
+            if len(self.checked) > MAX_FILES:
+                raise ImportProblemError(f"expected at most {MAX_FILES} imported files", "")
+            try:
+                text = read_text(path)
+            except LanguageError as error:
+                raise ImportProblemError(f"cannot use '{statement.path}': {error.findings[0].message}", "") from error
+            self.read(path, self._name(path), text, users)
+        return self.symbols.get(path)
+
+    def _name(self, path: Path) -> str:
+        return str(self.shown / path.relative_to(self.folder)) if path.is_relative_to(self.folder) else str(path)

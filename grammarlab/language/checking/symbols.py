@@ -1,0 +1,124 @@
+"""What the names of a rule file stand for, and what was probably meant by one that stands for nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+
+from grammarlab.errors import Finding, Location, Severity
+from grammarlab.language.syntax.tree import Attribute, Function, Import, Rule, RuleFile
+
+
+@dataclass(frozen=True, slots=True)
+class SupportedFeatures:
+    """What can be carried out. None stands for everything."""
+
+    operations: frozenset[str] | None = None
+    """Operations, with or without a block, and ``inline``, ``union``, …, by name."""
+    functions: frozenset[str] | None = None
+    attributes: frozenset[str] | None = None
+    """Shape attributes."""
+    keywords: frozenset[str] | None = None
+    """``operation:keyword``, as in ``split:x``; names of functions take the place of operations."""
+    constructs: frozenset[str] | None = None
+    """Parts of the language: ``array``, ``element-wise``, ``import``, ``dynamic-import``, ``style``, ``variables``,
+    ``comp-function``, ``connected`` (the separator ``=:``)."""
+    harmless: frozenset[str] = frozenset()
+    """Operations, and shape attributes to be set, that are left out and that no shape depends on."""
+
+
+EVERYTHING = SupportedFeatures()
+
+
+class Remarks:
+    """Collects findings."""
+
+    def __init__(self) -> None:
+        self._findings: dict[Finding, None] = {}
+
+    def take(self, finding: Finding) -> None:
+        """Takes a finding down, once."""
+        self._findings.setdefault(finding)
+
+    def add(self, severity: Severity, code: str, location: Location, message: str, hint: str = "") -> None:
+        """Makes a finding."""
+        self.take(Finding(severity, code, message, location, hint))
+
+    def error(self, code: str, location: Location, message: str, hint: str = "") -> None:
+        self.add("error", code, location, message, hint)
+
+    def warning(self, code: str, location: Location, message: str, hint: str = "") -> None:
+        self.add("warning", code, location, message, hint)
+
+    def unsupported(self, names: frozenset[str] | None, name: str, location: Location, what: str) -> None:
+        """Says that something is CGA and yet cannot be carried out, unless it is among `names`."""
+        if names is not None and name not in names:
+            self.add("unsupported", "unsupported", location, f"{what} is CGA that grammarlab does not carry out yet")
+
+    def left_out(self, location: Location, what: str) -> None:
+        """Says that something changes no more than texture coordinates, normals and finer points of materials."""
+        self.add("warning", "left-out", location, f"{what} is left out: no shape or colour depends on it")
+
+    def in_order(self) -> tuple[Finding, ...]:
+        """The findings in the order of the text."""
+        return tuple(sorted(self._findings, key=lambda f: (f.location, f.severity, f.code, f.message)))
+
+
+@dataclass(frozen=True, slots=True)
+class Symbols:
+    """The definitions of a rule file by name, those of its styles among them."""
+
+    rules: dict[str, set[int]] = field(default_factory=dict)
+    """Numbers of parameters."""
+    attributes: dict[str, Attribute] = field(default_factory=dict)
+    functions: dict[str, dict[int, Function]] = field(default_factory=dict)
+    """By number of parameters."""
+    libraries: dict[str, Symbols | None] = field(default_factory=dict)
+    """Of the imported files, by alias; None for one that was not read."""
+    broken: frozenset[str] = frozenset()
+    """Names in definitions with syntax errors, which may define them."""
+
+    def library_of(self, name: str) -> tuple[str, str]:
+        """The alias that a dotted name begins with, and the rest; an empty alias when it begins with none."""
+        dots = (i for i, character in enumerate(name) if character == "." and name[:i] in self.libraries)
+        at = next(dots, 0)
+        return (name[:at], name[at + 1 :]) if at else ("", name)
+
+    def is_value(self, name: str) -> bool:
+        """Whether the name alone has a value: an attribute, constant or function without parameters."""
+        return name in self.attributes or 0 in self.functions.get(name, {})
+
+
+def collect(tree: RuleFile, libraries: Mapping[str, Symbols | None], broken: frozenset[str] = frozenset()) -> Symbols:
+    """The symbols of a rule file.
+
+    Args:
+        tree: the file.
+        libraries: symbols of imported files, by alias.
+        broken: names in definitions with syntax errors.
+    """
+    symbols = Symbols(broken=broken)
+    for definition in tree.definitions:
+        if isinstance(definition, Rule):
+            symbols.rules.setdefault(definition.name, set()).add(len(definition.parameters))
+            if definition.keyword == "start":
+                symbols.rules.setdefault("start", set()).add(len(definition.parameters))
+        elif isinstance(definition, Attribute):
+            symbols.attributes.setdefault(definition.name, definition)
+        elif isinstance(definition, Function):
+            symbols.functions.setdefault(definition.name, {}).setdefault(len(definition.parameters), definition)
+        elif isinstance(definition, Import):
+            symbols.libraries[definition.alias] = libraries.get(definition.alias)
+    return symbols
+
+
+def suggestion(name: str, candidates: Iterable[str]) -> str:
+    """A hint with the nearest of the candidates; empty when none is near."""
+    choices = sorted(set(candidates) - {name})
+    folded = {choice.lower(): choice for choice in choices}
+    if name.lower() in folded:
+        return f"did you mean '{folded[name.lower()]}'?"
+    # Of few words one was surely meant; among all names of a file and of CGA a far likeness is chance.
+    nearest = get_close_matches(name, choices, n=1, cutoff=0.6 if len(choices) < 100 else 0.75)
+    return f"did you mean '{nearest[0]}'?" if nearest else ""

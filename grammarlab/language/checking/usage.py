@@ -1,0 +1,250 @@
+"""Sequences of operations: every operation known, every symbol called as its rule is written."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from grammarlab.language.checking.arguments import check_arguments, note_keyword
+from grammarlab.language.checking.inference import ExpressionChecker
+from grammarlab.language.checking.percentages import constant
+from grammarlab.language.checking.symbols import suggestion
+from grammarlab.language.syntax.tree import (
+    Block,
+    Case,
+    Choice,
+    Combine,
+    Expression,
+    Floating,
+    Group,
+    Inline,
+    Invoke,
+    Item,
+    Name,
+    Part,
+    Relative,
+    Rule,
+    Scatter,
+    Scoped,
+    Stochastic,
+)
+from grammarlab.language.syntax.tree import Sequence as Operations
+from grammarlab.language.vocabulary import builtins
+from grammarlab.language.vocabulary.kinds import FLOAT, Scope, in_words
+
+
+class BodyChecker:
+    """Checks what rules do."""
+
+    def __init__(self, expressions: ExpressionChecker) -> None:
+        self.expressions = expressions
+        self.symbols = expressions.symbols
+        self.supported = expressions.supported
+        self.remarks = expressions.remarks
+        self._rules = frozenset(name.lower() for name in self.symbols.rules)
+        self._operations = frozenset(name.lower() for name in (*builtins.operations(), *builtins.blocks()))
+
+    def body(self, choice: Choice, scope: Scope) -> None:
+        """Checks a rule's body, or that of a part of a block."""
+        if isinstance(choice, Operations):
+            for item in choice.items:
+                self._item(item, scope)
+        elif isinstance(choice, Case | Stochastic):
+            self.expressions.heads(choice, scope)
+            if isinstance(choice, Case) and choice.conditions[-1] is not None:
+                message = "these cases have no 'else': a shape that fits none of them ends here"
+                self.remarks.warning("case-without-else", choice.location, message, "add else : NIL, or what is meant")
+            for branch in choice.branches:
+                self.body(branch, scope)
+        else:
+            self.remarks.error("not-operations", choice.location, "expected operations, found an expression")
+
+    def _item(self, item: Item, scope: Scope) -> None:
+        match item:
+            case Invoke():
+                self._invoke(item, scope)
+            case Block():
+                self._block(item, scope)
+            case Scoped():
+                self.body(item.body, scope)
+            case Scatter():
+                self.remarks.unsupported(self.supported.operations, "scatter", item.location, "the operation scatter")
+                forms = builtins.blocks()["scatter"]
+                check_arguments(self.expressions, "scatter", forms, item.arguments, item.location, scope)
+                self.body(item.body, scope)
+            case Inline():
+                self._inline(item, scope)
+            case Combine():
+                what = f"the operation {item.operation}"
+                self.remarks.unsupported(self.supported.operations, item.operation, item.location, what)
+                self.body(item.first, scope)
+                self.body(item.second, scope)
+
+    def _inline(self, item: Inline, scope: Scope) -> None:
+        self.remarks.unsupported(self.supported.operations, "inline", item.location, "inline")
+        strategies = builtins.KEYWORDS["merge"]
+        if item.strategy and item.strategy not in strategies:
+            message = f"inline expects one of {', '.join(sorted(strategies))}, found '{item.strategy}'"
+            self.remarks.error("unknown-keyword", item.location, message, suggestion(item.strategy, strategies))
+        self.body(item.body, scope)
+
+    # Symbols and operations without a block
+
+    def _invoke(self, item: Invoke, scope: Scope) -> None:
+        name = item.name
+        if name in builtins.operations():
+            if name in self.supported.harmless:
+                self.remarks.left_out(item.location, f"the operation {name}")
+            else:
+                self.remarks.unsupported(self.supported.operations, name, item.location, f"the operation {name}")
+            forms = builtins.operations()[name]
+            check_arguments(self.expressions, name, forms, item.arguments, item.location, scope)
+            return
+        arities = self.symbols.rules.get(name)
+        if arities is None and name in builtins.blocks():
+            message = f"{name} needs a block"
+            self.remarks.error("missing-block", item.location, message, f"write {name}(…) {{ … : … | … : … }}")
+            return
+        for argument in item.arguments:
+            self.expressions.value(argument, scope.plain())
+        if item.overrides is not None:
+            self._dynamic_import(item, scope)
+        if arities is not None:
+            if len(item.arguments) not in arities:
+                wanted = " or ".join(map(str, sorted(arities)))
+                message = f"the rule {name} takes {wanted} arguments, found {len(item.arguments)}"
+                self.remarks.error("wrong-arity", item.location, message, f"or write a rule {_headline(item)} --> …")
+            return
+        alias, rest = self.symbols.library_of(name)
+        if alias:
+            self._library_rule(item, alias, rest)
+        elif name not in self.symbols.broken:
+            self._terminal(item)
+
+    def _library_rule(self, item: Invoke, alias: str, rest: str) -> None:
+        library = self.symbols.libraries[alias]
+        if library is None:
+            return
+        arities = library.rules.get(rest)
+        if arities is None:
+            message = f"the import {alias} has no rule {rest}"
+            known = [f"{alias}.{rule}" for rule in library.rules]
+            self.remarks.error("unknown-name", item.location, message, suggestion(item.name, known))
+        elif len(item.arguments) not in arities:
+            wanted = " or ".join(map(str, sorted(arities)))
+            message = f"the rule {item.name} takes {wanted} arguments, found {len(item.arguments)}"
+            self.remarks.error("wrong-arity", item.location, message)
+
+    def _terminal(self, item: Invoke) -> None:
+        """A symbol without a rule ends the derivation; warn where it looks like a slip of the pen."""
+        if item.name.endswith("."):
+            return
+        folded = item.name.lower()
+        # Symbols begin with a capital by custom, operations never do.
+        slip = folded in self._rules or (item.name[0].islower() and folded in self._operations)
+        if item.parenthesised or slip:
+            known = (*self.symbols.rules, *builtins.operations(), *builtins.blocks())
+            message = f"no rule or operation is called '{item.name}': it ends the derivation here"
+            self.remarks.warning("unknown-symbol", item.location, message, suggestion(item.name, known))
+
+    def _dynamic_import(self, item: Invoke, scope: Scope) -> None:
+        what = "redefining attributes at a rule's call"
+        self.remarks.unsupported(self.supported.constructs, "dynamic-import", item.location, what)
+        for override in item.overrides or ():
+            if isinstance(override, Rule):
+                parameters = scope.locals | frozenset(override.parameters)
+                self.body(override.body, replace(scope, locals=parameters))
+            else:
+                self.expressions.value(override.value, scope.plain())
+
+    # Blocks
+
+    def _block(self, item: Block, scope: Scope) -> None:
+        forms = builtins.blocks().get(item.name, ())
+        if not forms:
+            known = builtins.operations()
+            if item.name in known:
+                message, hint = f"the operation {item.name} takes no block", ""
+            else:
+                message = f"no operation with a block is called '{item.name}'"
+                hint = suggestion(item.name, builtins.blocks())
+            self.remarks.error("unknown-operation", item.location, message, hint)
+        else:
+            self.remarks.unsupported(self.supported.operations, item.name, item.location, f"the operation {item.name}")
+        inner = replace(scope, relative=True) if item.name.startswith("setback") else scope
+        form = (
+            check_arguments(self.expressions, item.name, forms, item.arguments, item.location, inner) if forms else None
+        )
+        heads = form.heads if form is not None else forms[0].heads if forms else None
+        if heads == "size":
+            self._sizes(item.group, scope)
+        else:
+            self._selectors(item, item.group, heads, scope)
+        if item.remainder is not None:
+            self._selectors(item, item.remainder, "remainder_selector", scope)
+
+    def _sizes(self, group: Group, scope: Scope) -> None:
+        for part in group.parts:
+            if isinstance(part, Group):
+                self._sizes(part, scope)
+                continue
+            if part.inclusive or part.connected:
+                message = "expected ':' between a size and its operations"
+                self.remarks.error("wrong-separator", part.location, message, "write size : operations")
+            self._size(part.head, scope)
+            if part.depth is not None:
+                self.expressions.types(part.depth, replace(scope.plain(), relative=True))
+            self.body(part.body, scope)
+
+    def _size(self, head: Expression, scope: Scope) -> None:
+        found = self.expressions.types(head, replace(scope.plain(), relative=True, floating=True))
+        if not found & FLOAT:
+            message = f"expected a size, found {in_words(found)}"
+            self.remarks.error("wrong-type", head.location, message)
+        value = head
+        while isinstance(value, Relative | Floating):
+            value = value.operand
+        number = constant(value)
+        if number is not None and not number > 0:
+            message = f"a part of size {number:g} is never made"
+            self.remarks.warning("empty-part", head.location, message, "expected a size above 0")
+
+    def _selectors(self, item: Block, group: Group, heads: str | None, scope: Scope) -> None:
+        words = builtins.KEYWORDS[heads] if heads is not None else frozenset[str]()
+        if group.repeated:
+            self.remarks.error("misplaced-star", group.location, f"{item.name} does not repeat: '*' belongs to splits")
+        for part in group.parts:
+            if isinstance(part, Group):
+                message = f"expected 'selector : operations' in {item.name}, found braces"
+                self.remarks.error("misplaced-group", part.location, message, "only splits have braces inside braces")
+                continue
+            if part.connected:
+                self.remarks.unsupported(self.supported.constructs, "connected", part.location, "'=:'")
+            self._selector(item, part, words, scope)
+            self.body(part.body, scope)
+
+    def _selector(self, item: Block, part: Part, words: frozenset[str], scope: Scope) -> None:
+        head = part.head
+        if not words:
+            return
+        if not isinstance(head, Name):
+            self.expressions.types(head, replace(scope.plain(), selectors=words))
+        elif head.identifier in words:
+            note_keyword(self.expressions, item.name, head)
+        elif not self._has_value(head.identifier, scope):
+            message = f"{item.name} has no selector '{head.identifier}'"
+            hint = suggestion(head.identifier, words) or f"expected one of {', '.join(_shortest(words))}, …"
+            self.remarks.error("unknown-selector", head.location, message, hint)
+
+    def _has_value(self, name: str, scope: Scope) -> bool:
+        alias, _ = self.symbols.library_of(name)
+        known = name in scope.locals or self.symbols.is_value(name) or name in builtins.attributes()
+        return known or bool(alias) or name in self.symbols.broken or name in builtins.functions()
+
+
+def _headline(item: Invoke) -> str:
+    return f"{item.name}({', '.join('abcdefghijklmnopqrstuvwxyz'[: len(item.arguments)])})"
+
+
+def _shortest(words: Sequence[str] | frozenset[str]) -> list[str]:
+    return sorted(words, key=lambda word: ("." in word, word))[:8]

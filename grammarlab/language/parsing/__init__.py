@@ -1,0 +1,1 @@
+"""Text in, syntax tree and findings out."""

@@ -1,0 +1,1 @@
+"""What CGA has of its own: operations, functions, attributes, keywords and types."""

@@ -1,0 +1,1 @@
+"""Which designs to ask about, round after round, and when to stop."""

@@ -1,0 +1,116 @@
+"""Which designs to ask about next, given what is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from grammarlab.learning.answers import Answers
+from grammarlab.learning.asking.bounds import between
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.design_space import Designs, Floats, Ints
+from grammarlab.learning.designs.tables import DesignTables
+from grammarlab.learning.round import State, Study, places
+from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.questions.pairs import propose_pairs
+from grammarlab.preference.questions.queries import Situation, Way, propose
+
+
+def ask(
+    study: Study[Designs], state: State, num: int, seed: int, *, factor: str = "", way: Way | None = None
+) -> tuple[Address, ...]:
+    """Designs to ask about.
+
+    Args:
+        study: the pool and the settings.
+        state: what is known; answers from which nothing has been learned yet count as asked.
+        num: how many, >= 0; fewer are given where there are no more.
+        seed: of what is chosen at random, 0 <= seed < 2**64.
+        factor: whose answers and preference are looked at; empty for the product of all that are liked.
+        way: how to choose; that of the settings when left out.
+
+    Returns:
+        Different designs of the pool that have no answer yet; with ``already ranked``, designs that have one.
+    """
+    way = way or study.settings.query
+    tables = study.tables(state.wide)
+    known = state.answers.get(factor) if factor else _product(state)
+    known = (known or Answers(factor, (), np.zeros(0))).scored
+    columns = state.columns
+    table, num_pool = tables.table(columns), len(tables.made.pool)
+    rows = table.rows[:num_pool]
+    if way == "already ranked":
+        outside = tuple(sorted({address for address in known.designs if address not in tables.index}))
+        rows = np.concatenate([rows, tables.rows_of(columns, outside)]) if outside else rows
+        columns = replace(columns, elsewhere=outside)
+    place = places(tables, columns, known)
+    inside = (place >= 0) & (place < len(rows))
+    situation = Situation(
+        rows,
+        np.arange(len(rows)) < tables.made.pool.sizes[0],
+        place[inside],
+        known.scores[inside],
+        state.preferences.get(factor) if factor else state.product,
+        tables.made.weights,
+    )
+    chosen = propose(way, situation, num, seed)
+    if way == "default":
+        chosen = _narrowing(tables, state, situation.asked, chosen)
+    names = (*tables.addresses, *columns.elsewhere)
+    return tuple(names[index] for index in chosen.tolist())
+
+
+def ask_pairs(
+    study: Study[Designs], state: State, num: int, seed: int, *, factor: str
+) -> tuple[tuple[Address, Address], ...]:
+    """Pairs of designs to compare for a factor, as `propose_pairs` finds them.
+
+    Args:
+        study: the pool and the settings.
+        state: what is known.
+        num: how many, >= 0; fewer are given where there are no more.
+        seed: of what is chosen at random, 0 <= seed < 2**64.
+        factor: whose answers and preference are looked at.
+
+    Returns:
+        Pairs that were not compared yet; no design is in two of them, and some may have been asked about.
+    """
+    tables, columns = study.tables(state.wide), state.columns
+    known = state.answers.get(factor, Answers(factor, (), np.zeros(0)))
+    rows = tables.table(columns).rows
+    pool, outside = tables.made.pool, len(rows) - len(tables.made.pool)
+    mentioned = places(tables, columns, replace(known, designs=known.mentioned))
+    pairs = [(own, other) for own, other in zip(known.designs, known.others, strict=False) if other is not None]
+    compared = [places(tables, columns, replace(known, designs=pair)) for pair in pairs]
+    situation = Situation(
+        rows,
+        np.arange(len(rows)) < pool.sizes[0],
+        mentioned[mentioned >= 0],
+        np.zeros(0),
+        state.preferences.get(factor),
+        np.append(tables.made.weights, np.zeros(outside)),
+    )
+    chosen = propose_pairs(situation, np.array(compared, dtype=np.int64).reshape(-1, 2), num, seed)
+    names = (*tables.addresses, *columns.elsewhere)
+    return tuple((names[one], names[other]) for one, other in chosen.tolist())
+
+
+def _narrowing(tables: DesignTables[Designs], state: State, asked: Ints, chosen: Ints) -> Ints:
+    """The designs chosen, up to half of them replaced by others that narrow bounds on continuous parameters."""
+    found = [tables.margins(feature) for feature in state.columns.extra]
+    margins: list[Floats] = [distance for distance in found if distance is not None]
+    if not margins:
+        return chosen
+    near = [between(distance, asked, len(chosen) // 2 // len(margins)) for distance in margins]
+    near = np.unique(np.concatenate(near))
+    return np.concatenate([chosen[~np.isin(chosen, near)][: len(chosen) - len(near)], near])
+
+
+def _product(state: State) -> Answers:
+    """The designs that have an answer for all liked factors, and the product of these."""
+    liked = [state.answers[name].scored for name in state.liked if name in state.answers]
+    scores = [dict(zip(found.designs, found.scores.tolist(), strict=True)) for found in liked]
+    shared = [design for design in (scores[0] if scores else {}) if all(design in given for given in scores)]
+    values = np.array([[given[design] for design in shared] for given in scores]).reshape(len(scores), len(shared))
+    return Answers("", tuple(shared), MAX_SCORE * np.prod(values / MAX_SCORE, axis=0))

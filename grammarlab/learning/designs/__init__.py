@@ -1,0 +1,1 @@
+"""What can be liked: designs that can be named, made again and described by numbers."""

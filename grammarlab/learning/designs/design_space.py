@@ -1,0 +1,150 @@
+"""What can be liked: designs that can be named, made again, described by numbers and shown."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.forest import MissingAsset
+from grammarlab.features.columns.table import FeatureTable
+from grammarlab.features.patterns.pattern import Feature
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.settings import FeatureOptions
+from grammarlab.scene.instances import Scene
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Designs = TypeVar("Designs")
+"""A batch of n designs, whatever a space makes of them; for a grammar a `Forest`."""
+Designs_contra = TypeVar("Designs_contra", contravariant=True)
+
+
+class Vocabulary(Protocol[Designs_contra]):
+    """The columns of tables: found on some designs, then the same for any others."""
+
+    def apply(self, designs: Sequence[Designs_contra], /) -> FeatureTable:
+        """The table of some batches of designs, one below the other."""
+        ...
+
+
+@dataclass(frozen=True)
+class Realized:
+    """Designs as meshes to look at."""
+
+    scene: Scene
+    """One model for each design, in their order."""
+    missing_assets: tuple[MissingAsset, ...] = ()
+    """Meshes that the asset folder of the space lacks."""
+
+
+class AbstractParts(ABC):
+    """The visible parts of one design, which a person may point at."""
+
+    @property
+    @abstractmethod
+    def of_triangles(self) -> Ints:
+        """[T] the part of each triangle of the design's file, from 0; no triangles where there is nothing to say."""
+
+    @abstractmethod
+    def way_to(self, part: int) -> tuple[tuple[str, str], ...]:
+        """What made a part, from the whole down to it: names, each with its place in the file of the space or empty."""
+
+
+class NoParts(AbstractParts):
+    """Designs whose parts there is nothing to say about."""
+
+    @property
+    def of_triangles(self) -> Ints:
+        return np.zeros(0, dtype=np.int64)
+
+    def way_to(self, part: int) -> tuple[tuple[str, str], ...]:
+        return ()
+
+
+class AbstractDesignSpace(ABC, Generic[Designs]):
+    """All designs that a random process can make, each with an address.
+
+    Beside its own density p a space has a proposal: a density p' that is positive wherever p is, under which what is
+    rare under p turns up more often. A design of either is a design of the space.
+    """
+
+    @property
+    @abstractmethod
+    def hashes(self) -> tuple[str, str]:
+        """What label files call the space and its proposal.
+
+        Each is a SHA-256 in hexadecimal of everything that the designs depend on.
+        """
+
+    @property
+    @abstractmethod
+    def longest_path(self) -> int:
+        """How long paths may grow (`FeatureOptions.path_length`); 1 where features have no length."""
+
+    @abstractmethod
+    def make(self, addresses: Sequence[Address]) -> Designs:
+        """Designs by ascending address, without what only pictures need.
+
+        Raises:
+            UsageError: for an address that names no design of the space.
+        """
+
+    @abstractmethod
+    def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[Designs]:
+        """The designs ``first`` to ``first + num - 1`` of a seed, in batches, as `make` gives them.
+
+        Args:
+            flat: of the proposal instead of the space itself.
+            num: how many, >= 0.
+            seed: 0 <= seed < 2**64.
+            first: index of the first one.
+        """
+
+    @abstractmethod
+    def log_ratio(self, designs: Designs) -> Floats:
+        """[n] log of p / p', for designs of either."""
+
+    @abstractmethod
+    def take(self, designs: Designs, indices: Ints) -> Designs:
+        """Some designs of a batch, by ascending index."""
+
+    @abstractmethod
+    def vocabulary(self, designs: Sequence[Designs], features: FeatureOptions) -> Vocabulary[Designs]:
+        """The columns that tell some designs apart."""
+
+    @abstractmethod
+    def search(self, designs: Sequence[Designs], scores: Floats, features: FeatureOptions) -> tuple[Feature, ...]:
+        """Features beyond the vocabulary that explain scores [n] of some designs, best first; () where none do."""
+
+    @abstractmethod
+    def values(self, designs: Sequence[Designs], features: Sequence[Feature]) -> Floats:
+        """[n, F] values of features, such as those that `search` found."""
+
+    @abstractmethod
+    def margins(self, designs: Sequence[Designs], feature: Feature) -> Floats | None:
+        """[n] signed distance of designs to a bound on continuous parameters; None for a feature that is no bound."""
+
+    @abstractmethod
+    def realize(self, addresses: Sequence[Address]) -> Realized:
+        """Designs by ascending address, as meshes to look at.
+
+        Raises:
+            UsageError: for an address that names no design of the space.
+        """
+
+    def parts(self, address: Address) -> AbstractParts:
+        """The parts of a design."""
+        return NoParts()
+
+    def asset_names(self) -> Iterable[str]:
+        """Texts that may name files of an asset folder (`grammarlab.runs.requests.asset_files.named_files`)."""
+        return ()
+
+    def scene(self, num: int, seed: int) -> Scene:
+        """The designs ``0`` to ``num - 1`` of a seed as meshes."""
+        return self.realize([Address(False, seed, model) for model in range(num)]).scene

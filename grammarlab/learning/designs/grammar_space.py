@@ -1,0 +1,219 @@
+"""The models of a stochastic grammar as a space of designs; its proposal is the grammar with equal percentages."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.assets.meshes import AssetFolder
+from grammarlab.derivation.compiler import compile_grammar
+from grammarlab.derivation.derive import derive, derive_chunks
+from grammarlab.derivation.expressions.vocabulary import number_grammar
+from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
+from grammarlab.derivation.program import Program
+from grammarlab.derivation.selection import join_forests, select_models
+from grammarlab.errors import UsageError
+from grammarlab.features.columns.vocabulary import Options, Vocabulary
+from grammarlab.features.counting.counts import count
+from grammarlab.features.counting.stripping import without_geometry
+from grammarlab.features.patterns.pattern import Feature, HalfSpace, Threshold
+from grammarlab.features.rules.acceptance import Acceptance
+from grammarlab.features.rules.accepting import Accepted, derive_accepted
+from grammarlab.features.search.patterns import search_patterns
+from grammarlab.features.search.thresholds import find_half_space, find_thresholds, margins
+from grammarlab.geometry.outlines.footprints import read_footprints
+from grammarlab.language.attribute_values import fit_properties
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.syntax.tree import String
+from grammarlab.language.syntax.walking import walk
+from grammarlab.learning.designs.addresses import Address, hashes_of
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, Realized
+from grammarlab.learning.designs.flattening import Flattened, flattened
+from grammarlab.learning.designs.grammar_parts import GrammarParts
+from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
+from grammarlab.scene.instances import realize
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+FEWEST_LIKED = 3
+"""Models with a score above 0 that a search for subtrees begins with."""
+
+_ACCEPTED_AT_ONCE = 1_000
+"""Models that are kept, at once."""
+_RATE_MODELS = 2_000
+"""Of the grammar and of its proposal, to tell how many are kept."""
+
+
+@dataclass(frozen=True)
+class GrammarSpace(AbstractDesignSpace[Forest]):
+    """The models that a grammar derives."""
+
+    grammar: Grammar
+    assets: Path | None = None
+    """Folder of meshes and images."""
+
+    @property
+    def hashes(self) -> tuple[str, str]:
+        return hashes_of(self.grammar.hash)
+
+    @property
+    def longest_path(self) -> int:
+        return MAX_PATH_LENGTH
+
+    @cached_property
+    def program(self) -> Program:
+        """The grammar, ready to derive."""
+        return compile_grammar(self.grammar)
+
+    @cached_property
+    def acceptance(self) -> Acceptance | None:
+        """Which models the file keeps; None where it keeps all.
+
+        Raises:
+            UsageError: for an annotation that is no such rule.
+        """
+        return Acceptance.of(self.grammar.tree)
+
+    @cached_property
+    def proposal(self) -> Flattened:
+        """The grammar with equal percentages."""
+        return flattened(self.grammar)
+
+    def make(self, addresses: Sequence[Address]) -> Forest:
+        return without_geometry(self.derive(addresses))
+
+    def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[Forest]:
+        program = self.proposal.program if flat else self.program
+        if self.acceptance is None:
+            for forest in derive_chunks(program, num, seed, first_model=first, assets=self.folder):
+                yield without_geometry(forest)
+            return
+        for start in range(first, first + num, _ACCEPTED_AT_ONCE):
+            lots = Lots.of(min(_ACCEPTED_AT_ONCE, first + num - start), seed, first_model=start)
+            yield without_geometry(self.accepted(program, lots).forest)
+
+    def accepted(self, program: Program, lots: Lots) -> Accepted:
+        """The models of some lots that the file keeps.
+
+        Args:
+            program: of the grammar, or of its proposal.
+            lots: what to derive.
+        """
+        return derive_accepted(program, self.acceptance, lots, self.folder)
+
+    def log_ratio(self, designs: Forest) -> Floats:
+        return self.proposal.log_ratio(designs) + self._log_ratio_of_rates
+
+    @cached_property
+    def _log_ratio_of_rates(self) -> float:
+        """Log of how much more often models of the proposal are kept than those of the grammar."""
+        if self.acceptance is None:
+            return 0.0
+        flat, own = (
+            np.mean(self.acceptance.probabilities(derive(program, _RATE_MODELS, 0, assets=self.folder)))
+            for program in (self.proposal.program, self.program)
+        )
+        return float(np.log(flat) - np.log(own)) if min(flat, own) > 0.0 else 0.0
+
+    def take(self, designs: Forest, indices: Ints) -> Forest:
+        return select_models(designs, indices)
+
+    def vocabulary(self, designs: Sequence[Forest], features: FeatureOptions) -> Vocabulary:
+        families = features.families
+        options = Options(
+            features.path_length,
+            symbols="symbols" in families,
+            draws="draws" in families,
+            far_pairs="skips" in families,
+            adjacent_pairs="siblings" in families,
+        )
+        return Vocabulary.find(designs, options)
+
+    def search(self, designs: Sequence[Forest], scores: Floats, features: FeatureOptions) -> tuple[Feature, ...]:
+        found: tuple[Feature, ...] = ()
+        if "thresholds" in features.families:
+            found += self._bounds(designs, scores)
+        # A pattern that fits a single liked model by chance is found for any model.
+        if "subtrees" in features.families and (scores > 0.0).sum() >= FEWEST_LIKED:
+            found += search_patterns(designs, scores)
+        return found
+
+    def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:
+        return np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in designs)])
+
+    def margins(self, designs: Sequence[Forest], feature: Feature) -> Floats | None:
+        return margins(designs, feature) if isinstance(feature, Threshold | HalfSpace) else None
+
+    def realize(self, addresses: Sequence[Address]) -> Realized:
+        forest = self.derive(addresses)
+        return Realized(realize(forest), forest.missing_assets)
+
+    def parts(self, address: Address) -> GrammarParts:
+        return GrammarParts(self.derive([address]), number_grammar(self.grammar))
+
+    def asset_names(self) -> Iterable[str]:
+        return (node.value for node in walk(self.grammar.tree) if isinstance(node, String))
+
+    def _bounds(self, forests: Sequence[Forest], scores: Floats) -> tuple[Feature, ...]:
+        """Bounds on continuous draws: of several at once where they belong together, else of each alone."""
+        names = list(dict.fromkeys(site.name for site in self.program.sites if site.kind == "uniform"))
+        liked = scores > (scores.min() + scores.max()) / 2
+        together = find_half_space(forests, np.asarray(liked), names) if names else None
+        if together is not None and len(together.sites) > 1:
+            return (together,)
+        return find_thresholds(forests, scores, names)
+
+    @cached_property
+    def folder(self) -> AssetFolder | None:
+        """The assets, each read once however often models are derived."""
+        return None if self.assets is None else AssetFolder(self.assets)
+
+    def derive(self, addresses: Sequence[Address]) -> Forest:
+        """Models by ascending address, with their geometry."""
+        own, flat = ([address for address in addresses if address.flat == kind] for kind in (False, True))
+        parts = [(self.program, own)]
+        if flat:
+            parts.append((self.proposal.program, flat))
+        return join_forests([self.accepted(program, self._lots(part)).forest for program, part in parts])
+
+    def _lots(self, addresses: Sequence[Address]) -> Lots:
+        """What to derive, in the order of the addresses."""
+        alike: dict[tuple[str, ...], list[int]] = {}
+        for row, address in enumerate(addresses):
+            alike.setdefault(address[3:], []).append(row)
+        parts = [self._alike([addresses[row] for row in rows]) for rows in alike.values()]
+        order = np.argsort(np.array([row for rows in alike.values() for row in rows], dtype=np.int64))
+        return Lots.concatenate([Lots.of(0, 0), *parts]).take(order)
+
+    def _alike(self, addresses: Sequence[Address]) -> Lots:
+        """Models that differ in seed and index only."""
+        start_rule, attributes, footprint = addresses[0][3:]
+        values = json.loads(attributes)
+        unknown = [name for name in values if name not in self.grammar.attributes]
+        if unknown:
+            raise UsageError(f"labels give a value to {unknown[0]}, which is not an attribute of the grammar.")
+        return Lots.at(
+            [address.seed for address in addresses],
+            [address.model for address in addresses],
+            _polygon(footprint) if footprint else DEFAULT_FOOTPRINT,
+            fit_properties(values, self.grammar),
+            start_rule or None,
+        )
+
+
+def _polygon(text: str) -> Footprint:
+    """The footprint that a label states. It says where models come from and never makes us read other files."""
+    if text.lower().endswith((".json", ".geojson")) or Path(text).exists():
+        raise UsageError(f"footprint {text!r} of a label is a file; expected 20x12 or WKT.")
+    found = read_footprints(text)
+    if len(found) != 1:
+        raise UsageError(f"footprint {text[:60]!r} of a label has {len(found)} polygons; expected one.")
+    return found[0].polygon

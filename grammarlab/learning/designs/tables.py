@@ -1,0 +1,155 @@
+"""Designs as rows of numbers: the one place where they are made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Generic
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.features.columns.table import FeatureTable
+from grammarlab.features.patterns.pattern import Feature
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs, Floats, Ints, Vocabulary
+from grammarlab.learning.designs.made import MadePool
+from grammarlab.learning.settings import FeatureOptions
+
+_WHOLE = 1e-6
+"""How far a whole number may be from one, after being divided and multiplied by its scale."""
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """What decides the columns of a table, beside the pool."""
+
+    path_length: int
+    """Edges of the longest paths."""
+    extra: tuple[Feature, ...] = ()
+    """Features that were searched for because scores asked for them; each a column and a group of its own."""
+    elsewhere: tuple[Address, ...] = ()
+    """Designs that have a score and are not of the pool, ascending: what they alone have must be told apart as well."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """The features of m designs of a pool, then of e designs from elsewhere; and of n others."""
+
+    columns: Columns
+    rows: Floats
+    """[m + e, F] values divided by their scales."""
+    others: Floats
+    """[n, F] of designs that nobody is asked about, likewise."""
+    features: tuple[Feature, ...]
+    """[F]"""
+    names: tuple[str, ...]
+    """[F] readable, all different."""
+    groups: Ints
+    """[F] index into `group_names`: alternatives of one choice share a group."""
+    group_names: tuple[str, ...]
+    scales: Floats
+    """[F] > 0."""
+
+    @cached_property
+    def continuous(self) -> NDArray[np.bool_]:
+        """[F] which columns hold no whole numbers."""
+        values = self.rows * self.scales
+        return np.any(np.abs(values - np.round(values)) > _WHOLE, axis=0)
+
+
+class DesignTables(Generic[Designs]):
+    """The tables of a pool; what is asked for again is not made again."""
+
+    def __init__(
+        self,
+        space: AbstractDesignSpace[Designs],
+        made: MadePool[Designs],
+        features: FeatureOptions,
+        others: tuple[Designs, ...] = (),
+    ) -> None:
+        """Tables of some features.
+
+        Args:
+            space: of the designs.
+            made: the pool.
+            features: what to count.
+            others: more designs that tables have rows of; they decide no column.
+        """
+        self.space, self.made, self._features, self._others = space, made, features, others
+        self.table = lru_cache(maxsize=2)(self._table)
+        """The table of some `Columns`."""
+        self._base = lru_cache(maxsize=4)(self._count)
+        self._searched = lru_cache(maxsize=64)(self._measure)
+        self._elsewhere = lru_cache(maxsize=4)(lambda addresses: (space.make(addresses),) if addresses else ())
+
+    @cached_property
+    def addresses(self) -> tuple[Address, ...]:
+        """Of the designs of the pool, in order."""
+        return tuple(self.made.pool)
+
+    @cached_property
+    def index(self) -> dict[Address, int]:
+        """Places of the designs of the pool."""
+        return {address: place for place, address in enumerate(self.addresses)}
+
+    def designs(self, rows: Ints, elsewhere: tuple[Address, ...]) -> tuple[Designs, ...]:
+        """The designs of some rows of a table.
+
+        Args:
+            rows: [k] ascending; those beyond the pool are of ``elsewhere``.
+            elsewhere: `Columns.elsewhere` of the table.
+        """
+        num_pool = len(self.made.pool)
+        inside = self.made.select(self.space, rows[rows < num_pool])
+        outside = rows[rows >= num_pool] - num_pool
+        made = self._elsewhere(elsewhere) if len(outside) else ()
+        return (*inside, *(self.space.take(designs, outside) for designs in made))
+
+    def rows_of(self, columns: Columns, addresses: tuple[Address, ...]) -> Floats:
+        """[k, F] rows of designs by ascending address, in the columns of a table."""
+        vocabulary, _, _ = self._base(columns.path_length, columns.elsewhere)
+        designs = self._elsewhere(addresses)
+        return self._extended(vocabulary.apply(designs).rows(), designs, columns.extra)
+
+    def margins(self, feature: Feature) -> Floats | None:
+        """[m] signed distance of the designs of the pool to a bound; None for a feature that is no bound."""
+        return self.space.margins(self.made.batches, feature)
+
+    def _table(self, columns: Columns) -> Table:
+        _, base, others = self._base(columns.path_length, columns.elsewhere)
+        pool = [self._searched(feature)[0] for feature in columns.extra]
+        elsewhere = self._elsewhere(columns.elsewhere)
+        rows, num_pool = base.rows(), len(self.made.pool)
+        outside = self._extended(rows[num_pool:], elsewhere, columns.extra)
+        first, names = len(base.group_names), tuple(str(feature) for feature in columns.extra)
+        return Table(
+            columns,
+            np.concatenate([np.column_stack([rows[:num_pool], *pool]), outside]),
+            self._extended(others, self._others, columns.extra),
+            (*base.features, *columns.extra),
+            (*base.names, *names),
+            np.append(base.groups, np.arange(first, first + len(names))),
+            (*base.group_names, *names),
+            np.append(base.scales, [self._searched(feature)[1] for feature in columns.extra]),
+        )
+
+    def _count(
+        self, path_length: int, elsewhere: tuple[Address, ...]
+    ) -> tuple[Vocabulary[Designs], FeatureTable, Floats]:
+        """The usual columns: of the pool and elsewhere, and the rows of the others."""
+        designs = (*self.made.batches, *self._elsewhere(elsewhere))
+        vocabulary = self.space.vocabulary(designs, replace(self._features, path_length=path_length))
+        return vocabulary, vocabulary.apply(designs), vocabulary.apply(self._others).rows()
+
+    def _measure(self, feature: Feature) -> tuple[Floats, float]:
+        """[m] scaled values of a feature that was searched for, and the scale: how much it varies, if more than 1."""
+        values = self.space.values(self.made.batches, (feature,))[:, 0]
+        scale = max(1.0, float(values.std()))
+        return values / scale, scale
+
+    def _extended(self, rows: Floats, designs: Sequence[Designs], extra: tuple[Feature, ...]) -> Floats:
+        """Rows with the columns of features that were searched for."""
+        scales = [self._searched(feature)[1] for feature in extra]
+        return np.column_stack([rows, self.space.values(designs, extra) / scales]) if extra else rows

@@ -1,0 +1,181 @@
+"""A density as a grammar of sensible size and an acceptance rule: together they say what was predicted.
+
+The grammar says as much of it as its size allows, so that many of its models are kept; the rule says the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.density.splits.learned import LearnedGrammar
+from grammarlab.density.targets.accepted import AcceptedGrammar, product_with_own, split_symbols, with_rule
+from grammarlab.density.targets.ranges import range_ends
+from grammarlab.derivation.forest import Forest
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Present, Threshold
+from grammarlab.features.rules.acceptance import Acceptance
+from grammarlab.features.rules.expression import Expression
+from grammarlab.language.grammar import Grammar
+from grammarlab.learning.targets.simplification import TOLERANCE
+from grammarlab.learning.targets.wanted import LONGEST, Simple, Wanted, compiled, rounded_off, rules_if_few
+from grammarlab.preference.simple.regression_tree import grow, leaves_of, means_of
+from grammarlab.preference.simple.simplified import SimplifiedPreference
+
+Floats = NDArray[np.float64]
+
+_MARGIN = 2_000
+"""Characters by which a text may grow where scores are scaled."""
+_LEAVES = (2, 3, 4, 6, 8, 12, 16, 24, 32)
+"""Of the trees that the grammar is made of."""
+_EMPHASES = (0.0, 10.0)
+"""How much more models count that are wanted: with more, trees find where none is."""
+_TRUNCATED = 1e-3
+"""Part of what is wanted that may come too seldom, so that the others need not be rejected for it."""
+_PER_SPLIT = 0.97
+"""A split must let so many times as many models be kept, to be worth its rules."""
+_LEAST_MODELS = 60
+"""Of the pool in each leaf: where so many are not wanted, few others are."""
+_SMALLER = 0.75
+"""After a tree whose grammar is too large, one of so many times its splits is tried."""
+_GAIN = 1.25
+"""A larger grammar must have so many times as many of its models kept."""
+
+
+class _Part(NamedTuple):
+    """A function that the grammar may follow."""
+
+    preference: SimplifiedPreference | None
+    """None for the original grammar."""
+    highest: float
+    """The highest quotient of the whole function and this one, on the pool."""
+    rate: float
+    """Share of its models that are kept."""
+
+
+def with_acceptance(
+    wanted: Wanted, forest: Forest, lines: Sequence[str], most: int, why: str
+) -> tuple[AcceptedGrammar, SimplifiedPreference]:
+    """A grammar of at most so many rules with an acceptance rule, and the function that both together follow.
+
+    Args:
+        wanted: the density.
+        forest: derivations of the grammar that show how often successors inside blocks occur.
+        lines: of a comment at the top of the new file.
+        most: rules.
+        why: no grammar alone was taken.
+    """
+    whole = wanted.simplest(exact_only=False)
+    grammar = wanted.target.grammar
+    header = [*lines, f"Method compile with acceptance, base {wanted.target.base}"]
+    values = whole.preference(wanted.columns.rows)
+    features = tuple(wanted.columns.features[column] for column in whole.preference.columns.tolist())
+    best = _Part(None, float(values.max()), float(wanted.weights @ values / values.max() / wanted.weights.sum()))
+    learned = wanted.target.even
+    own = Acceptance.of(grammar.tree)
+    if own is None:
+        fitting = np.inf
+        for part in sorted(_parts(wanted, values), key=_worth, reverse=True):
+            if part.preference is None or len(wanted.columns.text(part.preference)) > LONGEST - _MARGIN:
+                continue
+            if _worth(part) < _GAIN * best.rate or len(part.preference.tree) > fitting:
+                continue
+            fitting = _SMALLER * len(part.preference.tree)
+            made = compiled(wanted.as_target(part.preference), forest, (), most)
+            if made is not None and rules_if_few(made, most) <= most and _countable(features, grammar, made):
+                kept = _quotient(values, part.preference(wanted.columns.rows) * part.highest)
+                target = wanted.as_target(part.preference)
+                best, learned = part, rounded_off(wanted, target, forest, (), made, kept)
+                break
+    rate = best.rate if own is None else best.rate * float(own.probabilities(forest).mean())
+    text = _rule(wanted, whole, best)
+    if learned is None:
+        plain, rule = product_with_own(grammar, text)
+        written = with_rule(plain, Acceptance(rule, {}), rate, header)
+    else:
+        rule = Expression.parse(text)
+        acceptance = Acceptance(rule, split_symbols(learned, rule.features))
+        written = with_rule(learned.grammar, acceptance, rate, header)
+    findings = [f"{why}, so the file keeps {rate:.2g} of its models by an acceptance rule; other engines ignore it"]
+    if whole.js > TOLERANCE:
+        findings.append(
+            f"the predictions are no function of few features: {whole.js:.2g} nats of them were given up, which more "
+            "scores may mend"
+        )
+    found = AcceptedGrammar(
+        written,
+        grammar,
+        learned,
+        Expression.parse(text),
+        best.rate,
+        rate,
+        wanted.target.base,
+        tuple(findings),
+        wanted.target.assets,
+    )
+    return found, whole.preference
+
+
+def _parts(wanted: Wanted, values: Floats) -> Iterator[_Part]:
+    """Functions of few features that exact grammars follow, and how many of their models would be kept."""
+    columns = wanted.columns
+    exact = columns.order[columns.exact[columns.order]]
+    share = values / (wanted.weights @ values / wanted.weights.sum())
+    for emphasis in _EMPHASES:
+        tree = grow(columns.rows, values, wanted.weights * (1.0 + emphasis * share), exact, max(_LEAVES), _LEAST_MODELS)
+        for size in _LEAVES[: sum(size <= len(tree) + 1 for size in _LEAVES)]:
+            leaf = leaves_of(tree[: size - 1], columns.rows)
+            highest = np.zeros(size)
+            np.maximum.at(highest, leaf, values)
+            for scores in (means_of(leaf, size, values, wanted.weights), highest):
+                own = scores[leaf]
+                quotient = _cut(_quotient(values, own), wanted.weights * own, wanted.weights * values)
+                rate = float(wanted.weights @ values / quotient / (wanted.weights @ own))
+                yield _Part(SimplifiedPreference(tree[: size - 1], scores).pruned(), quotient, rate)
+
+
+def _worth(part: _Part) -> float:
+    """The rate of a part, less for each of its splits."""
+    return part.rate * _PER_SPLIT ** len(part.preference.tree if part.preference else ())
+
+
+def _cut(quotients: Floats, masses: Floats, wanted: Floats) -> float:
+    """The least quotient that may stand for the highest: so little of what is wanted lies above it.
+
+    Args:
+        quotients: [m] of what is wanted and what the grammar makes.
+        masses: [m] what the grammar makes.
+        wanted: [m] their product.
+    """
+    order = np.argsort(-quotients, kind="stable")
+    high = quotients[order]
+    above = np.cumsum(wanted[order]) - np.cumsum(masses[order]) * high
+    place = int(np.searchsorted(np.maximum.accumulate(above), _TRUNCATED * wanted.sum(), side="right"))
+    return float(high[max(place - 1, 0)])
+
+
+def _quotient(values: Floats, own: Floats) -> Floats:
+    return np.divide(values, own, out=np.zeros(len(own)), where=own > 0.0)
+
+
+def _rule(wanted: Wanted, whole: Simple, part: _Part) -> str:
+    """The quotient of both functions as an expression, at most 1."""
+    if part.preference is None:
+        return wanted.columns.text(whole.preference.scaled(1.0 / part.highest))
+    below = wanted.columns.text(part.preference.scaled(part.highest))
+    return f"{wanted.columns.text(whole.preference)} / {below}"
+
+
+def _countable(features: Sequence[Feature], grammar: Grammar, learned: LearnedGrammar) -> bool:
+    """Whether draws that are read are still drawn under the same names, and mean the same."""
+    changed = {parts.name for parts in learned.attributes}
+    for feature in features:
+        inner = feature.feature if isinstance(feature, Present) else feature
+        if not isinstance(inner, Draw | Threshold | HalfSpace):
+            continue
+        for site in inner.sites if isinstance(inner, HalfSpace) else (inner.site,):
+            if site not in grammar.attributes or (site in changed and not range_ends(grammar, site)):
+                return False
+    return True

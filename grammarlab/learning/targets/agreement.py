@@ -1,0 +1,40 @@
+"""How well learned weights agree with wanted ones on a labelled set."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.learning.targets.divergence import correlation, jensen_shannon
+
+Floats = NDArray[np.float64]
+
+
+class Agreement(NamedTuple):
+    """Two densities compared on a finite set."""
+
+    js: float
+    """Jensen-Shannon divergence in nats, 0 to ln 2."""
+    correlation: float
+    """Pearson correlation of the weights; 0 where one of the two is constant."""
+
+
+def agreement(wanted: Floats, learned: Floats, weights: Floats) -> Agreement:
+    """Compare two preferences on a labelled set.
+
+    The densities are ``weights * wanted`` and ``weights * learned``, each divided by its sum over the set. Where the
+    learned preference is nowhere positive, it says nothing: the density is then that of the weights alone.
+
+    Args:
+        wanted: [n] true scores, >= 0, one at least positive together with its weight.
+        learned: [n] predicted scores; what is below 0 counts as 0.
+        weights: [n] >= 0, how much each model of the set stands for: 1 for independent samples of the density that the
+            preference multiplies (``base="grammar"``), 1 / p for ``base="uniform"``, p / (density it was drawn from)
+            otherwise.
+    """
+    target = weights * wanted
+    current = weights * np.clip(learned, 0.0, None)
+    current = current if current.any() else weights
+    return Agreement(jensen_shannon(target, current), correlation(target, current))

@@ -1,0 +1,130 @@
+"""What trees may ask about models of a grammar: the columns of a table, and the attributes that are drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.density.splits.exactness import Exactness
+from grammarlab.density.targets.ranges import range_ends
+from grammarlab.derivation.forest import Forest
+from grammarlab.features.patterns.conditions import at_least, sum_at_least
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Threshold
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.learning.round import State, Study
+from grammarlab.learning.targets.simplification import Predicted
+from grammarlab.preference.simple.simplified import SimplifiedPreference
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class GrammarColumns:
+    """Columns that the models of a pool are described by."""
+
+    rows: Floats
+    """[m, F] of the pool, in the units of the features."""
+    features: tuple[Feature, ...]
+    """[F]"""
+    names: tuple[str, ...]
+    """[F] the same in words."""
+    shares: Floats
+    """[F] how much the preference looks at each; for attributes that are not in the table the largest share."""
+    exact: NDArray[np.bool_]
+    """[F] whether exact grammars can follow them."""
+
+    sums: frozenset[int]
+    """Columns that are the weighted sums of half-spaces, whose bounds say nothing."""
+
+    @classmethod
+    def of(
+        cls, space: GrammarSpace, study: Study[Forest], state: State, predicted: Predicted, exactness: Exactness
+    ) -> GrammarColumns:
+        """The columns of a state's table, without those that say nothing, and of the attributes that are drawn.
+
+        Args:
+            space: of the study.
+            study: the pool and its tables.
+            state: what was learned.
+            predicted: of the pool.
+            exactness: of the grammar.
+        """
+        table, batches = study.table(state), study.tables(state.wide).made.batches
+        pool = table.rows[: sum(forest.num_models for forest in batches)] * table.scales
+        own = tuple(Draw(name) for name in space.grammar.attributes if range_ends(space.grammar, name))
+        values = space.values(batches, own)
+        sums = combinations(values, tuple(draw.site for draw in own), predicted.scores)
+        new = [number for number, draw in enumerate(own) if draw not in table.features]
+        found = (*table.features, *(own[number] for number in new), *(space for space, _ in sums))
+        columns = [_whole(pool), values[:, new], *(column[:, None] for _, column in sums)]
+        added = [*(str(own[number]) for number in new), *(f"sum of {', '.join(space.sites)}" for space, _ in sums)]
+        highest = predicted.shares.max(initial=0.0)
+        return cls(
+            np.concatenate(columns, axis=1),
+            found,
+            (*table.names, *added),
+            np.append(predicted.shares, np.full(len(found) - len(table.features), highest)),
+            np.array([not exactness.reason_against(_asked(feature)) for feature in found], dtype=bool),
+            frozenset(range(len(found) - len(sums), len(found))),
+        )
+
+    @property
+    def order(self) -> Ints:
+        """Columns to ask about: those that are followed exactly first, then by share, patterns of few symbols first.
+
+        Bounds that were searched for are left out where the draw itself is a column: its bounds can be round.
+        """
+        length = np.array([len(str(feature)) for feature in self.features], dtype=np.int64)
+        drawn = {feature.site for feature in self.features if isinstance(feature, Draw) and feature.branch is None}
+        kept = [not (isinstance(feature, Threshold) and feature.site in drawn) for feature in self.features]
+        order = np.lexsort((length, -self.shares, ~self.exact)).astype(np.int64)
+        return order[np.array(kept, dtype=bool)[order]]
+
+    def text(self, preference: SimplifiedPreference) -> str:
+        """A function of the columns as an expression over the features."""
+
+        def condition(column: int, bound: float) -> str:
+            feature = self.features[column]
+            if column in self.sums and isinstance(feature, HalfSpace):
+                return sum_at_least(feature, bound)
+            return at_least(feature, bound)
+
+        return preference.text(condition)
+
+
+def combinations(values: Floats, sites: tuple[str, ...], scores: Floats) -> list[tuple[HalfSpace, Floats]]:
+    """Weighted sums of draws, or of their logarithms, that scores go with: half-spaces without a bound, and the sums.
+
+    Args:
+        values: [m, S] draws.
+        sites: [S] their names.
+        scores: [m] >= 0.
+    """
+    found: list[tuple[HalfSpace, Floats]] = []
+    kinds = [(False, values), (True, np.log(values))] if (values > 0.0).all() else [(False, values)]
+    for logarithmic, columns in kinds if len(sites) > 1 else []:
+        centred = columns - columns.mean(axis=0)
+        weights = np.linalg.lstsq(centred, np.sqrt(scores) - np.sqrt(scores).mean(), rcond=None)[0]
+        largest = np.abs(weights).max() or 1.0
+        # Weights of 1 and -1 first: among sums that say the same, trees take the first one.
+        trials = {tuple(np.round(weights / largest, digits).tolist()) for digits in (0, 1)}
+        for trial in sorted(trials, key=lambda trial: (any(weight % 1.0 for weight in trial), trial)):
+            used = [i for i, weight in enumerate(trial) if weight]
+            if len(used) > 1:
+                space = HalfSpace(tuple(sites[i] for i in used), tuple(trial[i] for i in used), 0.0, logarithmic)
+                found.append((space, columns @ np.array(trial)))
+    return found
+
+
+def _asked(feature: Feature) -> Feature:
+    """What a bound on a feature asks for: an attribute is cut into ranges."""
+    return Threshold(feature.site, 0.0) if isinstance(feature, Draw) and feature.branch is None else feature
+
+
+def _whole(values: Floats) -> Floats:
+    """Values without what dividing and multiplying by a scale leaves of counts."""
+    rounded = np.rint(values)
+    return np.where(np.abs(values - rounded) <= 1e-9 * np.maximum(1.0, np.abs(rounded)), rounded, values)

@@ -1,0 +1,113 @@
+"""From what was learned to a grammar that samples it: the target density, and the grammar that comes nearest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.density.samples import sampled
+from grammarlab.density.samples.nearest import compile_nearest
+from grammarlab.density.skeleton import ENOUGH_MODELS
+from grammarlab.density.splits.exactness import Exactness
+from grammarlab.density.splits.learned import LearnedGrammar
+from grammarlab.density.targets.rejection import RejectionSampler, reject
+from grammarlab.density.targets.target import Target
+from grammarlab.density.targets.thinning import Progress, silent
+from grammarlab.derivation.derive import derive
+from grammarlab.derivation.forest import Forest
+from grammarlab.errors import UsageError
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.learning.round import State, Study
+from grammarlab.learning.targets.grammar_columns import GrammarColumns
+from grammarlab.learning.targets.readable import Found, smallest
+from grammarlab.learning.targets.simplification import predict
+from grammarlab.learning.targets.target import AbstractTargetWriter, LearnedDensity, Making, judged
+from grammarlab.learning.targets.wanted import Wanted
+
+Floats = NDArray[np.float64]
+LearnedSampler = LearnedGrammar | RejectionSampler
+
+METHODS = ("compile", *sampled.METHODS, "rejection")
+"""Of these, rejection makes no grammar."""
+
+
+@dataclass(frozen=True)
+class GrammarWriter(AbstractTargetWriter[Forest]):
+    """Makes grammars of what was learned about a grammar."""
+
+    space: GrammarSpace
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        return METHODS
+
+    def learn(
+        self,
+        study: Study[Forest],
+        state: State,
+        making: Making,
+        lines: Sequence[str] = (),
+        on_progress: Progress = silent,
+    ) -> LearnedDensity[Forest]:
+        space, seed, method = self.space, study.pool.seed, self.method(making.method)
+        forest = derive(space.program, ENOUGH_MODELS, seed, assets=space.folder)
+        predicted = predict(study, state)
+        target = Target(space.grammar, (), _alike, making.base, assets=space.assets)
+        columns = GrammarColumns.of(space, study, state, predicted, Exactness(space.grammar, forest))
+        wanted = Wanted.of(target, columns, study.tables(state.wide).made, predicted.scores)
+        if method != "compile" and space.acceptance is not None:
+            raise UsageError(f"method {method!r} would lose the acceptance rule of this file: use compile.")
+        if method == "compile":
+            found = smallest(wanted, forest, making, lines)
+        else:
+            simple = wanted.simplest(exact_only=method != "rejection")
+            made = learn_target(simple.target, method, forest, lines, seed, making.num_samples, on_progress)
+            found = Found(made, simple.preference, simple.target.even)
+        looked_at = {columns.features[c]: columns.names[c] for c in found.preference.columns.tolist()}
+        base_ratio = None if found.even is None else found.even.ratio
+        scores = found.preference(columns.rows)
+        return judged(study, state, found.learned, predicted, scores, looked_at, base_ratio)
+
+
+def learn_target(
+    target: Target,
+    method: str,
+    forest: Forest,
+    lines: Sequence[str],
+    seed: int,
+    num_samples: int = sampled.NUM_SAMPLES,
+    on_progress: Progress = silent,
+) -> LearnedSampler:
+    """What a method makes of a wanted density.
+
+    Args:
+        target: the density.
+        method: of `METHODS`.
+        forest: derivations of the grammar.
+        lines: of a comment at the top of the new file.
+        seed: of samples.
+        num_samples: models to learn from.
+        on_progress: told about these models.
+
+    Raises:
+        GrammarlabError: when the density cannot be made.
+    """
+    options: dict[str, Any] = {"seed": seed, "on_progress": on_progress}
+
+    def header(made_by: str) -> list[str]:
+        return [*lines, f"Method {made_by}, base {target.base}"]
+
+    if method == "compile":
+        return compile_nearest(target, forest, header, num_samples=num_samples, **options)
+    if method == "rejection":
+        return reject(target, num_pilot=num_samples, **options)
+    chosen = cast(sampled.Method, method)
+    return sampled.learn(target, chosen, num_samples=num_samples, header=header(method), **options)
+
+
+def _alike(values: Floats) -> Floats:
+    return np.ones(len(values))

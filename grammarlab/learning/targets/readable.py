@@ -1,0 +1,81 @@
+"""The smallest grammar whose density is near enough to a predicted one.
+
+Simple functions of few features (`grammarlab.learning.targets.simplification`) are compiled one after the other; the
+number of rules that each really needs decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from grammarlab.density.splits.learned import LearnedGrammar, num_alternatives
+from grammarlab.density.targets.accepted import AcceptedGrammar
+from grammarlab.density.targets.rejection import RejectionSampler
+from grammarlab.derivation.forest import Forest
+from grammarlab.features.rules.acceptance import Acceptance
+from grammarlab.learning.targets.accepting_target import with_acceptance
+from grammarlab.learning.targets.simplification import TOLERANCE
+from grammarlab.learning.targets.target import Making
+from grammarlab.learning.targets.wanted import Simple, Wanted, compiled, rounded_off, rules_if_few
+from grammarlab.preference.simple.simplified import SimplifiedPreference
+
+_AS_SMALL = 0.05
+"""Sizes that differ by no more, relatively, are the same: then the nearest grammar is taken."""
+
+
+class Found(NamedTuple):
+    """What samples a density, and the function that it was made of."""
+
+    learned: LearnedGrammar | AcceptedGrammar | RejectionSampler
+    preference: SimplifiedPreference
+    even: LearnedGrammar | None
+    """Where the base is uniform, the grammar that the preference multiplies."""
+
+
+def smallest(wanted: Wanted, forest: Forest, making: Making, lines: Sequence[str]) -> Found:
+    """The smallest grammar near enough to what is wanted; with an acceptance rule where it would be too large.
+
+    Args:
+        wanted: the density.
+        forest: derivations of the grammar that show how often successors inside blocks occur.
+        making: how large it may be.
+        lines: of a comment at the top of the new file.
+    """
+    most = making.max_rules or 2 * num_alternatives(wanted.target.grammar)
+    best: tuple[Simple, LearnedGrammar] | None = None
+    fewest, fitting = 0, np.inf
+    header = [*lines, f"Method compile, base {making.base}"]
+    if Acceptance.of(wanted.target.grammar.tree) is None:
+        for simple in wanted.simple(exact_only=True):
+            if simple.js > TOLERANCE:
+                break
+            if len(simple.preference.tree) > fitting:
+                continue  # a larger tree than one that was too large
+            learned = compiled(simple.target, forest, header, most)
+            size = 0 if learned is None else rules_if_few(learned, most)
+            if learned is None or size > most:
+                fewest, fitting = min(fewest or size, size), len(simple.preference.tree)
+            elif best is None or _is_better((simple, learned), best):
+                best = simple, learned
+    if best is not None:
+        ones = np.ones(len(wanted.scores))
+        return Found(
+            rounded_off(wanted, best[0].target, forest, header, best[1], ones), best[0].preference, best[0].target.even
+        )
+    reason = (
+        f"a grammar alone would have {fewest:,} rules or more, and {most:,} are allowed"
+        if fewest
+        else "no grammar alone says it"
+    )
+    return Found(*with_acceptance(wanted, forest, lines, most, reason), wanted.target.even)
+
+
+def _is_better(one: tuple[Simple, LearnedGrammar], other: tuple[Simple, LearnedGrammar]) -> bool:
+    """Whether a grammar is smaller, or as small and nearer."""
+    size, other_size = one[1].rules_after, other[1].rules_after
+    if abs(size - other_size) <= _AS_SMALL * other_size:
+        return one[0].js < other[0].js
+    return size < other_size

@@ -1,0 +1,1 @@
+"""Trees that divide designs in cells of one value."""

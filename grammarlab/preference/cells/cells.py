@@ -1,0 +1,246 @@
+"""Cells: sets of labels that share one value, and how well that explains their scores.
+
+The value of a cell is one of a grid from 0 to 100. Beforehand it is 0 with some probability (what somebody does not
+want), one of the values that other cells seem to have, or any. The evidence of a cell C is
+
+    log sum_v p(v | other cells) prod_{i in C} p(y_i | v).
+
+What other cells seem to have is counted without the labels of C: a score that was given once is no level.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from grammarlab.preference.base import MAX_SCORE, Floats, Ints
+from grammarlab.preference.cells.splits import Flags, Splits, different
+from grammarlab.preference.likelihood import Intervals, Singles, log_likelihood
+
+ZERO = 0.25
+"""Prior probability that a cell is worth nothing."""
+SHARED = 0.6
+"""Prior probability that it is worth what others are, once there are `_ENOUGH` of them."""
+_ENOUGH = 6.0
+_STEP = 4.0
+_ON_GRID = 0.8
+"""Of the values that any cell may have, the part spread over the even grid; the rest over scores that were given."""
+_MOST_SCORES = 24
+_FEWER_SCORES = 12
+_FAINT, _OF_FAINT = 1.5, 0.1
+"""Values below so many standard deviations of the noise are so many times as likely; 0 has what they lose."""
+_PAIRED = 120
+"""Ways to divide a cell of which pairs are tried."""
+_TINY = 1e-30
+
+
+class Ranked(NamedTuple):
+    """Ways to divide a cell; those that divide it alike are one."""
+
+    log_posterior: Floats
+    """[K] log of prior mass and evidence of the parts."""
+    log_mass: Floats
+    """[K] log of the prior mass."""
+    member: Ints
+    """[J] index into the ways to divide all labels: first `Splits.halves`, then `Splits.many`."""
+    of: Ints
+    """[J] which of the K each is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Levels:
+    """What values labels seem to have, each cell counting once."""
+
+    values: Singles
+    """[n, G] share of a cell that a label is, times the posterior of the cell."""
+    shares: Singles
+    """[n] share of a cell that a label is."""
+
+
+def grid_of(scores: Floats) -> Floats:
+    """[G] the values that a cell may have, ascending: an even grid, and the scores that were given.
+
+    Args:
+        scores: [n] 0-100.
+    """
+    given = np.unique(scores.round(3))
+    if len(given) > _MOST_SCORES:
+        given = np.quantile(given, np.linspace(0.0, 1.0, _FEWER_SCORES))
+    return np.unique(np.concatenate([np.arange(0.0, MAX_SCORE + _STEP / 2.0, _STEP), given]))
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Labels, and how somebody who scores is thought to err."""
+
+    splits: Splits
+    scores: Floats
+    """[n]"""
+    grid: Floats
+    """[G]"""
+    noise: float
+    """Standard deviation in points."""
+    blunders: float
+    """How often any score at all is given."""
+    levels: Levels | None = None
+    """What earlier cells were worth; None as long as there are none."""
+    said: Intervals | None = None
+    """[n] what the labels say; None where that is the scores."""
+
+    @cached_property
+    def log_likelihood(self) -> Singles:
+        """[n, G] of each label for each value."""
+        said = self.scores if self.said is None else self.said
+        return log_likelihood(said, self.grid, self.noise, self.blunders)
+
+    @cached_property
+    def _known(self) -> dict[bytes, Ranked | None]:
+        """What has been ranked already: trees have most of their cells near the root in common."""
+        return {}
+
+    def log_evidence(self, members: Singles, labels: Ints) -> Floats:
+        """[k] of parts of some labels.
+
+        Args:
+            members: [k, c] 1 where a label is in a part, else 0. An empty part has evidence 0.
+            labels: [c] indices.
+        """
+        return self._evidence(members @ self._told[labels])
+
+    def of_cell(self, cell: Ints) -> float:
+        """The evidence of one cell."""
+        return float(self._evidence(self._told[cell].sum(axis=0, keepdims=True))[0])
+
+    def posterior(self, cell: Ints) -> Floats:
+        """[G] the probability of each value of a cell of some labels."""
+        sums = self._told[cell].sum(axis=0, keepdims=True)
+        log_likelihood = sums[0, : len(self.grid)]
+        odds = self._prior(sums)[0] * np.exp(log_likelihood - log_likelihood.max())
+        return (odds / odds.sum()).astype(np.float64)
+
+    def best_possible(self, cell: Ints) -> float:
+        """No division of a cell has more evidence."""
+        return float(self.log_likelihood[cell].max(axis=1).sum())
+
+    def ranked(self, cell: Ints, ahead: bool = False) -> Ranked | None:
+        """The ways to divide a cell; None where there are none.
+
+        Args:
+            cell: labels.
+            ahead: whether to look one step ahead where no way gains anything alone, as with "either but not both".
+        """
+        key = bytes([ahead]) + cell.tobytes()
+        if key not in self._known:
+            self._known[key] = self._rank(cell, ahead)
+        return self._known[key]
+
+    def _rank(self, cell: Ints, ahead: bool) -> Ranked | None:
+        halves = self.splits.halves[:, cell]
+        in_two = np.flatnonzero((halves != halves[:, :1]).any(axis=1))
+        # The side that the first label is on does not matter.
+        halves = halves[in_two] ^ halves[in_two][:, :1]
+        first, of = different(halves)
+        log_mass = [np.log(np.bincount(of, np.exp(self.splits.log_mass[in_two])))]
+        evidence, member, index = [self._of_halves(halves[first], cell)], [in_two], [of]
+        if len(self.splits.many):
+            members = self.splits.members[:, cell]
+            occupied = np.add.reduceat(members.any(axis=1).astype(np.int64), self.splits.starts)
+            several = np.flatnonzero(occupied > 1)
+            evidence.append(np.add.reduceat(self.log_evidence(members, cell), self.splits.starts)[several])
+            log_mass.append(self.splits.log_prior[self.splits.many[several]])
+            member.append(len(self.splits.halves) + several)
+            index.append(len(first) + np.arange(len(several)))
+        mass = np.concatenate(log_mass)
+        if not len(mass):
+            return None
+        posterior = np.concatenate(evidence) + mass
+        if ahead and posterior.max() < self.of_cell(cell):
+            posterior[: len(first)] = np.maximum(
+                posterior[: len(first)], mass[: len(first)] + self._ahead(halves[first], cell, log_mass[0])
+            )
+        return Ranked(posterior, mass, np.concatenate(member), np.concatenate(index))
+
+    def _ahead(self, halves: Flags, cell: Ints, log_mass: Floats) -> Floats:
+        """[k] the evidence of both halves of a cell [k, c], each divided once more by the best of the other ways.
+
+        Minus infinity for those of little prior mass, which are not tried.
+        """
+        tried = np.argsort(-log_mass, kind="stable")[:_PAIRED]
+        inside, told, mass = halves[tried].astype(np.float32), self._told[cell], 2.0 * log_mass[tried]
+        sums, total = inside @ told, told.sum(axis=0)
+        highest = np.full(len(tried), -np.inf)
+        for place, half in enumerate(inside):
+            # Two ways make the same quarters in either order; the second divides both halves, and is paid for twice.
+            both, other = inside[place:] @ (told * half[:, None]), sums[place:]
+            quarters = (both, other - both, sums[place] - both, total - other - sums[place] + both)
+            evidence = self._evidence(np.concatenate(quarters)).reshape(4, -1).sum(axis=0)
+            highest[place] = max(highest[place], (evidence + mass[place:]).max())
+            highest[place:] = np.maximum(highest[place:], evidence + mass[place])
+        best = np.full(len(halves), -np.inf)
+        best[tried] = highest
+        return best
+
+    def _of_halves(self, inside: Flags, cell: Ints) -> Floats:
+        """[k] the evidence of both halves of a cell [k, c] together."""
+        told = self._told[cell]
+        sums = inside.astype(np.float32) @ told
+        return self._evidence(np.concatenate([sums, told.sum(axis=0) - sums])).reshape(2, -1).sum(axis=0)
+
+    def _evidence(self, sums: Singles) -> Floats:
+        """[k] of parts of which `_told` sums up to [k, 2 G + 1]."""
+        log_likelihood = sums[:, : len(self.grid)]
+        highest = log_likelihood.max(axis=1, keepdims=True)
+        odds = self._prior(sums) * np.exp(log_likelihood - highest)
+        return np.log(odds.sum(axis=1) + _TINY) + highest[:, 0]
+
+    def _prior(self, sums: Singles) -> Singles:
+        """[k or 1, G] of the values of parts, given what labels outside are worth."""
+        if self.levels is None:
+            return self._base
+        outside = np.maximum(self._all[len(self.grid) : -1] - sums[:, len(self.grid) : -1], 0.0)
+        number = np.maximum(self._all[-1:] - sums[:, -1:], 0.0)
+        total = outside.sum(axis=1, keepdims=True)
+        share = np.where(total > 0.0, SHARED * np.minimum(number / _ENOUGH, 1.0), 0.0).astype(np.float32)
+        return self._base * (1.0 - share) + share / np.maximum(total, _TINY) * outside
+
+    @cached_property
+    def _told(self) -> Singles:
+        """[n, G] log-likelihood of labels; with levels [n, 2 G + 1]: what each seems worth, and its share of a cell."""
+        if self.levels is None:
+            return self.log_likelihood
+        return np.column_stack([self.log_likelihood, self.levels.values, self.levels.shares])
+
+    @cached_property
+    def _all(self) -> Singles:
+        """The sum of all labels."""
+        return self._told.sum(axis=0)
+
+    @cached_property
+    def _base(self) -> Singles:
+        """[1, G] prior of the values of a cell, whatever others are worth."""
+        even = np.isin(self.grid, np.arange(0.0, MAX_SCORE + _STEP / 2.0, _STEP))
+        prior = (1.0 - ZERO) * (_ON_GRID * even / even.sum() + (1.0 - _ON_GRID) / len(self.grid))
+        # A person who errs gives what is worth nothing a few points as well; somebody's real levels stand out.
+        faint = (self.grid > 0.0) & (self.grid < _FAINT * self.noise)
+        prior[0] += ZERO + (1.0 - _OF_FAINT) * prior[faint].sum()
+        prior[faint] *= _OF_FAINT
+        return prior[None].astype(np.float32)
+
+
+def levels_of(cells: Cells, found: Sequence[tuple[float, Sequence[Ints]]]) -> Levels:
+    """What the cells of some divisions of all labels are worth.
+
+    Args:
+        cells: what they were found with.
+        found: the share of each division, all together 1, and its cells.
+    """
+    values, shares = np.zeros(cells.log_likelihood.shape), np.zeros(len(cells.scores))
+    for share, parts in found:
+        for cell in parts:
+            values[cell] += share * cells.posterior(cell) / len(cell)
+            shares[cell] += share / len(cell)
+    return Levels(values.astype(np.float32), shares.astype(np.float32))

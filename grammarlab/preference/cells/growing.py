@@ -1,0 +1,177 @@
+"""Trees of splits, grown at random in proportion to their posterior and then cut back.
+
+A node divides its labels with prior probability .9 / sqrt(1 + depth). Which split it tries is drawn by the evidence of
+the parts, each taken as one cell; from time to time a guide draws, who thinks that scores are noisy and therefore sees
+parts that differ in their mean only. What a first split gains only together with a second one is found in that way,
+since trees are cut back from below: a branch stays where it has more evidence than its labels as one cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grammarlab.preference.base import Floats, Ints
+from grammarlab.preference.cells.cells import Cells
+from grammarlab.preference.cells.splits import Split
+
+MOST_DEPTH = 12
+GUIDED = 0.5
+"""How often a guide draws."""
+_PAIRED_DEPTH = 2
+"""Nodes above this depth look one step ahead where no split gains anything alone."""
+_NO_HOPE = 6.0
+"""Nats that no division can gain as a whole: less than a split costs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tree:
+    """Labels, divided or not."""
+
+    labels: Ints
+    """[c] indices, ascending."""
+    log_posterior: float
+    """Log of the evidence of all cells and of the prior of all splits."""
+    split: Split | None = None
+    """None for a cell."""
+    parts: tuple[tuple[int, Tree], ...] = ()
+    """The parts that hold labels, by number."""
+
+    def cells(self) -> Iterator[Ints]:
+        """The labels of each cell."""
+        if self.split is None:
+            yield self.labels
+        for _, part in self.parts:
+            yield from part.cells()
+
+    def nodes(self) -> Iterator[Tree]:
+        """This node and all below it."""
+        yield self
+        for _, part in self.parts:
+            yield from part.nodes()
+
+    def cell_of(self, rows: Floats) -> tuple[Ints, tuple[Ints, ...]]:
+        """Number [m] of the cell of each row [m, F], and the cells; what is new is told by a whole node."""
+        number, cells = np.zeros(len(rows), dtype=np.int64), list[Ints]()
+        self._place(rows, np.arange(len(rows)), number, cells)
+        return number, tuple(cells)
+
+    def _place(self, rows: Floats, some: Ints, number: Ints, cells: list[Ints]) -> None:
+        part_of = np.full(len(some), -1) if self.split is None else self.split.parts(rows[some])
+        left = np.ones(len(some), dtype=bool)
+        for part, tree in self.parts:
+            inside = part_of == part
+            left &= ~inside
+            if inside.any():
+                tree._place(rows, some[inside], number, cells)
+        if left.any():
+            number[some[left]] = len(cells)
+            cells.append(self.labels)
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """How trees are grown."""
+
+    temperature: float = 1.0
+    """Of the draws of splits: 1 for their posterior, near 0 for the best one."""
+    doubt: float = 0.0
+    """Nats: a branch stays, or not, by chance where it gains or loses about so much; 0 for what is better."""
+    guides: Sequence[Cells] = ()
+    """The same labels, with more noise."""
+
+
+def replanted(cells: Cells, tree: Tree, rows: Floats, labels: Ints, depth: int = 0) -> Tree:
+    """The splits of a tree with other labels, cut back where these do not ask for them.
+
+    Args:
+        cells: what is known about the labels.
+        tree: of any labels.
+        rows: [n, F] of all labels.
+        labels: [c] indices, ascending.
+        depth: of the node.
+    """
+    leaf, dividing = _leaf(cells, labels, depth)
+    if tree.split is None or len(labels) < 2:
+        return leaf
+    part_of = tree.split.parts(rows[labels])
+    mass = cells.splits.mass_of(part_of, labels)
+    if mass <= 0.0:
+        return leaf
+    branches = dict(tree.parts)
+    parts = tuple(
+        (part, replanted(cells, branches.get(part, leaf), rows, labels[part_of == part], depth + 1))
+        for part in np.unique(part_of).tolist()
+    )
+    evidence = float(np.log(dividing * mass)) + sum(part.log_posterior for _, part in parts)
+    return Tree(labels, evidence, tree.split, parts) if evidence > leaf.log_posterior else leaf
+
+
+def _leaf(cells: Cells, labels: Ints, depth: int) -> tuple[Tree, float]:
+    """Some labels as one cell, and the prior probability that they are divided."""
+    dividing = float(0.9 / np.sqrt(1.0 + depth))
+    return Tree(labels, cells.of_cell(labels) + float(np.log1p(-dividing))), dividing
+
+
+def grow(cells: Cells, labels: Ints, growth: Growth, randomness: np.random.Generator, depth: int = 0) -> Tree:
+    """A tree of some labels.
+
+    Args:
+        cells: what is known about labels.
+        labels: [c] indices, ascending.
+        growth: how it is grown.
+        randomness: draws splits.
+        depth: of the node.
+    """
+    leaf, dividing = _leaf(cells, labels, depth)
+    whole = leaf.log_posterior - float(np.log1p(-dividing))
+    if len(labels) < 2 or depth >= MOST_DEPTH or whole > cells.best_possible(labels) - _NO_HOPE:
+        return leaf
+    guided = bool(growth.guides) and randomness.random() < GUIDED
+    guide = growth.guides[int(randomness.integers(len(growth.guides)))] if guided else cells
+    ranked = guide.ranked(labels, depth < _PAIRED_DEPTH)
+    if ranked is None:
+        return leaf
+    drawn = int(np.argmax(ranked.log_posterior / growth.temperature + randomness.gumbel(size=len(ranked.log_mass))))
+    split = cells.splits.drawn(ranked.member[ranked.of == drawn], randomness)
+    part_of = cells.splits.parts[split, labels]
+    parts = tuple(
+        (part, grow(cells, labels[part_of == part], growth, randomness, depth + 1))
+        for part in np.unique(part_of).tolist()
+    )
+    prior = float(np.log(dividing) + ranked.log_mass[drawn])
+    tree = Tree(labels, prior + sum(part.log_posterior for _, part in parts), cells.splits.splits[split], parts)
+    return tree if _stays(tree.log_posterior - leaf.log_posterior, growth.doubt, randomness) else leaf
+
+
+def regrown(
+    cells: Cells, tree: Tree, growth: Growth, randomness: np.random.Generator, temperature: float = 0.0, depth: int = 0
+) -> Tree:
+    """A tree of which each node in turn, from the top, has been grown again and replaced where that is more likely.
+
+    Args:
+        cells: what is known about labels.
+        tree: to begin with.
+        growth: how branches are grown.
+        randomness: draws them.
+        temperature: nats that a branch may lose, about; 0 for none.
+        depth: of the first node.
+    """
+    if len(tree.labels) < 2:
+        return tree
+    other = grow(cells, tree.labels, growth, randomness, depth)
+    if other.log_posterior - tree.log_posterior > -temperature * randomness.exponential():
+        tree = other
+    parts = tuple(
+        (part, regrown(cells, branch, growth, randomness, temperature, depth + 1)) for part, branch in tree.parts
+    )
+    gained = sum(new.log_posterior - old.log_posterior for (_, new), (_, old) in zip(parts, tree.parts, strict=True))
+    return replace(tree, log_posterior=tree.log_posterior + gained, parts=parts)
+
+
+def _stays(gain: float, doubt: float, randomness: np.random.Generator) -> bool:
+    if not doubt:
+        return gain > 0.0
+    return bool(randomness.random() < 1.0 / (1.0 + np.exp(np.clip(-gain / doubt, -50.0, 50.0))))

@@ -1,0 +1,338 @@
+"""A preference that divides designs in cells of one value: an average over trees, in proportion to their posterior.
+
+A person who likes some combinations of parts and dislikes all others has few values and many designs of each. Labels
+of one cell are then looks at one number, so that noise averages out and a single score that fits nothing else is a
+blunder. How much the person errs is found by evidence, from several beginnings: trees that were found under much noise
+stay small, those found under little noise explain the noise.
+
+What is 0 in a cell is predicted as 0, which is most of what matters to a density: Gaussian processes leave a small mean
+where scores were clipped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
+
+from grammarlab.errors import UsageError
+from grammarlab.preference.base import AbstractPreference, Floats, Ints, Prediction, Relevance, Rows, rows_to_predict
+from grammarlab.preference.cells.cells import Cells, grid_of, levels_of
+from grammarlab.preference.cells.growing import Growth, Tree, grow, regrown, replanted
+from grammarlab.preference.cells.splits import Flags, Splits
+from grammarlab.preference.explain import level_of
+from grammarlab.preference.likelihood import Intervals
+from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
+
+NOISES = (0.5, 1.5, 3.0, 5.0, 7.5, 10.0, 13.0, 17.0, 22.0, 28.0)
+"""Standard deviations that are tried."""
+BLUNDERS = (0.002, 0.03, 0.06, 0.1, 0.15, 0.25)
+"""Parts of scores that are any."""
+PRICE_OF_BLUNDERS = 40.0
+"""Log-prior of a part pi of blunders: minus this times pi."""
+MAX_ROWS_TO_FIT = 512
+"""Labels that trees are grown from; of more, every so-many-th by score is taken."""
+NUM_TREES = 12
+NUM_AROUND = 6
+"""More trees, found by changing the most likely one."""
+NUM_DOUBTFUL = 10
+"""Trees that show what else could be: only for choosing questions."""
+DOUBT = 4.0
+"""Nats by which these may be worse, about."""
+_BEGINNINGS = (0.5, 5.0, 15.0)
+_ROUNDS = 3
+_NUM_SKETCHES = 4
+_GUIDE = (15.0, 0.05)
+"""Noise and blunders of the guide."""
+_COOL, _WARM = 0.5, 1.0
+"""Temperatures of draws."""
+_TEMPERATURE = 3.0
+"""Shares of trees are their posteriors to the power of one over this: what was found is a part of what there is."""
+_LEAST_SHARE = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class PartitionPreference(AbstractPreference):
+    """`method="partition"`: what `fit` found."""
+
+    num_columns: int
+    groups: Ints
+    """[F] group number of each column."""
+    shares_of: tuple[Ints, ...]
+    """Sets of columns whose shares of their sum are looked at as well."""
+    cells: Cells
+    """The labels, and how the person errs."""
+    trees: tuple[Tree, ...]
+    """The most likely first."""
+    doubtful: tuple[Tree, ...]
+    """What else could be."""
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of a score around what was meant, in points."""
+        return self.cells.noise
+
+    @property
+    def blunders(self) -> float:
+        """How often a score was any score at all."""
+        return self.cells.blunders
+
+    @cached_property
+    def shares(self) -> Floats:
+        """[trees] the weight of each tree; all sum to 1."""
+        return _shares(self.trees)
+
+    def predict(self, rows: Rows) -> Prediction:
+        table = widened(rows_to_predict(rows, self.num_columns), self.shares_of)
+        mean, square = np.zeros(len(table)), np.zeros(len(table))
+        for share, tree in self._counting():
+            number, cells = tree.cell_of(table)
+            means, variances = self._values(cells)
+            mean += share * means[number]
+            square += share * (variances + means**2)[number]
+        variance = np.maximum(square - mean**2, 0.0) + self.noise**2
+        # A blunder is any score from 0 to 100.
+        chance = self.blunders
+        variance = (1.0 - chance) * variance + chance * (100.0**2 / 12.0 + (1.0 - chance) * (mean - 50.0) ** 2)
+        return Prediction(mean, np.sqrt(variance))
+
+    def values(self, rows: Rows) -> Floats:
+        """[m, G] how likely each value of the grid of the cells is to be meant."""
+        table = widened(rows_to_predict(rows, self.num_columns), self.shares_of)
+        found = np.zeros((len(table), len(self.cells.grid)))
+        for share, tree in self._counting():
+            number, cells = tree.cell_of(table)
+            found += share * np.array([self.cells.posterior(cell) for cell in cells])[number]
+        return found
+
+    @cached_property
+    def noises(self) -> Floats:
+        """[N] how likely each of `NOISES` is, by the evidence of the cells of the most likely tree."""
+        parts, every = list(self.trees[0].cells()), np.arange(len(self.cells.scores))
+        inside = np.array([np.isin(every, part) for part in parts], dtype=np.float32)
+        found = np.array([replace(self.cells, noise=n).log_evidence(inside, every).sum() for n in NOISES])
+        odds = np.exp(found - found.max())
+        return odds / odds.sum()
+
+    def divisions(self, rows: Floats, num: int, randomness: np.random.Generator) -> Iterator[tuple[Ints, Floats]]:
+        """Trees drawn by their shares: numbers [m] of the cells of rows, and [k, G] how likely values are there."""
+        table, counting = widened(rows, self.shares_of), list(self._counting())
+        times = randomness.multinomial(num, np.array([share for share, _ in counting]))
+        for (_, tree), number in zip(counting, times.tolist(), strict=True):
+            cell, cells = tree.cell_of(table)
+            posteriors = np.array([self.cells.posterior(some) for some in cells])
+            yield from [(cell, posteriors)] * number
+
+    def without(
+        self, rows: Floats, scores: Floats, continuous: Flags, said: Intervals | None = None
+    ) -> PartitionPreference:
+        """What some of the labels alone say, when the person errs as is known: a quick look.
+
+        Args:
+            rows: [n, F] of these labels.
+            scores: [n]
+            continuous: [F] which columns are no counts.
+            said: [n] what these labels say, where that is not the scores.
+        """
+        randomness, every = np.random.default_rng(0), np.arange(len(scores))
+        splits = splits_of(rows, self.groups, continuous, self.shares_of)
+        cells = Cells(splits, scores, self.cells.grid, self.noise, self.blunders, said=said)
+        guides = (Cells(splits, scores, self.cells.grid, *_GUIDE, said=said),)
+        growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
+        sketches = [grow(cells, every, growth, randomness) for growth in growths]
+        found = [(share, tuple(tree.cells())) for share, tree in zip(_shares(sketches).tolist(), sketches, strict=True)]
+        cells = replace(cells, levels=levels_of(cells, found))
+        trees = [grow(cells, every, growth, randomness) for growth in growths]
+        # What all labels suggest is tried as well; it stays where these labels alone ask for it.
+        table = widened(rows, self.shares_of)
+        trees += [replanted(cells, tree, table, every) for tree in self.trees[:_NUM_SKETCHES]]
+        return replace(self, cells=cells, trees=tuple(trees), doubtful=())
+
+    def joint(self, rows: Floats) -> tuple[Floats, Floats]:
+        """Mean [m] and covariance [m, m] of the values of rows [m, F], doubtful trees counting as much as others."""
+        table = widened(rows, self.shares_of)
+        trees = [(share / 2.0, tree) for share, tree in self._counting()]
+        trees += [(0.5 / len(self.doubtful), tree) for tree in self.doubtful]
+        means, covariance = np.zeros((len(trees), len(rows))), np.zeros((len(rows), len(rows)))
+        shares = np.array([share for share, _ in trees])
+        shares /= shares.sum()
+        for place, (_, tree) in enumerate(trees):
+            number, cells = tree.cell_of(table)
+            values, variances = self._values(cells)
+            means[place] = values[number]
+            covariance += shares[place] * (number[:, None] == number) * variances[number]
+        mean = shares @ means
+        away = np.sqrt(shares)[:, None] * (means - mean)
+        return mean, covariance + away.T @ away
+
+    def explain(self, group_names: Sequence[str]) -> list[Relevance]:
+        """Of each group, the part of the variance of the labels' values that splits by it make up."""
+        if len(self.groups) and len(group_names) <= self.groups.max():
+            raise UsageError(f"group_names: expected {self.groups.max() + 1} names, found {len(group_names)}.")
+        found = np.zeros(len(group_names))
+        for share, tree in self._counting():
+            found += share * self._explained(tree, len(group_names))
+        entries = [
+            Relevance(name, value, level_of(value)) for name, value in zip(group_names, found.tolist(), strict=True)
+        ]
+        return sorted(entries, key=lambda relevance: -relevance.share)
+
+    def _explained(self, tree: Tree, num_groups: int) -> Floats:
+        """[groups] the part of the variance that the splits of a tree make up."""
+        found, owners = np.zeros(num_groups), np.concatenate([self.groups, *(self.groups[s] for s in self.shares_of)])
+        for node in tree.nodes():
+            if node.split is not None:
+                parts = [part.labels for _, part in node.parts]
+                means, sizes = self._values(parts)[0], np.array([len(part) for part in parts])
+                between = float(sizes @ (means - sizes @ means / sizes.sum()) ** 2)
+                groups = np.unique(owners[list(node.split.columns)])
+                found[groups] += between / len(groups)
+        return found / max(float(found.sum()), 1e-12) if found.any() else found
+
+    def _counting(self) -> Iterator[tuple[float, Tree]]:
+        counting = self.shares >= _LEAST_SHARE
+        total = self.shares[counting].sum()
+        for place in np.flatnonzero(counting).tolist():
+            yield float(self.shares[place] / total), self.trees[place]
+
+    def _values(self, cells: Sequence[Ints]) -> tuple[Floats, Floats]:
+        """[k] means and variances of the values of cells."""
+        posterior = np.array([self.cells.posterior(cell) for cell in cells]).reshape(-1, len(self.cells.grid))
+        means = posterior @ self.cells.grid
+        return means, np.maximum(posterior @ self.cells.grid**2 - means**2, 0.0)
+
+
+def fit(
+    rows: Rows,
+    scores: ArrayLike,
+    *,
+    groups: ArrayLike | None = None,
+    continuous: ArrayLike | None = None,
+    seed: int = 0,
+    warm: AbstractPreference | None = None,
+    said: Intervals | None = None,
+) -> PartitionPreference:
+    """A preference that divides designs in cells.
+
+    Args:
+        rows: [n, F] finite numbers.
+        scores: [n] 0-100; equal rows may have different ones.
+        groups: [F] group numbers; every column its own group when there are none.
+        continuous: [F] which columns are no counts; none of them when left out.
+        seed: of the draws of splits, and of the choice of labels where there are more than `MAX_ROWS_TO_FIT`.
+        warm: not used.
+        said: [n] what the labels say, where that is not the scores; these then tell about where the values are.
+
+    Raises:
+        UsageError: when labels or groups are out of range.
+    """
+    table, values = checked_labels(rows, scores)
+    numbers = checked_groups(groups, table.shape[1])
+    drawn = checked_kinds(continuous, len(numbers))
+    randomness = np.random.default_rng(seed)
+    if len(values) > MAX_ROWS_TO_FIT:
+        by_score = np.argsort(values + 1e-6 * randomness.random(len(values)), kind="stable")
+        some = np.sort(by_score[np.arange(MAX_ROWS_TO_FIT) * len(values) // MAX_ROWS_TO_FIT])
+        table, values = table[some], values[some]
+        said = None if said is None else said.take(some)
+    shares_of = _sums(table, numbers, drawn)
+    splits = splits_of(table, numbers, drawn, shares_of)
+    every = np.arange(len(values))
+    with threadpool_limits(1, "blas"):
+        cells, guides, found = _erring(splits, values, said, randomness)
+        growths = [Growth(1e-2)] + [Growth(_COOL if n % 2 else _WARM, 0.0, guides) for n in range(NUM_TREES - 1)]
+        trees = [found] + [grow(cells, every, growth, randomness) for growth in growths]
+        trees += _around(cells, max(trees, key=lambda tree: tree.log_posterior), Growth(_WARM, 0.0, guides), randomness)
+        doubtful = [grow(cells, every, Growth(_WARM, DOUBT, guides), randomness) for _ in range(NUM_DOUBTFUL)]
+    trees.sort(key=lambda tree: -tree.log_posterior)
+    return PartitionPreference(table.shape[1], numbers, shares_of, cells, tuple(trees), tuple(doubtful))
+
+
+def splits_of(rows: Floats, groups: Ints, continuous: Flags, shares_of: tuple[Ints, ...]) -> Splits:
+    """The ways to divide rows, shares among them."""
+    owners = np.concatenate([groups, *(groups[columns] for columns in shares_of)])
+    added = np.ones(sum(len(columns) for columns in shares_of), dtype=bool)
+    return Splits.of(widened(rows, shares_of), owners, np.concatenate([continuous, added]))
+
+
+def widened(rows: Floats, shares_of: tuple[Ints, ...]) -> Floats:
+    """Rows with the share that each column of some sets is of their sum; -1/2 where the sum is 0."""
+    if not shares_of:
+        return rows
+    parts = []
+    for columns in shares_of:
+        total = rows[:, columns].sum(axis=1, keepdims=True)
+        parts.append(np.where(total > 0.0, rows[:, columns] / np.where(total > 0.0, total, 1.0), -0.5))
+    return np.concatenate([rows, *parts], axis=1)
+
+
+def _sums(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:
+    """Groups whose counts have different sums: the share that is something may be what matters."""
+    found = []
+    for group in np.unique(groups[~continuous]).tolist():
+        columns = np.flatnonzero((groups == group) & ~continuous)
+        total = rows[:, columns].sum(axis=1)
+        if len(columns) > 1 and np.ptp(total) > 0.0 and total.max() > 1.0:
+            found.append(columns)
+    return tuple(found)
+
+
+def _around(cells: Cells, tree: Tree, growth: Growth, randomness: np.random.Generator) -> Iterator[Tree]:
+    """Trees drawn one from the other, beginning with the most likely one: what else explains labels about as well."""
+    for _ in range(NUM_AROUND):
+        tree = regrown(cells, tree, growth, randomness, temperature=1.0)
+        yield tree
+
+
+def _erring(
+    splits: Splits, scores: Floats, said: Intervals | None, randomness: np.random.Generator
+) -> tuple[Cells, tuple[Cells, ...], Tree]:
+    """How the person errs, a guide, and a tree: the best of what several beginnings lead to."""
+    grid, every = grid_of(scores), np.arange(len(scores))
+    guides = (Cells(splits, scores, grid, *_GUIDE, said=said),)
+    best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
+    for noise in _BEGINNINGS:
+        cells, seen = Cells(splits, scores, grid, noise, BLUNDERS[1], said=said), set[tuple[float, float]]()
+        for _ in range(_ROUNDS):
+            growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
+            trees = [grow(cells, every, growth, randomness) for growth in growths]
+            tree = max(trees, key=lambda tree: tree.log_posterior)
+            posterior = tree.log_posterior - PRICE_OF_BLUNDERS * cells.blunders
+            if posterior > highest:
+                best, highest, most_likely = cells, posterior, tree
+            found = [(float(share), tuple(tree.cells())) for share, tree in zip(_shares(trees), trees, strict=True)]
+            erring = _most_likely(cells, found)
+            if erring in seen:
+                break
+            seen.add(erring)
+            cells = replace(cells, noise=erring[0], blunders=erring[1], levels=levels_of(cells, found))
+    return best, guides, most_likely
+
+
+def _most_likely(cells: Cells, found: Sequence[tuple[float, Sequence[Ints]]]) -> tuple[float, float]:
+    """Noise and blunders that make the two most likely divisions most likely."""
+    top = sorted(found, key=lambda item: -item[0])[:2]
+    every = np.arange(len(cells.scores))
+    members = []
+    for share, parts in top:
+        inside = np.zeros((len(parts), len(every)), dtype=np.float32)
+        for place, cell in enumerate(parts):
+            inside[place, cell] = 1.0
+        members.append((share, inside))
+
+    def posterior(erring: tuple[float, float]) -> float:
+        other = replace(cells, noise=erring[0], blunders=erring[1])
+        evidence = sum(share * float(other.log_evidence(inside, every).sum()) for share, inside in members)
+        return evidence / sum(share for share, _ in members) - PRICE_OF_BLUNDERS * erring[1]
+
+    return max(((noise, blunders) for noise in NOISES for blunders in BLUNDERS), key=posterior)
+
+
+def _shares(trees: Sequence[Tree]) -> Floats:
+    posterior = np.array([tree.log_posterior for tree in trees])
+    shares = np.exp((posterior - posterior.max()) / _TEMPERATURE)
+    return shares / shares.sum()

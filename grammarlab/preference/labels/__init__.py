@@ -1,0 +1,1 @@
+"""What people said, as plain data and as files."""

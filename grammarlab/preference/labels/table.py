@@ -1,0 +1,229 @@
+"""Labels: what people said about which models, as plain data.
+
+A label is one score of one model for one factor, or a comparison of two models. A model is named by its address, from
+which it can be derived again: the grammar's hash, the seed, the index of the model, and what was said beside the
+grammar. So labels and the grammar are all that a preference needs. Labels keep their order and may repeat; labels of
+one model that contradict each other are all kept, as so many noisy looks at one value.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import UsageError
+from grammarlab.preference.base import MAX_SCORE
+
+OVERALL = "overall"
+"""The factor of labels that are about the whole model."""
+
+MAX_TEXT = 4096
+"""Characters of one text."""
+
+Kind = Literal["score", "stars", "thumb", "rather", "tie"]
+"""How something was said: a score of 0 to 100; five stars; up or down; this model rather than another; both alike."""
+
+COMPARISONS = ("rather", "tie")
+"""The kinds that are about two models."""
+
+SCORES: dict[str, tuple[float, ...]] = {
+    "stars": (0.0, 25.0, 50.0, 75.0, 100.0),
+    "thumb": (0.0, 100.0),
+    "rather": (100.0,),
+    "tie": (50.0,),
+}
+"""The scores that labels of a kind may have; of ``score`` any from 0 to 100."""
+
+Place = tuple[str, str, str, str, int, int]
+"""All that names a model: grammar, start rule, attributes, footprint, seed, index."""
+
+_PLACE = ("grammar", "start_rule", "attributes", "footprint", "seed", "model")
+
+_HASH = re.compile(r"[0-9a-f]{64}")
+_CONTROL = re.compile(r"[\x00-\x1f\x7f]")
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """One score, or one comparison.
+
+    Raises:
+        UsageError: when a value is out of range; the message names the field.
+
+    >>> label = Label(seed=1, model=17, factor=OVERALL, score=80.0, grammar="0" * 64)
+    >>> label.kind, label.score
+    ('score', 80.0)
+    """
+
+    seed: int
+    """Of the model, 0 <= seed < 2**64."""
+    model: int
+    """Index of the model under the seed, 0 <= model < 2**63."""
+    factor: str
+    """What the score is about; `OVERALL` when there are no factors."""
+    score: float
+    """0 (not wanted) to 100: of five stars 0, 25, 50, 75 or 100, of a thumb 100 (up) or 0 (down), of a comparison 100
+    where this model is preferred to the other one and 50 where they are alike."""
+    grammar: str
+    """SHA-256 of the grammar's text, 64 hexadecimal digits: `Grammar.hash`."""
+    start_rule: str = ""
+    """Empty for the one that the grammar marks."""
+    attributes: str = "{}"
+    """JSON object of attribute values, {} where the grammar's own were used."""
+    footprint: str = ""
+    """As the command line takes it, ``20x12`` or WKT; empty for the default."""
+    kind: Kind = "score"
+    """How it was said."""
+    other: str = ""
+    """Of a comparison the other model, as a JSON object of ``seed``, ``model`` and what else of its address differs
+    from this one's; empty for other kinds."""
+
+    def __post_init__(self) -> None:
+        _check_integer("seed", self.seed, 64)
+        _check_integer("model", self.model, 63)
+        for name in ("factor", "grammar", "start_rule", "attributes", "footprint", "kind", "other"):
+            _check_text(name, getattr(self, name))
+        if not self.factor:
+            raise UsageError(f"factor: expected a name, found nothing; {OVERALL!r} where there are no factors.")
+        if isinstance(self.score, bool) or not isinstance(self.score, int | float) or not 0 <= self.score <= MAX_SCORE:
+            raise UsageError(
+                f"score: expected a number from 0 to {MAX_SCORE:g}, found {_shown(self.score)}. "
+                "Leave models out that have no score."
+            )
+        _check_hash("grammar", self.grammar)
+        if self.attributes != "{}":
+            _check_attributes(self.attributes)
+        if self.kind != "score" or self.other:
+            _check_kind(self)
+
+    @property
+    def address(self) -> Place:
+        """All that names the model: labels of equal address are about the same one."""
+        return self.grammar, self.start_rule, self.attributes, self.footprint, self.seed, self.model
+
+    @property
+    def other_address(self) -> Place | None:
+        """All that names the other model of a comparison; None for other kinds."""
+        if not self.other:
+            return None
+        own = dict(zip(_PLACE, self.address, strict=True))
+        grammar, start_rule, attributes, footprint, seed, model = (own | json.loads(self.other)).values()
+        return grammar, start_rule, attributes, footprint, seed, model
+
+
+@dataclass(frozen=True, slots=True)
+class Labels:
+    """A table of labels.
+
+    >>> labels = Labels(tuple(Label(1, model, OVERALL, 50.0 * model, "0" * 64) for model in range(3)))
+    >>> labels.scores.tolist(), labels.factors
+    ([0.0, 50.0, 100.0], ('overall',))
+    """
+
+    rows: tuple[Label, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Label]:
+        return iter(self.rows)
+
+    def __add__(self, other: Labels) -> Labels:
+        return Labels(self.rows + other.rows)
+
+    @property
+    def factors(self) -> tuple[str, ...]:
+        """The factors that have labels, in order of their first label."""
+        return tuple(dict.fromkeys(label.factor for label in self.rows))
+
+    def of(self, factor: str) -> Labels:
+        """The labels of one factor."""
+        return Labels(tuple(label for label in self.rows if label.factor == factor))
+
+    @property
+    def scores(self) -> NDArray[np.float64]:
+        """[n] one a row."""
+        return np.array([label.score for label in self.rows], dtype=np.float64)
+
+
+def _check_kind(label: Label) -> None:
+    """What labels of other kinds than ``score`` must hold, and no label of that kind."""
+    if label.kind not in get_args(Kind):
+        raise UsageError(f"kind: expected one of {', '.join(get_args(Kind))}, found {_shown(label.kind)}.")
+    allowed = SCORES.get(label.kind)
+    if allowed is not None and label.score not in allowed:
+        expected = " or ".join(f"{score:g}" for score in allowed)
+        raise UsageError(f"score: expected {expected} for the kind {label.kind}, found {label.score:g}.")
+    if (label.kind in COMPARISONS) != bool(label.other):
+        example = '{"seed":5,"model":17}'
+        expected = f"the model to compare with, such as {example}" if label.kind in COMPARISONS else "nothing"
+        raise UsageError(f"other: expected {expected} for the kind {label.kind}, found {_shown(label.other)}.")
+    if label.other:
+        _check_other(label)
+
+
+def _check_other(label: Label) -> None:
+    place: Any = _object(label.other)
+    if place is None or not {"seed", "model"} <= set(place) <= set(_PLACE):
+        raise UsageError(
+            'other: expected a JSON object of seed and model like {"seed":5,"model":17}, and of '
+            f"{', '.join(_PLACE[:4])} where they differ; found {_shown(label.other)}."
+        )
+    for name, value in place.items():
+        if name in ("seed", "model"):
+            _check_integer(f"other: {name}", value, 64 if name == "seed" else 63)
+        else:
+            _check_text(f"other: {name}", value)
+    if "grammar" in place:
+        _check_hash("other: grammar", place["grammar"])
+    if "attributes" in place:
+        _check_attributes(place["attributes"])
+    if label.other_address == label.address:
+        raise UsageError("other: expected another model than the one that it is compared with, found the same.")
+
+
+def _check_hash(name: str, value: str) -> None:
+    if not _HASH.fullmatch(value):
+        raise UsageError(f"{name}: expected a SHA-256 of 64 hexadecimal digits, found {_shown(value)}.")
+
+
+def _check_integer(name: str, value: object, bits: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 1 << bits:
+        raise UsageError(f"{name}: expected an integer 0 <= {name} < 2**{bits}, found {_shown(value)}.")
+
+
+def _check_text(name: str, value: object) -> None:
+    if not isinstance(value, str):
+        raise UsageError(f"{name}: expected text, found {_shown(value)}.")
+    if len(value) > MAX_TEXT:
+        raise UsageError(f"{name}: {len(value)} characters; {MAX_TEXT} are allowed.")
+    if _CONTROL.search(value):
+        raise UsageError(f"{name}: expected one line of text, found {_shown(value)}.")
+
+
+def _check_attributes(text: str) -> None:
+    values = _object(text)
+    if values is None or not all(isinstance(value, int | float | str) for value in values.values()):
+        raise UsageError(f'attributes: expected a JSON object like {{"height":12}}, found {_shown(text)}.')
+
+
+def _object(text: str) -> dict[str, Any] | None:
+    """The JSON object that a text is; None where it is none."""
+    try:
+        values = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    return values if isinstance(values, dict) else None
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, int) and value.bit_length() > 200:
+        return f"an integer of {value.bit_length()} bits"
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

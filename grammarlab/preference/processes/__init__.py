@@ -1,0 +1,1 @@
+"""Gaussian processes: kernels, evidence, posteriors, and labels of other kinds."""

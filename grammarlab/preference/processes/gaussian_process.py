@@ -1,0 +1,241 @@
+"""The paper's preference: a zero-mean Gaussian process with automatic relevance detection (4.5.3, Equations 4.4-4.8).
+
+Each column has its own weight theta_d. Weights and amplitude theta_0 minimise
+
+    E(theta) = -log p(u | theta, m) + penalty sum_d |theta_d|                                              (4.8)
+
+over log theta, by L-BFGS in place of the paper's conjugate gradients. E has many local minima. The search starts from
+the best relevance that all columns can share, each scaled to the range 0-1 of the labelled rows. It goes in stages:
+after each, columns whose weight has become irrelevant are left out, so that most of the work is done on few columns;
+when it comes to rest it looks at all columns again, and those that would lower E come back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
+
+from grammarlab.errors import UsageError
+from grammarlab.preference.base import (
+    AbstractPreference,
+    Floats,
+    Ints,
+    Prediction,
+    Relevance,
+    Rows,
+    rows_to_predict,
+)
+from grammarlab.preference.explain import relevances
+from grammarlab.preference.observations import Observations, checked_groups, observe, thinned
+from grammarlab.preference.processes.evidence import Data, loss, padded, padded_size
+from grammarlab.preference.processes.minimise import minimise
+from grammarlab.preference.processes.posterior import Hyperparameters, Posterior, condition
+from grammarlab.preference.processes.starting import common_relevance
+
+NOISE = 0.01
+"""1 / beta of Equation 4.6, in squared scores."""
+PENALTY = 0.1
+"""lambda of Equation 4.8."""
+
+MAX_ROWS_TO_FIT = 1024
+"""Distinct rows that weights are fitted to; of more, a part with the same distribution of scores is taken."""
+MAX_ROWS_TO_KEEP = 4096
+"""Distinct rows that predictions rest on; chosen likewise."""
+
+MAX_ITERATIONS = 100
+_ITERATIONS_A_STAGE = 20
+
+_LOWEST = np.log(1e-11)
+"""Bounds of log theta: wide enough never to matter, narrow enough for exp."""
+_HIGHEST = np.log(1e5)
+
+_IRRELEVANT = 3e-3
+"""Weight times squared range below which a column may be left out: it lowers a correlation by 0.15 % at most."""
+_RETURN_WEIGHT = 3e-3
+"""Weight times squared range of a column that comes back; in log theta a smaller one would hardly move."""
+_RETURN_SLOPE = 0.05
+"""A column comes back when E falls by more than this per unit of weight times squared range."""
+_MAX_RETURNS = 32
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """A point of the search for hyperparameters, and what it took to get there."""
+
+    log_amplitude: float
+    weights: Floats
+    """[F] 0 for columns that are left out."""
+    energy: float = np.inf
+    """E of Equation 4.8 over the rows that were fitted; infinite before the first stage."""
+    iterations: int = 0
+    evaluations: int = 0
+    resting: bool = False
+    """Whether the last stage ended because nothing more was to be gained."""
+
+
+@dataclass(frozen=True)
+class GaussianProcessPreference(AbstractPreference):
+    """`method="paper"`: what `fit` found."""
+
+    num_columns: int
+    groups: Ints
+    """[F] group number of each column, for `explain`."""
+    rows: Floats
+    """[n, F] distinct labelled rows."""
+    posterior: Posterior
+    search: Search
+    """How the weights were found."""
+
+    def predict(self, rows: Rows) -> Prediction:
+        return self.posterior.predict(rows_to_predict(rows, self.num_columns))
+
+    def explain(self, group_names: Sequence[str]) -> list[Relevance]:
+        return relevances(self.rows, self.search.weights, self.groups, group_names)
+
+
+def fit(
+    rows: Rows,
+    scores: ArrayLike,
+    *,
+    groups: ArrayLike | None = None,
+    seed: int = 0,
+    warm: AbstractPreference | None = None,
+    noise: float = NOISE,
+    penalty: float = PENALTY,
+) -> GaussianProcessPreference:
+    """The Gaussian process of Equations 4.4-4.8, with the relevance of each column learned.
+
+    Scores of zero only say nothing about relevance: the amplitude is then 50 squared, and all columns that vary matter
+    alike.
+
+    Args:
+        rows: [n, F] finite numbers.
+        scores: [n] 0-100.
+        groups: [F] group numbers, for `explain` only.
+        seed: chooses among rows where there are more than `MAX_ROWS_TO_FIT`; nothing else is random.
+        warm: a preference found by this method on the same columns. The search then also starts from its weights, and
+            the better end is taken.
+        noise: 1 / beta > 0, in squared scores.
+        penalty: lambda >= 0.
+
+    Raises:
+        UsageError: when labels, groups, noise or penalty are out of range, or `warm` does not fit.
+    """
+    if not (0.0 < noise < np.inf and 0.0 <= penalty < np.inf):
+        raise UsageError(f"expected noise > 0 and penalty >= 0, found noise {noise} and penalty {penalty}.")
+    observations = thinned(observe(rows, scores), MAX_ROWS_TO_KEEP, seed)
+    num_columns = observations.rows.shape[1]
+    numbers = checked_groups(groups, num_columns)
+    to_fit = thinned(observations, MAX_ROWS_TO_FIT, seed)
+    previous = [] if warm is None else [_warm_start(warm, num_columns)]
+    with jax.enable_x64(True), threadpool_limits(1, "blas"):
+        common = common_relevance(to_fit, noise, penalty)
+        search = Search(float(np.log(common.amplitude)), common.weights)
+        if np.any(observations.means > 0.0):
+            ends = [_descend(start, to_fit, noise, penalty) for start in (search, *previous)]
+            search = min(ends, key=lambda end: end.energy)
+    found = Hyperparameters(float(np.exp(search.log_amplitude)), search.weights, noise)
+    return GaussianProcessPreference(num_columns, numbers, observations.rows, condition(found, observations), search)
+
+
+def _warm_start(warm: AbstractPreference, num_columns: int) -> Search:
+    if not isinstance(warm, GaussianProcessPreference) or warm.num_columns != num_columns:
+        raise UsageError(
+            f'warm: expected a preference that method="paper" found on the same {num_columns} columns, found '
+            f"{type(warm).__name__} on {warm.num_columns}. Leave it out when the columns have changed."
+        )
+    return Search(warm.search.log_amplitude, warm.search.weights)
+
+
+def _energy(log_theta: jax.Array, noise: jax.Array, penalty: jax.Array, data: Data) -> jax.Array:
+    """E of Equation 4.8 at log theta [1 + F], the amplitude first."""
+    theta = jnp.exp(log_theta)
+    return loss(theta[0], theta[1:], noise, data) + penalty * jnp.sum(theta[1:])
+
+
+_energy_and_gradient = jax.jit(jax.value_and_grad(_energy))
+_loss_by_weights = jax.jit(jax.grad(loss, argnums=1))
+
+
+def _descend(start: Search, observations: Observations, noise: float, penalty: float) -> Search:
+    """Stages of L-BFGS with columns left out and taken back in between, until at rest or out of iterations."""
+    ranges = np.ptp(observations.rows, axis=0)
+    varying = np.where(ranges > 0.0, start.weights, 0.0)
+    search = replace(start, weights=varying)
+    while True:
+        search = _stage(search, observations, ranges, noise, penalty)
+        if search.iterations >= MAX_ITERATIONS:
+            return search
+        if search.resting:
+            weights = _with_returning(search, observations, ranges, noise, penalty)
+            if weights is None:
+                return search
+            search = replace(search, weights=weights)
+
+
+def _stage(search: Search, observations: Observations, ranges: Floats, noise: float, penalty: float) -> Search:
+    """Some iterations of L-BFGS over the columns that have a weight; then irrelevant ones lose it."""
+    active = np.flatnonzero(search.weights > 0.0)
+    data = _on_device(observations, active)
+    size = data.rows.shape[1] + 1
+    used = len(active) + 1
+
+    def evaluate(log_theta: Floats) -> tuple[float, Floats]:
+        padding = np.full(size - used, _LOWEST)
+        value, gradient = _energy_and_gradient(np.concatenate((log_theta, padding)), noise, penalty, data)
+        return float(value), np.asarray(gradient)[:used]
+
+    minimum = minimise(
+        evaluate,
+        np.concatenate(([search.log_amplitude], np.log(search.weights[active]))),
+        np.full(used, _LOWEST),
+        np.full(used, _HIGHEST),
+        max_iterations=min(_ITERATIONS_A_STAGE, MAX_ITERATIONS - search.iterations),
+    )
+    found = np.exp(minimum.point[1:])
+    _, gradient = evaluate(minimum.point)
+    scaled = found * ranges[active] ** 2
+    weights = np.zeros_like(search.weights)
+    weights[active] = np.where((scaled < _IRRELEVANT) & (gradient[1:] >= 0.0), 0.0, found)
+    return Search(
+        float(minimum.point[0]),
+        weights,
+        minimum.value,
+        search.iterations + max(minimum.iterations, 1),
+        search.evaluations + minimum.evaluations + 1,
+        minimum.converged,
+    )
+
+
+def _on_device(observations: Observations, active: Ints) -> Data:
+    """The active columns, padded to all columns' size or to 1/4 or 1/16 of it: few sizes, so little to compile."""
+    full = padded_size(observations.rows.shape[1], 8)
+    size = next(size for size in (full // 16, full // 4, full) if size >= len(active) and (size >= 32 or size == full))
+    part = replace(observations, rows=observations.rows[:, active])
+    return jax.tree.map(jnp.asarray, padded(part, size))
+
+
+def _with_returning(
+    search: Search, observations: Observations, ranges: Floats, noise: float, penalty: float
+) -> Floats | None:
+    """The weights [F] with columns taken back that would lower E by more weight; None when there are none."""
+    num_columns = len(ranges)
+    data = _on_device(observations, np.arange(num_columns))
+    weights = np.zeros(data.rows.shape[1])
+    weights[:num_columns] = search.weights
+    slope = np.asarray(_loss_by_weights(np.exp(search.log_amplitude), weights, noise, data))[:num_columns] + penalty
+    outside = np.flatnonzero((search.weights * ranges**2 < _RETURN_WEIGHT) & (ranges > 0.0))
+    gain = -slope[outside] / ranges[outside] ** 2
+    order = np.argsort(-gain, kind="stable")[:_MAX_RETURNS]
+    returning = outside[order[gain[order] > _RETURN_SLOPE]]
+    if not len(returning):
+        return None
+    weights = search.weights.copy()
+    weights[returning] = _RETURN_WEIGHT / ranges[returning] ** 2
+    return weights

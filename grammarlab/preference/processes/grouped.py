@@ -1,0 +1,197 @@
+"""The default preference: Gaussian processes with a weight for each group of columns, averaged by their evidence.
+
+Columns of one group are alternatives of one choice, so they matter together or not at all: one weight a group is far
+less to learn than one a column. Few labels leave several explanations open, which the search (`grouped_search`) finds
+from different starts. Predictions average over them in proportion to exp(-E); where they disagree the prediction is
+uncertain. A column that has not varied yet counts with its group's weight: a model with an alternative never seen
+before is unlike all others if the choice matters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
+
+from grammarlab.errors import UsageError
+from grammarlab.preference.base import (
+    MAX_SCORE,
+    AbstractPreference,
+    Floats,
+    Ints,
+    Prediction,
+    Relevance,
+    Rows,
+    rows_to_predict,
+)
+from grammarlab.preference.explain import relevances
+from grammarlab.preference.observations import Observations, checked_groups, checked_kinds, observe, thinned
+from grammarlab.preference.processes.grouped_search import (
+    AMPLITUDE,
+    NOISE,
+    Kernel,
+    Problem,
+    hyperparameters,
+    problem_of,
+    scales_of,
+    search,
+    starting_kernels,
+)
+from grammarlab.preference.processes.posterior import Posterior, condition
+
+MAX_ROWS_TO_FIT = 512
+"""Distinct rows that kernels are searched with; of more, a part with the same distribution of scores is taken."""
+MAX_ROWS_TO_KEEP = 4096
+"""Distinct rows that predictions rest on; chosen likewise."""
+
+NUM_RANDOM_STARTS = 2
+NUM_WARM_STARTS = 4
+"""The best explanations of the round before that are searched from again: new labels may favour another one."""
+_LEAST_SHARE = 1e-3
+"""Explanations of less weight are left out of predictions."""
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """One kernel, and what the labels say under it."""
+
+    kernel: Kernel
+    posterior: Posterior
+    share: float
+    """Its weight in the average; all shares sum to 1."""
+
+
+@dataclass(frozen=True)
+class GroupedPreference(AbstractPreference):
+    """`method="grouped"`: what `fit` found."""
+
+    num_columns: int
+    groups: Ints
+    """[F] group number of each column."""
+    observations: Observations
+    """The labels that predictions rest on."""
+    scales: Floats
+    """[F] > 0, the range of each column among them, 1 for constant ones."""
+    highest: float
+    """The highest score, > 0; `MAX_SCORE` when all are zero."""
+    explanations: tuple[Explanation, ...]
+    """At least one, all different, best first."""
+
+    def predict(self, rows: Rows) -> Prediction:
+        table = rows_to_predict(rows, self.num_columns)
+        counting = [explanation for explanation in self.explanations if explanation.share >= _LEAST_SHARE]
+        parts = [explanation.posterior.predict(table) for explanation in counting]
+        shares = np.array([explanation.share for explanation in counting])
+        shares /= shares.sum()
+        means = np.stack([part.mean for part in parts])
+        mean = shares @ means
+        variance = shares @ (np.stack([part.std for part in parts]) ** 2 + (means - mean) ** 2)
+        return Prediction(mean, np.sqrt(variance))
+
+    def explain(self, group_names: Sequence[str]) -> list[Relevance]:
+        return relevances(self.observations.looked_at, self.column_weights(), self.groups, group_names)
+
+    def column_weights(self) -> Floats:
+        """[F] the weight of each column, averaged over the explanations."""
+        weights = np.stack([explanation.posterior.hyperparameters.weights for explanation in self.explanations])
+        return np.array([explanation.share for explanation in self.explanations]) @ weights
+
+
+def fit(
+    rows: Rows,
+    scores: ArrayLike,
+    *,
+    groups: ArrayLike | None = None,
+    continuous: ArrayLike | None = None,
+    seed: int = 0,
+    warm: AbstractPreference | None = None,
+    starts: int | None = None,
+) -> GroupedPreference:
+    """A preference that weighs groups of columns, averaged over the explanations that the labels leave open.
+
+    Scores of zero only say nothing about relevance: all groups that vary then matter a little.
+
+    Args:
+        rows: [n, F] finite numbers.
+        scores: [n] 0-100.
+        groups: [F] group numbers; every column its own group when there are none.
+        continuous: [F] which columns are no counts; none of them when left out.
+        seed: of the random starts, and of the choice of rows where there are more than `MAX_ROWS_TO_FIT`.
+        warm: a preference found by this method on the same columns; its explanations are starts, too.
+        starts: how many starts are searched from at most, for a quick look.
+
+    Raises:
+        UsageError: when labels or groups are out of range, or `warm` does not fit.
+    """
+    return fit_observed(
+        observe(rows, scores), groups=groups, continuous=continuous, seed=seed, warm=warm, starts=starts
+    )
+
+
+def fit_observed(
+    labels: Observations,
+    *,
+    groups: ArrayLike | None = None,
+    continuous: ArrayLike | None = None,
+    seed: int = 0,
+    warm: AbstractPreference | None = None,
+    starts: int | None = None,
+) -> GroupedPreference:
+    """`fit`, of labels as observations, among which there may be differences of two rows."""
+    observations = thinned(labels, MAX_ROWS_TO_KEEP, seed)
+    num_columns = observations.rows.shape[1]
+    numbers = checked_groups(groups, num_columns)
+    scales = scales_of(observations.looked_at)
+    beside = observations.beside
+    plain = observations.means if beside is None else observations.means[beside.variances == 0.0]
+    highest = float(np.max(plain, initial=0.0)) or MAX_SCORE
+    problem = problem_of(thinned(observations, MAX_ROWS_TO_FIT, seed), numbers, scales, highest)
+    drawn = np.zeros(problem.num_groups)
+    drawn[numbers[checked_kinds(continuous, num_columns)]] = 1.0
+    kernels = _warm_starts(warm, num_columns, numbers) + starting_kernels(problem, seed, NUM_RANDOM_STARTS, drawn)
+    with jax.enable_x64(True), threadpool_limits(1, "blas"):
+        kernels = _best(problem, kernels[:starts]) if np.any(observations.means != 0.0) else [_indifferent(problem)]
+    shares = np.exp(kernels[0].energy - np.array([kernel.energy for kernel in kernels]))
+    shares /= shares.sum()
+    explanations = tuple(
+        Explanation(kernel, condition(hyperparameters(kernel, numbers, scales, highest), observations), float(share))
+        for kernel, share in zip(kernels, shares, strict=True)
+    )
+    return GroupedPreference(num_columns, numbers, observations, scales, highest, explanations)
+
+
+def _warm_starts(warm: AbstractPreference | None, num_columns: int, groups: Ints) -> list[Kernel]:
+    if warm is None:
+        return []
+    if not isinstance(warm, GroupedPreference) or not np.array_equal(warm.groups, groups):
+        raise UsageError(
+            f'warm: expected a preference that method="grouped" found on the same {num_columns} columns and groups, '
+            f"found {type(warm).__name__} on {warm.num_columns}. Leave it out when the columns have changed."
+        )
+    return [explanation.kernel for explanation in warm.explanations[:NUM_WARM_STARTS]]
+
+
+def _best(problem: Problem, starts: list[Kernel]) -> list[Kernel]:
+    """Where the searches end, each end once, best first."""
+    ends = sorted((search(problem, start) for start in starts), key=lambda kernel: kernel.energy)
+    different: list[Kernel] = []
+    for end in ends:
+        if not any(_alike(end, other) for other in different):
+            different.append(end)
+    return different
+
+
+def _alike(first: Kernel, second: Kernel) -> bool:
+    """Whether two searches have come to the same end."""
+    return abs(first.energy - second.energy) < 0.1 and bool(np.allclose(first.weights, second.weights, atol=0.05))
+
+
+def _indifferent(problem: Problem) -> Kernel:
+    """All groups that vary matter alike, so that two typical models are nearly unlike."""
+    rows = problem.observations.looked_at
+    spread = 2.0 * float(np.sum(np.var(rows, axis=0)))
+    return Kernel(problem.varying / max(spread, 1.0), AMPLITUDE[0], NOISE[0], 0.0)

@@ -1,0 +1,262 @@
+"""Labels of several kinds as observations of rows, for processes, and as intervals of values, for cells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from grammarlab.errors import UsageError
+from grammarlab.preference.base import MAX_SCORE, Floats, Ints, Rows, dense_rows
+from grammarlab.preference.labels.table import COMPARISONS, Kind
+from grammarlab.preference.likelihood import Intervals, intervals_of, matched
+from grammarlab.preference.observations import Beside, Observations, checked_labels, observe
+from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
+from grammarlab.preference.processes.propagation import Sites, propagate
+
+STAR = 12.5
+"""Half of the step between two stars, in points."""
+TIE = 5.0
+"""Points of difference below which somebody who calls some models alike does so."""
+NOISE = 3.0
+"""Standard deviation in points that comparisons are reckoned with at least."""
+BLUNDERS = 0.05
+_MIDDLES = np.arange(5.0, 96.0, 2.5)
+_OF_MIDDLE = 20.0
+"""Standard deviation of where people have their middle, around 50."""
+
+
+@dataclass(frozen=True, eq=False)
+class Judgements:
+    """Labels of several kinds: first the scores, then the rest."""
+
+    rows: Floats
+    """[N, F] all different: what the labels are about."""
+    scores: Floats
+    """[p + k]"""
+    kinds: tuple[Kind, ...]
+    """[p + k] p of the kind ``score`` and then k others."""
+    first: Ints
+    """[p + k] index of the row of each."""
+    second: Ints
+    """[p + k] index of the row that a comparison is with; -1 for other kinds."""
+
+    @property
+    def num_scores(self) -> int:
+        """How many labels are scores."""
+        return self.kinds.count("score")
+
+    @property
+    def plain(self) -> slice:
+        """The scores."""
+        return slice(0, self.num_scores)
+
+    @property
+    def rest(self) -> slice:
+        """All other labels."""
+        return slice(self.num_scores, None)
+
+    @property
+    def mixing(self) -> Floats:
+        """[k, N] of which rows the others than scores are: differences, where these are compared."""
+        first, second = self.first[self.rest], self.second[self.rest]
+        mixing = np.zeros((len(first), len(self.rows)))
+        mixing[np.arange(len(first)), first] = 1.0
+        compared = np.flatnonzero(second >= 0)
+        mixing[compared, second[compared]] = -1.0
+        return mixing
+
+    def take(self, some: Ints) -> Judgements:
+        """Some labels, ascending."""
+        kinds = tuple(self.kinds[index] for index in some.tolist())
+        return Judgements(self.rows, self.scores[some], kinds, self.first[some], self.second[some])
+
+    def intervals(self, middle: float) -> Intervals:
+        """[k] what the others than scores say of values, or of differences of two.
+
+        Args:
+            middle: what is above gets a thumb up.
+        """
+        kinds, scores = np.array(self.kinds[self.rest], dtype=object), self.scores[self.rest]
+        low, high = np.full(len(kinds), -np.inf), np.full(len(kinds), np.inf)
+        stars = intervals_of(scores, STAR)
+        of_stars, up, rather = kinds == "stars", scores > MAX_SCORE / 2.0, kinds == "rather"
+        low, high = np.where(of_stars, stars.low, low), np.where(of_stars, stars.high, high)
+        thumb = kinds == "thumb"
+        low, high = np.where(thumb & up, middle, low), np.where(thumb & ~up, middle, high)
+        tied = kinds == "tie"
+        alike = TIE if tied.any() else 0.0
+        low = np.where(rather, alike, np.where(tied, -alike, low))
+        high = np.where(tied, alike, high)
+        by_chance = np.where(rather | tied, MAX_SCORE / (3.0 if tied.any() else 2.0), MAX_SCORE / 2.0)
+        looks = np.where(rather | tied, 2.0, 1.0)
+        return Intervals(low, high, np.where(of_stars, stars.length, by_chance), looks, np.zeros(len(kinds)))
+
+    def scored(self) -> Observations | None:
+        """The scores; None where there are none."""
+        some = self.first[self.plain]
+        return observe(self.rows[some], self.scores[self.plain]) if len(some) else None
+
+
+def judgements_of(rows: Rows, scores: ArrayLike, kinds: Sequence[Kind], others: Rows) -> Judgements:
+    """Labels of several kinds, checked.
+
+    Args:
+        rows: [n, F] of the models.
+        scores: [n] 0-100.
+        kinds: [n]
+        others: [n, F] of the models that they are compared with; anything for other kinds.
+
+    Raises:
+        UsageError: when the numbers do not agree, or a value is not finite or out of range.
+    """
+    table, values = checked_labels(rows, scores)
+    beside = dense_rows(others, "others")
+    if beside.shape != table.shape or len(kinds) != len(table):
+        raise UsageError(
+            f"kinds, others: expected one kind and one row of {table.shape[1]} columns for each of {len(table)} "
+            f"labels, found {len(kinds)} kinds and a table of {list(beside.shape)}."
+        )
+    compared = np.array([kind in COMPARISONS for kind in kinds])
+    different, place = np.unique(np.concatenate([table, beside[compared]]), axis=0, return_inverse=True)
+    second = np.full(len(table), -1)
+    second[compared] = place.reshape(-1)[len(table) :]
+    first = place.reshape(-1)[: len(table)]
+    # Scores first; else in an order that says nothing about the one they were given in, on which sums depend.
+    number = np.unique(np.array(kinds), return_inverse=True)[1].reshape(-1)
+    said_otherwise = np.array([kind != "score" for kind in kinds])
+    order = np.lexsort((values, number, second, first, said_otherwise))
+    return Judgements(
+        different, values[order], tuple(kinds[index] for index in order.tolist()), first[order], second[order]
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Understood:
+    """What labels of several kinds say, under one kernel."""
+
+    observations: Observations
+    """For processes: scores, and sites in the place of everything else."""
+    seen: Observations
+    """For a search for kernels: scores, and what was seen, as far as it is known, in the place of everything else. A
+    site tells nothing of what its kernel knew before, so that another kernel need not know it."""
+    of: Ints
+    """[n, 2] indices of the rows that each observation is about."""
+    bounds: Intervals
+    """[p + k] what each label says of a value or of a difference."""
+    rows: Floats
+    """[c, F] for cells: each row of a label; comparisons have two."""
+    scores: Floats
+    """[c] about what the value of each is."""
+    said: Intervals
+    """[c] what each label says of one value; of comparisons, given what all other labels say of the other value."""
+    label: Ints
+    """[c] index of the label that each is of."""
+
+
+def understood(judgements: Judgements, hyperparameters: Hyperparameters, middle: float) -> Understood:
+    """What labels say under a kernel."""
+    mean, covariance = _beforehand(judgements, hyperparameters)
+    mixing, said = judgements.mixing, judgements.intervals(middle)
+    noise = max(float(np.sqrt(hyperparameters.noise)), NOISE)
+    spread = covariance @ mixing.T
+    sites = propagate(mixing @ mean, mixing @ spread, said, noise, BLUNDERS)
+    # Of the rows, given all sites.
+    inner = np.linalg.solve(mixing @ spread + np.diag(sites.variances), spread.T)
+    mean, covariance = mean + inner.T @ (sites.means - mixing @ mean), covariance - spread @ inner
+    observations, of = _observations(judgements, sites.means, sites.variances)
+    others, left = sites.without()
+    looks = said.deviation(noise) ** 2
+    # What was seen is the value and the noise of the looks at it, between the bounds.
+    _, means, variances = matched(said, others, left + looks, 0.0, 0.0)
+    seen, _ = _observations(judgements, means, np.maximum(variances, looks))
+    bounds = intervals_of(judgements.scores[judgements.plain]) + said
+    return Understood(observations, seen, of, bounds, *_for_cells(judgements, said, sites, mean, covariance))
+
+
+def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float:
+    """Which value somebody's thumbs turn at, by what scores say of the models; 50 where there are none."""
+    thumbs = np.array([kind == "thumb" for kind in judgements.kinds])
+    if not thumbs.any() or not judgements.num_scores:
+        return MAX_SCORE / 2.0
+    mean, covariance = _beforehand(judgements, hyperparameters)
+    place = judgements.first[thumbs]
+    some = judgements.take(np.flatnonzero(thumbs))
+    noise = max(float(np.sqrt(hyperparameters.noise)), NOISE)
+    values, variances = mean[place], np.maximum(np.diagonal(covariance)[place], 1e-9)
+    plausible = [
+        float(matched(some.intervals(middle), values, variances, noise, BLUNDERS)[0].sum())
+        - 0.5 * ((middle - MAX_SCORE / 2.0) / _OF_MIDDLE) ** 2
+        for middle in _MIDDLES.tolist()
+    ]
+    return float(_MIDDLES[int(np.argmax(plausible))])
+
+
+def _beforehand(judgements: Judgements, hyperparameters: Hyperparameters) -> tuple[Floats, Floats]:
+    """Mean [N] and covariance [N, N] of the values of all rows, given the scores."""
+    rows, scored = judgements.rows, judgements.scored()
+    scaled = rows * np.sqrt(hyperparameters.weights)
+    covariance = hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, scaled))
+    if scored is None:
+        return np.zeros(len(rows)), covariance
+    posterior = condition(hyperparameters, scored)
+    across = posterior.covariance_with_observed(rows)
+    explained = np.linalg.solve(posterior.factor, across.T)
+    return across @ posterior.solution, covariance - explained.T @ explained
+
+
+def _observations(judgements: Judgements, means: Floats, variances: Floats) -> tuple[Observations, Ints]:
+    """Scores, and in the place of all else normal observations [k]; and [n, 2] the rows that each is of."""
+    rows, scored, rest = judgements.rows, judgements.scored(), judgements.rest
+    # As `observe` has them: in the order in which they first appear.
+    plain = judgements.first[judgements.plain]
+    place = plain[np.sort(np.unique(plain, return_index=True)[1])]
+    scores, counts, spread = (
+        (np.zeros(0), np.zeros(0), 0.0) if scored is None else (scored.means, scored.counts, scored.spread)
+    )
+    first, second = judgements.first[rest], judgements.second[rest]
+    of = np.column_stack([np.append(place, first), np.append(place, np.where(second < 0, first, second))])
+    nothing = np.zeros(len(place))
+    beside = Beside(rows[of[:, 1]], np.append(nothing, (second >= 0).astype(np.float64)), np.append(nothing, variances))
+    counts, means = np.append(counts, np.ones(len(first))), np.append(scores, means)
+    return Observations(rows[of[:, 0]], means, counts, spread, beside), of
+
+
+def _for_cells(
+    judgements: Judgements, said: Intervals, sites: Sites, mean: Floats, covariance: Floats
+) -> tuple[Floats, Floats, Intervals, Ints]:
+    plain = judgements.plain
+    rest = np.arange(judgements.num_scores, len(judgements.scores))
+    compared = judgements.second[rest] >= 0
+    alone, pairs = np.flatnonzero(~compared), np.flatnonzero(compared)
+    a, b = judgements.first[rest[pairs]], judgements.second[rest[pairs]]
+    bounds = said.take(pairs)
+    to_first = _shifted(bounds, *_without(mean, covariance, a, b, sites, pairs, of_first=False), sign=1.0)
+    to_second = _shifted(bounds, *_without(mean, covariance, a, b, sites, pairs, of_first=True), sign=-1.0)
+    place = np.concatenate([judgements.first[plain], judgements.first[rest[alone]], a, b])
+    known = np.concatenate([judgements.scores[plain], judgements.scores[rest[alone]]])
+    scores = np.concatenate([known, np.clip(mean[a], 0.0, MAX_SCORE), np.clip(mean[b], 0.0, MAX_SCORE)])
+    all_said = intervals_of(judgements.scores[plain]) + said.take(alone) + to_first + to_second
+    label = np.concatenate([np.arange(judgements.num_scores), rest[alone], rest[pairs], rest[pairs]])
+    return judgements.rows[place], scores, all_said, label
+
+
+def _without(
+    mean: Floats, covariance: Floats, a: Ints, b: Ints, sites: Sites, pairs: Ints, *, of_first: bool
+) -> tuple[Floats, Floats]:
+    """Mean and variance of one side of each comparison, as all other labels have it."""
+    side = a if of_first else b
+    across = covariance[side, a] - covariance[side, b]
+    between = covariance[a, a] - 2.0 * covariance[a, b] + covariance[b, b]
+    precision, shift = sites.precisions[pairs], sites.shifts[pairs]
+    left = np.maximum(1.0 - precision * between, 1e-6)
+    means = mean[side] + across * (precision * (mean[a] - mean[b]) - shift) / left
+    return means, np.maximum(covariance[side, side] + across**2 * precision / left, 0.0)
+
+
+def _shifted(bounds: Intervals, means: Floats, variances: Floats, *, sign: float) -> Intervals:
+    """What bounds of a difference say of one side, where the other one is known to be so."""
+    low, high = (bounds.low, bounds.high) if sign > 0.0 else (-bounds.high, -bounds.low)
+    return Intervals(low + means, high + means, bounds.length, bounds.looks, variances)

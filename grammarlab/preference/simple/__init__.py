@@ -1,0 +1,1 @@
+"""Simpler functions near a preference."""

@@ -1,0 +1,101 @@
+"""Which renderer draws: the one that was asked for, or the best that works here."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from grammarlab.errors import UsageError
+from grammarlab.rendering.renderer import AbstractRenderer
+
+RendererName = Literal["auto", "cast", "gl"]
+"""``cast`` sends rays, ``gl`` uses OpenGL, ``auto`` uses OpenGL where it works and rays elsewhere."""
+
+PLATFORMS = ("egl", "osmesa")
+"""Ways to use OpenGL without a window, best first."""
+PATIENCE = 40.0
+"""Seconds until OpenGL counts as not working."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A renderer that works on this machine; may be sent to other processes."""
+
+    name: Literal["cast", "gl"]
+    platform: str = ""
+    """For ``gl``, which of `PLATFORMS` works."""
+    driver: str = ""
+    """For ``gl``, name and version of the driver that draws."""
+
+    def make(self) -> AbstractRenderer:
+        """The renderer."""
+        if self.name == "gl":
+            from grammarlab.rendering.engines.rasterize import OpenGLRenderer  # noqa: PLC0415
+
+            return OpenGLRenderer(self.platform)
+        from grammarlab.rendering.engines.raycast import RaycastRenderer  # noqa: PLC0415
+
+        return RaycastRenderer()
+
+
+def choose(name: RendererName, patience: float = PATIENCE) -> Choice:
+    """The renderer of a name. OpenGL is tried out in another process first, which takes a second or two.
+
+    Args:
+        name: as `RendererName` says.
+        patience: seconds until OpenGL counts as not working.
+
+    Raises:
+        UsageError: OpenGL was asked for and does not work here.
+    """
+    if name == "cast":
+        return Choice("cast")
+    end = time.monotonic() + patience
+    reasons = []
+    for platform in PLATFORMS:
+        driver, reason = _try(platform, end - time.monotonic())
+        if driver:
+            return Choice("gl", platform, driver)
+        reasons.append(f"{platform}: {reason}")
+    if name == "auto":
+        return Choice("cast")
+    raise UsageError(
+        f"OpenGL does not work here ({'; '.join(reasons)}). It needs `pip install 'grammarlab[gl]'` and a driver with "
+        "EGL or OSMesa (Debian: libegl1 or libosmesa6). The renderer 'cast' needs neither."
+    )
+
+
+def _try(platform: str, patience: float) -> tuple[str, str]:
+    """The driver of a platform when it works, else empty and why it does not."""
+    if patience <= 0:
+        return "", "no time left to try it"
+    # The trial must find this package wherever it was found by us.
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path or str(Path.cwd()) for path in sys.path)}
+    try:
+        done = subprocess.run(  # noqa: S603 - our own interpreter and module
+            [sys.executable or "python3", "-P", "-m", "grammarlab.rendering.engines.trial", platform],
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=patience,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return "", f"no answer within {patience:.0f} seconds"
+    except OSError as error:
+        return "", str(error)
+    said = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
+    if done.returncode == 0 and said:
+        return said[-1], ""
+    return "", _reason(done.stderr.decode(errors="replace"), done.returncode)
+
+
+def _reason(stderr: str, code: int) -> str:
+    """The last line of a traceback, or what the exit code says."""
+    lines = [line.strip() for line in stderr.splitlines() if line.strip()]
+    return lines[-1][:200] if lines else f"ended with code {code}"

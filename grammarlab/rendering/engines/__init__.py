@@ -1,0 +1,1 @@
+"""Who draws: rays against triangles, or OpenGL."""

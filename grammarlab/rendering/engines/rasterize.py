@@ -1,0 +1,111 @@
+"""The OpenGL renderer: fast for large models and large pictures, where OpenGL works."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import UsageError
+from grammarlab.rendering.camera import Camera
+from grammarlab.rendering.engines import shadow_map
+from grammarlab.rendering.engines.opengl import Buffers, painter
+from grammarlab.rendering.engines.shadow_map import ShadowMap, sun_camera
+from grammarlab.rendering.film import Samples, develop, paper, pixels, samples
+from grammarlab.rendering.light.ground import ground_light
+from grammarlab.rendering.light.lighting import Exposure, shade
+from grammarlab.rendering.light.look import tone_map
+from grammarlab.rendering.light.surfaces import SEE_THROUGH, Surfaces, side_of_viewer, unit
+from grammarlab.rendering.renderer import AbstractRenderer, RenderOptions
+from grammarlab.rendering.shot import Rows, Shot, ground_at, outlines, take
+from grammarlab.scene import TriangleBatch
+
+Floats = NDArray[np.floating]
+
+LARGEST_SIDE = 8192
+"""Samples along a side: what every driver of our time offers."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class OpenGLRenderer(AbstractRenderer):
+    """Sun, shadow, edges and ground as the default renderer draws them, without openness and mirror images.
+
+    Of glass, the nearest pane in front of something solid is drawn.
+
+    The picture is the same every time with one driver, and nearly the same with another.
+    """
+
+    platform: str
+    """``egl`` or ``osmesa``; `grammarlab.rendering.choice` finds out which of them works."""
+
+    def render(self, batch: TriangleBatch, camera: Camera, options: RenderOptions) -> NDArray[np.uint8]:
+        """As `AbstractRenderer.render`.
+
+        Raises:
+            UsageError: pyrender is missing, or the picture is too large for OpenGL.
+        """
+        width, height = options.width * options.samples, options.height * options.samples
+        if max(width, height) > LARGEST_SIDE:
+            raise UsageError(
+                f"a picture of {options.width} x {options.height} pixels is too large for OpenGL: expected at most "
+                f"{LARGEST_SIDE // options.samples} along each side. Choose the renderer 'cast'."
+            )
+        behind = paper(options, 0, height)
+        if len(batch.triangles) == 0:
+            return develop(pixels(behind, options))
+        shot = take(batch, camera, options, for_rays=False)
+        opaque = shot.model.opacity[batch.group_material] >= SEE_THROUGH
+        everything = np.ones_like(opaque)
+        with painter(self.platform, batch, shot.model) as paint:
+            solid = paint.buffers(shot.camera, width, height, opaque)
+            front = solid if opaque.all() else paint.buffers(shot.camera, width, height, everything)
+            from_sun = sun_camera(shot.sun)
+            shadows = ShadowMap(from_sun, paint.depths(from_sun, shadow_map.SIDE, opaque))
+        shown = _shown(shot, samples(shot.camera, options, 0, height), solid, front, shadows, behind)
+        return develop(pixels(shown, options))
+
+
+def _shown(shot: Shot, rays: Samples, solid: Buffers, front: Buffers, shadows: ShadowMap, behind: Floats) -> Floats:
+    """[N, 3] what each sample shows, linear in 0..1: the paper, what is opaque, and the nearest glass before it."""
+    look = shot.options.look
+    on_model, seen = _surfaces(shot, rays, solid)
+    on_ground, ground = ground_at(shot, rays, np.flatnonzero(solid.material.ravel() < 0))
+    upward = np.broadcast_to(np.array([0, 1, 0], np.float32), ground.shape)
+    shown = behind.copy()
+    shown[on_ground] *= ground_light(look, _exposure(rays, on_ground, ground, upward, shadows))
+    shown[on_model] = tone_map(look, _light(shot, rays, on_model, seen, shadows)[0])
+    if front is not solid:
+        on_model, seen = _surfaces(shot, rays, front)
+        glass = np.flatnonzero(shot.model.opacity[seen.material] < SEE_THROUGH)
+        panes = Surfaces(seen.point[glass], seen.normal[glass], seen.flat[glass], seen.material[glass])
+        rows = on_model[glass]
+        light, through = _light(shot, rays, rows, panes, shadows)
+        shown[rows] = tone_map(look, light) + through[:, None] * shown[rows]
+    return outlines(shot, rays, on_model, seen).darken(shown, shot.options)
+
+
+def _light(shot: Shot, rays: Samples, rows: Rows, seen: Surfaces, shadows: ShadowMap) -> tuple[Floats, Floats]:
+    """As `shade`, for surfaces that the samples `rows` [K] show."""
+    exposure = _exposure(rays, rows, seen.point, seen.flat, shadows)
+    return shade(shot.model, seen, exposure, rays.directions[rows], shot.sun, shot.options.look)
+
+
+def _exposure(rays: Samples, rows: Rows, points: Floats, normals: Floats, shadows: ShadowMap) -> Exposure:
+    """The light at points [K, 3] that belong to the samples `rows` [K]."""
+    return Exposure(shadows.visibility(points, normals, rays.spot[rows]), np.ones(len(rows), np.float32))
+
+
+def _surfaces(shot: Shot, rays: Samples, buffers: Buffers) -> tuple[Rows, Surfaces]:
+    """Which samples show the model, and what they show of it."""
+    material = buffers.material.ravel()
+    rows = np.flatnonzero(material >= 0)
+    directions = rays.directions[rows]
+    forward = -shot.camera.axes[2].astype(np.float32)
+    distance = buffers.depth.reshape(-1)[rows] / (directions @ forward)
+    points = rays.origins[rows] + distance[:, None] * directions
+    normals = unit(buffers.normal.reshape(-1, 3)[rows])
+    normals *= side_of_viewer(normals, directions)
+    return rows, Surfaces(points, normals, normals, material[rows])

@@ -1,0 +1,108 @@
+"""Where neighbouring samples of a picture show different surfaces: drawn edges, and limits for smoothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.rendering.light.surfaces import dot
+
+Floats = NDArray[np.floating]
+Flags = NDArray[np.bool_]
+
+CREASE_COSINE = 0.82
+"""Normals that turn by more (35 degrees) meet in a crease."""
+JUMP = 4.0
+"""A neighbour off the surface by more than so many spacings lies behind it or in front of it."""
+SILHOUETTE_STRENGTH, JUMP_STRENGTH, CREASE_STRENGTH = np.float32(1.0), np.float32(0.9), np.float32(0.55)
+PERIOD_WEIGHTS = (1.0, 0.5)
+"""Weights of neighbours one and two samples away: with the sample's own 1, a window of four samples in all."""
+
+
+@dataclass(frozen=True, slots=True)
+class Breaks:
+    """Between each sample and the next along one axis of a picture [H, W]."""
+
+    axis: int
+    silhouette: Flags
+    """[H - 1, W] or [H, W - 1] where one of both shows the model and the other does not."""
+    jump: Flags
+    """Both show the model, one behind the other."""
+    crease: Flags
+    """Both show the model, meeting at an angle."""
+
+    @property
+    def together(self) -> Flags:
+        """Where both samples show one surface."""
+        return ~(self.silhouette | self.jump | self.crease)
+
+
+def find_breaks(shows: Flags, points: Floats, normals: Floats, spacing: float) -> tuple[Breaks, Breaks]:
+    """Breaks along the rows and along the columns.
+
+    Args:
+        shows: [H, W] whether a sample shows the model.
+        points: [H, W, 3] points of the surfaces.
+        normals: [H, W, 3] unit vectors.
+        spacing: distance between the points of neighbouring samples on a surface that faces the eye.
+    """
+    return _breaks(0, shows, points, normals, spacing), _breaks(1, shows, points, normals, spacing)
+
+
+def _breaks(axis: int, shows: Flags, points: Floats, normals: Floats, spacing: float) -> Breaks:
+    here, there = _neighbours(axis)
+    step = points[there] - points[here]
+    off_plane = np.minimum(np.abs(dot(step, normals[here])), np.abs(dot(step, normals[there])))
+    both = shows[here] & shows[there]
+    jump = both & (off_plane > JUMP * spacing)
+    crease = both & ~jump & (dot(normals[here], normals[there]) < CREASE_COSINE)
+    return Breaks(axis, shows[here] != shows[there], jump, crease)
+
+
+def edge_strength(shows: Flags, breaks: tuple[Breaks, Breaks]) -> Floats:
+    """[H, W] how strongly each sample of the model is an edge, 0..1."""
+    strength = np.zeros(shows.shape, np.float32)
+    for found in breaks:
+        drawn = np.where(found.jump, JUMP_STRENGTH, np.where(found.crease, CREASE_STRENGTH, np.float32(0)))
+        drawn = np.where(found.silhouette, SILHOUETTE_STRENGTH, drawn)
+        for side in _neighbours(found.axis):
+            np.maximum(strength[side], drawn, out=strength[side])
+    strength[~shows] = 0
+    return strength
+
+
+def smooth(values: Floats, breaks: tuple[Breaks, Breaks]) -> Floats:
+    """Means [H, W] over windows of 4 x 4 samples that stay on one surface.
+
+    What varies with a period of four samples, as a repeated pattern of rays does, comes out constant.
+    """
+    for found in breaks:
+        values = _smooth_along(values, found.axis, found.together)
+    return values
+
+
+def _smooth_along(values: Floats, axis: int, together: Flags) -> Floats:
+    total, weight = values.copy(), np.ones_like(values)
+    linked = together
+    for distance, share in enumerate(PERIOD_WEIGHTS, start=1):
+        if distance > 1:
+            linked = linked[_shifted(axis, 0, 1)] & together[_shifted(axis, distance - 1)]
+        here, there = _shifted(axis, 0, distance), _shifted(axis, distance)
+        amount = linked * np.float32(share)
+        total[here] += amount * values[there]
+        total[there] += amount * values[here]
+        weight[here] += amount
+        weight[there] += amount
+    return total / weight
+
+
+def _neighbours(axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
+    """Index of all samples but the last along an axis, and of all but the first."""
+    return _shifted(axis, 0, 1), _shifted(axis, 1)
+
+
+def _shifted(axis: int, start: int, drop: int = 0) -> tuple[slice, ...]:
+    """Index that leaves out the first `start` and the last `drop` along an axis."""
+    return tuple(slice(start, -drop or None) if a == axis else slice(None) for a in (0, 1))

@@ -1,0 +1,85 @@
+"""The paper that a model stands on: where it can be darker than elsewhere, and how much."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from grammarlab.rendering.light.lighting import OPENNESS_REACH, Exposure, sun_spread
+from grammarlab.rendering.light.look import Look
+
+Floats = NDArray[np.floating]
+Flags = NDArray[np.bool_]
+
+SLACK = 1e-3
+"""How much larger than exact the areas are, in model units: nothing is lost to rounding."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """The level ground below a model, in model units, and the parts of it that the model can darken."""
+
+    height: float
+    low: Floats
+    """[2] smallest x and z of the model."""
+    high: Floats
+    """[2] largest x and z."""
+    shadow_sides: Floats
+    """[F, 3] lines (a, b, c) around all shadow: inside is a x + b z + c <= 0. One that nothing fulfils without sun."""
+
+    def meet(self, origins: Floats, directions: Floats) -> tuple[NDArray[np.int64], Floats]:
+        """Which rays [N, 3] meet the ground where the model can darken it: their rows [K], and the points [K, 3]."""
+        rows = np.flatnonzero(directions[:, 1] < -1e-6)
+        distance = (np.float32(self.height) - origins[rows, 1]) / directions[rows, 1]
+        x = origins[rows, 0] + distance * directions[rows, 0]
+        z = origins[rows, 2] + distance * directions[rows, 2]
+        dark = np.flatnonzero((distance > 0) & (self.is_near(x, z) | self._may_be_in_shadow(x, z)))
+        points = np.stack([x[dark], np.full(len(dark), self.height, np.float32), z[dark]], axis=1)
+        return rows[dark], points.astype(np.float32)
+
+    def is_near(self, x: Floats, z: Floats) -> Flags:
+        """[N] whether the model can hide a part of the sky from these places."""
+        reach = OPENNESS_REACH + SLACK
+        (low_x, low_z), (high_x, high_z) = self.low - reach, self.high + reach
+        return (x > low_x) & (x < high_x) & (z > low_z) & (z < high_z)
+
+    def _may_be_in_shadow(self, x: Floats, z: Floats) -> Flags:
+        inside = np.ones(len(x), bool)
+        for a, b, c in self.shadow_sides.astype(np.float32):
+            inside &= a * x + b * z + c <= 0
+        return inside
+
+
+def ground_below(low: Floats, high: Floats, height: float, sun: Floats, look: Look) -> Ground:
+    """The ground below a box that holds a model.
+
+    Args:
+        low: [3] smallest coordinates, in model units.
+        high: [3] largest ones.
+        height: of the ground, at most that of the box.
+        sun: [3] direction of the middle of the sun.
+        look: how large the sun is.
+    """
+    flat = np.array([0, 2])
+    return Ground(height, low[flat], high[flat], _shadow_sides(low - SLACK, high + SLACK, height, sun, look))
+
+
+def ground_light(look: Look, exposure: Exposure) -> Floats:
+    """[K, 3] what the model's shadow and nearness leave of the paper that it stands on."""
+    shadow, contact = np.array(look.shadow, np.float32), np.array(look.contact, np.float32)
+    in_shadow = 1.0 - (1.0 - exposure.sun)[:, None] * (1.0 - shadow)
+    return in_shadow * (1.0 - (1.0 - exposure.free)[:, None] * (1.0 - contact))
+
+
+def _shadow_sides(low: Floats, high: Floats, height: float, sun: Floats, look: Look) -> Floats:
+    """[F, 3] the sides of a convex area on the ground that holds every shadow of a box."""
+    directions = sun_spread(sun, look)
+    if directions[:, 1].min() <= 1e-3:
+        return np.array([[0.0, 0.0, 1.0]]) if sun[1] <= 0 else np.zeros((0, 3))
+    corners = np.where(np.indices((2, 2, 2)).reshape(3, -1).T, high, low)
+    way = (corners[:, None, 1] - height) / directions[None, :, 1]
+    points = corners[:, None, [0, 2]] - way[..., None] * directions[None][..., [0, 2]]
+    return ConvexHull(points.reshape(-1, 2)).equations

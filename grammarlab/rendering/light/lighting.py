@@ -1,0 +1,180 @@
+"""How much light leaves a surface towards the eye: sun, sky, and their mirror images."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.rendering.light.look import Look, ambient, mirrored_surroundings, mixed
+from grammarlab.rendering.light.rays import Tracer
+from grammarlab.rendering.light.surfaces import Model, Surfaces, dot
+
+Floats = NDArray[np.floating]
+
+GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
+"""Points in steps of this angle along a widening spiral are spread evenly."""
+LIFT = np.float32(2e-4)
+"""How far rays start above a surface, in model units, so that they do not hit it."""
+OPENNESS_REACH = 0.45
+"""How far away something dims the sky, in model units."""
+DIELECTRIC = np.float32(0.04)
+"""What a non-metal mirrors when looked at straight."""
+MOST_GLARE = np.float32(1.2)
+"""How bright the mirrored sun gets, in suns: a flat piece of steel keeps some of its colour."""
+POLISHED = np.float32(0.26)
+"""The same for a very smooth one: more than one surface of glass does, as panes are double and skies bright."""
+
+
+def sun_visibility(blockers: Tracer, points: Floats, normals: Floats, sun: Floats, look: Look, spot: Floats) -> Floats:
+    """[N] 1 where the sun is seen from a point, else 0.
+
+    Args:
+        blockers: what casts shadows.
+        points: [N, 3].
+        normals: [N, 3] unit vectors.
+        sun: [3] direction of the middle of the sun.
+        look: how large the sun is.
+        spot: [N] in 0..1, which spot of the sun's disc to look at; equal steps cover it evenly.
+    """
+    lit = np.flatnonzero(normals @ sun > 0)
+    visible = np.zeros(len(points), np.float32)
+    spot = spot[lit]
+    angle = spot * np.float32(36.0 * GOLDEN_ANGLE)
+    distance = np.float32(look.sun_softness) * np.sqrt(spot)
+    directions = _beside(sun, distance * np.cos(angle), distance * np.sin(angle))
+    start = points.take(lit, axis=0) + LIFT * normals.take(lit, axis=0)
+    visible[lit] = ~blockers.is_blocked(start, directions)
+    return visible
+
+
+def sun_spread(sun: Floats, look: Look) -> Floats:
+    """[4, 3] directions whose convex hull holds every spot of the sun's disc.
+
+    Args:
+        sun: [3] direction of the middle of the sun.
+        look: how large the sun is.
+    """
+    side = np.float32(look.sun_softness)
+    return _beside(sun, side * np.array([-1, -1, 1, 1], np.float32), side * np.array([-1, 1, -1, 1], np.float32))
+
+
+def openness(blockers: Tracer, points: Floats, normals: Floats, sample: NDArray[np.integer], num_rays: int) -> Floats:
+    """[N] share of the hemisphere above a surface that is free nearby, weighted by cosine.
+
+    Each sample sends `num_rays` rays, its own part of a pattern of which 16 samples make up the whole.
+    """
+    tangent, other = (axis.T.copy() for axis in _frames(normals))
+    up = normals.T.copy()
+    along, across, height = _hemisphere(16 * num_rays).T.copy()
+    free = np.zeros(len(points), np.float32)
+    start = points + LIFT * normals
+    for ray in range(num_rays):
+        index = ray * 16 + (sample * 7) % 16
+        directions = along[index] * tangent + across[index] * other + height[index] * up
+        free += ~blockers.is_blocked(start, directions.T, OPENNESS_REACH)
+    return free / np.float32(num_rays)
+
+
+def _hemisphere(num_directions: int) -> Floats:
+    """[K, 3] unit vectors about +z, spread evenly when weighted by cosine."""
+    index = np.arange(num_directions, dtype=np.float32)
+    angle = index * np.float32(GOLDEN_ANGLE)
+    radius = np.sqrt((index + np.float32(0.5)) / np.float32(num_directions))
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1.0 - radius * radius)], axis=1)
+
+
+@dataclass(frozen=True, slots=True)
+class Exposure:
+    """What N surface points see of the light around them."""
+
+    sun: Floats
+    """[N] 1 in the sun, 0 in shadow."""
+    free: Floats
+    """[N] share of the hemisphere that is free nearby, 0..1."""
+
+
+def shade(
+    model: Model, seen: Surfaces, exposure: Exposure, directions: Floats, sun: Floats, look: Look
+) -> tuple[Floats, Floats]:
+    """Light [N, 3] that surfaces send along rays to the eye, and how much of what is behind shows through [N].
+
+    Args:
+        model: its materials, and what can be mirrored.
+        seen: the surfaces.
+        exposure: the light they are in.
+        directions: [N, 3] of the rays.
+        sun: [3] direction towards the sun.
+        look: the light.
+    """
+    shadow, free = exposure.sun, exposure.free
+    facing = np.clip(seen.normal @ sun, 0.0, None) * shadow
+    skylight = ambient(look, seen.normal)
+    closed = look.bounce * np.array(look.ground, np.float32)
+    received = free[:, None] * skylight + mixed((facing, 1.0 - free), (look.sun, closed))
+
+    color, metallic = model.color.take(seen.material, axis=0), model.metallic[seen.material][:, None]
+    roughness, opacity = model.roughness[seen.material], model.opacity[seen.material]
+    mirrored = _mirrored(seen, directions, model, sun, look, exposure, skylight, roughness)
+    facing_eye = np.clip(-dot(seen.normal, directions), 0.0, 1.0)
+    polished = DIELECTRIC + (POLISHED - DIELECTRIC) * (1.0 - roughness[:, None]) ** 4
+    at_normal = polished + (color - polished) * metallic
+    grazing = (1.0 - roughness) * (1.0 - facing_eye) ** 5
+    fresnel = at_normal + (1.0 - at_normal) * grazing[:, None]
+    diffuse = color * received * (1.0 - metallic) * (1.0 - fresnel)
+    light = opacity[:, None] * diffuse + fresnel * mirrored + 2.0 * model.emissive.take(seen.material, axis=0)
+    through = (1.0 - opacity) * (1.0 - fresnel.mean(axis=1))
+    return light, through
+
+
+def _mirrored(
+    seen: Surfaces,
+    directions: Floats,
+    model: Model,
+    sun: Floats,
+    look: Look,
+    exposure: Exposure,
+    skylight: Floats,
+    roughness: Floats,
+) -> Floats:
+    """[N, 3] what a surface mirrors: sky, sun, and in smooth surfaces the model itself."""
+    along = directions - 2.0 * dot(directions, seen.normal)[:, None] * seen.normal
+    image = mirrored_surroundings(look, along)
+    blur = roughness[:, None]
+    image = image + blur * (skylight - image)
+    image *= (exposure.free + (1.0 - exposure.free) * look.bounce)[:, None]
+    smooth = np.flatnonzero(roughness < 0.35)
+    if len(smooth):
+        start = seen.point.take(smooth, axis=0) + LIFT * seen.flat.take(smooth, axis=0)
+        hits = model.tracer.first_hit(start, along.take(smooth, axis=0))
+        met = hits.triangle >= 0
+        other = model.material[hits.triangle[met]]
+        image[smooth[met]] = model.color[other] * (0.55 * np.array(look.sky, np.float32)) + model.emissive[other]
+        image[smooth[~met]] = mirrored_surroundings(look, along[smooth[~met]])
+    # GGX distribution about the mirror direction, its peak held down so that single samples do not sparkle.
+    alpha = np.clip(roughness * roughness, 0.02, 1.0)
+    closeness = np.clip(along @ sun, 0.0, 1.0)
+    half_cosine = (1.0 + closeness) * 0.5
+    spread = half_cosine * (alpha * alpha - 1.0) + 1.0
+    highlight = np.minimum(alpha * alpha / (4.0 * spread * spread * alpha), MOST_GLARE) * exposure.sun
+    return image + mixed((highlight,), (look.sun,))
+
+
+def _beside(direction: Floats, along: Floats, across: Floats) -> Floats:
+    """[N, 3] directions beside one [3], by distances [N] along two axes at right angles to it."""
+    (tangent,), (other,) = _frames(direction[None])
+    return mixed((np.ones_like(along), along, across), (direction, tangent, other))
+
+
+def _frames(normals: Floats) -> tuple[Floats, Floats]:
+    """Tangents [N, 3] that complete unit normals to frames (Duff et al. 2017, Building an Orthonormal Basis)."""
+    x, y, z = normals.T
+    sign = np.where(z < 0, np.float32(-1), np.float32(1))
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    return (
+        np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1),
+        np.stack([b, sign + y * y * a, -y], axis=1),
+    )

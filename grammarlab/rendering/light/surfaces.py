@@ -1,0 +1,135 @@
+"""A model made ready for shading: corner normals and linear materials."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import UsageError
+from grammarlab.rendering.light.rays import Hits, Tracer, welded
+from grammarlab.scene import TriangleBatch
+from grammarlab.scene.color import linear_from_srgb
+
+Floats = NDArray[np.floating]
+
+SEE_THROUGH = 0.99
+"""Below this opacity a material casts no shadow and shows what is behind it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """T triangles, moved and scaled to fit a unit sphere about the origin."""
+
+    vertices: Floats
+    """[V, 3]."""
+    flat_normals: Floats
+    """[T, 3] unit normals of the triangles."""
+    corner_normals: Floats
+    """[T, 3, 3]."""
+    material: NDArray[np.int32]
+    """[T] row of the material columns."""
+    color: Floats
+    """[K, 3] linear."""
+    opacity: Floats
+    """[K]."""
+    metallic: Floats
+    """[K]."""
+    roughness: Floats
+    """[K]."""
+    emissive: Floats
+    """[K, 3] linear."""
+    origin: NDArray[np.float64]
+    """[3] world position of the model's centre."""
+    radius: float
+    """World metres of the unit."""
+    low: Floats
+    """[3] smallest coordinates in model units."""
+    high: Floats
+    """[3] largest ones."""
+    tracer: Tracer
+    """All triangles, or none when rays are not used."""
+    blockers: Tracer
+    """The opaque ones of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surfaces:
+    """What N rays have hit."""
+
+    point: Floats
+    """[N, 3]."""
+    normal: Floats
+    """[N, 3] unit shading normals on the side of the viewer."""
+    flat: Floats
+    """[N, 3] unit normals of the triangles on the side of the viewer."""
+    material: NDArray[np.int32]
+    """[N]."""
+
+
+def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> Model:
+    """A batch of one model with at least one triangle, ready for shading, and for rays if wanted.
+
+    Raises:
+        UsageError: a vertex is not finite.
+    """
+    if not np.isfinite(batch.vertices).all():
+        raise UsageError("a model cannot be drawn: expected finite vertices, found some that are not.")
+    low, high = batch.vertices.min(axis=0).astype(np.float64), batch.vertices.max(axis=0).astype(np.float64)
+    origin, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2 or 1.0
+    vertices = ((batch.vertices - origin) / radius).astype(np.float32)
+    material = batch.material_of_triangle()
+    table = batch.materials
+    opacity = np.clip(table.opacity, 0.0, 1.0).astype(np.float32)
+    triangles = batch.triangles if for_rays else batch.triangles[:0]
+    points, point = welded(vertices)
+    corners_of_rays = point.take(triangles)
+    tracer = Tracer(points, corners_of_rays)
+    opaque = opacity[material] >= SEE_THROUGH
+    corners = vertices.take(batch.triangles, axis=0)
+    return Model(
+        vertices,
+        unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])),
+        batch.normals.take(batch.triangles, axis=0),
+        material,
+        linear_from_srgb(table.color).astype(np.float32),
+        opacity,
+        np.clip(table.metallic, 0.0, 1.0).astype(np.float32),
+        np.clip(table.roughness, 0.0, 1.0).astype(np.float32),
+        linear_from_srgb(table.emissive).astype(np.float32),
+        origin,
+        radius,
+        (low - origin) / radius,
+        (high - origin) / radius,
+        tracer,
+        tracer if opaque.all() or not for_rays else Tracer(points, corners_of_rays[opaque]),
+    )
+
+
+def surfaces(model: Model, origins: Floats, directions: Floats, hits: Hits) -> Surfaces:
+    """The surfaces at hits that all met a triangle, for rays [N, 3]."""
+    flat = model.flat_normals.take(hits.triangle, axis=0)
+    flat *= side_of_viewer(flat, directions)
+    normals = model.corner_normals.take(hits.triangle, axis=0)
+    u, v = hits.u[:, None], hits.v[:, None]
+    normal = unit((1 - u - v) * normals[:, 0] + u * normals[:, 1] + v * normals[:, 2])
+    # A shading normal belongs to the same side as its triangle, seen from the back or the front.
+    normal *= np.where(dot(normal, flat) < 0, np.float32(-1), np.float32(1))[:, None]
+    return Surfaces(origins + hits.distance[:, None] * directions, normal, flat, model.material[hits.triangle])
+
+
+def dot(a: Floats, b: Floats) -> Floats:
+    """[...] inner products of vectors [..., 3], by a matrix product since that is three times faster than a sum."""
+    products = a * b
+    return (products.reshape(-1, 3) @ np.ones(3, products.dtype)).reshape(products.shape[:-1])
+
+
+def side_of_viewer(normals: Floats, directions: Floats) -> Floats:
+    """[N, 1] -1 where a normal points away from the viewer."""
+    return np.where(dot(normals, directions) > 0, np.float32(-1), np.float32(1))[:, None]
+
+
+def unit(vectors: Floats) -> Floats:
+    """[N, 3] the directions of vectors [N, 3]."""
+    return vectors / np.maximum(np.sqrt(dot(vectors, vectors)), np.float32(1e-20))[:, None]

@@ -1,0 +1,1 @@
+"""How far grammars are apart, and where a model came from."""

@@ -1,0 +1,225 @@
+"""The derivation of one model, traced to the rule text: an indented tree, or rows that programs can read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grammarlab.assets.meshes import AssetFolder
+from grammarlab.derivation.expressions.vocabulary import number_grammar
+from grammarlab.derivation.forest import Forest, Site
+from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
+from grammarlab.derivation.tracing import origin_of
+from grammarlab.errors import Location, UsageError
+from grammarlab.features.rules.acceptance import Acceptance
+from grammarlab.features.rules.accepting import derive_accepted
+from grammarlab.geometry.outlines.footprints import read_footprints
+from grammarlab.language.attribute_values import fit_properties, read_attributes
+from grammarlab.language.grammar import read_text
+from grammarlab.language.numbering import Numbering
+from grammarlab.runs.requests.examples import find_rules
+from grammarlab.runs.sampling.derive_batch import compiled
+
+MOST_FORMS = 3
+"""Shapes of one successor that are listed where they differ in what became of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """One model and the numbering of its grammar."""
+
+    name: str
+    """Of the grammar."""
+    forest: Forest
+    """The model alone."""
+    numbering: Numbering
+    own_lines: int
+    """Lines of the rule file; what stands behind them was imported."""
+    children: tuple[tuple[int, ...], ...]
+    """Those of each node, in the order of the text and of the derivation."""
+    draws: Mapping[int, tuple[int, ...]]
+    """Rows of the draws of each node that has any."""
+    leaves: Mapping[int, tuple[int, ...]]
+    """Rows of the visible shapes of each node that has any."""
+
+
+def trace_model(
+    grammar: str,
+    model: int,
+    seed: int,
+    attributes: Sequence[str] = (),
+    start_rule: str = "",
+    footprint: str = "",
+    assets: Path | None = None,
+) -> Trace:
+    """Derives one model as `grammarlab.runs.sampling.sample.sample_run` does.
+
+    Args:
+        grammar: a path, or a name as ``grammarlab list`` shows them.
+        model: its index under the seed, 0 <= model < 2**64.
+        seed: 0 <= seed < 2**64.
+        attributes: as in `read_attributes`.
+        start_rule: the rule to start with; the one that the grammar marks when empty.
+        footprint: as in `read_footprints`, one polygon; the default footprint when empty.
+        assets: folder of assets, by default the one beside the rule file.
+
+    Raises:
+        UsageError: when a value is out of range, or there are several footprints.
+    """
+    source = find_rules(grammar, assets)
+    rules, program = compiled(source.text(), source.name)
+    values = read_attributes(attributes, rules)
+    polygon: Footprint = DEFAULT_FOOTPRINT
+    if footprint:
+        found, *others = read_footprints(footprint)
+        if others:
+            raise UsageError(f"footprint: expected one polygon to show a model on, found {len(others) + 1}.")
+        polygon, values = found.polygon, fit_properties(found.properties, rules) | values
+    acceptance, folder = Acceptance.of(rules.tree), AssetFolder(source.assets)
+    lots = Lots.at(seed, model, polygon, values, start_rule or None)
+    forest = derive_accepted(program, acceptance, lots, folder).forest
+    nodes = forest.nodes
+    order = np.lexsort((nodes.repeat, nodes.child, nodes.parent))
+    children = _by_node(nodes.parent[order], order)
+    return Trace(
+        source.name,
+        forest,
+        number_grammar(rules),
+        len(read_text(source.path).splitlines()),
+        tuple(children.get(node, ()) for node in range(len(nodes))),
+        _by_node(forest.draws.node),
+        _by_node(forest.leaves.node),
+    )
+
+
+def as_values(trace: Trace) -> dict[str, Any]:
+    """The model as plain values, one row a node."""
+    forest, nodes = trace.forest, trace.forest.nodes
+    rows = []
+    for node, depth in _depth_first(trace):
+        origin = origin_of(forest, trace.numbering, node)
+        rows.append(
+            {
+                "node": node,
+                "parent": int(nodes.parent[node]),
+                "depth": depth,
+                "symbol": origin.symbol,
+                "made_at": _place(origin.made_at),
+                "rule_at": _place(origin.rule_at),
+                "draws": [
+                    {"site": site.name, "kind": site.kind, "value": value, **(_place(place) or {})}
+                    for site, value, place in _draws(trace, node)
+                ],
+                "sizes": [forest.leaves.size[leaf].tolist() for leaf in trace.leaves.get(node, ())],
+            }
+        )
+    return {
+        "grammar": trace.name,
+        "model": int(forest.lots.model[0]),
+        "seed": int(forest.lots.seed[0]),
+        "log_probability": float(forest.log_probability()[0]),
+        "nodes": rows,
+    }
+
+
+def as_lines(trace: Trace, everything: bool = False) -> Iterator[str]:
+    """The model as an indented tree.
+
+    Args:
+        trace: the model.
+        everything: whether shapes of one successor that became the same are listed one by one, too.
+    """
+    count, visible = len(trace.forest.nodes), len(trace.forest.leaves)
+    yield f"{trace.name}, {trace.forest.lots}: {count:,} shapes, {visible:,} visible"
+    if any(branch.location.line > trace.own_lines for branch in trace.numbering.branches):
+        yield f"places after line {trace.own_lines} are those of imported rules, as they follow the rule file's own"
+    yield "   made at   rule at  symbol"
+    forms = () if everything else _forms(trace)
+    waiting: list[tuple[int, int, str]] = [(0, 0, "")]
+    while waiting:
+        node, depth, note = waiting.pop()
+        yield _line(trace, node, depth, note) if node >= 0 else f"{'':21}{'  ' * depth}{note}"
+        if node >= 0:
+            below = _all(trace, node) if everything else _shortened(trace, node, forms)
+            waiting += reversed([(child, depth + 1, note) for child, note in below])
+
+
+def _all(trace: Trace, node: int) -> list[tuple[int, str]]:
+    return [(child, "") for child in trace.children[node]]
+
+
+def _shortened(trace: Trace, node: int, forms: Sequence[int]) -> list[tuple[int, str]]:
+    """The children to list, each with how many are like it; -1 stands for those left out."""
+    nodes = trace.forest.nodes
+    found: list[tuple[int, str]] = []
+    successors: dict[int, dict[int, list[int]]] = {}
+    for child in trace.children[node]:
+        successors.setdefault(int(nodes.child[child]), {}).setdefault(forms[child], []).append(child)
+    for alike in successors.values():
+        groups = list(alike.values())
+        found += [(group[0], f" x {len(group)}" if len(group) > 1 else "") for group in groups[:MOST_FORMS]]
+        left = sum(map(len, groups[MOST_FORMS:]))
+        if left:
+            symbol = trace.forest.symbols[nodes.symbol[groups[0][0]]]
+            found.append((-1, f"… {left:,} more {symbol}, each derived otherwise; --all lists them"))
+    return found
+
+
+def _forms(trace: Trace) -> list[int]:
+    """For each node a number that is the same where the same branches were taken below it."""
+    nodes = trace.forest.nodes
+    known: dict[object, int] = {}
+    forms = [0] * len(nodes)
+    for node in reversed(range(len(nodes))):
+        below = tuple((int(nodes.child[child]), forms[child]) for child in trace.children[node])
+        forms[node] = known.setdefault((int(nodes.symbol[node]), int(nodes.rule[node]), below), len(known))
+    return forms
+
+
+def _depth_first(trace: Trace) -> Iterator[tuple[int, int]]:
+    waiting = [(0, 0)]
+    while waiting:
+        node, depth = waiting.pop()
+        yield node, depth
+        waiting += reversed([(child, depth + 1) for child in trace.children[node]])
+
+
+def _line(trace: Trace, node: int, depth: int, note: str) -> str:
+    origin = origin_of(trace.forest, trace.numbering, node)
+    made, rule = (f"{place.line}:{place.column}" if place else "-" for place in (origin.made_at, origin.rule_at))
+    sizes = [trace.forest.leaves.size[leaf].tolist() for leaf in trace.leaves.get(node, ())]
+    shown = [" x ".join(f"{extent:.2f}" for extent in size) + " m" for size in sizes[:1]]
+    shown += [f"and {len(sizes) - 1} more"] if len(sizes) > 1 else []
+    drawn = [_drawn(site, value) for site, value, _ in _draws(trace, node)]
+    return "  ".join([f"{made:>10}{rule:>10} ", "  " * depth + origin.symbol + note, *drawn, *shown]).rstrip()
+
+
+def _drawn(site: Site, value: float) -> str:
+    if site.kind == "choice":
+        return f"{site.name}: branch {int(value) + 1} of {site.choices}"
+    if site.kind == "bernoulli":
+        return f"{site.name} = {'true' if value else 'false'}"
+    return f"{site.name} = {value:.6g}" if site.kind == "uniform" else f"{site.name}: item {int(value) + 1}"
+
+
+def _draws(trace: Trace, node: int) -> Iterator[tuple[Site, float, Location]]:
+    draws = trace.forest.draws
+    for row in trace.draws.get(node, ()):
+        site = int(draws.site[row])
+        yield trace.forest.sites[site], float(draws.value[row]), trace.numbering.places[site].node.location
+
+
+def _place(location: Location | None) -> dict[str, int] | None:
+    return None if location is None else {"line": location.line, "column": location.column}
+
+
+def _by_node(node: np.ndarray, rows: np.ndarray | None = None) -> dict[int, tuple[int, ...]]:
+    """The rows of each node, in their order."""
+    found: dict[int, list[int]] = {}
+    for key, row in zip(node.tolist(), (np.arange(len(node)) if rows is None else rows).tolist(), strict=True):
+        found.setdefault(key, []).append(row)
+    return {key: tuple(rows) for key, rows in found.items()}

@@ -1,0 +1,1 @@
+"""What runs leave on disk: finished results and derivations."""

@@ -1,0 +1,170 @@
+"""Finished results on disk, one file a key, so that a run can be interrupted anywhere and resumed.
+
+Any number of processes may write into one folder: a file is there when it is whole. One that is damaged counts as not
+there, so its result is made again.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.files import atomic_file
+from grammarlab.runs.work.executors import AbstractExecutor, Task
+
+Value = TypeVar("Value")
+Progress = Callable[[str, int, int], None]
+"""Called with what is being done, how much of it is finished and how much there is."""
+
+MAX_BYTES = 1 << 32
+"""Of a file."""
+_DAMAGES = (
+    OSError,
+    ValueError,
+    KeyError,
+    TypeError,
+    AttributeError,
+    EOFError,
+    OverflowError,
+    RecursionError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Kind(Generic[Value]):
+    """How results are written."""
+
+    suffix: str
+    write: Callable[[BinaryIO, Value], None]
+    read: Callable[[BinaryIO], Value]
+    """Raises whatever it trips over in a damaged file."""
+
+
+def json_kind(to_json: Callable[[Value], Any], from_json: Callable[[Any], Value]) -> Kind[Value]:
+    """Results as JSON, to the last bit."""
+
+    def write(file: BinaryIO, value: Value) -> None:
+        file.write(json.dumps(to_json(value), indent=1).encode() + b"\n")
+
+    return Kind(".json", write, lambda file: from_json(json.load(file)))
+
+
+def _write_arrays(file: BinaryIO, arrays: Mapping[str, NDArray]) -> None:
+    np.savez_compressed(file, allow_pickle=False, **arrays)
+
+
+def _read_arrays(file: BinaryIO) -> Mapping[str, NDArray]:
+    with np.load(file, allow_pickle=False) as arrays:
+        return dict(arrays)
+
+
+ARRAYS: Kind[Mapping[str, NDArray]] = Kind(".npz", _write_arrays, _read_arrays)
+"""Arrays by name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Results(Generic[Value]):
+    """The results of a folder, which is made with the first of them."""
+
+    folder: Path
+    kind: Kind[Value]
+    lasting: bool = True
+    """Whether each survives a power failure from when it is kept; see `grammarlab.files.atomic_file`."""
+
+    def get(self, key: str) -> Value | None:
+        """What is kept under a key; None where there is nothing, or something damaged."""
+        path = self._path(key)
+        try:
+            if path.stat().st_size > MAX_BYTES:
+                return None
+            with path.open("rb") as file:
+                return self.kind.read(file)
+        except _DAMAGES:
+            return None
+
+    def put(self, key: str, value: Value) -> None:
+        """Keeps a result; an earlier one of the key is replaced."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with atomic_file(self._path(key), lasting=self.lasting) as part, part.open("wb") as file:
+            self.kind.write(file, value)
+
+    def all(self) -> dict[str, Value]:
+        """All results by key."""
+        keys = sorted(path.stem for path in self._files())
+        found = ((key, self.get(key)) for key in keys)
+        return {key: value for key, value in found if value is not None}
+
+    def clear(self) -> None:
+        """Forgets all results."""
+        for path in self._files():
+            path.unlink(missing_ok=True)
+
+    def _files(self) -> Iterator[Path]:
+        return (path for path in self.folder.glob(f"*{self.kind.suffix}") if not path.name.startswith("."))
+
+    def _path(self, key: str) -> Path:
+        return self.folder / f"{key}{self.kind.suffix}"
+
+
+def made(
+    results: Results[Value],
+    work: Callable[[Task], Value],
+    tasks: Mapping[str, Task],
+    executor: AbstractExecutor,
+    what: str,
+    on_progress: Progress,
+) -> dict[str, Value]:
+    """The results of tasks: those that are kept, and the others, each kept as soon as it is there.
+
+    Args:
+        results: where they are kept.
+        work: does a task; other processes must be able to import it.
+        tasks: by the keys of their results.
+        executor: who does them.
+        what: the name of the results for `on_progress`.
+        on_progress: told about finished results.
+
+    Returns:
+        The results, by key, in the order of the tasks.
+    """
+    found = {key: value for key in tasks if (value := results.get(key)) is not None}
+    missing = [key for key in tasks if key not in found]
+    on_progress(what, len(found), len(tasks))
+
+    def finish(index: int, value: Value) -> None:
+        results.put(missing[index], value)
+        found[missing[index]] = value
+        on_progress(what, len(found), len(tasks))
+
+    executor.run(work, [tasks[key] for key in missing], finish)
+    return {key: found[key] for key in tasks}
+
+
+def adopt_lines(results: Results[Value], lines: Path, entry_of: Callable[[Any], tuple[str, Value]]) -> None:
+    """Takes in results that an earlier version kept as lines of one JSON file; damaged lines are left out.
+
+    Args:
+        results: where they go, unless there is something of their key.
+        lines: the file; it may be missing.
+        entry_of: key and result of a line; raises whatever it trips over.
+    """
+    if not lines.is_file() or lines.stat().st_size > MAX_BYTES:
+        return
+    for line in lines.read_bytes().splitlines():
+        try:
+            key, value = entry_of(json.loads(line))
+        except _DAMAGES:
+            continue
+        # Anything may stand in a file, such as a key that leads elsewhere.
+        if key.replace("-", "").isalnum() and results.get(key) is None:
+            results.put(key, value)

@@ -1,0 +1,122 @@
+"""All pictures of an evaluation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from grammarlab.runs.disk.results import Progress
+from grammarlab.runs.evaluate.figures import PlannedFigure
+from grammarlab.runs.evaluate.reporting.grids import draw_grids
+from grammarlab.runs.evaluate.reporting.pages import draw_examples
+from grammarlab.runs.evaluate.reporting.plots import Series, draw_curves
+from grammarlab.runs.evaluate.reporting.report import ScenarioResults
+from grammarlab.runs.evaluate.reporting.sections import Picture, Section
+from grammarlab.runs.evaluate.samples import BeforeAfter
+from grammarlab.runs.evaluate.store import CurveRecord
+from grammarlab.runs.work.executors import AbstractExecutor
+
+ABOUT_SAMPLES = """\
+## Pictures
+
+For each scenario: divergence against labels, the median over seeds and a band from the 10 % to the 90 % quantile;
+models of the labelled set for each score, as in appendix A of the paper; samples of the density before learning and
+after all labels of one simulated person, each above its true score, as in appendix B.
+"""
+"""What a page says before pictures of samples."""
+
+
+def draw_results(results: Sequence[ScenarioResults], folder: Path) -> list[Section]:
+    """Draw the curves of each scenario, a line a method."""
+    sections = []
+    for item in results:
+        target, title = item.scenario.target, f"{item.name}: {item.scenario.title}"
+        series = [
+            Series(method, tuple(replace(r, curve=c) for r, c in zip(records, item.counted(records), strict=True)))
+            for method, records in item.by_method().items()
+        ]
+        labels = "labels from the first liked model on" if target.since == "first liked" else "labels"
+        png, *_ = draw_curves(folder / item.name, title, series, close=target.js, labels=labels)
+        sections.append(Section(title, ((Picture(png, title),),)))
+    return sections
+
+
+def draw_figure(figure: PlannedFigure, lines: Sequence[tuple[CurveRecord, ...]], folder: Path) -> Section:
+    """Draw an experiment.
+
+    Args:
+        figure: what it shows.
+        lines: the runs of each of its curves.
+        folder: for the picture.
+    """
+    series = [Series(curve.label, records) for curve, records in zip(figure.curves, lines, strict=True)]
+    png, *_ = draw_curves(folder / f"figure-{figure.name}", figure.title, series)
+    title = f"Figure {figure.name}: {figure.title}"
+    return Section(title, ((Picture(png, title),),), figure.paper and f"Paper: {figure.paper}")
+
+
+@dataclass(frozen=True, slots=True)
+class SamplePictures:
+    """Pictures of what a scenario's person likes, and of samples before and after learning it."""
+
+    scenario: Path
+    examples: Path
+    """Models with their true scores."""
+    grids: dict[int, dict[str, Path]]
+    """By models along each side, and then by stage: ``before`` and ``after``."""
+
+
+def draw_samples(
+    samples: Mapping[Path, BeforeAfter], folder: Path, executor: AbstractExecutor, on_progress: Progress
+) -> dict[Path, SamplePictures]:
+    """Draw what scenarios like, and samples before and after learning it.
+
+    Args:
+        samples: by scenario file.
+        folder: for the pictures, made when missing.
+        executor: who draws; the pictures do not depend on it.
+        on_progress: told about every finished scenario.
+
+    Returns:
+        The pictures, by scenario file.
+    """
+    found: dict[Path, SamplePictures] = {}
+    on_progress("grids", 0, len(samples))
+
+    def finish(_index: int, pictures: SamplePictures) -> None:
+        found[pictures.scenario] = pictures
+        on_progress("grids", len(found), len(samples))
+
+    executor.run(partial(_draw_samples, folder, executor.share(len(samples))), samples.items(), finish)
+    return found
+
+
+def _draw_samples(folder: Path, executor: AbstractExecutor, item: tuple[Path, BeforeAfter]) -> SamplePictures:
+    scenario, samples = item
+    examples = draw_examples(scenario, folder, executor)
+    return SamplePictures(scenario, examples, draw_grids(scenario, samples, folder, executor))
+
+
+def with_samples(section: Section, record: CurveRecord, pictures: SamplePictures) -> Section:
+    """The part of a scenario with samples below its curves.
+
+    Args:
+        section: the curves.
+        record: the curve that the samples belong to.
+        pictures: of the samples.
+    """
+    smallest, *larger = sorted(pictures.grids)
+    titles = {
+        "before": "samples before learning",
+        "after": f"samples after {record.curve.points[-1].labels} labels ({record.method}, seed {record.seed})",
+    }
+    examples = Picture(pictures.examples, f"{record.scenario}: models and their scores")
+    grid = tuple(Picture(file, titles[stage]) for stage, file in pictures.grids[smallest].items())
+    linked = tuple(
+        Picture(file, f"{size}x{size} samples {stage}")
+        for size in larger
+        for stage, file in pictures.grids[size].items()
+    )
+    return replace(section, rows=(*section.rows, (examples,), grid), linked=linked)

@@ -1,0 +1,233 @@
+"""Tables of learning curves: Parquet for programs, Markdown for people, beside what the paper reports."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from grammarlab.evaluation.curves import CLOSE, Curve, Summary, summarize
+from grammarlab.evaluation.respondents import EXACT
+from grammarlab.evaluation.scenario import Scenario, Target
+from grammarlab.files import atomic_file, write_text
+from grammarlab.runs.evaluate.reporting.sections import Section, markdown
+from grammarlab.runs.evaluate.store import CurveRecord
+from grammarlab.runs.markdown import table
+
+CHECKPOINTS = (64, 128, 256)
+"""Numbers of scores after which persons are compared, beside all of them."""
+TABLE = "results.parquet"
+PAGE = "results.md"
+
+
+@dataclass(frozen=True, slots=True)
+class ScenarioResults:
+    """The curves of one scenario and one way to score models."""
+
+    scenario: Scenario
+    records: tuple[CurveRecord, ...]
+    """At least one; grouped by method, in the order of the request."""
+
+    @property
+    def js_original(self) -> float:
+        """Divergence in nats before anything is learned: the median over seeds."""
+        return float(np.median([record.js_original for record in self.records]))
+
+    @property
+    def person(self) -> str:
+        """How the models were scored: a name of `RESPONDENTS`."""
+        return self.records[0].person
+
+    @property
+    def name(self) -> str:
+        """Names the results among all: that of the scenario where the person is exact, else ``F1.sd10``."""
+        return self.scenario.name if self.person == EXACT.name else f"{self.scenario.name}.{self.person}"
+
+    def by_method(self) -> dict[str, tuple[CurveRecord, ...]]:
+        """The curves of each method, one a seed."""
+        names = dict.fromkeys(record.method for record in self.records)
+        return {name: tuple(record for record in self.records if record.method == name) for name in names}
+
+    def counted(self, records: Sequence[CurveRecord]) -> list[Curve]:
+        """Curves of the scenario, their labels counted from where its target counts them."""
+        later = self.scenario.target.since == "first liked"
+        return [record.curve.since_first_liked() if later else record.curve for record in records]
+
+
+def write_table(path: Path, records: Sequence[CurveRecord]) -> None:
+    """Write all rounds of all curves as Parquet, one row a round.
+
+    Columns: scenario, person, method, seed, labels, js and js_original (nats), correlation, liked.
+    """
+    rows = [(record, point) for record in records for point in record.curve.points]
+    columns = {
+        "scenario": pa.array([r.scenario for r, _ in rows], pa.string()),
+        "person": pa.array([r.person for r, _ in rows], pa.string()),
+        "method": pa.array([r.method for r, _ in rows], pa.string()),
+        "seed": pa.array([r.seed for r, _ in rows], pa.uint64()),
+        "labels": pa.array([p.labels for _, p in rows], pa.int64()),
+        "js": pa.array([p.js for _, p in rows], pa.float64()),
+        "correlation": pa.array([p.correlation for _, p in rows], pa.float64()),
+        "liked": pa.array([p.liked for _, p in rows], pa.int64()),
+        "js_original": pa.array([r.js_original for r, _ in rows], pa.float64()),
+    }
+    with atomic_file(path) as part:
+        pq.write_table(pa.table(columns), part)
+
+
+def write_page(
+    path: Path,
+    results: Sequence[ScenarioResults],
+    pictures: Sequence[Section],
+    command: str,
+    sections: Sequence[str] = (),
+) -> None:
+    """Write everything as one Markdown page.
+
+    Args:
+        path: of the page; pictures are linked relative to it.
+        results: in the order of the page.
+        pictures: what stands below all tables, in order.
+        command: the command that writes the page again.
+        sections: Markdown to put below the tables.
+    """
+    parts = [
+        "# Results\n",
+        f"Written by `{command}`; never edited by hand.\n",
+        _original_table(results),
+        _persons_table(results),
+        _labels_table(results),
+        *sections,
+        *(markdown(section, path.parent) for section in pictures),
+    ]
+    write_text(path, "\n".join(parts))
+
+
+def _firsts(results: Sequence[ScenarioResults]) -> list[ScenarioResults]:
+    """The results of each scenario for the first person."""
+    found: dict[str, ScenarioResults] = {}
+    for item in results:
+        found.setdefault(item.scenario.name, item)
+    return list(found.values())
+
+
+def _original_table(results: Sequence[ScenarioResults]) -> str:
+    rows = [
+        (
+            item.scenario.name,
+            item.scenario.title,
+            f"{item.js_original:.3f}",
+            _number(item.scenario.paper.original, ".3f"),
+            _difference(item.js_original, item.scenario.paper.original),
+        )
+        for item in _firsts(results)
+    ]
+    return (
+        "## The tasks\n\n"
+        "Jensen-Shannon divergence in nats between the wanted density and the grammar as it is.\n\n"
+        + table(("scenario", "what is liked", "original", "paper", "difference"), rows)
+    )
+
+
+def _persons_table(results: Sequence[ScenarioResults]) -> str:
+    """How near each person's preference was learned, worst cases first."""
+    asked = max(point.labels for item in results for record in item.records for point in record.curve.points)
+    after = [labels for labels in CHECKPOINTS if labels < asked] + [asked]
+    cases: dict[tuple[str, str], dict[str, NDArray[np.float64]]] = {}
+    for item in results:
+        for method, records in item.by_method().items():
+            js = [[record.curve.js_at(labels, record.js_original) for labels in (0, *after)] for record in records]
+            cases.setdefault((item.person, method), {})[item.scenario.name] = np.array(js)
+    rows = []
+    for (person, method), own in cases.items():
+        worst_first = sorted(own, key=lambda name: -np.median(own[name][:, -1]))
+        every = {"all": np.concatenate(list(own.values()))} if len(own) > 1 else {}
+        for name, js in (every | {name: own[name] for name in worst_first}).items():
+            numbers = (*np.median(js, axis=0), js[:, -1].max())
+            rows.append((person, method, name, *(f"{number:.4f}" for number in numbers)))
+    head = ("person", "method", "scenario", "original", *(f"after {labels}" for labels in after), "worst seed")
+    return (
+        "## By person\n\n"
+        "Divergence in nats from what the person means after so many scores, worst cases first: medians over seeds, "
+        "and the worst seed at the end. *exact* says what the scenario likes; *stars* rounds to 0, 25, 50, 75 and 100, "
+        "and means that; *sd10* adds normal noise of 10 points; of the scores of *blunders5*, 5 % are random.\n\n"
+        + table(head, rows)
+    )
+
+
+def _labels_table(results: Sequence[ScenarioResults]) -> str:
+    rows, notes = [], []
+    for item in results:
+        target = item.scenario.target
+        for method, records in item.by_method().items():
+            curves = item.counted(records)
+            first = summarize([curve.labels_to(target.js) for curve in curves])
+            stays = summarize([curve.labels_until_below(target.js) for curve in curves])
+            last = [record.curve.points[-1] for record in records]
+            rows.append(
+                (
+                    item.scenario.name,
+                    item.person,
+                    method,
+                    _summary(first),
+                    _summary(stays),
+                    _target(target, target.labels),
+                    _target(target, target.aim),
+                    _paper_labels(item.scenario, method),
+                    f"{np.median([point.js for point in last]):.4f}",
+                    f"{np.median([point.correlation for point in last]):.3f}",
+                    f"{max(point.labels for point in last)}",
+                )
+            )
+            if target.since == "first liked":
+                notes.append(_first_liked(item, method, records))
+    head = ("scenario", "person", "method", "first", "stays", "target", "aim", "paper")
+    head += ("last JS", "correlation", "labels asked")
+    return (
+        "## Labels\n\n"
+        f"Labels until the divergence is at most {CLOSE:g} nats (or the scenario's target, where it has another): "
+        "median over seeds (lowest–highest), and of how many seeds. *First* counts to the first round that is as "
+        "close, *stays* to the round from which on none is further away. The last columns are medians after all "
+        "labels.\n\n" + table(head, rows) + "".join(f"\n{note}\n" for note in notes)
+    )
+
+
+def _target(target: Target, labels: int | None) -> str:
+    later = labels is not None and target.since == "first liked"
+    return _number(labels) + " from the first liked model on" * later
+
+
+def _first_liked(item: ScenarioResults, method: str, records: Sequence[CurveRecord]) -> str:
+    """What a row means that does not count all labels."""
+    before = summarize([record.curve.labels_before_first_liked() for record in records])
+    return (
+        f"{item.name}, {method}: *first* and *stays* count from the first liked model on, with all labels of the "
+        f"round that showed it. Before that round, {_summary(before)} labels had been given."
+    )
+
+
+def _paper_labels(scenario: Scenario, method: str) -> str:
+    if method.startswith("kde"):
+        return _number(scenario.paper.kde_labels)
+    return _number(scenario.paper.labels)
+
+
+def _summary(summary: Summary) -> str:
+    if not summary.reached:
+        return f"never (0/{summary.runs})"
+    median = "–" if summary.median is None else f"{summary.median:g}"
+    highest = "never" if summary.highest is None else f"{summary.highest}"
+    return f"**{median}** ({summary.lowest}–{highest}; {summary.reached}/{summary.runs})"
+
+
+def _number(value: float | None, form: str = "g") -> str:
+    return "" if value is None else format(value, form)
+
+
+def _difference(value: float, reference: float | None) -> str:
+    return "" if reference is None else f"{100 * (value / reference - 1):+.0f} %"

@@ -1,0 +1,1 @@
+"""Models of a file as a run makes them, whatever kind of file it is."""

@@ -1,0 +1,1 @@
+"""Pictures of many models on one page."""

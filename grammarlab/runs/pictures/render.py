@@ -1,0 +1,52 @@
+"""A scene as one picture."""
+
+from __future__ import annotations
+
+from PIL import Image
+
+from grammarlab.errors import UsageError
+from grammarlab.runs.pictures.sheet_page import draw_page, lay_out
+from grammarlab.runs.pictures.tiles import draw_tiles
+from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
+from grammarlab.scene import Scene, triangles
+
+_FEWEST_PIXELS = 16
+
+
+def render(
+    scene: Scene,
+    *,
+    columns: int = 0,
+    pixels: int = 320,
+    same_scale: bool = False,
+    title: str = "",
+    executor: AbstractExecutor = SERIAL,
+) -> Image.Image:
+    """All models of a scene side by side, each with its number.
+
+    Args:
+        scene: at least one model.
+        columns: models side by side; about as many as there are rows for 0.
+        pixels: about how many each model is wide and high.
+        same_scale: whether a metre is as long everywhere; else each model fills its place.
+        title: what stands above them.
+        executor: who draws; the picture does not depend on it.
+
+    Raises:
+        UsageError: for a scene without models, or fewer than 16 pixels.
+
+    >>> import grammarlab as gl
+    >>> forest = gl.derive(gl.Grammar.parse("Lot --> s(2, 0, 2) extrude(rand(1, 9)) Tower"), 2, seed=1)
+    >>> gl.render(gl.realize(forest), pixels=40).mode
+    'RGB'
+    """
+    if not scene.num_models:
+        raise UsageError("nothing to draw: the scene has no models.")
+    if pixels < _FEWEST_PIXELS:
+        raise UsageError(f"pixels: expected at least {_FEWEST_PIXELS}, found {pixels}.")
+    batch = triangles(scene)
+    models = [batch.model(index) for index in range(scene.num_models)]
+    tiles = draw_tiles(models, pixels * pixels, executor, same_scale=same_scale)
+    page = lay_out(len(models), columns, tiles.width, tiles.height)
+    captions = [(str(index), "") for index in range(len(models))]
+    return Image.fromarray(draw_page(page, tiles.pictures, captions, (title, "")))

@@ -1,0 +1,88 @@
+"""What a rule file must be for a run: free of errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
+from grammarlab.derivation.operations import BLOCKS, CHANGE_LOOKS, LEFT_OUT, OPERATIONS
+from grammarlab.errors import Finding, LanguageError, UsageError
+from grammarlab.features.rules.acceptance import Acceptance, annotations_of
+from grammarlab.language.checking.check import SupportedFeatures, check
+from grammarlab.language.checking.files import CheckedFile, check_files
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.syntax.tree import RuleFile
+from grammarlab.language.vocabulary.builtins import attributes
+from grammarlab.runs.requests.examples import RuleSource
+from grammarlab.runs.requests.missing_assets import missing_in, warnings_of
+
+_KEYWORDS = {
+    **{name: operation.keywords for name, operation in OPERATIONS.items()},
+    **{name: block.keywords | block.selectors for name, block in BLOCKS.items()},
+    **{name: function.keywords for name, function in BUILTINS.items()},
+}
+
+_MATERIAL = frozenset(name for name in SHAPE_ATTRIBUTES if name.startswith("material."))
+
+SUPPORTED = SupportedFeatures(
+    operations=(frozenset(OPERATIONS) - LEFT_OUT) | frozenset(BLOCKS) | {"NIL"},
+    functions=frozenset(BUILTINS) | {"sel"},
+    attributes=frozenset(SHAPE_ATTRIBUTES),
+    keywords=frozenset(f"{name}:{word}" for name, words in _KEYWORDS.items() for word in words),
+    constructs=frozenset({"array", "comp-function", "connected", "import"}),
+    harmless=CHANGE_LOOKS
+    | frozenset(name for name in attributes() if name.startswith(("trim.", "material.")) and name not in _MATERIAL),
+)
+"""What derivations carry out."""
+
+
+def check_source(source: RuleSource) -> tuple[CheckedFile, ...]:
+    """Everything wrong with a rule file and the files it imports, features not carried out and meshes not there.
+
+    Raises:
+        LanguageError: the file cannot be read, or is too large.
+    """
+    checked = check_files(source.path, str(source.path), SUPPORTED)
+    return tuple(replace(one, findings=_with_assets(one, source.assets)) for one in checked)
+
+
+def _with_assets(one: CheckedFile, assets: Path) -> tuple[Finding, ...]:
+    lacking = warnings_of(missing_in(one.tree, assets), assets)
+    return tuple(sorted((*one.findings, *lacking, *_acceptance(one.tree)), key=lambda finding: finding.location))
+
+
+def _acceptance(tree: RuleFile) -> tuple[Finding, ...]:
+    """What is wrong with an acceptance rule."""
+    try:
+        Acceptance.of(tree)
+    except UsageError as error:
+        return (Finding("error", "bad-acceptance", str(error), annotations_of(tree)[0].location),)
+    return ()
+
+
+def grammar_to_run(text: str, file: str) -> Grammar:
+    """The grammar of a rule file without errors.
+
+    Features that are not supported do not keep it from being derived: many a rule file holds some that its models never
+    reach, and a derivation that comes to one says so.
+
+    Raises:
+        LanguageError: with all errors.
+    """
+    grammar = Grammar.parse(text, file)
+    found = (*check(grammar, SUPPORTED), *_acceptance(grammar.tree))
+    errors = tuple(finding for finding in found if finding.severity == "error")
+    if errors:
+        raise LanguageError(errors, text)
+    return grammar
+
+
+def not_carried_out(grammar: Grammar) -> tuple[Finding, ...]:
+    """What a derivation of a grammar leaves out, or cannot carry out where a shape comes to it."""
+    found = (one for one in check(grammar, SUPPORTED) if one.severity == "unsupported" or one.code == "left-out")
+    unread = (
+        Finding("unsupported", "bad-import", f'the import "{statement.path}", which cannot be read', statement.location)
+        for statement in grammar.imports.values()
+    )
+    return (*unread, *found)

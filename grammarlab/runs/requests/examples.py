@@ -1,0 +1,131 @@
+"""The rule files that grammarlab ships, and what a GRAMMAR argument means."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+
+import grammarlab
+from grammarlab.errors import UsageError
+from grammarlab.language.grammar import read_text
+from grammarlab.language.importing import RULES, rules_folder
+from grammarlab.runs.requests.domains import domain_of, suffix_of
+
+SUFFIX = ".cga"
+
+
+@dataclass(frozen=True, slots=True)
+class RuleSource:
+    """A rule file, found."""
+
+    name: str
+    """``building``: what output files are called after."""
+    path: Path
+    assets: Path
+    """The folder that asset names in the rules are relative to."""
+    shipped: bool
+    """Whether it is one of the examples."""
+
+    def text(self) -> str:
+        """What the file and the files it imports say, as one text.
+
+        Raises:
+            LanguageError: when it cannot be read or is too large.
+        """
+        return domain_of(self.suffix).read(self.path)
+
+    @property
+    def suffix(self) -> str:
+        """What the file is read as (`grammarlab.runs.requests.domains`)."""
+        return suffix_of(self.path)
+
+    @property
+    def file(self) -> str:
+        """``building.cga``."""
+        return f"{self.name}{self.suffix}"
+
+    def description(self) -> str:
+        """The first sentence of the comment at the top of the file, empty when there is none."""
+        match = re.match(
+            r"(?:\s|version\s*\"[^\"]*\")*(?:/\*+\s*(.*?)\*/|((?:[ \t]*(?:#|//)[^\n]*\n)+))",
+            read_text(self.path),
+            re.DOTALL,
+        )
+        if match is None:
+            return ""
+        comment = re.sub(r"^[ \t]*(?:\*|#|//)+[ \t]?", "", match[1] or match[2], flags=re.MULTILINE)
+        return " ".join(re.split(r"(?<=\.)\s|\n\s*\n", comment.strip(), maxsplit=1)[0].split())
+
+
+def examples_folder() -> Path:
+    """Where the shipped rule files lie: inside an installed package, or beside it in a checkout."""
+    package = Path(grammarlab.__file__).parent
+    inside = package / "grammars"
+    return inside if inside.is_dir() else package.parent / "grammars"
+
+
+def shipped_examples() -> tuple[RuleSource, ...]:
+    """All shipped rule files by name."""
+    folder = examples_folder()
+    return tuple(
+        RuleSource(path.stem, path, folder / "assets", shipped=True) for path in sorted(folder.glob(f"*{SUFFIX}"))
+    )
+
+
+def assets_folder(rules: Path) -> Path:
+    """The folder that asset names in a rule file are relative to.
+
+    The first of these that holds anything: ``assets`` beside the rule file; in a project as CityEngine makes them,
+    ``assets`` beside the folder ``rules`` that the rule file is in, at whatever depth; the rule file's own folder.
+    The project's is looked for nowhere else above the rule file, and not where a link leads out of the project.
+
+    Args:
+        rules: the rule file, which need not be there yet.
+    """
+    beside = rules.parent / "assets"
+    if _holds_anything(beside):
+        return beside
+    top = rules_folder(rules.resolve().parent)
+    shared = top.parent / "assets"
+    if top.name.lower() == RULES and _holds_anything(shared) and shared.resolve().is_relative_to(top.parent):
+        return shared
+    return rules.parent
+
+
+def _holds_anything(folder: Path) -> bool:
+    try:
+        return next(folder.iterdir(), None) is not None
+    except OSError:  # no such folder, or not ours to read
+        return False
+
+
+def find_rules(argument: str, assets: Path | None = None) -> RuleSource:
+    """The rule file that a GRAMMAR argument means: a path, or the name of a shipped example.
+
+    Args:
+        argument: what the user typed.
+        assets: the folder of assets; when left out, that of `assets_folder`.
+
+    Raises:
+        UsageError: when there is no such file or example; names the nearest.
+    """
+    if assets is not None and not assets.is_dir():
+        raise UsageError(f"assets folder {str(assets)!r} is not a folder.")
+    path = Path(argument)
+    if path.is_file():
+        return RuleSource(path.stem, path, assets or assets_folder(path), shipped=False)
+    examples = {source.name: source for source in shipped_examples()}
+    if argument in examples:
+        found = examples[argument]
+        return RuleSource(found.name, found.path, assets or found.assets, shipped=True)
+    if path.is_dir():
+        raise UsageError(f"{argument!r} is a folder; expected a {SUFFIX} file or one of: {', '.join(examples)}.")
+    near = get_close_matches(argument.removesuffix(SUFFIX).lower(), examples, n=1, cutoff=0.5)
+    neighbours = [p.name for p in path.parent.glob(f"*{SUFFIX}")] if path.parent.is_dir() else []
+    near += [name for name in get_close_matches(path.name, neighbours, n=1, cutoff=0.6) if name != path.name]
+    hint = f" Did you mean {' or '.join(repr(name) for name in near)}?" if near else ""
+    raise UsageError(
+        f"no rule file {argument!r}, and no shipped grammar of that name.{hint} Shipped: {', '.join(examples)}."
+    )

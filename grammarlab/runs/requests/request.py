@@ -1,0 +1,165 @@
+"""What a run is asked to make: everything that decides its files, and nothing else."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Literal, Self, get_args
+
+import numpy as np
+
+from grammarlab.errors import AssetError, UsageError
+from grammarlab.geometry.outlines.footprints import Footprint, read_footprints
+from grammarlab.language.attribute_values import AttributeValue
+from grammarlab.rendering.choice import RendererName
+from grammarlab.runs.requests.domains import DEFAULT
+from grammarlab.runs.requests.examples import find_rules
+
+FileFormat = Literal["glb", "obj", "ply"]
+Instancing = Literal["none", "nodes", "gpu"]
+Scale = Literal["same", "each"]
+
+MAX_MODELS = 10_000_000
+BATCH_MODELS = 64
+"""Models that are derived, written and recorded together: few enough to lose little when interrupted."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampleRequest:
+    """A run. Equal requests make equal files, bit for bit, with the same versions of everything.
+
+    >>> SampleRequest(name="tower", text="Lot --> extrude(3) Tower", assets=Path(), num_models=4, seed=1).num_models
+    4
+    """
+
+    name: str
+    """What files are called after: ``building`` gives ``building-00017.glb``."""
+    text: str
+    """The rule file, or another file that describes models."""
+    suffix: str = DEFAULT
+    """What the text is read as (`grammarlab.runs.requests.domains`)."""
+    assets: Path
+    """Folder of the assets that the rules name."""
+    num_models: int = 1
+    """Models, on each footprint when there are several; at least 1."""
+    seed: int = 0
+    """0 .. 2**64 - 1."""
+    attributes: Mapping[str, AttributeValue] = field(default_factory=dict)
+    """Values that replace those in the rule file."""
+    start_rule: str = ""
+    """Empty for the rule file's own."""
+    footprints: tuple[Footprint, ...] = ()
+    """Empty for the default footprint."""
+    file_format: FileFormat = "glb"
+    single_file: bool = False
+    """One file with all models instead of one each."""
+    instancing: Instancing = "none"
+    """For GLB: ``none`` merges by material, ``nodes`` shares meshes, ``gpu`` uses EXT_mesh_gpu_instancing."""
+    image: bool = True
+    """Whether to draw the contact sheet."""
+    columns: int = 0
+    """Models side by side on the sheet; 0 for about a square."""
+    renderer: RendererName = "cast"
+    """What draws the sheet: ``cast`` sends rays, and draws the same picture on every machine; ``gl`` uses OpenGL;
+    ``auto`` uses OpenGL where it works. The manifest records which of both drew."""
+    scale: Scale = "each"
+    """Whether the models on the sheet are all to one scale, or ``each`` fills its picture."""
+
+    def __post_init__(self) -> None:
+        if not re.fullmatch(r"[\w .,+@-]{1,100}", self.name) or self.name.startswith("."):
+            raise UsageError(f"{self.name!r} cannot name files: expected letters, digits, spaces and . , + @ - _ only.")
+        if not re.fullmatch(r"\.\w{1,32}", self.suffix):
+            raise UsageError(f"{self.suffix!r} is not the suffix of a file: expected one such as {DEFAULT!r}.")
+        _check_range("number of models", self.num_models * max(len(self.footprints), 1), 1, MAX_MODELS)
+        _check_range("seed", self.seed, 0, 2**64 - 1)
+        _check_range("number of columns", self.columns, 0, 1000)
+        _check_choice("format", self.file_format, get_args(FileFormat))
+        _check_choice("instancing", self.instancing, get_args(Instancing))
+        _check_choice("scale", self.scale, get_args(Scale))
+        _check_choice("renderer", self.renderer, get_args(RendererName))
+        if self.instancing != "none" and self.file_format != "glb":
+            raise UsageError(f"instancing {self.instancing!r} needs format 'glb', found {self.file_format!r}.")
+
+    @classmethod
+    def of(cls, grammar: str | Path, *, footprint: str = "", assets: Path | None = None, **options: Any) -> Self:
+        """A request for a file that describes models, or a shipped example.
+
+        Args:
+            grammar: a path, or a name as ``grammarlab list`` shows them.
+            footprint: as in `read_footprints`; the default footprint when empty.
+            assets: folder of assets, by default the one beside the rule file.
+            options: the other fields of this class.
+        """
+        source = find_rules(str(grammar), assets)
+        footprints = read_footprints(footprint) if footprint else ()
+        text = source.text()
+        return cls(
+            name=source.name,
+            suffix=source.suffix,
+            text=text,
+            assets=source.assets,
+            footprints=footprints,
+            **options,
+        )
+
+    @property
+    def text_hash(self) -> str:
+        """SHA-256 of the rule text in hexadecimal."""
+        return sha256(self.text.encode()).hexdigest()
+
+    @property
+    def total_models(self) -> int:
+        """Models over all footprints."""
+        return self.num_models * max(len(self.footprints), 1)
+
+    def as_json(self) -> dict[str, Any]:
+        """All fields but the text and the asset folder as plain values."""
+        return {
+            "name": self.name,
+            "suffix": self.suffix,
+            "num_models": self.num_models,
+            "seed": self.seed,
+            "attributes": dict(self.attributes),
+            "start_rule": self.start_rule,
+            "footprints": [
+                {"polygon": f.polygon.tolist(), "properties": dict(f.properties), "name": f.name}
+                for f in self.footprints
+            ],
+            "file_format": self.file_format,
+            "single_file": self.single_file,
+            "instancing": self.instancing,
+            "image": self.image,
+            "columns": self.columns,
+            "renderer": self.renderer,
+            "scale": self.scale,
+        }
+
+    @classmethod
+    def from_json(cls, values: Mapping[str, Any], text: str, assets: Path) -> Self:
+        """The request that `as_json` described.
+
+        Raises:
+            AssetError: when the values are not those of a request.
+        """
+        fields = dict(values)
+        try:
+            footprints = tuple(
+                Footprint(np.array(f["polygon"], np.float64).reshape(-1, 3), f["properties"], f["name"])
+                for f in fields.pop("footprints")
+            )
+            return cls(text=text, assets=assets, footprints=footprints, **fields)
+        except (KeyError, TypeError, ValueError, UsageError) as error:
+            raise AssetError(f"the manifest does not describe a run of this version: {error}") from error
+
+
+def _check_range(what: str, value: int, low: int, high: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise UsageError(f"{what}: expected a whole number from {low} to {high}, found {value!r}.")
+
+
+def _check_choice(what: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise UsageError(f"{what}: expected one of {', '.join(choices)}, found {value!r}.")

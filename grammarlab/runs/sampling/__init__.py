@@ -1,0 +1,1 @@
+"""One call from a request to files and a picture on disk."""

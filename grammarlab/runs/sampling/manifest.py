@@ -1,0 +1,156 @@
+"""The manifest of a run: what was asked, with which versions, what came out. Enough to make the same files again."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from grammarlab import __version__
+from grammarlab.derivation.forest import MissingAsset
+from grammarlab.errors import AssetError
+from grammarlab.files import write_text
+from grammarlab.rendering.choice import Choice
+from grammarlab.runs.requests.examples import examples_folder
+from grammarlab.runs.requests.request import SampleRequest
+from grammarlab.runs.sampling.records import ModelRecord
+
+MANIFEST = "manifest.json"
+FORMAT = 2
+"""Version of the file. In version 1 a batch held the models of one footprint, never of several."""
+_FIRST_FORMAT, BATCHES_OVER_FOOTPRINTS = 1, 2
+MAX_FILE_BYTES = 1 << 30
+_LIBRARIES = ("numpy", "scipy", "shapely", "trimesh", "embreex", "mapbox_earcut", "pillow", "pyarrow", "lark")
+_GL_LIBRARIES = ("pyrender-maintained", "PyOpenGL")
+_SHIPPED = "shipped"
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """A run that was made, or is being made."""
+
+    request: SampleRequest
+    format: int
+    """The version of the file that it was read from."""
+    complete: bool
+    """False while the run is going on, and after it was interrupted."""
+    versions: Mapping[str, str]
+    models: tuple[Mapping[str, Any], ...]
+    files: Mapping[str, str]
+    """SHA-256 of each file by its path relative to the manifest; empty until the run is complete."""
+    asset_files: Mapping[str, str]
+    """SHA-256 of the asset files that the request names (`hash_assets`), by path relative to the asset folder."""
+
+
+def write_manifest(
+    folder: Path,
+    request: SampleRequest,
+    choice: Choice,
+    asset_files: Mapping[str, str],
+    models: Sequence[ModelRecord] = (),
+    files: Mapping[str, str] | None = None,
+    missing_assets: Sequence[MissingAsset] = (),
+) -> Path:
+    """Write the manifest of a run, complete when it says which files it made.
+
+    Args:
+        folder: the run's folder.
+        request: what was asked.
+        choice: what draws the sheet.
+        asset_files: hashes of the asset files that the request names.
+        models: the finished models, by index.
+        files: hashes of all files; None while the run is going on.
+        missing_assets: meshes that the asset folder lacks.
+    """
+    values = {
+        "format": FORMAT,
+        "complete": files is not None,
+        "grammar": {"name": request.name, "sha256": request.text_hash, "text": request.text},
+        "request": request.as_json(),
+        "assets": _describe_assets(request.assets, folder),
+        "asset_files": dict(asset_files),
+        "missing_assets": [asdict(asset) for asset in missing_assets],
+        "versions": current_versions() | _drawing_versions(choice),
+        "models": [asdict(model) for model in models],
+        "files": dict(sorted((files or {}).items())),
+    }
+    path = folder / MANIFEST
+    write_text(path, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
+    return path
+
+
+def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
+    """The manifest in a file, or in a folder that a run was written to.
+
+    Args:
+        path: the file or the folder.
+        assets: a folder of assets to use instead of the one the manifest names.
+
+    Raises:
+        AssetError: when there is none, or it is damaged.
+    """
+    path = Path(path)
+    path = path / MANIFEST if path.is_dir() else path
+    if not path.is_file():
+        raise AssetError(f"{path}: no such manifest. `grammarlab sample` writes one into its output folder.")
+    if path.stat().st_size > MAX_FILE_BYTES:
+        raise AssetError(f"{path}: larger than {MAX_FILE_BYTES} bytes, which no manifest of ours is.")
+    try:
+        values = json.loads(path.read_text(encoding="utf-8"))
+        version = values["format"]
+        if version not in range(_FIRST_FORMAT, FORMAT + 1):
+            raise AssetError(f"{path}: expected a manifest of format {FORMAT}, found format {version}.")
+        text = values["grammar"]["text"]
+        request = SampleRequest.from_json(
+            values["request"], text, assets or _find_assets(values["assets"], path.parent)
+        )
+        if request.text_hash != values["grammar"]["sha256"]:
+            raise AssetError(f"{path}: the grammar text does not fit its hash; somebody changed one of them.")
+        return Manifest(
+            request,
+            version,
+            values["complete"] is True,
+            dict(values["versions"]),
+            tuple(values["models"]),
+            dict(values["files"]),
+            dict(values["asset_files"]),
+        )
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise AssetError(f"{path}: the manifest is damaged ({error!r}).") from error
+
+
+@cache
+def current_versions() -> dict[str, str]:
+    """The versions of everything that may change a bit of the output."""
+    libraries = {name: version(name) for name in _LIBRARIES}
+    return {
+        "grammarlab": __version__,
+        "python": platform.python_version(),
+        "system": f"{platform.system()} {platform.machine()}",
+        **libraries,
+    }
+
+
+def _drawing_versions(choice: Choice) -> dict[str, str]:
+    """What else a picture depends on when OpenGL draws it."""
+    return {name: version(name) for name in _GL_LIBRARIES} | {"opengl": choice.driver} if choice.name == "gl" else {}
+
+
+def _describe_assets(assets: Path, folder: Path) -> str:
+    """``shipped``, or the path of the asset folder as seen from the run's folder where that is possible."""
+    if assets.resolve().is_relative_to(examples_folder().resolve()):
+        return _SHIPPED
+    try:
+        return Path(os.path.relpath(assets.resolve(), folder.resolve())).as_posix()
+    except ValueError:  # another drive
+        return assets.resolve().as_posix()
+
+
+def _find_assets(description: str, folder: Path) -> Path:
+    return examples_folder() / "assets" if description == _SHIPPED else folder / description

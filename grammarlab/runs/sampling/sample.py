@@ -1,0 +1,222 @@
+"""One call from a request to files and a picture on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from grammarlab.derivation.forest import MissingAsset, by_path
+from grammarlab.errors import AssetError, Finding, UsageError
+from grammarlab.files import file_hash, remove_parts
+from grammarlab.rendering.choice import Choice, choose
+from grammarlab.runs.disk.results import Progress
+from grammarlab.runs.models.abstract import models_of
+from grammarlab.runs.requests.asset_files import first_difference, hash_assets
+from grammarlab.runs.requests.batches import cut_batches
+from grammarlab.runs.requests.missing_assets import warnings_of
+from grammarlab.runs.requests.request import SampleRequest
+from grammarlab.runs.sampling.clearing import clear_run
+from grammarlab.runs.sampling.derive_batch import sample_batch
+from grammarlab.runs.sampling.manifest import BATCHES_OVER_FOOTPRINTS, MANIFEST, Manifest, read_manifest, write_manifest
+from grammarlab.runs.sampling.records import DERIVATIONS, BatchRecord, ModelRecord, read_record
+from grammarlab.runs.sampling.sheet import draw_sheet, sheet_name
+from grammarlab.runs.sampling.single_file import single_file_name, write_single_file
+from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """A finished run."""
+
+    request: SampleRequest
+    folder: Path
+    models: tuple[ModelRecord, ...]
+    """By index."""
+    sheet: Path | None
+    """The contact sheet, when one was asked for."""
+    manifest: Path
+    prints: tuple[str, ...] = ()
+    """What the rules printed, at most a bounded number of texts a batch."""
+    missing_images: tuple[str, ...] = ()
+    """Textures of the models that the asset folder lacks, in alphabetical order."""
+    missing_assets: tuple[MissingAsset, ...] = ()
+    """Meshes that it lacks, by path."""
+
+    @property
+    def accept_rate(self) -> float | None:
+        """Share of candidates that an acceptance rule kept; None where every first one stands there."""
+        tries = sum(model.tries for model in self.models)
+        return None if tries == len(self.models) else sum(model.accepted for model in self.models) / tries
+
+    @property
+    def not_accepted(self) -> tuple[ModelRecord, ...]:
+        """Models of which no candidate was accepted: the one that came nearest stands there."""
+        return tuple(model for model in self.models if not model.accepted)
+
+    def missing_asset_warnings(self) -> tuple[Finding, ...]:
+        """A finding for each missing mesh, as `grammarlab check` has them."""
+        return warnings_of(self.missing_assets, self.request.assets)
+
+    @property
+    def derivations(self) -> Path:
+        """Folder with one folder of Parquet files for each batch (`grammarlab.runs.disk.derivations`)."""
+        return self.folder / DERIVATIONS
+
+
+def sample_run(
+    request: SampleRequest,
+    folder: Path | str,
+    *,
+    executor: AbstractExecutor = SERIAL,
+    resume: bool = False,
+    on_progress: Progress = lambda _what, _done, _total: None,
+) -> RunResult:
+    """Derive the models of a request and write everything about them into a folder.
+
+    Every file appears whole or not at all, so an interrupted run leaves valid files and can be resumed.
+
+    Args:
+        request: what to make.
+        folder: made when missing. The files of an earlier run of the grammar in it are removed, unless it is resumed.
+            A folder with a run of another grammar is refused.
+        executor: who makes the batches and the picture; the files do not depend on it.
+        resume: go on with the run that the folder holds, doing only what is missing.
+        on_progress: told about every finished batch.
+
+    Raises:
+        GrammarlabError: as the grammar, the assets or the folder give reason to.
+
+    >>> import grammarlab as gl
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> rules = "Lot --> extrude(3) Tower"
+    >>> request = gl.SampleRequest(name="tower", text=rules, assets=Path(), num_models=2, image=False)
+    >>> with TemporaryDirectory() as folder:
+    ...     run = sample_run(request, Path(folder) / "towers")
+    ...     sorted(file.name for file in run.folder.glob("*.glb"))
+    ['tower-00000.glb', 'tower-00001.glb']
+    """
+    folder = Path(folder)
+    # Errors in the rules and options come before anything is written or removed.
+    models_of(request).check(request)
+    choice = choose(request.renderer) if request.image else Choice("cast")
+    if request.image:
+        request = replace(request, renderer=choice.name)
+    asset_files = hash_assets(request)
+    _prepare(folder, request, asset_files, resume)
+    write_manifest(folder, request, choice, asset_files)
+    records, unchanged = _run_batches(request, folder, executor, on_progress)
+    models = tuple(model for record in records for model in record.models)
+    hashes = {file: digest for record in records for file, digest in record.hashes.items()}
+    batches = cut_batches(request)
+    if request.single_file:
+        path = folder / single_file_name(request)
+        if not (unchanged and path.is_file()):
+            write_single_file(request, folder, batches)
+        hashes[path.name] = file_hash(path)
+    sheet = folder / sheet_name(request) if request.image else None
+    if sheet is not None:
+        on_progress("picture", 0, 1)
+        if not (unchanged and sheet.is_file()):
+            draw_sheet(request, folder, batches, executor, choice)
+        hashes[sheet.name] = file_hash(sheet)
+        on_progress("picture", 1, 1)
+    missing_assets = by_path(asset for record in records for asset in record.missing_assets)
+    manifest = write_manifest(folder, request, choice, asset_files, models, hashes, missing_assets)
+    prints = tuple(text for record in records for text in record.prints)
+    images = sorted({name for record in records for name in record.missing_images})
+    return RunResult(request, folder, models, sheet, manifest, prints, tuple(images), missing_assets)
+
+
+def repeat_run(
+    manifest: Manifest,
+    folder: Path | str,
+    *,
+    executor: AbstractExecutor = SERIAL,
+    resume: bool = False,
+    on_progress: Progress = lambda _what, _done, _total: None,
+) -> tuple[RunResult, tuple[str, ...]]:
+    """Make the run of a manifest again, and compare.
+
+    Args:
+        manifest: of a complete run.
+        folder: where to put the files; not the folder of the run that is repeated.
+        executor: as for `sample_run`.
+        resume: as for `sample_run`.
+        on_progress: as for `sample_run`.
+
+    Returns:
+        The run, and the names of the files that are not equal, bit for bit, to those of the manifest.
+
+    Raises:
+        AssetError: when asset files are not those of the manifest.
+        GrammarlabError: as for `sample_run`.
+    """
+    difference = first_difference(manifest.asset_files, hash_assets(manifest.request))
+    if difference:
+        raise AssetError(
+            f"the run cannot be repeated: {difference}, compared with the manifest, in {manifest.request.assets}. "
+            "Give the folder that holds the assets as they were with --assets."
+        )
+    result = sample_run(manifest.request, folder, executor=executor, resume=resume, on_progress=on_progress)
+    made = read_manifest(result.manifest).files
+    return result, tuple(
+        sorted(file for file in {*made, *manifest.files} if made.get(file) != manifest.files.get(file))
+    )
+
+
+def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str], resume: bool) -> None:
+    """Make the folder, and clear it of an earlier run that is not to be resumed."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if not (folder / MANIFEST).is_file():
+        return
+    if not resume:
+        clear_run(folder, request.name)
+        return
+    manifest = read_manifest(folder, request.assets)
+    difference = _changed_option(manifest.request, request) or first_difference(manifest.asset_files, asset_files)
+    if difference:
+        raise UsageError(
+            f"{folder} holds another run than the one to resume: {difference}. "
+            "Repeat the options of that run, or write into another folder."
+        )
+    if manifest.format < BATCHES_OVER_FOOTPRINTS and len(request.footprints) > 1:
+        raise UsageError(
+            f"{folder} holds a run on {len(request.footprints)} footprints of an earlier version, which cut it into "
+            "other batches, so that it cannot be resumed. Run it again without --resume: its files are replaced."
+        )
+
+
+def _changed_option(earlier: SampleRequest, request: SampleRequest) -> str:
+    """What differs between two requests, in words; empty when nothing does."""
+    if (earlier.text, earlier.suffix) != (request.text, request.suffix):
+        return "the rules differ"
+    before, now = earlier.as_json(), request.as_json()
+    changed = [name for name in now if before[name] != now[name]]
+    return f"{changed[0]} was {before[changed[0]]!r} and is {now[changed[0]]!r}" if changed else ""
+
+
+def _run_batches(
+    request: SampleRequest, folder: Path, executor: AbstractExecutor, on_progress: Progress
+) -> tuple[tuple[BatchRecord, ...], bool]:
+    """The records of all batches, in order, and whether all were there already; makes those that are missing."""
+    batches = cut_batches(request)
+    records = {batch.index: record for batch in batches if (record := read_record(folder, batch)) is not None}
+    missing = [batch for batch in batches if batch.index not in records]
+    done = sum(len(record.models) for record in records.values())
+    on_progress("models", done, request.total_models)
+
+    def finish(index: int, record: BatchRecord) -> None:
+        nonlocal done
+        records[missing[index].index] = record
+        done += len(record.models)
+        on_progress("models", done, request.total_models)
+
+    try:
+        executor.run(partial(sample_batch, request, folder), missing, finish)
+    finally:  # of processes that have been ended
+        remove_parts(folder)
+        remove_parts(folder / DERIVATIONS)
+    return tuple(records[batch.index] for batch in batches), not missing

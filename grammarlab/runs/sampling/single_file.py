@@ -1,0 +1,52 @@
+"""All models of a run in one file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from grammarlab.export import SaveOptions, save_together
+from grammarlab.export.save import Reuse
+from grammarlab.runs.models.abstract import models_of
+from grammarlab.runs.requests.batches import Batch
+from grammarlab.runs.requests.request import Instancing, SampleRequest
+from grammarlab.runs.sampling.records import batch_folder
+from grammarlab.scene import Scene
+
+_REUSE: dict[Instancing, Reuse] = {"none": "merged", "nodes": "nodes", "gpu": "instancing"}
+
+
+def save_options(request: SampleRequest) -> SaveOptions:
+    """How the files of a run are written; with one model on each of several footprints, they stay in their places."""
+    return SaveOptions(
+        reuse=_REUSE[request.instancing],
+        assets=request.assets,
+        columns=request.columns or None,
+        in_place=len(request.footprints) > 1 and request.num_models == 1,
+    )
+
+
+def single_file_name(request: SampleRequest) -> str:
+    """Name of the one file with all models."""
+    return f"{request.name}.{request.file_format}"
+
+
+def write_single_file(request: SampleRequest, folder: Path, batches: tuple[Batch, ...]) -> Path:
+    """Write all models of finished batches into one file."""
+    path = folder / single_file_name(request)
+    return save_together(StoredScenes(request, folder, batches), path, request.file_format, save_options(request))
+
+
+@dataclass(frozen=True, slots=True)
+class StoredScenes:
+    """The scenes of finished batches, read from what is kept of them whenever they are gone through."""
+
+    request: SampleRequest
+    folder: Path
+    batches: Sequence[Batch]
+
+    def __iter__(self) -> Iterator[Scene]:
+        models = models_of(self.request)
+        for batch in self.batches:
+            yield models.stored(self.request, batch, batch_folder(self.folder, batch))

@@ -1,0 +1,1 @@
+"""What happened in a session, as events in a file."""

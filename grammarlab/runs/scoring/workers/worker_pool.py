@@ -1,0 +1,251 @@
+"""Long-lived processes that work for a session, and end when it does, however it ends."""
+
+from __future__ import annotations
+
+import os
+import traceback
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from ctypes import c_ulonglong
+from dataclasses import dataclass, field, replace
+from functools import partial
+from importlib import import_module
+from itertools import count
+from multiprocessing.connection import Connection
+from multiprocessing.sharedctypes import RawValue
+from threading import Thread
+from typing import Any
+
+from grammarlab.errors import GrammarlabError
+from grammarlab.runs.work.workers import MAX_ATTEMPTS, start_worker
+
+_GONE = (
+    f"Processes that worked for the session have ended unasked, {MAX_ATTEMPTS} times with the same task; memory may be "
+    "short. Close other programs, and try again."
+)
+
+Report = Callable[[str, int, int], None]
+"""Tells how far a task is: a stage, how many are done, of how many. Ends the task when it was cancelled."""
+Handler = Callable[[Any, Report], Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a task ended."""
+
+    value: Any = None
+    error: str = ""
+    """Empty when it went well."""
+    cancelled: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """Something to do in another process."""
+
+    ticket: int
+    request: Any
+    then: Callable[[Outcome], None]
+    on_progress: Report | None
+    is_wanted: Callable[[], bool]
+    """Asked before it begins; what is not wanted any more is dropped."""
+    losses: int = 0
+    """Processes that have ended while they were at it."""
+
+
+@dataclass(eq=False)
+class _Worker:
+    """A process, and what it is doing."""
+
+    process: Any
+    connection: Connection
+    cancelled: Any
+    """Tasks with tickets up to this one are cancelled."""
+    listener: Thread = field(default_factory=Thread)
+    task: Task | None = None
+
+
+@dataclass
+class Crew:
+    """Processes that do tasks, one each at a time. All methods are for one thread, on which callbacks run, too."""
+
+    make: str
+    """``package.module:function``: called in each process, it gives the function that does the tasks."""
+    arguments: tuple[Any, ...]
+    """Of that function."""
+    size: int
+    """How many processes."""
+    deliver: Callable[[Callable[[], None]], None]
+    """Called from other threads with something to call on the crew's thread."""
+    politeness: int = 0
+    """How far others go first where there are fewer cores than processes: added to the processes' nice value."""
+    recall: Any = None
+    """A request that brings a new process to where the one that it replaces was; None for none."""
+    _workers: list[_Worker] = field(default_factory=list)
+    _waiting: deque[Task] = field(default_factory=deque)
+    _tickets: count[int] = field(default_factory=lambda: count(1))
+    _is_closed: bool = False
+
+    def start(self) -> None:
+        """Starts the processes that are missing, and returns before they are ready."""
+        while len(self._workers) < self.size and not self._is_closed:
+            cancelled = RawValue(c_ulonglong, 0)
+            work = (cancelled, self.politeness, self.make, self.arguments)
+            worker = _Worker(*start_worker(_work, work, outlives=True), cancelled)
+            worker.listener = Thread(target=self._listen, args=(worker,), daemon=True)
+            worker.listener.start()
+            self._workers.append(worker)
+            if self.recall is not None:
+                _give(worker, Task(next(self._tickets), self.recall, _ignore, None, lambda: True))
+
+    def submit(
+        self,
+        request: Any,
+        then: Callable[[Outcome], None],
+        *,
+        on_progress: Report | None = None,
+        is_wanted: Callable[[], bool] = lambda: True,
+        first: bool = False,
+    ) -> int:
+        """Has a task done.
+
+        Args:
+            request: what the processes' function gets.
+            then: gets the outcome, unless the task is dropped.
+            on_progress: gets what the task reports.
+            is_wanted: asked before it begins.
+            first: before all tasks that wait.
+
+        Returns:
+            A ticket to cancel it by.
+        """
+        task = Task(next(self._tickets), request, then, on_progress, is_wanted)
+        (self._waiting.appendleft if first else self._waiting.append)(task)
+        self.start()
+        self._dispatch()
+        return task.ticket
+
+    def cancel(self, ticket: int) -> None:
+        """Cancels a task, which ends at once; a process that is at it goes on until it next reports."""
+        for task in self._waiting:
+            if task.ticket == ticket:
+                self._waiting.remove(task)
+                task.then(Outcome(cancelled=True))
+                return
+        for worker in self._workers:
+            task = worker.task
+            if task is not None and task.ticket == ticket:
+                worker.cancelled.value = ticket
+                worker.task = replace(task, then=_ignore, on_progress=None, is_wanted=lambda: False)
+                task.then(Outcome(cancelled=True))
+
+    def close(self) -> None:
+        """Ends the processes; tasks are dropped."""
+        self._is_closed = True
+        self._waiting.clear()
+        for worker in self._workers:
+            worker.process.terminate()
+        for worker in self._workers:
+            worker.process.join(5.0)
+            worker.listener.join(5.0)
+
+    def _dispatch(self) -> None:
+        for worker in list(self._workers):
+            while worker.task is None and self._waiting and not self._is_closed:
+                task = self._waiting.popleft()
+                if task.is_wanted():
+                    _give(worker, task)
+
+    def _listen(self, worker: _Worker) -> None:
+        """Passes on what a process says, in a thread of its own.
+
+        It alone closes the connection: another thread would take the file away from under it.
+        """
+        with worker.connection, suppress(EOFError, OSError):
+            while True:
+                self.deliver(partial(self._hear, worker, worker.connection.recv()))
+        self.deliver(partial(self._lose, worker))
+
+    def _hear(self, worker: _Worker, said: tuple[str, Any]) -> None:
+        kind, value = said
+        task = worker.task
+        if task is None or self._is_closed:
+            return
+        if kind == "progress":
+            if task.on_progress is not None:
+                task.on_progress(*value)
+            return
+        worker.task = None
+        task.then(value)
+        self._dispatch()
+
+    def _lose(self, worker: _Worker) -> None:
+        """A process has ended; another one does its task. One that did nothing is replaced with the next task."""
+        if self._is_closed or worker not in self._workers:
+            return
+        self._workers.remove(worker)
+        task = worker.task
+        if task is None:
+            return
+        if task.request is self.recall:
+            self.recall = None
+        elif task.losses + 1 < MAX_ATTEMPTS:
+            self._waiting.appendleft(replace(task, losses=task.losses + 1))
+        else:
+            task.then(Outcome(error=_GONE))
+        if self._waiting:
+            self.start()
+            self._dispatch()
+
+
+def _give(worker: _Worker, task: Task) -> None:
+    worker.task = task
+    # A process that is gone is noticed by its listener.
+    with suppress(OSError):
+        worker.connection.send((task.ticket, task.request))
+
+
+def _ignore(_outcome: Outcome) -> None:
+    """What becomes of a task that was cancelled."""
+
+
+class _CancelledError(Exception):
+    """A task learns that nobody waits for it."""
+
+
+def _work(connection: Connection, cancelled: Any, politeness: int, make: str, arguments: tuple[Any, ...]) -> None:
+    """What a process does: tasks, until the other end of the pipe is gone."""
+    if politeness and hasattr(os, "nice"):
+        os.nice(politeness)
+    with suppress(EOFError, OSError):
+        module, _, name = make.partition(":")
+        try:
+            handler: Handler = getattr(import_module(module), name)(*arguments)
+        except GrammarlabError as error:
+            handler = partial(_refuse, str(error))
+        while True:
+            ticket, request = connection.recv()
+
+            def report(stage: str, done: int, total: int, ticket: int = ticket) -> None:
+                if cancelled.value == ticket:
+                    raise _CancelledError
+                connection.send(("progress", (stage, done, total)))
+
+            connection.send(("done", _outcome(handler, request, report)))
+
+
+def _refuse(reason: str, _request: Any, _report: Report) -> None:
+    raise GrammarlabError(reason)
+
+
+def _outcome(handler: Handler, request: Any, report: Report) -> Outcome:
+    try:
+        return Outcome(handler(request, report))
+    except _CancelledError:
+        return Outcome(cancelled=True)
+    except GrammarlabError as error:
+        return Outcome(error=str(error))
+    except Exception as error:  # a mistake of ours must not cost what the process has learned
+        traceback.print_exc()
+        return Outcome(error=f"unexpected {type(error).__name__}: {error}. Please report it.")

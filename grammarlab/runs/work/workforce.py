@@ -1,0 +1,201 @@
+"""Processes that do the tasks of one run, one each at a time; those that die are replaced."""
+
+from __future__ import annotations
+
+import pickle
+import signal
+import time
+import traceback
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import lru_cache
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+from typing import Any
+
+from grammarlab.errors import WorkerError
+from grammarlab.runs.work.workers import MAX_ATTEMPTS, how_it_ended, start_worker
+
+GRACE = 2.0
+"""Seconds for processes to tidy up when they are to end early."""
+_READY = b""
+_LONGEST_NAME = 160
+"""Characters of a task in a message."""
+
+
+@dataclass(eq=False, slots=True)
+class _Job:
+    """A task, and how often a process has died of it."""
+
+    index: int
+    task: Any
+    losses: int = 0
+
+
+@dataclass(eq=False, slots=True)
+class _Worker:
+    """A process and what it is to do."""
+
+    process: SpawnProcess
+    connection: Connection
+    job: _Job
+    is_ready: bool = False
+
+
+class Workforce:
+    """The processes of one run.
+
+    Args:
+        work: does a task.
+        tasks: its arguments; as many are taken as there are processes.
+        then: gets place and result of each.
+        environment: variables of the processes besides those of this one.
+    """
+
+    def __init__(
+        self,
+        work: Callable[[Any], Any],
+        tasks: Iterable[Any],
+        then: Callable[[int, Any], object],
+        environment: Mapping[str, str],
+    ) -> None:
+        self._work = pickle.dumps(work)
+        self._jobs: Iterator[_Job] = (_Job(index, task) for index, task in enumerate(tasks))
+        self._lost: deque[_Job] = deque()
+        self._then, self._environment = then, environment
+        self._workers: dict[Connection, _Worker] = {}
+        self._leaving: list[SpawnProcess] = []
+        self._false_starts = 0
+        """Processes that have died in a row before they could do anything."""
+
+    def run(self, num_workers: int) -> None:
+        """Does all tasks; see `grammarlab.runs.work.executors.AbstractExecutor.run`."""
+        try:
+            while len(self._workers) < num_workers and (job := self._next()) is not None:
+                self._start(job)
+            while self._workers:
+                heard = wait(list(self._workers))
+                for worker in [worker for connection, worker in self._workers.items() if connection in heard]:
+                    self._hear(worker)
+        finally:
+            self._end()
+
+    def _next(self) -> _Job | None:
+        return self._lost.popleft() if self._lost else next(self._jobs, None)
+
+    def _start(self, job: _Job) -> None:
+        process, connection = start_worker(_do_tasks, (), self._environment)
+        self._workers[connection] = _Worker(process, connection, job)
+
+    def _hear(self, worker: _Worker) -> None:
+        try:
+            message = worker.connection.recv_bytes()
+        except (EOFError, OSError):
+            self._replace(worker)
+            return
+        if message == _READY:
+            worker.is_ready, self._false_starts = True, 0
+            _send(worker, self._work)
+            _send(worker, pickle.dumps(worker.job.task))
+            return
+        done = worker.job
+        job = self._next()
+        if job is None:
+            self._dismiss(worker)
+        else:
+            worker.job = job
+            _send(worker, pickle.dumps(job.task))
+        is_result, value = pickle.loads(message)  # noqa: S301 - of our own process
+        if not is_result:
+            raise value
+        self._then(done.index, value)
+
+    def _dismiss(self, worker: _Worker) -> None:
+        """Lets a process end, which it does at the end of its connection."""
+        del self._workers[worker.connection]
+        worker.connection.close()
+        self._leaving.append(worker.process)
+
+    def _replace(self, worker: _Worker) -> None:
+        """Another process for one that has died."""
+        self._dismiss(worker)
+        worker.process.join()
+        job, how = worker.job, how_it_ended(worker.process)
+        if worker.is_ready:
+            job.losses += 1
+        else:
+            self._false_starts += 1
+        if self._false_starts == MAX_ATTEMPTS:
+            raise WorkerError(
+                f"processes end as soon as they start ({how}). Try to do without (--jobs 1); in a script, call what "
+                'runs below `if __name__ == "__main__":`.'
+            )
+        if job.losses == MAX_ATTEMPTS:
+            name = str(job.task)
+            name = name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}…"
+            raise WorkerError(
+                f"{name}: the process that worked on it ended unasked, {job.losses} times ({how}). Try fewer processes "
+                "at a time (--jobs 1, --workers 1) or smaller tasks, such as smaller footprints."
+            )
+        self._start(job)
+
+    def _end(self) -> None:
+        """Ends what still runs: by a signal that lets it tidy up, and before long by one that does not."""
+        processes = [*self._leaving, *(worker.process for worker in self._workers.values())]
+        for worker in self._workers.values():
+            worker.connection.close()
+            worker.process.terminate()
+        end = time.monotonic() + GRACE
+        for process in processes:
+            process.join(max(0.0, end - time.monotonic()))
+        for process in processes:
+            process.kill()
+            process.join()
+
+
+def _send(worker: _Worker, message: bytes) -> None:
+    # The end of a process is noticed by the end of its connection.
+    with suppress(OSError):
+        worker.connection.send_bytes(message)
+
+
+class _EndedError(BaseException):
+    """The process is to end; no task takes it for an error of its own."""
+
+
+def _do_tasks(connection: Connection) -> None:
+    """What a process does: tasks, until the other end of the connection is gone."""
+    signal.signal(signal.SIGTERM, _tidy_up)
+    with suppress(_EndedError, EOFError, OSError):
+        connection.send_bytes(_READY)
+        work = connection.recv_bytes()
+        while True:
+            connection.send_bytes(_answer(work, connection.recv_bytes()))
+
+
+def _tidy_up(_signal: int, _frame: object) -> None:
+    raise _EndedError
+
+
+def _answer(work: bytes, task: bytes) -> bytes:
+    """Whether a task went well, and its result or its error, pickled."""
+    try:
+        return pickle.dumps((True, _function(work)(pickle.loads(task))))  # noqa: S301 - of our own process
+    except _EndedError:
+        raise
+    except BaseException as error:
+        error.add_note(f"In a process that worked for this one:\n{traceback.format_exc()}")
+        try:
+            answer = pickle.dumps((False, error))
+            pickle.loads(answer)  # noqa: S301 - made a line above
+        except Exception:
+            return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}\n{traceback.format_exc()}")))
+        return answer
+
+
+@lru_cache(maxsize=1)
+def _function(work: bytes) -> Callable[[Any], Any]:
+    """The function that does tasks, looked up with the first of them."""
+    return pickle.loads(work)  # noqa: S301 - of our own process

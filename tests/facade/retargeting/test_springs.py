@@ -1,0 +1,27 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grammarlab.facade.retargeting.springs import springs
+from grammarlab.facade.sizes.axes import leaf_weights
+from grammarlab.facade.sizes.solve import resize
+from grammarlab.facade.sizes.wishes import Size
+from grammarlab.facade.tree import Facade
+from tests.facade.sized import sized
+
+
+@given(sized(), st.integers(0, 1), st.floats(0.6, 2.0))
+def test_a_facade_has_the_energy_of_its_spring_without_grids_and_no_less_with_them(
+    facade: Facade, along: int, factor: float
+) -> None:
+    metres = factor * facade.size[0, along]
+    weight = leaf_weights(facade.size[facade.leaves], facade.size[0], "default")[:, along]
+    spring = springs(facade, along, facade.size[:, along], weight)
+    found = resize(facade, [Size(0, along, metres)])
+    energy = spring.energy(0, metres)
+    assert energy <= found.energy[along] * (1.0 + 1e-9) + 1e-12
+    shrunk = (found.facade.size[:, along] < 0.01 * facade.size[:, along]).any()
+    if not facade.grids and not shrunk:
+        assert energy == pytest.approx(found.energy[along], rel=1e-6)
+    assert np.allclose(spring.length, facade.size[:, along])

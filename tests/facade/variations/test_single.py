@@ -1,0 +1,387 @@
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.grid import Grid
+from grammarlab.facade.grids.editing import grid_of, with_grid
+from grammarlab.facade.grids.kinds import kinds
+from grammarlab.facade.grids.proposals import with_proposals
+from grammarlab.facade.tree import Facade, Picture, X, Y, check
+from grammarlab.facade.variations.neighbours import neighbours
+from grammarlab.facade.variations.sequences import distinct, sequences
+from grammarlab.facade.variations.single import Edit, Variation, applied, edits, unedited, vary
+from tests.facade.gridded import gridded, same_topology, transposed
+from tests.facade.samples import Node, across, built, door_over_two_rows, leaf, stacked, windows
+
+axes = st.sampled_from([X, Y])
+
+
+def lines(grid: Grid, axis: int) -> np.ndarray:
+    return grid.places().T if axis == X else grid.places()
+
+
+def names(facade: Facade, nodes: np.ndarray) -> list[str]:
+    return [facade.name_of(node) if node >= 0 else "-" for node in nodes.tolist()]
+
+
+def line_names(facade: Facade, grid: str, axis: int) -> list[list[str]]:
+    return [names(facade, line) for line in lines(grid_of(facade, grid), axis)]
+
+
+def same_facade(one: Facade, other: Facade) -> None:
+    assert same_topology(one, other)
+    assert np.allclose(one.position, other.position, rtol=0, atol=1e-9 * one.size[0].max())
+    assert np.allclose(one.size, other.size, rtol=1e-9)
+    assert np.array_equal(one.label, other.label)
+    assert [(g.name, g.node.tolist(), g.row.tolist(), g.column.tolist()) for g in one.grids] == [
+        (g.name, g.node.tolist(), g.row.tolist(), g.column.tolist()) for g in other.grids
+    ]
+
+
+@given(gridded(), axes)
+def test_each_variation_is_a_facade_with_one_line_more_or_less_and_other_grids_as_they_were(
+    facade: Facade, axis: int
+) -> None:
+    before = grid_of(facade, "one")
+    other = grid_of(facade, "two")
+    for variation in vary(facade, "one", axis, also=[]).found:
+        check(variation.facade)
+        areas = variation.facade.size[variation.facade.leaves].prod(axis=1)
+        assert np.isclose(areas.sum(), variation.facade.width * variation.facade.height)
+        (edit,) = variation.edits
+        after = grid_of(variation.facade, "one")
+        old, new = lines(before, axis), lines(after, axis)
+        if edit.place is None:
+            assert len(new) <= len(old) - 1
+            continue
+        assert len(new) == len(old) + 1
+        kept = np.delete(new, edit.place, axis=0)
+        assert np.array_equal(np.where(kept < 0, -1, variation.source[kept]), old)
+        line = new[edit.place]
+        assert np.array_equal(variation.source[line[line >= 0]], old[edit.line][line >= 0])
+        assert variation.missing or ((line < 0) == (old[edit.line] < 0)).all()
+        same = grid_of(variation.facade, "two")
+        assert variation.source[same.node].tolist() == other.node.tolist()
+        assert (same.row.tolist(), same.column.tolist()) == (other.row.tolist(), other.column.tolist())
+
+
+@given(gridded(), axes)
+def test_new_elements_stand_between_their_anchors(facade: Facade, axis: int) -> None:
+    for variation in vary(facade, "one", axis, also=[], removals=False).found:
+        middle = variation.facade.position[:, axis] + variation.facade.size[:, axis] / 2
+        place = variation.edits[0].place
+        assert place is not None
+        new = lines(grid_of(variation.facade, "one"), axis)
+        for cross in range(new.shape[1]):
+            near = [new[at, cross] for at in (place - 1, place, place + 1) if 0 <= at < len(new)]
+            if new[place, cross] >= 0:
+                along = np.diff(middle[near]) if axis == X else -np.diff(middle[near])
+                assert (along > 0).all()
+
+
+@given(gridded(), axes)
+def test_what_is_inserted_and_removed_leaves_no_trace(facade: Facade, axis: int) -> None:
+    start = unedited(facade)
+    for edit in edits(facade, ["one"], axis):
+        if edit.place is None:
+            continue
+        try:
+            more = applied(start, edit)
+        except FacadeError:
+            continue
+        less = applied(more, Edit(("one",), axis, edit.place))
+        same_facade(less.facade, facade)
+        assert less.source.tolist() == list(range(len(facade)))
+
+
+@given(gridded())
+def test_rows_are_columns_of_the_facade_turned_about_its_diagonal(facade: Facade) -> None:
+    upright, lying = unedited(transposed(facade)), unedited(facade)
+    num_rows = grid_of(facade, "one").num_rows
+    for line in range(num_rows):
+        for place in (None, *range(num_rows + 1)):
+            other = Edit(("one",), X, num_rows - 1 - line, None if place is None else num_rows - place)
+            try:
+                row = applied(lying, Edit(("one",), Y, line, place))
+            except FacadeError:
+                with pytest.raises(FacadeError):
+                    applied(upright, other)
+                continue
+            column = applied(upright, other)
+            same_facade(transposed(column.facade), row.facade)
+            assert column.source.tolist() == row.source.tolist()
+            assert np.array_equal(column.shown[:, [1, 0, 3, 2]], row.shown)
+
+
+def test_there_is_a_variation_for_each_different_column_at_each_place() -> None:
+    facade = windows(3, 4, (1.0, 2.0, 3.0, 1.0))
+    found = vary(facade, "window", X, removals=False)
+    assert len(found.found) == 3 * 5
+    assert found.discarded == ()
+    assert {(each.edits[0].line, each.edits[0].place) for each in found.found} == {
+        (line, place) for line in range(3) for place in range(5)
+    }
+    assert len(vary(facade, "window", X, insertions=False).found) == 4
+    assert len(vary(facade, "window", Y, removals=False).found) == 1 * 4
+
+
+@pytest.mark.parametrize("bays", [False, True])
+def test_all_sequences_of_columns_are_those_of_a_list(bays: bool) -> None:
+    """Brute force: a wall of columns is a list, an insertion copies one of its items."""
+
+    def widths(variation: Variation) -> tuple[float, ...]:
+        first_row = grid_of(variation.facade, "window").places()[0]
+        return tuple(variation.wanted[first_row, X].tolist())
+
+    start = (1.0, 2.0, 4.0)
+    expected = {start}
+    for _ in range(2):
+        expected = {
+            (*each[:place], item, *each[place:])
+            for each in expected
+            for item in set(each)
+            for place in range(len(each) + 1)
+        }
+    facade = windows(2, 3, start, bays=bays)
+    found = sequences(facade, "window", X, 2)
+    assert sorted(widths(each) for each in found) == sorted(expected)
+    for each in found:
+        assert np.isclose(each.facade.width, sum(widths(each)) + 0.5 * (len(widths(each)) + 1))
+        assert np.isclose(each.facade.height, facade.height)
+    fewer = sequences(facade, "window", X, -2)
+    assert sorted(widths(each) for each in fewer) == [(1.0,), (2.0,), (4.0,)]
+    assert sequences(facade, "window", X, 0)[0].facade is facade
+
+
+@pytest.mark.parametrize("bays", [False, True])
+@pytest.mark.parametrize("axis", [X, Y])
+def test_even_a_facade_without_memory_returns_to_its_sizes(axis: int, bays: bool) -> None:
+    facade = windows(3, 4, (1.0, 2.0, 3.0), bays=bays)
+    for variation in vary(facade, "window", axis, removals=False).found:
+        place = variation.edits[0].place
+        assert place is not None
+        assert variation.facade.size[0, axis] > facade.size[0, axis]
+        same_facade(applied(unedited(variation.facade), Edit(("window",), axis, place)).facade, facade)
+
+
+@pytest.mark.parametrize("facade", [windows(2, 3, (1.0, 2.0, 3.0)), windows(2, 3, (1.0, 2.0, 3.0), bays=True)])
+def test_a_copy_has_the_neighbours_of_its_source_and_of_its_anchors(facade: Facade) -> None:
+    """Figure 5: what the paper links S to, without its contradictions."""
+
+    def around(wall: Facade) -> dict[int, set[tuple[int, int, int]]]:
+        graph = neighbours(wall)
+        links: dict[int, set[tuple[int, int, int]]] = {node: set() for node in graph.node.tolist()}
+        for along, pairs in ((X, graph.node[graph.beside]), (Y, graph.node[graph.above])):
+            for one, other in pairs.tolist():
+                links[one].add((along, 1, other))
+                links[other].add((along, 0, one))
+        return links
+
+    before = around(facade)
+    for variation in vary(facade, "window", X, removals=False).found:
+        edit, after = variation.edits[0], around(variation.facade)
+        old, new = (grid_of(wall, "window").places() for wall in (facade, variation.facade))
+        assert edit.place is not None
+        for row in range(2):
+            anchors = old[row, max(edit.place - 1, 0) : edit.place + 1].tolist()
+            allowed = set().union(*(before[node] for node in [*anchors, int(old[row, edit.line])]))
+            if edit.place in {0, 3}:
+                # At the ends the gap between the nearest two columns is repeated.
+                allowed |= before[int(old[row, 1])]
+            found = {
+                (along, side, int(variation.source[node])) for along, side, node in after[int(new[row, edit.place])]
+            }
+            assert found <= allowed
+            assert {(along, side) for along, side, _ in found} == {(X, 0), (X, 1), (Y, 0), (Y, 1)}
+
+
+def test_the_surroundings_come_along_and_bands_are_stretched() -> None:
+    """Figure 4: what reaches over both anchors stays one piece; the wall between them stands on both sides of S."""
+    facade = windows(1, 2, (1.0, 2.0))
+    (variation,) = [
+        v
+        for v in vary(facade, "window", X, removals=False).found
+        if str(v.edits[0]).endswith("1 repeated after column 1")
+    ]
+    wall = variation.facade
+    row = wall.children[int(wall.children[0][1])]
+    assert names(wall, row) == ["wall", "window", "wall", "window", "wall", "window", "wall"]
+    assert variation.source[row].tolist() == [3, 4, 5, 4, 5, 6, 7]
+    assert variation.source[wall.children[0]].tolist() == [1, 2, 8]
+    assert np.allclose(wall.size[wall.children[0], X], facade.width + 1.5)
+
+
+def test_a_source_in_bays_brings_what_is_above_and_below_it() -> None:
+    facade = windows(2, 2, (1.0, 2.0), bays=True)
+    wall = applied(unedited(facade), Edit(("window",), X, 1, 0)).facade
+    bays = [names(wall, wall.children[int(child)]) for child in wall.children[0] if wall.axis[child] == Y]
+    assert bays == [["wall", "window", "wall", "window", "wall"]] * 3
+    assert np.isclose(wall.height, facade.height)
+
+
+def two_wings() -> Facade:
+    """Two walls of two rows and columns of windows side by side, and a grid over both."""
+
+    def wing() -> Node:
+        floor = across(*[leaf("wall", 0.5), leaf("window")] * 2, leaf("wall", 0.5))
+        return stacked(leaf("wall", 3.5), floor, leaf("wall", 3.5), floor)
+
+    facade = built(across(wing(), wing()))
+    return with_grid(facade, "window", [node for node in facade.leaves if facade.name_of(node) == "window"])
+
+
+def test_two_wings_are_widened_between_them_by_what_belongs_to_one_column() -> None:
+    facade = two_wings()
+    wall = applied(unedited(facade), Edit(("window",), X, 0, 2)).facade
+    assert len(wall.children[0]) == 3
+    assert grid_of(wall, "window").num_columns == 5
+    assert np.isclose(wall.width, 2 * 3.5 + 2.0)
+
+
+def test_no_row_of_a_phantom_is_widened_and_all_others_are() -> None:
+    """Figures 8 and 11: beside the place above a door nothing can be inserted."""
+    facade = door_over_two_rows()
+    elements = [node for node in range(len(facade)) if facade.name_of(node) in {"window", "door"}]
+    facade = with_grid(facade, "all", elements)
+    variation = applied(unedited(facade), Edit(("all",), X, 0, 1))
+    assert variation.missing == (
+        "all: column 1 repeated after column 1: nothing in row 2 of all, the place beside it is empty",
+    )
+    wall = variation.facade
+    assert [names(wall, row) for row in grid_of(wall, "all").places()] == [
+        ["window", "window", "window", "window"],
+        ["window", "-", "-", "window"],
+        ["window", "window", "door", "window"],
+    ]
+    counts = Counter(names(wall, np.arange(len(wall))))
+    assert (counts["window"], counts["door"]) == (7 + 2, 1)
+
+
+def test_doors_are_repeated_with_their_phantom() -> None:
+    facade = door_over_two_rows()
+    elements = [node for node in range(len(facade)) if facade.name_of(node) in {"window", "door"}]
+    facade = with_grid(facade, "all", elements)
+    variation = applied(unedited(facade), Edit(("all",), X, 1, 3))
+    column = grid_of(variation.facade, "all").places()[:, 3]
+    assert names(variation.facade, column) == ["window", "-", "door"]
+    assert variation.missing == ()
+    assert np.isclose(variation.facade.height, facade.height)
+
+
+def hierarchical() -> Facade:
+    """Two rows of three windows of two panes: one grid of windows, and one in each of them."""
+
+    def window() -> Node:
+        return across(leaf("pane", 0.5, 1.5), leaf("pane", 0.5, 1.5), label="window")
+
+    def bay() -> Node:
+        return stacked(leaf("wall"), window(), leaf("wall"), window(), leaf("wall"))
+
+    gap = leaf("wall", 0.5, 6)
+    return with_proposals(built(across(gap, bay(), gap, bay(), gap, bay(), gap)))
+
+
+def test_outer_and_inner_grids_are_edited_apart_and_together() -> None:
+    """Figure 10."""
+    facade = hierarchical()
+    assert len(facade.grids) == 1 + 6
+    panes = facade.name_of(int(facade.grids[1].node[0]))
+    assert panes == "pane"
+    outer = applied(unedited(facade), Edit(("window",), X, 0, 1))
+    assert grid_of(outer.facade, "window").num_columns == 4
+    assert [grid.num_columns for grid in outer.facade.grids[1:]] == [2] * 8
+    (inner,) = distinct(vary(facade, "pane", X, removals=False).found, kinds(facade))
+    assert len(inner.edits[0].grids) == 6
+    assert [grid.num_columns for grid in inner.facade.grids] == [3] + [3] * 6
+    both = applied(inner, Edit(("window",), X, 0, 1))
+    assert [grid.num_columns for grid in both.facade.grids] == [4] + [3] * 8
+    assert both.steps[-1] == "window: column 1 repeated after column 1"
+    check(both.facade)
+
+
+def test_unlike_elements_of_one_grid_are_repeated_row_by_row() -> None:
+    """Figure 12: each row gets its own kind of element in a new column, and any row can be repeated."""
+    gap = leaf("wall", 0.5)
+    rows = [
+        across(gap, *[part for _ in range(3) for part in (leaf(label), gap)]) for label in ("door", "arch", "window")
+    ]
+    facade = built(stacked(*[part for row in rows for part in (row, leaf("wall", 5))]))
+    elements = [node for node in facade.leaves if facade.name_of(node) != "wall"]
+    facade = with_grid(facade, "all", elements)
+    column = applied(unedited(facade), Edit(("all",), X, 1, 2)).facade
+    assert line_names(column, "all", Y) == [["window"] * 4, ["arch"] * 4, ["door"] * 4]
+    rows_of = {
+        tuple(each[0] for each in line_names(v.facade, "all", Y)) for v in vary(facade, "all", Y, removals=False).found
+    }
+    start = ["window", "arch", "door"]
+    assert rows_of == {(*start[:p], item, *start[p:]) for item in start for p in range(4)}
+
+
+def test_small_grids_are_edited_while_others_are_only_stretched() -> None:
+    """Figures 8 and 13: three steps, each with another active grid."""
+    gap = leaf("wall", 0.5)
+    upper = across(gap, leaf("window"), gap, leaf("window"), gap)
+    lower = across(gap, leaf("shop", 2), gap, leaf("door"), gap)
+    facade = built(stacked(lower, leaf("wall", 4), upper, leaf("wall", 4), upper))
+    for name in ("window", "shop", "door"):
+        facade = with_grid(facade, name, [node for node in facade.leaves if facade.name_of(node) == name])
+    variation = unedited(facade)
+    for edit in (Edit(("window",), X, 0, 2), Edit(("shop",), X, 0, 0), Edit(("window",), Y, 0, 1)):
+        variation = applied(variation, edit)
+    shapes = {grid.name: (grid.num_rows, grid.num_columns) for grid in variation.facade.grids}
+    assert shapes == {"window": (3, 3), "shop": (1, 2), "door": (1, 1)}
+    assert variation.steps == (
+        "window: column 1 repeated after column 2",
+        "shop: column 1 repeated before column 1",
+        "window: row 1 repeated after row 1",
+    )
+
+
+def test_cut_copies_show_their_part_of_the_picture() -> None:
+    facade, cut = two_wings(), 0
+    facade = replace(facade, pictures=(Picture("wall.png", b""),), picture=np.zeros(len(facade), dtype=np.int64))
+    low, high = facade.position / facade.size[0], (facade.position + facade.size) / facade.size[0]
+    facade = replace(facade, window=np.hstack([low, high]))
+    for variation in vary(facade, "window", X).found + vary(facade, "window", Y).found:
+        wall, first = variation.facade, facade.window[variation.source]
+        expected = np.hstack(
+            [
+                first[:, :2] + variation.shown[:, :2] * (first[:, 2:] - first[:, :2]),
+                first[:, :2] + variation.shown[:, 2:] * (first[:, 2:] - first[:, :2]),
+            ]
+        )
+        assert np.allclose(wall.window[wall.leaves], expected[wall.leaves])
+        cut += int((variation.shown != [0, 0, 1, 1]).any(axis=1).sum())
+    assert cut
+
+
+def test_what_cannot_be_edited_is_explained() -> None:
+    facade = windows(2, 3)
+    with pytest.raises(FacadeError, match="expected one of: window"):
+        vary(facade, "door", X)
+    two = with_grid(facade, "first", grid_of(facade, "window").node[:2])
+    with pytest.raises(FacadeError, match="equally many columns"):
+        vary(two, "window", X, also=["first"])
+    alone = with_grid(built(leaf("window")), "window", [0])
+    found = vary(alone, "window", X)
+    assert [grid.num_columns for variation in found.found for grid in variation.facade.grids] == [2, 2]
+    with pytest.raises(FacadeError, match="Nothing of the facade"):
+        applied(unedited(alone), Edit(("window",), X, 0))
+
+
+def test_a_facade_that_is_too_deep_is_refused_and_one_of_a_hundred_levels_is_edited() -> None:
+    def nested(levels: int) -> Facade:
+        inner = leaf("window", 1.0, 1.0)
+        for level in range(levels):
+            inner = (across if level % 2 else stacked)(inner, leaf("wall"))
+        facade = built(inner)
+        return with_grid(facade, "window", [node for node in facade.leaves if facade.name_of(node) == "window"])
+
+    assert vary(nested(150), "window", X).found
+    with pytest.raises(FacadeError, match="201 times; expected at most 200"):
+        vary(nested(201), "window", X)

@@ -1,0 +1,40 @@
+"""Bounds on features as texts: the expression says what the feature counts."""
+
+import numpy as np
+import pytest
+
+from grammarlab.derivation.derive import derive
+from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.conditions import at_least
+from grammarlab.features.patterns.pattern import Draw, HalfSpace, Present, Threshold
+from grammarlab.features.patterns.text import parse
+from grammarlab.features.rules.expression import Expression
+from grammarlab.language.grammar import Grammar
+
+GRAMMAR = Grammar.parse(
+    """
+attr width = rand(-1, 4)
+attr depth = rand(1, 3)
+attr style = 40% : 1 else : 2
+Lot --> 50% : extrude(3) A A else : extrude(4) B
+"""
+)
+FEATURES = [
+    (parse("A"), 2.0),
+    (parse("Lot:1 > B@0"), 1.0),
+    (Present(parse("A")), 1.0),
+    (Threshold("width", 0.1 + 0.2), 1.0),
+    (Draw("width"), 1.2345678901234567),
+    (Draw("style", 1), 1.0),
+    (HalfSpace(("width", "depth"), (1.0, -0.3), 0.123456789), 1.0),
+    (HalfSpace(("width", "depth"), (1.0, 1.0), 0.5, logarithmic=True), 1.0),
+]
+
+
+@pytest.mark.parametrize(("feature", "bound"), FEATURES, ids=str)
+def test_the_condition_holds_where_the_feature_reaches_the_bound(feature, bound):
+    forest = derive(GRAMMAR, 400, 3)
+    wanted = count(forest, [feature])[:, 0] >= bound
+    condition = Expression.parse(at_least(feature, bound))
+    assert 0.0 < wanted.mean() < 1.0
+    np.testing.assert_array_equal(condition.evaluate(count(forest, condition.features)) != 0.0, wanted)

@@ -1,0 +1,153 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grammarlab.geometry.meshes import measure
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.outlines.setback import REMAINDER, edge_normals, setback, shape_l, shape_o, shape_u
+from tests.geometry.polygons import LOT_L, area, lots, simple
+
+QUICK = settings(max_examples=50, deadline=None)
+# Edges in order: left, front, right, back.
+LOT = np.array([(0, 0), (0, -12), (30, -12), (30, 0)], float)
+STEPS = st.sampled_from([0.0, 0.05, 0.1, 0.2, 0.5])
+
+
+def signed(meshes):
+    return measure.area_vectors(meshes)[:, 1]
+
+
+@QUICK
+@given(simple, st.data())
+def test_strips_and_remainder_are_the_whole(ring, data):
+    steps = data.draw(st.lists(STEPS, min_size=len(ring), max_size=len(ring)))
+    groups = data.draw(st.lists(st.integers(-1, 1), min_size=len(ring), max_size=len(ring)))
+    result = setback(lots([ring]), np.array(steps) * math.sqrt(area(ring)), np.array(groups))
+    assert signed(result.meshes).sum() == pytest.approx(area(ring), rel=1e-6)
+    assert (signed(result.meshes) > -1e-9 * area(ring)).all()
+
+
+@QUICK
+@given(simple, st.data())
+def test_only_moved_edges_have_strips_and_they_begin_with_them(ring, data):
+    steps = np.array(data.draw(st.lists(STEPS, min_size=len(ring), max_size=len(ring))))
+    lot = lots([ring])
+    result = setback(lot, steps * math.sqrt(area(ring)))
+    strips = result.group != REMAINDER
+    assert set(result.group[strips].tolist()) == set(np.flatnonzero(steps > 0.0).tolist())
+    corners = result.meshes.points[result.meshes.corner_points()]
+    # A strip that passes an edge that stays may be in several parts: one of them begins with the edge.
+    begins = {tuple(corners[at : at + 2].ravel().tolist()) for at in result.meshes.face_offsets[:-1][strips]}
+    edges = np.hstack([lot.points, np.roll(lot.points, -1, axis=0)])[steps > 0.0]
+    assert {tuple(edge) for edge in edges.tolist()} <= begins
+
+
+@QUICK
+@given(st.lists(st.floats(0.0, 4.0), min_size=4, max_size=4), st.lists(st.integers(-1, 2), min_size=4, max_size=4))
+def test_the_rectangle_formula_agrees_with_the_sweep(steps, groups):
+    # A corner in the middle of the last edge keeps the sweep from taking the short cut.
+    longer = np.append(LOT, [[12.0, 0.0]], axis=0)
+    fast = setback(lots([LOT]), np.array(steps), np.array(groups))
+    slow = setback(lots([longer]), np.array([*steps, steps[3]]), np.array([*groups, groups[3]]))
+    for name in {*groups, REMAINDER}:
+        first, second = (signed(result.meshes)[result.group == name] for result in (fast, slow))
+        assert first == pytest.approx(second, abs=1e-7)
+    assert signed(fast.meshes).sum() == pytest.approx(360.0)
+
+
+def test_neighbouring_strips_of_a_group_are_one_piece():
+    # As CityEngine gives it: one U of eight corners, and the remainder.
+    result = setback(lots([LOT]), np.array([4.0, 0.0, 4.0, 4.0]), np.zeros(4, int))
+    assert result.group.tolist() == [0, REMAINDER]
+    assert np.diff(result.meshes.face_offsets).tolist() == [8, 4]
+    assert signed(result.meshes) == pytest.approx([184.0, 176.0])
+
+
+def test_strips_that_do_not_touch_are_two_pieces():
+    result = setback(lots([LOT]), np.array([4.0, 0.0, 4.0, 0.0]), np.zeros(4, int))
+    assert result.group.tolist() == [0, 0, REMAINDER]
+    assert signed(result.meshes) == pytest.approx([48.0, 48.0, 264.0])
+
+
+def test_a_strip_all_around_has_a_keyhole():
+    result = setback(lots([LOT, LOT_L]), np.full(10, 2.0), np.zeros(10, int))
+    assert np.diff(result.meshes.mesh_faces).tolist() == [2, 2]
+    assert np.diff(result.meshes.face_offsets).tolist() == [10, 4, 14, 6]
+    assert signed(result.meshes) == pytest.approx([152.0, 208.0, 176.0, 316.0])
+
+
+def test_strips_that_meet_leave_no_remainder():
+    result = setback(lots([LOT]), np.array([3.0, 9.0, 4.0, 4.0]), np.zeros(4, int))
+    assert result.group.tolist() == [0]
+    assert signed(result.meshes) == pytest.approx([360.0])
+
+
+def test_no_distance_leaves_the_whole_as_remainder():
+    lot = lots([LOT, LOT_L])
+    for result in (setback(lot, np.zeros(10)), setback(lot, np.ones(10), np.full(10, REMAINDER))):
+        assert result.group.tolist() == [REMAINDER, REMAINDER]
+        assert result.meshes.points.tolist() == lot.points.tolist()
+
+
+def test_a_strip_at_a_blunt_reflex_corner_is_cut_off_at_right_angles():
+    ring = np.array([(0, 0), (10, 0), (20, -1), (20, 10), (0, 10)], float)
+    result = setback(lots([ring]), np.array([2.0, 0.0, 0.0, 0.0, 0.0]))
+    assert signed(result.meshes) == pytest.approx([20.0, area(ring) - 20.0])
+
+
+def test_shapes_l_u_o_have_wings_at_their_sides():
+    lot = lots([LOT])
+    for result, wings in (
+        (shape_l(lot, 3.0, 4.0), 126.0),
+        (shape_u(lot, 3.0, 2.0, 4.0), 144.0),
+        (shape_o(lot, 3.0, 2.0, 1.0, 4.0), 168.0),
+    ):
+        assert result.group.tolist() == [0, REMAINDER]
+        assert signed(result.meshes) == pytest.approx([wings, 360.0 - wings])
+
+
+@QUICK
+@given(simple, st.lists(st.floats(0.0, 0.5), min_size=4, max_size=4))
+def test_shape_and_remainder_are_the_whole(ring, depths):
+    front, right, back, left = np.array(depths) * math.sqrt(area(ring))
+    result = shape_o(lots([ring]), front, right, back, left)
+    assert signed(result.meshes).sum() == pytest.approx(area(ring), rel=1e-6)
+
+
+def test_depths_may_differ_from_mesh_to_mesh():
+    result = shape_l(lots([LOT, LOT]), np.array([3.0, 0.0]), np.array([0.0, 4.0]))
+    assert signed(result.meshes) == pytest.approx([90.0, 270.0, 48.0, 312.0])
+
+
+def test_edge_normals_point_out_of_the_face():
+    assert edge_normals(lots([LOT])) == pytest.approx(np.array([[-1, 0, 0], [0, 0, 1], [1, 0, 0], [0, 0, -1]]))
+
+
+def test_strips_run_around_holes_too():
+    points = np.array([[0, 0, 0], [0, 0, 9], [9, 0, 9], [9, 0, 0], [3, 0, 3], [6, 0, 3], [6, 0, 6], [3, 0, 6.0]])
+    frame = Meshes.single(points, [(0, 1, 2, 3, 0, 4, 5, 6, 7, 4)])
+    result = setback(frame, np.ones(10), np.zeros(10, int))
+    assert result.group.tolist() == [0, 0, REMAINDER]
+    assert signed(result.meshes) == pytest.approx([32.0, 16.0, 24.0])
+
+
+def test_faces_that_are_no_simple_polygons_are_their_own_remainder():
+    bow_tie = np.array([(0, 0), (4, 3), (4, 0), (0, 1)], float)
+    line = np.array([(0, 0), (1, 0), (2, 0)], float)
+    result = setback(lots([bow_tie, line]), np.ones(7))
+    assert result.group.tolist() == [REMAINDER, REMAINDER]
+    assert result.meshes.points.tolist() == lots([bow_tie, line]).points.tolist()
+
+
+def test_negative_distances_and_nan_leave_edges_where_they_are():
+    result = setback(lots([LOT]), np.array([-1.0, np.nan, 0.0, 0.0]))
+    assert result.group.tolist() == [REMAINDER]
+
+
+def test_no_meshes_give_no_pieces():
+    nothing = lots([LOT]).take(np.zeros(0, int))
+    result = setback(nothing, np.zeros(0))
+    assert (len(result.meshes), len(result.group)) == (0, 0)

@@ -1,0 +1,81 @@
+"""Checking a rule file on disk follows its imports."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from grammarlab.errors import LanguageError
+from grammarlab.language.checking.files import check_files
+
+
+def write(folder, **files):
+    for name, text in files.items():
+        (folder / f"{name}.cga").write_text(text)
+    return folder / "main.cga"
+
+
+def codes(path, **options):
+    return {one.file: [finding.code for finding in one.findings] for one in check_files(path, path.name, **options)}
+
+
+def test_findings_of_imported_files_stand_in_those_files(tmp_path):
+    main = write(
+        tmp_path,
+        main='import walls : "walls.cga"\nLot --> walls.Wall(3) walls.Wal(1) extrude(foo)',
+        walls='import parts : "parts.cga"\nWall(h) --> extrude(hh) parts.Brick',
+        parts="Brick --> extrude(1) extrude(1, 2, 3)",
+    )
+    found = codes(main)
+    assert found == {
+        "main.cga": ["unknown-name", "unknown-name"],
+        "walls.cga": ["unknown-name"],
+        "parts.cga": ["wrong-arity"],
+    }
+    first = check_files(main, "main.cga")[1]
+    assert "  Wall(h) --> extrude(hh) parts.Brick\n                      ^^" in first.findings[0].render(
+        first.text.splitlines()
+    )
+
+
+def test_syntax_errors_of_an_imported_file_hide_nothing_in_the_others(tmp_path):
+    main = write(
+        tmp_path,
+        main='import walls : "walls.cga"\nLot --> walls.Unseen extrude(foo)',
+        walls="Wall --> split(x) { ~1 Brick }\nDoor --> extrude(bar)",
+    )
+    assert codes(main) == {"main.cga": ["unknown-name"], "walls.cga": ["part-without-colon", "unknown-name"]}
+
+
+def test_a_file_that_two_others_import_is_checked_once(tmp_path):
+    main = write(
+        tmp_path,
+        main='import a : "a.cga"\nimport b : "b.cga"\nLot --> a.A b.B',
+        a='import c : "c.cga"\nA --> c.C',
+        b='import c : "c.cga"\nB --> c.C',
+        c="C --> extrude(foo)",
+    )
+    assert list(codes(main)) == ["main.cga", "a.cga", "c.cga", "b.cga"]
+
+
+@pytest.mark.parametrize(
+    ("target", "message"),
+    [
+        ("gone.cga", "cannot read the rule file"),
+        ("../other.cga", "lies outside the folder"),
+        ("main.cga", "imports the file that imports it"),
+        ("x" * 5000, "'x+' is no path|cannot use"),
+    ],
+)
+def test_imports_that_cannot_be_followed_are_reported_at_their_place(tmp_path, target, message):
+    main = write(tmp_path, main=f'import lib : "{target}"\nLot --> lib.A lib.b(3)')
+    (one,) = check_files(main, "main.cga")
+    (finding,) = one.findings
+    assert (finding.code, finding.location.line) == ("bad-import", 1)
+    assert re.search(message, finding.message)
+
+
+def test_a_file_that_is_not_there_is_an_error(tmp_path):
+    with pytest.raises(LanguageError, match="cannot read the rule file"):
+        check_files(tmp_path / "gone.cga", "gone.cga")

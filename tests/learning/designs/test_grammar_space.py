@@ -1,0 +1,182 @@
+"""The models of a grammar as designs: addresses name them, and the proposal shows what is rare."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grammarlab.derivation.derive import derive
+from grammarlab.derivation.selection import select_models
+from grammarlab.errors import UsageError
+from grammarlab.features.patterns.pattern import HalfSpace, Threshold
+from grammarlab.language.grammar import Grammar
+from grammarlab.learning.answers import Answers
+from grammarlab.learning.asking.questions import ask
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.flattening import flattened
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.learning.designs.made import MadePool
+from grammarlab.learning.designs.pool import MOST_WIDER, WIDER, Pool
+from grammarlab.learning.round import Study, init, step
+from grammarlab.learning.settings import FeatureOptions, Settings
+
+RULES = """
+attr h = rand(1, 9)
+attr w = rand(1, 9)
+Lot --> s(w, 0, w) extrude(h) split(y) { ~1 : Block | ~1 : Block }
+Block --> 90% : Box else : Round
+Box --> 50% : Red. else : Blue.
+Round --> 50% : Red. else : Blue.
+"""
+SPACE = GrammarSpace(Grammar.parse(RULES), Path())
+BOUNDS = FeatureOptions(2, ("paths", "thresholds"))
+
+
+def round_blocks(forest):
+    """[models] how many, counted one by one."""
+    counts = np.zeros(forest.num_models)
+    for model, symbol in zip(forest.nodes.model, forest.nodes.symbol, strict=True):
+        counts[model] += forest.symbols[symbol] == "Round"
+    return counts
+
+
+@pytest.mark.parametrize("size", [1, 4, 5, 250, 5_000, 25_000, 25_005, 100_000, 1_000_000])
+def test_a_wider_pool_begins_with_the_other_one_and_is_bounded(size):
+    narrow, wide = Pool(0, size).sizes, Pool(0, size, wide=True).sizes
+    assert sum(narrow) == len(Pool(0, size)) == size
+    assert wide[0] == narrow[0]
+    assert narrow[1] <= wide[1] <= max(narrow[1], MOST_WIDER)
+    assert wide[1] >= min(WIDER * narrow[1], MOST_WIDER)
+
+
+def test_addresses_of_a_pool_name_its_designs():
+    pool = Pool(3, 100)
+    made = MadePool.of(SPACE, pool)
+    drawn = [value for batch in made.batches for value in batch.log_probability().tolist()]
+    again = SPACE.make(sorted(pool))
+    assert again.num_models == 100
+    assert drawn == again.log_probability().tolist()
+    assert list(pool) == sorted(pool)
+    assert [address.flat for address in pool] == [False] * pool.sizes[0] + [True] * pool.sizes[1]
+
+
+def test_weighted_designs_of_both_parts_stand_for_the_grammar():
+    made = MadePool.of(SPACE, Pool(0, 2000))
+    liked = np.concatenate([round_blocks(forest) for forest in made.batches]) == 2
+    own = np.arange(len(made.pool)) < made.pool.sizes[0]
+    assert liked[own].mean() == pytest.approx(0.01, abs=0.01)
+    assert liked[~own].mean() == pytest.approx(0.25, abs=0.05)
+    assert made.weights.mean() == pytest.approx(1.0, abs=0.05)
+    assert (made.weights * liked).mean() == pytest.approx(0.01, abs=0.002)
+    assert made.weights.max() <= 1.25
+    assert made.weights[liked].max() < made.weights[~liked].max()
+
+
+def test_designs_are_picked_through_all_batches():
+    made = MadePool.of(SPACE, Pool(0, 400))
+    picked = made.select(SPACE, np.array([0, 7, 319, 320, 399]))
+    addresses = [list(made.pool)[place] for place in (0, 7, 319, 320, 399)]
+    values = [value for forest in picked for value in forest.log_probability().tolist()]
+    assert values == SPACE.make(addresses).log_probability().tolist()
+
+
+def test_progress_counts_all_designs():
+    told = []
+    narrow = MadePool.of(SPACE, Pool(0, 60))
+    wide = MadePool.of(SPACE, Pool(0, 60, wide=True), narrow, lambda done, total: told.append((done, total)))
+    assert told[-1] == (len(wide.pool), len(wide.pool))
+    assert sorted(told) == told
+    assert told[0][0] > 60
+
+
+def test_the_hashes_are_those_of_the_grammar_and_of_no_other():
+    other = GrammarSpace(Grammar.parse(RULES.replace("90", "80")), Path())
+    assert SPACE.hashes[0] == SPACE.grammar.hash
+    assert len({*SPACE.hashes, *other.hashes}) == 4
+
+
+def test_designs_are_realized_in_order():
+    addresses = [Address(False, 5, 0), Address(False, 5, 3), Address(True, 5, 1)]
+    scene = SPACE.realize(addresses).scene
+    assert scene.num_models == 3
+    program = flattened(SPACE.grammar).program
+    singles = [derive(SPACE.program, 1, 5), derive(SPACE.program, 1, 5, first_model=3)]
+    singles.append(derive(program, 1, 5, first_model=1))
+    tops = [(single.leaves.position + single.leaves.size)[:, 1].max() for single in singles]
+    found = [(scene.position + scene.size)[scene.model == model, 1].max() for model in range(3)]
+    assert found == tops
+
+
+def test_bounds_on_draws_are_searched_for_where_the_families_say_so():
+    forest = SPACE.make([Address(False, 1, model) for model in range(200)])
+    height, width = (forest.draws.value[np.array([s.name == n for s in forest.sites])[forest.draws.site]] for n in "hw")
+    low, small = (np.where(liked, 100.0, 0.0) for liked in (height < 4.0, height * width < 20.0))
+    (bound, *_) = SPACE.search([forest], low, BOUNDS)
+    assert isinstance(bound, Threshold)
+    assert bound.bound == pytest.approx(4.0, abs=0.1)
+    assert SPACE.margins([forest], bound) == pytest.approx(height - bound.bound)
+    (product,) = SPACE.search([forest], small, BOUNDS)
+    assert isinstance(product, HalfSpace)
+    assert (product.logarithmic, np.exp(product.bound)) == (True, pytest.approx(20.0, rel=0.1))
+    assert SPACE.search([forest], low, FeatureOptions(2, ("paths",))) == ()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"start_rule": "Nothing"}, "no rule without parameters is called Nothing"),
+        ({"attributes": '{"depth":3}'}, "depth, which is not an attribute"),
+        ({"footprint": "/etc/hosts"}, "is a file"),
+        ({"footprint": "round"}, "expected WIDTHxDEPTH"),
+    ],
+)
+def test_addresses_that_cannot_be_followed_are_refused(change, message):
+    with pytest.raises(UsageError, match=message):
+        SPACE.make([Address(False, 1, 0, **change)])
+
+
+def test_addresses_with_a_footprint_and_attributes_are_followed():
+    address = Address(False, 1, 0, attributes='{"h":7}', footprint="4x2")
+    top = SPACE.realize([address]).scene
+    assert (top.position + top.size)[:, 1].max() == pytest.approx(7.0)
+
+
+def test_designs_of_any_addresses_are_made_as_each_of_them_is_alone():
+    ways = [
+        (False, 3, 5, {}),
+        (False, 3, 17, {}),
+        (False, 3, 17, {"footprint": "9x4"}),
+        (False, 2**64 - 1, 2, {"start_rule": "Block"}),
+        (True, 3, 5, {"attributes": '{"h":2}'}),
+    ]
+    addresses = sorted(Address(flat, seed, model, **how) for flat, seed, model, how in ways)
+    forest = SPACE.make(addresses)
+    assert forest.num_models == len(ways)
+    for row, address in enumerate(addresses):
+        options = {"start_rule": address.start_rule or None, "attributes": json.loads(address.attributes)}
+        options |= {"footprint": (9.0, 4.0)} if address.footprint else {}
+        program = SPACE.proposal.program if address.flat else SPACE.program
+        alone = derive(program, 1, address.seed, first_model=address.model, **options)
+        mine = select_models(forest, np.array([row]))
+        assert str(mine.lots) == f"model {address.model} of seed {address.seed}"
+        assert mine.log_probability() == alone.log_probability()
+        for name in ("symbol", "rule", "child", "repeat", "parent"):
+            np.testing.assert_array_equal(getattr(mine.nodes, name), getattr(alone.nodes, name))
+    assert SPACE.make([]).num_models == 0
+
+
+def test_scored_designs_from_elsewhere_keep_their_rows_in_whatever_order_they_were_scored():
+    study = Study(SPACE, Pool(0, 60), Settings(FeatureOptions(1, ("paths",))))
+    elsewhere = [Address(model % 2 == 0, 9, model) for model in range(20)]
+    designs = (*study.pool, *elsewhere)
+    scores = dict(zip(sorted(designs), (50.0 * round_blocks(SPACE.make(sorted(designs)))).tolist(), strict=True))
+    exact = Answers("overall", designs, np.array([scores[design] for design in designs]))
+    state = step(study, init(study), [exact])
+    mistakes = [design for design in elsewhere if scores[design] != 50.0]
+    assert len(mistakes) > 5
+    for wrong in mistakes:
+        said = [100.0 - scores[design] if design == wrong else scores[design] for design in designs]
+        told = replace(state, answers={"overall": replace(exact, scores=np.array(said))})
+        assert ask(study, told, 1, 0, factor="overall", way="already ranked") == (wrong,)

@@ -1,0 +1,156 @@
+"""Grammars that a person can read: few rules, round numbers, an acceptance rule for the rest, and the right density."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from grammarlab.density.sampler import GrammarSampler
+from grammarlab.density.splits.learned import LearnedGrammar
+from grammarlab.density.targets.accepted import AcceptedGrammar
+from grammarlab.derivation.derive import derive
+from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.pattern import Draw
+from grammarlab.features.patterns.text import parse
+from grammarlab.language.grammar import Grammar
+from grammarlab.learning.answers import Answers
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.learning.designs.pool import Pool
+from grammarlab.learning.round import Study, init, step
+from grammarlab.learning.targets.divergence import jensen_shannon
+from grammarlab.learning.targets.grammar_target import GrammarWriter
+from grammarlab.learning.targets.simplification import TOLERANCE
+from grammarlab.learning.targets.target import Making
+from grammarlab.preference.base import AbstractPreference, Prediction, Relevance
+from grammarlab.runs.requests.checks import grammar_to_run
+
+RULES = """
+attr width = rand(4, 12)
+attr height = rand(3, 9)
+@StartRule
+Lot --> s(width, 0, 8) extrude(height) split(y) { ~1 : Part | ~1 : Part | ~1 : Part } Porch
+Part --> 50% : split(x) { 1.5 : Window }* else : Wall
+Wall --> 20% : Glass. 30% : Brick. else : Stone.
+Porch --> 40% : Open. else : Closed.
+"""
+GRAMMAR = Grammar.parse(RULES)
+
+
+class Known(AbstractPreference):
+    """A function of models in the place of what is learned from scores, as it stands on the rows of a pool."""
+
+    num_columns = 0
+
+    def __init__(self, scores):
+        self.scores = scores
+
+    def predict(self, rows):
+        return Prediction(self.scores, np.zeros(len(self.scores)))
+
+    def explain(self, group_names):
+        return [Relevance(name, 0.0, "none") for name in group_names]
+
+
+def made(score, grammar=GRAMMAR, **making):
+    """What is made of predictions, and a study."""
+    space = GrammarSpace(grammar)
+    study = Study(space, Pool(0, 4_000))
+    addresses = tuple(study.pool)[:3]
+    answers = Answers("overall", addresses, np.array([0.0, 50.0, 100.0]))
+    state = step(study, init(study), (answers,))
+    batches = study.tables(state.wide).made.batches
+    scores = np.concatenate([score(forest) for forest in batches])
+    known = replace(state, preferences={"overall": Known(scores)})
+    return GrammarWriter(space).learn(study, known, Making(**making))
+
+
+def counts(forest, text):
+    return count(forest, [parse(text)])[:, 0]
+
+
+def noisy(forest):
+    random = np.random.default_rng(forest.num_models)
+    return np.clip(60.0 * (counts(forest, "Wall:0") > 0) + random.normal(0.0, 6.0, forest.num_models), 0.0, 100.0)
+
+
+def many_windows(forest):
+    return 100.0 * (counts(forest, "Window") >= 9)
+
+
+def narrow_in_sum(forest):
+    return 100.0 * (count(forest, [Draw("width"), Draw("height")]).sum(axis=1) < 10.0)
+
+
+def smooth(forest):
+    width, height = count(forest, [Draw("width"), Draw("height")]).T
+    return 100.0 * np.exp(-((width - 6.0) ** 2) - (height - 5.0) ** 2)
+
+
+TASTES = [noisy, many_windows, narrow_in_sum, smooth]
+
+
+@pytest.mark.parametrize("score", TASTES, ids=lambda score: score.__name__)
+def test_the_file_is_small_and_near_and_samples_its_density(score):
+    found = made(score)
+    learned = found.learned
+    assert learned.rules_after <= 2 * learned.rules_before
+    assert found.measured.after.js <= TOLERANCE or score is noisy
+    grammar = grammar_to_run(learned.text, "learned.cga")
+    assert isinstance(learned, LearnedGrammar | AcceptedGrammar)
+    plain, sampled = derive(GRAMMAR, 20_000, 11), learned.sample(4_000, 12)
+    weights = learned.ratio(plain)
+    assert weights.mean() == pytest.approx(1.0, abs=0.1)
+    for feature in (parse("Wall:0"), parse("Window"), parse("Porch:0"), Draw("width"), Draw("height")):
+        values, own = count(plain, [feature])[:, 0], count(sampled, [feature])[:, 0]
+        edges = np.unique(np.quantile(values, np.linspace(0, 1, 8)))
+        edges[-1] += 1.0
+        wanted, got = np.histogram(values, edges, weights=weights)[0], np.histogram(own, edges)[0]
+        assert jensen_shannon(wanted, got) < 0.01, str(feature)
+    # What the file alone gives are the same models.
+    again = GrammarSampler(grammar).sample(50, 12)
+    assert again.shapes_per_model().tolist() == learned.sample(50, 12).shapes_per_model().tolist()
+
+
+def test_a_sum_of_draws_needs_an_acceptance_rule():
+    learned = made(narrow_in_sum).learned
+    assert isinstance(learned, AcceptedGrammar)
+    assert 0.3 < learned.accept_rate < 1.0
+    draws = count(learned.sample(300, 1), [Draw("width"), Draw("height")])
+    assert (draws.sum(axis=1) < 10.5).all()
+
+
+def test_percentages_and_ranges_are_round():
+    def score(forest):
+        wide = count(forest, [Draw("width")])[:, 0] >= 7.0412
+        return 31.7 * wide + 11.3 * (counts(forest, "Porch:0") > 0)
+
+    text = made(score).learned.text
+    for number in re.findall(r"([\d.]+)%", text) + re.findall(r"rand\(([\d.]+), ([\d.]+)\)", text):
+        for part in [number] if isinstance(number, str) else number:
+            assert len(part) <= 5, text
+
+
+def test_a_larger_bound_needs_no_acceptance_rule():
+    def score(forest):
+        values = counts(forest, "Wall:0"), counts(forest, "Wall:1"), counts(forest, "Porch:0")
+        return np.abs(7.0 + 30.0 * np.sin(values[0] * 5.0 + values[1] * 3.0 + values[2] * 11.0))
+
+    few, many = made(score, max_rules=9).learned, made(score, max_rules=10_000).learned
+    assert isinstance(few, AcceptedGrammar)
+    assert few.rules_after <= 9 < many.rules_after
+    assert isinstance(many, LearnedGrammar)
+    assert "rules or more, and 9 are allowed" in few.findings[0]
+    assert few.part is None or few.part.rules_changed <= few.rules_after
+
+
+def test_a_file_with_an_acceptance_rule_can_be_learned_from_again():
+    first = made(narrow_in_sum).learned
+    again = made(lambda forest: 100.0 * (counts(forest, "Porch:0") > 0), Grammar.parse(first.text)).learned
+    assert isinstance(first, AcceptedGrammar)
+    assert isinstance(again, AcceptedGrammar)
+    assert again.accept_rate == pytest.approx(first.accept_rate * again.mean, rel=0.2)
+    sampled = GrammarSampler(Grammar.parse(again.text)).sample(200, 3)
+    assert again.text.count("@Acceptance") == 1
+    assert (count(sampled, [Draw("width"), Draw("height")]).sum(axis=1) < 10.5).all()
+    assert (counts(sampled, "Porch:0") > 0).all()

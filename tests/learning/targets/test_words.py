@@ -1,0 +1,106 @@
+"""Words: those for known preferences name what they are about, and little else."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grammarlab.evaluation.preparation import true_scores
+from grammarlab.features.patterns.pattern import Draw
+from grammarlab.learning.designs.pool import Pool
+from grammarlab.learning.designs.tables import Columns, Table
+from grammarlab.learning.round import Study, init
+from grammarlab.learning.targets.words import MOST, MOST_PARTS, Words, words_of
+from grammarlab.runs.sampling.sources import load_source
+
+SCENARIOS = Path(__file__).parents[3] / "scenarios"
+
+
+def table_of(rows, names, groups=None):
+    groups = np.arange(len(names)) if groups is None else np.array(groups)
+    group_names = tuple(f"group {number}" for number in range(int(groups.max()) + 1))
+    none = np.zeros((0, len(names)))
+    features = tuple(map(Draw, names))
+    return Table(Columns(1), rows, none, features, tuple(names), groups, group_names, np.ones(len(names)))
+
+
+def coins(number, width, seed=0):
+    return np.random.default_rng(seed).integers(0, 2, (number, width)).astype(float)
+
+
+def truth_of(name):
+    source = load_source(SCENARIOS / f"{name}.toml")
+    study = Study(source.space, Pool(0, 2000))
+    made = study.tables().made
+    scores = np.concatenate([true_scores(source.scenario, forest) for forest in made.batches])
+    return words_of(study.table(init(study)), 100.0 * np.prod(scores / 100.0, axis=1), made.weights)
+
+
+@pytest.mark.parametrize(
+    ("name", "named"),
+    [
+        ("F2", {"Finish", "Plan", "UnderRound"}),
+        ("L1", {"height"}),
+        ("tastes/tuning/xor_furniture", {"Plan", "UnderRound", "Finish"}),
+        ("tastes/tuning/additive_skyscraper", {"Ground", "Podium", "Cladding", "Crown", "Tower"}),
+        ("tastes/tuning/conjunction_building", {"WallColor", "WallColorPlain", "Building", "MassL"}),
+    ],
+)
+def test_known_preferences_are_told_by_their_own_choices(name, named):
+    words = truth_of(name)
+    told = set(re.findall(r"[A-Za-z]+", " ".join(words.likes)))
+    assert named <= told
+    assert 1 <= len(words.likes) <= MOST_PARTS
+    assert len(words.dislikes) <= MOST
+    assert all(text.count(",") < 8 for text in (*words.likes, *words.dislikes))
+
+
+def test_parts_that_add_up_are_told_with_their_points():
+    rows = coins(400, 8)
+    words = words_of(
+        table_of(rows, [f"Roof → {n}" for n in "abcdefgh"]), 50 + rows @ [30, -20, 0, 15, 0, 0, 0, 0], np.ones(400)
+    )
+    assert words == Words(("Roof = a (+30)", "Roof = d (+15)"), ("Roof = b (-20)",))
+
+
+def test_what_is_liked_together_is_told_together():
+    rows = coins(400, 6)
+    scores = 80.0 * rows[:, 1] * (1.0 - rows[:, 4])
+    words = words_of(table_of(rows, ["a", "Wall → Brick", "c", "d", "Roof → Flat", "e"]), scores, np.ones(400))
+    assert words.likes == ("Wall = Brick, Roof ≠ Flat (80)",)
+    assert set(words.dislikes) == {"Wall ≠ Brick (0)", "Wall = Brick, Roof = Flat (0)"} or set(words.dislikes) == {
+        "Roof = Flat (0)",
+        "Roof ≠ Flat, Wall ≠ Brick (0)",
+    }
+
+
+def test_counts_and_draws_are_told_with_their_ranges():
+    randomness = np.random.default_rng(1)
+    rows = np.column_stack([randomness.integers(0, 9, 600), randomness.random(600) * 10.0, coins(600, 1)]).astype(
+        np.float64
+    )
+    table = table_of(rows, ["number of Window", "height", "number of Door"])
+    counted = words_of(table, np.where((rows[:, 0] >= 3) & (rows[:, 0] < 7), 100.0, 0.0), np.ones(600))
+    assert counted.likes == ("number of Window: 3 to 6 (100)",)
+    assert set(counted.dislikes) == {"number of Window: at most 2 (0)", "number of Window: 7 or more (0)"}
+    drawn = words_of(table, np.where(rows[:, 1] < 4.0, 70.0, 0.0), np.ones(600))
+    assert re.fullmatch(r"height below (4|4\.0\d?|3\.9\d?) \(70\)", drawn.likes[0])
+    assert drawn.lines[1].startswith("Does not like: height from ")
+    assert words_of(table, 60.0 * rows[:, 2], np.ones(600)).lines == (
+        "Likes: Door (60).",
+        "Does not like: no Door (0).",
+    )
+
+
+@pytest.mark.parametrize("scores", [np.zeros(50), np.full(50, 100.0)])
+def test_where_all_are_alike_there_is_nothing_to_tell(scores):
+    assert words_of(table_of(coins(50, 3), ["a", "b", "c"]), scores, np.ones(50)).lines == ()
+
+
+def test_nothing_that_cannot_be_made_is_told():
+    rows = coins(100, 3)
+    weights = 1.0 - rows[:, 0]
+    assert words_of(table_of(rows, ["a", "b", "c"]), 100.0 * rows[:, 0], weights).lines == ()
+    words = words_of(table_of(rows, ["a", "b", "c"]), 100.0 * np.maximum(rows[:, 0], rows[:, 1]), weights)
+    assert words.lines == ("Likes: b (100).", "Does not like: no b (0).")

@@ -1,0 +1,94 @@
+"""Cells: evidence and posterior beside sums over all values, and what other cells tell."""
+
+import numpy as np
+import pytest
+
+from grammarlab.preference.cells.cells import Cells, grid_of, levels_of
+from grammarlab.preference.cells.splits import Splits
+from grammarlab.preference.likelihood import log_likelihood
+
+ROWS = np.array([[0.0, 1.0], [0.0, 2.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0], [1.0, 2.0]])
+SCORES = np.array([0.0, 0.0, 62.0, 60.0, 3.0, 57.0])
+
+
+def cells_of(noise=5.0, levels=None):
+    splits = Splits.of(ROWS, np.array([0, 1]), np.zeros(2, dtype=bool))
+    return Cells(splits, SCORES, grid_of(SCORES), noise, 0.05, levels)
+
+
+def prior_of(cells):
+    """[G] where there are no levels: one quarter at 0, the rest over the even grid and the scores.
+
+    Of those below 1.5 standard deviations of the noise nine tenths go to 0.
+    """
+    even = np.isin(cells.grid, np.arange(0.0, 101.0, 4.0))
+    prior = 0.75 * (0.8 * even / even.sum() + 0.2 / len(cells.grid))
+    prior[0] += 0.25
+    for place, value in enumerate(cells.grid.tolist()):
+        if 0.0 < value < 1.5 * cells.noise:
+            prior[0] += 0.9 * prior[place]
+            prior[place] *= 0.1
+    return prior
+
+
+@pytest.mark.parametrize("cell", [[0], [2, 3, 5], [0, 2], [0, 1, 2, 3, 4, 5]])
+def test_evidence_and_posterior_are_sums_over_all_values(cell):
+    cells, cell = cells_of(), np.array(cell)
+    terms = prior_of(cells) * np.exp(log_likelihood(SCORES[cell], cells.grid, 5.0, 0.05).astype(float).sum(axis=0))
+    assert cells.of_cell(cell) == pytest.approx(np.log(terms.sum()), abs=1e-4)
+    np.testing.assert_allclose(cells.posterior(cell), terms / terms.sum(), atol=1e-5)
+
+
+def test_a_prior_is_a_distribution():
+    assert prior_of(cells_of()).sum() == pytest.approx(1.0)
+
+
+def test_each_way_to_divide_has_the_evidence_of_its_parts():
+    cells, every = cells_of(), np.arange(len(SCORES))
+    ranked = cells.ranked(every)
+    assert ranked is not None
+    seen = set()
+    for way, number in zip(ranked.member.tolist(), ranked.of.tolist(), strict=True):
+        split = cells.splits.drawn(np.array([way]), np.random.default_rng(0))
+        parts = cells.splits.parts[split]
+        evidence = sum(cells.of_cell(every[parts == part]) for part in np.unique(parts))
+        assert ranked.log_posterior[number] - ranked.log_mass[number] == pytest.approx(evidence, abs=1e-3)
+        seen.add(number)
+    assert seen == set(range(len(ranked.log_mass)))
+
+
+def test_a_look_ahead_finds_the_best_pair_of_ways():
+    rows = np.array([[0, 0, 0], [0, 1, 1], [1, 0, 0], [1, 1, 1], [0, 0, 1], [1, 1, 0], [0, 1, 0], [1, 0, 1]], float)
+    scores = np.where(rows[:, 0] == rows[:, 1], 90.0, 0.0)
+    splits = Splits.of(rows, np.arange(3), np.zeros(3, dtype=bool))
+    cells, every = Cells(splits, scores, grid_of(scores), 3.0, 0.03), np.arange(8)
+    ranked = cells.ranked(every, ahead=True)
+    assert ranked is not None
+
+    def evidence(one, other):
+        number = 2 * splits.halves[one] + splits.halves[other]
+        return sum(cells.of_cell(every[number == part]) for part in np.unique(number))
+
+    for place, way in enumerate(ranked.member[np.argsort(ranked.of)].tolist()):
+        alone = sum(cells.of_cell(every[splits.halves[way] == side]) for side in (0, 1))
+        pairs = [evidence(way, other) + 2.0 * splits.log_mass[other] for other in range(3)]
+        assert ranked.log_posterior[place] == pytest.approx(splits.log_mass[way] + max(alone, *pairs), abs=1e-3)
+
+
+def test_ways_to_divide_that_are_one_have_all_their_mass():
+    cells = cells_of()
+    ranked = cells.ranked(np.arange(len(SCORES)))
+    assert ranked is not None
+    assert np.exp(ranked.log_mass).sum() == pytest.approx(np.exp(cells.splits.log_prior).sum(), abs=1e-6)
+    assert np.exp(cells.splits.log_prior).sum() == pytest.approx(1.0)
+
+
+def test_what_others_are_worth_makes_a_value_likely_and_a_cell_does_not_tell_itself():
+    before = cells_of(noise=10.0)
+    liked, disliked = np.array([2, 3]), np.array([0, 1, 4])
+    levels = levels_of(before, [(1.0, [liked, disliked, np.array([5])])])
+    after = cells_of(noise=10.0, levels=levels)
+    # The sixth score is like those of another cell, which makes it likelier; without that cell nothing changes.
+    assert after.of_cell(np.array([5])) > before.of_cell(np.array([5])) + 0.1
+    alone = cells_of(noise=10.0, levels=levels_of(before, [(1.0, [np.array([5])])]))
+    assert alone.of_cell(np.array([5])) == pytest.approx(before.of_cell(np.array([5])), abs=1e-4)

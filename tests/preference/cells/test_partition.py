@@ -1,0 +1,103 @@
+"""Partitions: the best tree by brute force, persons who err, and laws of predictions."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from grammarlab.preference.cells import partition
+from grammarlab.preference.cells.cells import Cells, grid_of
+from grammarlab.preference.cells.growing import Growth, grow
+from grammarlab.preference.cells.splits import Splits
+
+
+def coins(number, width, seed):
+    return np.random.default_rng(seed).integers(0, 2, (number, width)).astype(float)
+
+
+def test_the_best_of_many_trees_is_the_best_of_all():
+    rows = np.array(list(itertools.product([0.0, 1.0], repeat=2)) * 4)
+    scores = np.where((rows[:, 0] > 0) & (rows[:, 1] > 0), 80.0, 0.0)
+    splits = Splits.of(rows, np.array([0, 1]), np.zeros(2, dtype=bool))
+    cells = Cells(splits, scores, grid_of(scores), 3.0, 0.03)
+    randomness, every = np.random.default_rng(0), np.arange(len(scores))
+    found = max(grow(cells, every, Growth(1.0), randomness).log_posterior for _ in range(40))
+
+    def best(labels, depth):
+        dividing = 0.9 / np.sqrt(1.0 + depth)
+        values = [cells.of_cell(labels) + np.log1p(-dividing)]
+        for column in range(2):
+            sides = [labels[rows[labels, column] == value] for value in (0.0, 1.0)]
+            if all(len(side) for side in sides):
+                values.append(np.log(dividing) + np.log(0.5) + sum(best(side, depth + 1) for side in sides))
+        return max(values)
+
+    assert found == pytest.approx(best(every, 0), abs=1e-3)
+
+
+def test_every_label_lies_in_its_own_cell():
+    rows = coins(60, 6, 0)
+    scores = 50.0 * rows[:, 0] * rows[:, 1]
+    found = partition.fit(rows, scores)
+    for tree in found.trees + found.doubtful:
+        number, cells = tree.cell_of(rows)
+        assert sorted(np.concatenate(list(tree.cells())).tolist()) == list(range(60))
+        assert all(label in cells[number[label]] for label in range(60))
+
+
+@pytest.mark.parametrize("noise", [0.0, 10.0, 20.0])
+def test_either_but_not_both_is_found_through_noise(noise):
+    rows, randomness = coins(160, 12, 1), np.random.default_rng(2)
+    meant = np.where(rows[:, 3] != rows[:, 7], 70.0, 0.0)
+    scores = np.clip(meant + noise * randomness.normal(size=160), 0.0, 100.0)
+    found = partition.fit(rows, scores)
+    fresh = coins(200, 12, 3)
+    wanted = np.where(fresh[:, 3] != fresh[:, 7], 70.0, 0.0)
+    assert np.abs(found.predict(fresh).mean - wanted).mean() < 1.0 + 0.15 * noise
+    assert 0.5 * noise <= found.noise <= max(0.5, 1.6 * noise)
+
+
+def test_a_blunder_is_no_structure():
+    rows, randomness = coins(200, 10, 4), np.random.default_rng(5)
+    meant = 60.0 * rows[:, 0]
+    wrong = randomness.random(200) < 0.1
+    found = partition.fit(rows, np.where(wrong, 100.0 * randomness.random(200), meant))
+    fresh = coins(100, 10, 6)
+    np.testing.assert_allclose(found.predict(fresh).mean, 60.0 * fresh[:, 0], atol=1.0)
+    assert 0.03 <= found.blunders <= 0.25
+
+
+def test_alternatives_of_a_choice_are_told_apart_at_once():
+    choice = np.random.default_rng(7).integers(0, 5, 150)
+    rows = np.eye(5)[choice]
+    scores = np.array([0.0, 20.0, 0.0, 90.0, 20.0])[choice]
+    found = partition.fit(np.column_stack([rows, coins(150, 8, 8)]), scores, groups=[0] * 5 + list(range(1, 9)))
+    fresh = np.column_stack([np.eye(5), coins(5, 8, 9)])
+    np.testing.assert_allclose(found.predict(fresh).mean, [0.0, 20.0, 0.0, 90.0, 20.0], atol=0.5)
+    assert found.explain([f"g{n}" for n in range(9)])[0].name == "g0"
+
+
+def test_intervals_hold_fresh_scores_as_often_as_they_say():
+    rows, randomness = coins(200, 8, 10), np.random.default_rng(11)
+    person = lambda rows: np.clip(30.0 + 40.0 * rows[:, 2] + 10.0 * randomness.normal(size=len(rows)), 0.0, 100.0)  # noqa: E731 - draws anew
+    found = partition.fit(rows, person(rows))
+    fresh = coins(1000, 8, 12)
+    told = found.predict(fresh)
+    inside = np.abs(person(fresh) - told.mean) < 1.645 * told.std
+    assert 0.85 <= inside.mean() <= 0.97
+
+
+def test_the_same_labels_give_the_same_cells():
+    rows = coins(80, 6, 13)
+    scores = 40.0 * rows[:, 1] + 20.0 * rows[:, 4]
+    first, second = (partition.fit(rows, scores).predict(rows) for _ in range(2))
+    np.testing.assert_array_equal(first.mean, second.mean)
+    np.testing.assert_array_equal(first.std, second.std)
+
+
+def test_a_covariance_has_no_negative_direction():
+    rows = coins(60, 6, 14)
+    found = partition.fit(rows, 50.0 * rows[:, 0])
+    mean, covariance = found.joint(coins(40, 6, 15))
+    assert mean.shape == (40,)
+    assert np.linalg.eigvalsh(covariance).min() > -1e-6
