@@ -1,8 +1,6 @@
 """What the project says about itself is true."""
 
 import re
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -14,11 +12,6 @@ import grammarlab
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-
-
-def run_python(*arguments, cwd=ROOT):
-    """What Python prints on stdout; an exit code other than 0 fails the test."""
-    return subprocess.run([sys.executable, *arguments], cwd=cwd, check=True, stdout=subprocess.PIPE, text=True).stdout
 
 
 def test_pictures_and_links_of_the_documents_exist():
