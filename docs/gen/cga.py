@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from grammarlab.derivation.operations import LEFT_OUT
-from grammarlab.language import builtins
 from grammarlab.language.builtins import Signature, Signatures
+from grammarlab.language.builtins import attributes as known_attributes
+from grammarlab.language.builtins import blocks as known_blocks
+from grammarlab.language.builtins import functions as known_functions
+from grammarlab.language.builtins import operations as known_operations
 from grammarlab.language.keywords import KEYWORDS
 from grammarlab.runs.checks import SUPPORTED
 
@@ -21,7 +24,7 @@ def operations() -> Mapping[str, str]:
 
 def functions() -> Mapping[str, str]:
     """Whether each function is supported, by name."""
-    return {name: YES if name in SUPPORTED.functions else NO for name in builtins.functions()}
+    return {name: YES if name in SUPPORTED.functions else NO for name in known_functions()}
 
 
 def attributes() -> Mapping[str, str]:
@@ -30,7 +33,7 @@ def attributes() -> Mapping[str, str]:
     def told(name: str) -> str:
         return YES if name in SUPPORTED.attributes else IGNORED if name in SUPPORTED.harmless else NO
 
-    return {name: told(name) for name in builtins.attributes()}
+    return {name: told(name) for name in known_attributes()}
 
 
 def tables() -> str:
@@ -38,14 +41,14 @@ def tables() -> str:
     return "\n\n".join(
         (
             _section("Operations", operations(), _forms(_operations()), _keywords(_operations())),
-            _section("Functions", functions(), _forms(builtins.functions()), _keywords(builtins.functions())),
-            _section("Shape attributes", attributes(), builtins.attributes(), {}),
+            _section("Functions", functions(), _forms(known_functions()), _keywords(known_functions())),
+            _section("Shape attributes", attributes(), known_attributes(), {}),
         )
     )
 
 
 def _operations() -> Signatures:
-    return {**builtins.operations(), **builtins.blocks()}
+    return {**known_operations(), **known_blocks()}
 
 
 def _forms(signatures: Signatures) -> dict[str, str]:

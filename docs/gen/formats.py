@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from grammarlab.facade import file as facade_file
-from grammarlab.facade.examples.analysis import correction
-from grammarlab.facade.templates.reading import document
-from grammarlab.runs import derivations, manifest
-from grammarlab.runs.scoring import store
+from grammarlab.facade.examples.analysis.correction import VERSION as EXAMPLE
+from grammarlab.facade.file import VERSION as FACADE
+from grammarlab.facade.templates.reading.document import VERSION as ELEMENTS
+from grammarlab.runs.derivations import FORMAT as DERIVATIONS
+from grammarlab.runs.manifest import FORMAT as MANIFEST
+from grammarlab.runs.scoring.store import STEPS
 
 VERSIONS: Mapping[str, tuple[str, int]] = {
-    facade_file.__name__: ("Facade", facade_file.VERSION),
-    correction.__name__: ("Example of a building", correction.VERSION),
-    document.__name__: ("Elements of a scan", document.VERSION),
-    derivations.__name__: ("Derivations", derivations.FORMAT),
-    manifest.__name__: ("Manifest of a run", manifest.FORMAT),
-    store.__name__: ("Scoring session", len(store.STEPS)),
+    "grammarlab.facade.file": ("Facade", FACADE),
+    "grammarlab.facade.examples.analysis.correction": ("Example of a building", EXAMPLE),
+    "grammarlab.facade.templates.reading.document": ("Elements of a scan", ELEMENTS),
+    "grammarlab.runs.derivations": ("Derivations", DERIVATIONS),
+    "grammarlab.runs.manifest": ("Manifest of a run", MANIFEST),
+    "grammarlab.runs.scoring.store": ("Scoring session", len(STEPS)),
 }
 """Name and version of each file that carries one, by the module that writes it."""
 

@@ -10,7 +10,7 @@ import pytest
 
 import grammarlab
 from docs.gen import api, cga, commands, documents, formats
-from grammarlab.language import builtins
+from grammarlab.language.builtins import attributes, blocks, functions, operations
 from grammarlab.language.checking import check_text
 from grammarlab.runs.checks import SUPPORTED
 from tests.cli.commands import COMMANDS
@@ -74,9 +74,9 @@ def test_the_table_of_cga_has_every_word_and_says_what_the_checker_says():
     page = cga.tables()
     for told in (cga.operations(), cga.functions(), cga.attributes()):
         assert all(f"| `{name}` |" in page for name in told)
-    assert set(cga.operations()) == {*builtins.operations(), *builtins.blocks()}
-    assert set(cga.functions()) == set(builtins.functions())
-    assert set(cga.attributes()) == set(builtins.attributes())
+    assert set(cga.operations()) == {*operations(), *blocks()}
+    assert set(cga.functions()) == set(functions())
+    assert set(cga.attributes()) == set(attributes())
     for name, told in cga.attributes().items():
         found = {each.severity for each in check_text(f"Lot --> print({name}) extrude(1) A.", "", SUPPORTED)}
         assert ("unsupported" in found) == (told == cga.NO), name
