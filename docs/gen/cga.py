@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from grammarlab.derivation.operations import LEFT_OUT
-from grammarlab.language.builtins import Signature, Signatures
-from grammarlab.language.builtins import attributes as known_attributes
-from grammarlab.language.builtins import blocks as known_blocks
-from grammarlab.language.builtins import functions as known_functions
-from grammarlab.language.builtins import operations as known_operations
-from grammarlab.language.keywords import KEYWORDS
-from grammarlab.runs.checks import SUPPORTED
+from grammarlab.language.vocabulary.builtins import Signature, Signatures
+from grammarlab.language.vocabulary.builtins import attributes as known_attributes
+from grammarlab.language.vocabulary.builtins import blocks as known_blocks
+from grammarlab.language.vocabulary.builtins import functions as known_functions
+from grammarlab.language.vocabulary.builtins import operations as known_operations
+from grammarlab.language.vocabulary.keywords import KEYWORDS
+from grammarlab.runs.requests.checks import SUPPORTED
 
 YES, IGNORED, NO = "yes", "ignored, with a warning", "no"
 

@@ -7,17 +7,17 @@ from collections.abc import Mapping
 from grammarlab.facade.examples.analysis.correction import VERSION as EXAMPLE
 from grammarlab.facade.file import VERSION as FACADE
 from grammarlab.facade.templates.reading.document import VERSION as ELEMENTS
-from grammarlab.runs.derivations import FORMAT as DERIVATIONS
-from grammarlab.runs.manifest import FORMAT as MANIFEST
-from grammarlab.runs.scoring.store import STEPS
+from grammarlab.runs.disk.derivations import FORMAT as DERIVATIONS
+from grammarlab.runs.sampling.manifest import FORMAT as MANIFEST
+from grammarlab.runs.scoring.record.store import STEPS
 
 VERSIONS: Mapping[str, tuple[str, int]] = {
     "grammarlab.facade.file": ("Facade", FACADE),
     "grammarlab.facade.examples.analysis.correction": ("Example of a building", EXAMPLE),
     "grammarlab.facade.templates.reading.document": ("Elements of a scan", ELEMENTS),
-    "grammarlab.runs.derivations": ("Derivations", DERIVATIONS),
-    "grammarlab.runs.manifest": ("Manifest of a run", MANIFEST),
-    "grammarlab.runs.scoring.store": ("Scoring session", len(STEPS)),
+    "grammarlab.runs.disk.derivations": ("Derivations", DERIVATIONS),
+    "grammarlab.runs.sampling.manifest": ("Manifest of a run", MANIFEST),
+    "grammarlab.runs.scoring.record.store": ("Scoring session", len(STEPS)),
 }
 """Name and version of each file that carries one, by the module that writes it."""
 

@@ -10,9 +10,9 @@ import pytest
 
 import grammarlab
 from docs.gen import api, cga, commands, documents, formats
-from grammarlab.language.builtins import attributes, blocks, functions, operations
-from grammarlab.language.checking import check_text
-from grammarlab.runs.checks import SUPPORTED
+from grammarlab.language.vocabulary.builtins import attributes, blocks, functions, operations
+from grammarlab.language.checking.check import check_text
+from grammarlab.runs.requests.checks import SUPPORTED
 from tests.cli.commands import COMMANDS
 
 ROOT = Path(__file__).parents[2]
