@@ -51,10 +51,9 @@ def test_constraints_are_exact_and_within_the_ranges_of_the_project():
             assert pinned[re.sub(r"[-_.]+", "-", requirement.name).lower()] in requirement.specifier, text
 
 
-def test_the_changelog_begins_with_the_current_version():
-    first = re.search(r"^## (\S+?),? ", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
-    assert first
-    assert first[1] == grammarlab.__version__
+def test_the_changelog_has_what_is_unreleased_and_then_the_current_version():
+    unreleased, released = re.findall(r"^## (\S+)", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[:2]
+    assert (unreleased, released.rstrip(",")) == ("Unreleased", grammarlab.__version__)
 
 
 def test_paths_that_the_documents_name_exist():

@@ -89,12 +89,12 @@ def test_the_wheel_works_in_a_fresh_environment_from_any_folder(program, tmp_pat
 
 def test_the_citation_is_of_this_version():
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
-    assert re.search(r"^version: (\S+)$", citation, re.MULTILINE)[1] == grammarlab.__version__
-    assert re.search(r"^license: (\S+)$", citation, re.MULTILINE)[1] == PROJECT["project"]["license"]
+    assert re.findall(r"^version: (\S+)$", citation, re.MULTILINE) == [grammarlab.__version__]
+    assert re.findall(r"^license: (\S+)$", citation, re.MULTILINE) == [PROJECT["project"]["license"]]
 
 
 def test_workflows_test_the_versions_that_are_promised():
     told = [text.rsplit(" ", 1)[-1] for text in PROJECT["project"]["classifiers"] if re.search(r":: 3\.\d+$", text)]
     tests = (ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8")
-    assert re.search(r"python: \[(.*)\]", tests)[1] == ", ".join(f'"{version}"' for version in told)
+    assert re.findall(r"python: \[(.*)\]", tests) == [", ".join(f'"{version}"' for version in told)]
     assert all(f"{system}-latest" in tests for system in ("ubuntu", "macos", "windows"))

@@ -13,25 +13,29 @@ from grammarlab.language.vocabulary.builtins import operations as known_operatio
 from grammarlab.language.vocabulary.keywords import KEYWORDS
 from grammarlab.runs.requests.checks import SUPPORTED
 
+_OPERATIONS, _FUNCTIONS, _ATTRIBUTES, _WORDS = (
+    words or frozenset()
+    for words in (SUPPORTED.operations, SUPPORTED.functions, SUPPORTED.attributes, SUPPORTED.keywords)
+)
 YES, IGNORED, NO = "yes", "ignored, with a warning", "no"
 
 
 def operations() -> Mapping[str, str]:
     """Whether each operation is supported, by name."""
-    supported = {name: YES if name in SUPPORTED.operations else NO for name in _operations()}
+    supported = {name: YES if name in _OPERATIONS else NO for name in _operations()}
     return supported | dict.fromkeys(LEFT_OUT, IGNORED)
 
 
 def functions() -> Mapping[str, str]:
     """Whether each function is supported, by name."""
-    return {name: YES if name in SUPPORTED.functions else NO for name in known_functions()}
+    return {name: YES if name in _FUNCTIONS else NO for name in known_functions()}
 
 
 def attributes() -> Mapping[str, str]:
     """Whether each shape attribute is supported, by name."""
 
     def told(name: str) -> str:
-        return YES if name in SUPPORTED.attributes else IGNORED if name in SUPPORTED.harmless else NO
+        return YES if name in _ATTRIBUTES else IGNORED if name in SUPPORTED.harmless else NO
 
     return {name: told(name) for name in known_attributes()}
 
@@ -72,8 +76,8 @@ def _keywords(signatures: Signatures) -> dict[str, str]:
         sets = {
             kind[1:] for form in forms for parameter in form.parameters for kind in parameter.types if kind[0] == "$"
         }
-        sets |= {form.heads for form in forms if form.heads in KEYWORDS}
-        words = sorted({word for each in sets for word in KEYWORDS[each] if f"{name}:{word}" not in SUPPORTED.keywords})
+        sets |= {form.heads for form in forms if form.heads is not None and form.heads in KEYWORDS}
+        words = sorted({word for each in sets for word in KEYWORDS[each] if f"{name}:{word}" not in _WORDS})
         lacking[name] = ", ".join(f"`{word}`" for word in words)
     return lacking
 
