@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from typing import Any
 
 import grammarlab
 
@@ -13,11 +14,17 @@ def names() -> tuple[str, ...]:
 
 
 def sections() -> str:
-    """One section per public name, for mkdocstrings to fill in."""
-    return "\n\n".join(_section(name) for name in names())
+    """A table of all names, and one section for each, for mkdocstrings to fill in."""
+    rows = [f"| [`{name}`](#{name}) | {_first_line(getattr(grammarlab, name))} |" for name in names()]
+    table = "\n".join(["| name | what it is |", "|---|---|", *rows])
+    return "\n\n".join([table, *map(_section, names())])
+
+
+def _first_line(value: Any) -> str:
+    return " ".join((inspect.getdoc(value) or "").split("\n\n")[0].split()).replace("|", "\\|")
 
 
 def _section(name: str) -> str:
     value = getattr(grammarlab, name)
     place = value.__name__ if inspect.ismodule(value) else f"{value.__module__}.{value.__qualname__}"
-    return f"## `grammarlab.{name}`\n\n::: {place}"
+    return f"## `gl.{name}` {{ #{name} }}\n\n::: {place}"

@@ -41,12 +41,13 @@ def attributes() -> Mapping[str, str]:
 
 
 def tables() -> str:
-    """Three tables in Markdown, each with a line that counts."""
+    """Tables in Markdown: operations, functions and attributes, each with a line that counts, and words."""
     return "\n\n".join(
         (
             _section("Operations", operations(), _forms(_operations()), _keywords(_operations())),
             _section("Functions", functions(), _forms(known_functions()), _keywords(known_functions())),
             _section("Shape attributes", attributes(), known_attributes(), {}),
+            _words(),
         )
     )
 
@@ -90,6 +91,11 @@ def _section(title: str, told: Mapping[str, str], forms: Mapping[str, str], lack
     counted = f"{sum(each == YES for each in told.values())} of {len(told)} are supported."
     head = ["| name | forms | supported |" if lacking else "| name | type | supported |", "|---|---|---|"]
     return "\n".join([f"## {title}", "", counted, "", *head, *map(row, _sorted(told))])
+
+
+def _words() -> str:
+    rows = [f"| `{name}` | {' '.join(f'`{word}`' for word in sorted(KEYWORDS[name]))} |" for name in _sorted(KEYWORDS)]
+    return "\n".join(["## Words", "", "| argument | is one of |", "|---|---|", *rows])
 
 
 def _sorted(names: Iterable[str]) -> list[str]:
