@@ -20,15 +20,5 @@ class Doctests(griffe.Extension):
 
 
 def fenced(text: str) -> str:
-    """The text with fences around its examples.
-
-    >>> print(fenced("One.\\n>>> 1 + 1\\n2"))
-    One.
-    <BLANKLINE>
-    ```pycon
-    >>> 1 + 1
-    2
-    ```
-    <BLANKLINE>
-    """
+    """The text with fences around its examples."""
     return _EXAMPLE.sub(lambda found: f"\n{found[1]}```pycon\n{found[0]}\n{found[1]}```\n", text)

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import grammarlab
-from docs.gen import api, cga, commands, documents, formats
-from grammarlab.language.vocabulary.builtins import attributes, blocks, functions, operations
+from docs.gen import api, cga, commands, doctests, documents, formats
 from grammarlab.language.checking.check import check_text
+from grammarlab.language.vocabulary.builtins import attributes, blocks, functions, operations
 from grammarlab.runs.requests.checks import SUPPORTED
 from tests.cli.commands import COMMANDS
 
@@ -91,6 +91,12 @@ def test_the_page_of_files_has_every_format_with_a_version():
         if versioned.search(path.read_text(encoding="utf-8"))
     }
     assert modules == set(formats.VERSIONS)
+
+
+def test_examples_of_docstrings_become_code():
+    text = "One.\n\n    >>> 1 + 1\n    2\n    >>> 3\n    3\n\nTwo."
+    code = "    ```pycon\n    >>> 1 + 1\n    2\n    >>> 3\n    3\n    ```"
+    assert doctests.fenced(text) == f"One.\n\n\n{code}\n\n\nTwo."
 
 
 def test_links_to_files_outside_the_site_become_their_paths():
