@@ -71,7 +71,7 @@ class Session:
         self._is_closed = False
         place = (about.suffix, about.grammar, about.title, str(opening.assets))
         size = available_cores() if jobs is None else jobs
-        self._artists = WorkerPool(f"{__package__}.artist:artist", place, size, self._inbox.put)
+        self._artists = WorkerPool(f"{__package__}.workers.artist:artist", place, size, self._inbox.put)
         self._artists.start()
         started: Future[None] = Future()
         self._thread = Thread(target=self._run, args=(opening, started), daemon=True)
