@@ -47,7 +47,7 @@ def _saying(kind: str, *names: str) -> Command:
 
     def say(rounds: Rounds, request: Request) -> Message:
         said = {name: request.values[name] for name in names if name in request.values}
-        revision = rounds.say(kind, said, request.values.get("factor", ""), request.text("key", ""))
+        revision = rounds.desk.say(kind, said, request.values.get("factor", ""), request.text("key", ""))
         return {"saved": True, "revision": revision}
 
     return say
@@ -58,7 +58,7 @@ def _event(kind: str, *names: str) -> Callable[[Rounds, Request], Message]:
 
     def add(rounds: Rounds, request: Request) -> Message:
         body = {name: request.values.get(name) for name in names}
-        return {"saved": True, "revision": rounds.do(kind, body)}
+        return {"saved": True, "revision": rounds.desk.do(kind, body)}
 
     return add
 
@@ -72,39 +72,39 @@ def _factor_event(kind: str, *names: str) -> Callable[[Rounds, Request], Message
         def body(record: Record) -> Body:
             return given | {"name": record.name_of(request.values.get("name"))}
 
-        return {"saved": True, "revision": rounds.do(kind, body)}
+        return {"saved": True, "revision": rounds.desk.do(kind, body)}
 
     return add
 
 
 def _layout(rounds: Rounds, request: Request) -> Message:
     rounds.layout({name: request.values.get(name) for name in ("grids", "rows", "columns")})
-    return {"revision": rounds.record.revision}
+    return {"revision": rounds.desk.record.revision}
 
 
 def _populate(rounds: Rounds, request: Request) -> Message:
-    rounds.populate(request.text("way", rounds.record.way))
-    return {"revision": rounds.record.revision}
+    rounds.learning.populate(request.text("way", rounds.desk.record.way))
+    return {"revision": rounds.desk.record.revision}
 
 
 def _sort(rounds: Rounds, request: Request) -> Message:
     models = tuple(checked_models(request.values.get("models", []), MAX_PICTURES))
-    rounds.sort(Order(request.text("by"), request.text("feature", ""), models))
-    return {"revision": rounds.record.revision}
+    rounds.desk.sort(Order(request.text("by"), request.text("feature", ""), models))
+    return {"revision": rounds.desk.record.revision}
 
 
 def _features(rounds: Rounds, request: Request) -> Message:
-    rounds.prepare()
-    return {"features": rounds.knowledge.names_like(request.text("query", ""))}
+    rounds.learning.prepare()
+    return {"features": rounds.desk.knowledge.names_like(request.text("query", ""))}
 
 
 def _update(rounds: Rounds, _request: Request) -> Message:
-    rounds.update()
+    rounds.learning.update()
     return {}
 
 
 def _cancel(rounds: Rounds, _request: Request) -> Message:
-    rounds.cancel()
+    rounds.learning.cancel()
     return {}
 
 
@@ -117,7 +117,7 @@ def _pictures(rounds: Rounds, request: Request) -> None:
 
 def _model(rounds: Rounds, request: Request) -> None:
     model = str(Address.parse(request.values.get("model")))
-    label = rounds.pool.label_of(model)
+    label = rounds.desk.pool.label_of(model)
     rounds.ask_artist(MakeGlb(model), lambda glb: ({"label": label}, [glb]), request.answer, request.refuse)
 
 
@@ -133,13 +133,13 @@ def _viewer(_rounds: Rounds, request: Request) -> None:
 
 
 def _export(rounds: Rounds, request: Request) -> None:
-    rounds.export(_suffix(request), request.answer, request.refuse)
+    rounds.files.export(_suffix(request), request.answer, request.refuse)
 
 
 def _import(rounds: Rounds, request: Request) -> None:
     if len(request.buffers) != 1 or len(request.buffers[0]) > MAX_FILE_BYTES:
         raise UsageError(f"expected one label file of at most {MAX_FILE_BYTES >> 20} MiB.")
-    rounds.read(bytes(request.buffers[0]), _suffix(request), request.answer, request.refuse)
+    rounds.files.read(bytes(request.buffers[0]), _suffix(request), request.answer, request.refuse)
 
 
 def _suffix(request: Request) -> str:
@@ -150,11 +150,11 @@ def _suffix(request: Request) -> str:
 
 
 def _learn(rounds: Rounds, request: Request) -> None:
-    rounds.learn_grammar(request.answer, request.refuse)
+    rounds.files.learn_grammar(request.answer, request.refuse)
 
 
 def _sheet(rounds: Rounds, request: Request) -> None:
-    rounds.sheet(request.whole("num", 1, MAX_SHEET, 16), request.answer, request.refuse)
+    rounds.files.sheet(request.whole("num", 1, MAX_SHEET, 16), request.answer, request.refuse)
 
 
 COMMANDS: dict[str, Command] = {

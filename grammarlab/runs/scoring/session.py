@@ -25,7 +25,7 @@ from grammarlab.runs.scoring.record.store import Store
 from grammarlab.runs.scoring.rounds import Rounds
 from grammarlab.runs.scoring.state import state_of
 from grammarlab.runs.scoring.workers.tasks import Begin
-from grammarlab.runs.scoring.workers.worker_pool import Crew, Outcome
+from grammarlab.runs.scoring.workers.worker_pool import Outcome, WorkerPool
 from grammarlab.runs.serving.windows import Message, Send
 from grammarlab.runs.work.workers import available_cores
 
@@ -71,7 +71,7 @@ class Session:
         self._is_closed = False
         place = (about.suffix, about.grammar, about.title, str(opening.assets))
         size = available_cores() if jobs is None else jobs
-        self._artists = Crew(f"{__package__}.artist:artist", place, size, self._inbox.put)
+        self._artists = WorkerPool(f"{__package__}.workers.artist:artist", place, size, self._inbox.put)
         self._artists.start()
         started: Future[None] = Future()
         self._thread = Thread(target=self._run, args=(opening, started), daemon=True)
@@ -151,8 +151,8 @@ class Session:
                 self._look()
                 looked = time.monotonic()
             rounds.prepare_if_free()
-            if rounds.is_changed:
-                rounds.is_changed = False
+            if rounds.desk.is_changed:
+                rounds.desk.is_changed = False
                 self._tell({"event": "state", "state": state_of(rounds)})
         self._tell({"event": "closed", "message": CLOSED})
         rounds.close()
@@ -183,10 +183,10 @@ class Session:
 
     def _look(self) -> None:
         try:
-            self._rounds.poll()
+            self._rounds.desk.poll()
         except GrammarlabError as error:
-            if self._rounds.message != str(error):
-                self._rounds.message, self._rounds.is_changed = str(error), True
+            if self._rounds.desk.message != str(error):
+                self._rounds.desk.tell(str(error))
 
     def _handle(self, message: object, buffers: Sequence[bytes], send: Send) -> None:
         if self._is_closed:

@@ -9,6 +9,7 @@ from grammarlab.preference.labels.table import Kind
 from grammarlab.runs.scoring.grids import PAIRS
 from grammarlab.runs.scoring.record.said import Scores, compared
 from grammarlab.runs.scoring.rounds import Rounds
+from grammarlab.runs.scoring.shown.desk import Desk
 from grammarlab.runs.scoring.shown.populate import WAYS
 from grammarlab.runs.scoring.workers.tasks import Predicted, Singles
 from grammarlab.runs.serving.windows import Message
@@ -20,12 +21,13 @@ _VERDICTS: tuple[tuple[Kind, int, str], ...] = (("rather", 1, "first"), ("rather
 
 def state_of(rounds: Rounds) -> Message:
     """Everything that the page shows, but pictures."""
-    record, knowledge = rounds.record, rounds.knowledge
-    predicted = knowledge.of(rounds.number)
+    desk, updating = rounds.desk, rounds.learning.updating
+    record, knowledge = desk.record, desk.knowledge
+    predicted = knowledge.of(desk.number)
     layout, said = record.layout, [subject for scores in record.factors.values() for subject in scores]
     return {
         "protocol": PROTOCOL,
-        "title": rounds.store.about.title,
+        "title": desk.store.about.title,
         "session": rounds.path.name,
         "revision": record.revision,
         "factors": [
@@ -36,8 +38,8 @@ def state_of(rounds: Rounds) -> Message:
         "layout": {"grids": layout.grids, "rows": layout.rows, "columns": layout.columns},
         "way": record.way,
         "grids": [{"title": grid.title, "models": list(grid.models)} for grid in record.grids],
-        "models": _models(rounds, predicted),
-        "pairs": _pairs(rounds) if record.way == PAIRS else None,
+        "models": _models(desk, predicted),
+        "pairs": _pairs(desk) if record.way == PAIRS else None,
         "scored": len({subject for subject in said if " " not in subject}),
         "compared": sum(" " in subject for subject in said),
         "can_undo": bool(record.done),
@@ -46,20 +48,20 @@ def state_of(rounds: Rounds) -> Message:
         "relevance": _relevance(predicted),
         "words": [] if knowledge.learned is None else list(knowledge.learned.words),
         "gain": None if knowledge.learned is None else knowledge.learned.gain,
-        "updating": None if rounds.updating is None else rounds.updating.as_json(),
+        "updating": None if updating is None else updating.as_json(),
         "fresh": knowledge.judgements == record.judgements,
         "ways": [{"name": name, "says": says} for name, says in WAYS.items() if name != PAIRS],
-        "message": rounds.message,
-        "warnings": list(rounds.warnings.values()),
+        "message": desk.message,
+        "warnings": list(desk.warnings.values()),
     }
 
 
-def _models(rounds: Rounds, predicted: Predicted | None) -> dict[str, Message]:
+def _models(desk: Desk, predicted: Predicted | None) -> dict[str, Message]:
     """What is known about each model that is shown."""
-    record = rounds.record
+    record = desk.record
     names = [model for grid in record.grids for model in grid.models]
-    index = rounds.knowledge.indices(names, rounds.pool)
-    scores, product = record.factors[record.active], rounds.knowledge.of(0)
+    index = desk.knowledge.indices(names, desk.pool)
+    scores, product = record.factors[record.active], desk.knowledge.of(0)
     columns = zip(
         names,
         _numbers(None if predicted is None else predicted.mean, index),
@@ -73,19 +75,19 @@ def _models(rounds: Rounds, predicted: Predicted | None) -> dict[str, Message]:
             "kind": None if scores.get(name) is None else scores[name].kind,
             "mean": mean,
             "std": std,
-            "label": rounds.pool.label_of(name),
+            "label": desk.pool.label_of(name),
             "product": of_product,
         }
         for name, mean, std, of_product in columns
     }
 
 
-def _pairs(rounds: Rounds) -> list[Message]:
+def _pairs(desk: Desk) -> list[Message]:
     """The pairs that are shown, and what was said of each for the active factor."""
-    scores = rounds.record.factors[rounds.record.active]
+    scores = desk.record.factors[desk.record.active]
     return [
         {"models": list(models), "said": _verdict(models, scores)}
-        for models in zip(*(grid.models for grid in rounds.record.grids), strict=True)
+        for models in zip(*(grid.models for grid in desk.record.grids), strict=True)
     ]
 
 

@@ -14,7 +14,7 @@ from tests.runs.scoring.windows import Window
 
 
 def kill_learner(session: Session) -> None:
-    for worker in session._rounds._learners._workers:
+    for worker in session._rounds.learning._learners._workers:
         os.kill(worker.process.pid, signal.SIGKILL)
         expect_gone([worker.process.pid])
 

@@ -17,9 +17,9 @@ from grammarlab.evaluation.preparation import Source, prepare
 from grammarlab.language.grammar import Grammar
 from grammarlab.preference.questions.liked import FEWEST
 from grammarlab.randomness import derived_seed
+from grammarlab.runs.scoring.learning import WIDENED
 from grammarlab.runs.scoring.record.said import Said
 from grammarlab.runs.scoring.record.store import Store
-from grammarlab.runs.scoring.rounds import WIDENED
 from grammarlab.runs.scoring.session import Session
 from grammarlab.runs.scoring.shown.knowledge import ModelPool
 from grammarlab.runs.scoring.workers.learner import learner

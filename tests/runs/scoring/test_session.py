@@ -12,8 +12,8 @@ import pytest
 from grammarlab.errors import AssetError, GrammarlabError, UsageError
 from grammarlab.runs.scoring.record.said import Said
 from grammarlab.runs.scoring.record.store import Store
-from grammarlab.runs.scoring.rounds import MAX_WARNINGS
 from grammarlab.runs.scoring.session import Session
+from grammarlab.runs.scoring.shown.desk import MAX_WARNINGS
 from tests.runs.scoring.tower import TOWER
 from tests.runs.scoring.windows import Window, shown_models
 

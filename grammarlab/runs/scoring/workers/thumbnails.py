@@ -15,7 +15,7 @@ from PIL import Image
 
 from grammarlab.errors import Finding
 from grammarlab.runs.scoring.workers.tasks import Draw
-from grammarlab.runs.scoring.workers.worker_pool import Crew, Outcome
+from grammarlab.runs.scoring.workers.worker_pool import Outcome, WorkerPool
 from grammarlab.runs.serving.windows import Send
 
 SMALLEST, LARGEST = 32, 512
@@ -46,7 +46,7 @@ class _Kept:
 class Thumbnails:
     """Pictures that windows have asked for."""
 
-    crew: Crew
+    pool: WorkerPool
     warn: Callable[[Sequence[Finding]], None]
     """Gets the warnings of all pictures, again and again."""
     _kept: OrderedDict[tuple[str, int], _Kept] = field(default_factory=OrderedDict)
@@ -97,7 +97,7 @@ class Thumbnails:
         if models:
             self._drawing.update((model, draw.size, draw.samples) for model in models)
             draw = Draw(models, draw.size, draw.samples)
-            self.crew.submit(draw, partial(self._drawn, draw), is_wanted=partial(self._is_wanted, draw), first=True)
+            self.pool.submit(draw, partial(self._drawn, draw), is_wanted=partial(self._is_wanted, draw), first=True)
 
     def _is_wanted(self, draw: Draw) -> bool:
         if any(size == draw.size and not models.isdisjoint(draw.models) for size, models in self._wanted.values()):

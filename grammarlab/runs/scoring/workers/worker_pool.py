@@ -67,7 +67,7 @@ class _Worker:
 
 
 @dataclass
-class Crew:
+class WorkerPool:
     """Processes that do tasks, one each at a time. All methods are for one thread, on which callbacks run, too."""
 
     make: str
@@ -77,7 +77,7 @@ class Crew:
     size: int
     """How many processes."""
     deliver: Callable[[Callable[[], None]], None]
-    """Called from other threads with something to call on the crew's thread."""
+    """Called from other threads with something to call on the pool's thread."""
     politeness: int = 0
     """How far others go first where there are fewer cores than processes: added to the processes' nice value."""
     recall: Any = None

@@ -14,11 +14,11 @@ from grammarlab.errors import Finding, Location
 from grammarlab.runs.scoring.workers import thumbnails as module
 from grammarlab.runs.scoring.workers.tasks import Draw, Drawn
 from grammarlab.runs.scoring.workers.thumbnails import CHUNK, GOOD, QUICK, SHEET, Thumbnails, sprite_sheet
-from grammarlab.runs.scoring.workers.worker_pool import Crew, Outcome
+from grammarlab.runs.scoring.workers.worker_pool import Outcome, WorkerPool
 from grammarlab.runs.serving.windows import Message
 
 
-class Easel(Crew):
+class Easel(WorkerPool):
     """Draws when told to: pictures of one grey a model."""
 
     def __init__(self) -> None:

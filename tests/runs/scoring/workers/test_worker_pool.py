@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from grammarlab.errors import UsageError
-from grammarlab.runs.scoring.workers.worker_pool import Crew, Handler, Outcome, Report
+from grammarlab.runs.scoring.workers.worker_pool import Handler, Outcome, Report, WorkerPool
 from tests.runs.processes import expect_gone
 from tests.waiting import PATIENCE
 
@@ -51,16 +51,16 @@ def maker(greeting: str) -> Handler:
 
 
 class Thread:
-    """What runs a crew: calls what is delivered, until something holds."""
+    """What runs a pool: calls what is delivered, until something holds."""
 
     def __init__(self, greeting: str, size: int) -> None:
         self.inbox: SimpleQueue[Callable[[], None]] = SimpleQueue()
-        self.crew = Crew(f"{__name__}:maker", (greeting,), size, self.inbox.put)
+        self.pool = WorkerPool(f"{__name__}:maker", (greeting,), size, self.inbox.put)
         self.outcomes: dict[str, Outcome] = {}
         self.progress: list[tuple[str, int, int]] = []
 
     def submit(self, request: str, **options: Any) -> int:
-        return self.crew.submit(
+        return self.pool.submit(
             request, lambda outcome: self.outcomes.__setitem__(request, outcome), on_progress=self.note, **options
         )
 
@@ -76,7 +76,7 @@ class Thread:
 def thread() -> Iterator[Thread]:
     thread = Thread("hello", 1)
     yield thread
-    thread.crew.close()
+    thread.pool.close()
 
 
 def test_tasks_end_with_a_value_or_with_words(thread: Thread):
@@ -93,7 +93,7 @@ def test_a_task_that_cannot_be_made_says_why():
     thread.submit("world")
     thread.until(lambda: thread.outcomes)
     assert thread.outcomes["world"] == Outcome(error="bad greeting")
-    thread.crew.close()
+    thread.pool.close()
 
 
 def test_a_lost_process_is_replaced_and_its_task_done_again_before_others(thread: Thread, tmp_path: Path):
@@ -116,10 +116,10 @@ def test_a_task_that_always_ends_its_process_is_told(thread: Thread):
 def test_a_new_process_is_brought_to_where_the_lost_one_was(thread: Thread, tmp_path: Path):
     thread.submit("world")
     thread.until(lambda: thread.outcomes)
-    thread.crew.recall = "what there is to know"
-    (worker,) = thread.crew._workers
+    thread.pool.recall = "what there is to know"
+    (worker,) = thread.pool._workers
     worker.process.kill()  # it waits for a task
-    thread.until(lambda: not thread.crew._workers)
+    thread.until(lambda: not thread.pool._workers)
     thread.submit("what was seen")
     thread.until(lambda: len(thread.outcomes) == 2)
     assert thread.outcomes.pop("what was seen").value == ["what there is to know", "what was seen"]
@@ -131,7 +131,7 @@ def test_a_new_process_is_brought_to_where_the_lost_one_was(thread: Thread, tmp_
 
 
 def test_what_cannot_be_recalled_is_forgotten(thread: Thread):
-    thread.crew.recall = "die"
+    thread.pool.recall = "die"
     thread.submit("world")
     thread.until(lambda: thread.outcomes)
     assert thread.outcomes == {"world": Outcome("hello world")}
@@ -140,8 +140,8 @@ def test_what_cannot_be_recalled_is_forgotten(thread: Thread):
 def test_what_was_cancelled_is_not_done_again(thread: Thread):
     long = thread.submit("sleep")
     thread.submit("world")
-    thread.crew.cancel(long)
-    (worker,) = thread.crew._workers
+    thread.pool.cancel(long)
+    (worker,) = thread.pool._workers
     worker.process.kill()
     thread.until(lambda: "world" in thread.outcomes)
     assert list(thread.outcomes) == ["sleep", "world"]
@@ -149,22 +149,22 @@ def test_what_was_cancelled_is_not_done_again(thread: Thread):
 
 def test_processes_that_cannot_live_are_given_up():
     thread = Thread("hello", 1)
-    thread.crew.make = "tests.no_such_module:maker"
+    thread.pool.make = "tests.no_such_module:maker"
     thread.submit("world")
     thread.until(lambda: thread.outcomes)
     thread.submit("more")
     thread.until(lambda: "more" in thread.outcomes)
     assert "ended unasked" in thread.outcomes["more"].error
-    thread.crew.close()
+    thread.pool.close()
 
 
 def test_tasks_are_cancelled_while_they_wait_and_while_they_run(thread: Thread):
     long = thread.submit("long")
     waiting = thread.submit("world")
     thread.until(lambda: thread.progress)
-    thread.crew.cancel(waiting)
+    thread.pool.cancel(waiting)
     assert thread.outcomes == {"world": Outcome(cancelled=True)}
-    thread.crew.cancel(long)
+    thread.pool.cancel(long)
     assert thread.outcomes["long"].cancelled
     told = len(thread.progress)
     thread.submit("again")
@@ -187,14 +187,14 @@ def test_processes_end_when_the_session_is_killed(tmp_path: Path, busy: bool):
     code = f"""
 import time
 from queue import SimpleQueue
-from grammarlab.runs.scoring.workers.worker_pool import Crew
+from grammarlab.runs.scoring.workers.worker_pool import WorkerPool
 inbox = SimpleQueue()
-crew = Crew("{__name__}:maker", ("hello",), 2, inbox.put)
-crew.submit("world", lambda outcome: None)
+pool = WorkerPool("{__name__}:maker", ("hello",), 2, inbox.put)
+pool.submit("world", lambda outcome: None)
 inbox.get()()
 for _ in range(2 * {busy}):
-    crew.submit("sleep", lambda outcome: None)
-print(*(worker.process.pid for worker in crew._workers), flush=True)
+    pool.submit("sleep", lambda outcome: None)
+print(*(worker.process.pid for worker in pool._workers), flush=True)
 time.sleep(100)
 """
     script = tmp_path / "run.py"
