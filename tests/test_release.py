@@ -22,7 +22,8 @@ BUILD = "import sys; from hatchling import build; print(build.build_{}(sys.argv[
 
 def run(*command, cwd=ROOT):
     """What a program prints on stdout; an exit code other than 0 fails the test."""
-    return subprocess.run(command, cwd=cwd, check=True, stdout=subprocess.PIPE, text=True).stdout
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    return subprocess.run(command, cwd=cwd, env=environment, check=True, stdout=subprocess.PIPE, text=True).stdout
 
 
 def built(kind, folder, source=ROOT):
