@@ -197,7 +197,7 @@ def _shrunk(choices: Choices, counts: sparse.csr_array, weights: Floats, togethe
     for parts, first in zip(choices.attributes, choices.first_of_attribute, strict=True):
         drawn[choices.choice[first]] = True
         ordered[choices.choice[first]] = bool(np.isfinite(parts.parts[0].low)) or len(parts.parts) > _RANGES
-    shrinkage = Shrinkage.of(cells, ordered, drawn, np.asarray(weights @ counts))
+    shrinkage = Shrinkage.of(cells, ordered, drawn, counts, weights)
     if not together:
         mixture = Mixture(np.ones(1), shrinkage.probabilities[None])
         return Gated(mixture, float(shrinkage.evidence.sum()))

@@ -161,6 +161,7 @@ class _Search:
         self.ratio = shrinkage.posterior.ratio[0, self.cells]
         self.counts = sparse.csr_array(counts[:, self.cells])
         self.weights = weights
+        self.spread = shrinkage.spread[self.cells]
         made = dense(
             self.counts @ sparse.csr_array((np.ones(len(self.cells)), (np.arange(len(self.cells)), self.own.choice)))
         )
@@ -205,7 +206,7 @@ class _Search:
     def _totals(self, labels: Ints) -> Floats:
         share = sparse.csr_array((self.weights, (labels, np.arange(len(labels)))))
         mass = np.bincount(labels, weights=self.weights).astype(np.float64)
-        return np.concatenate([dense(share @ self.counts), mass[:, None]], axis=1)
+        return np.concatenate([dense(share @ self.counts) / self.spread, mass[:, None]], axis=1)
 
     def _joined(self, choice: int, labels: Ints) -> Ints:
         """The labels with those two groups joined that cost least."""

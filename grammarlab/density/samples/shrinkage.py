@@ -12,9 +12,10 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 from scipy.special import expit
 
-from grammarlab.density.mixtures.mixture import Cells
+from grammarlab.density.mixtures.mixture import Cells, dense
 from grammarlab.density.samples.levels import Levels, Posterior
 
 Floats = NDArray[np.float64]
@@ -32,21 +33,26 @@ class Shrinkage:
     odds: Floats
     """[choices] log of the prior odds that it matters."""
     total: Floats
-    """[A] how often the examples took each cell."""
+    """[A] how often the examples took each cell, by `spread`."""
+    spread: Floats
+    """[A] how many times as much the choice varies between examples as chance has it, >= 1."""
 
     @classmethod
-    def of(cls, cells: Cells, ordered: Flags, drawn: Flags, total: Floats) -> Shrinkage:
+    def of(cls, cells: Cells, ordered: Flags, drawn: Flags, counts: sparse.csr_array, weights: Floats) -> Shrinkage:
         """Choices of a grammar.
 
         Args:
             cells: their branches.
             ordered: see `Levels.of`.
             drawn: [choices] which are attributes and which choices of rules; one of each kind is expected to matter.
-            total: [A] how often the examples took each cell.
+            counts: [N, A] how often each example took each cell.
+            weights: [N] how much each counts, >= 0.
         """
+        total = np.asarray(weights @ counts)
+        spread = _spread(cells, counts, weights)
         made = np.bincount(cells.choice, weights=total, minlength=len(drawn)) > 0.0
         number = np.where(drawn, np.count_nonzero(made & drawn), np.count_nonzero(made & ~drawn))
-        return cls(Levels.of(cells, ordered), -np.log(np.maximum(number, 1.0)), total)
+        return cls(Levels.of(cells, ordered), -np.log(np.maximum(number, 1.0)), total / spread, spread)
 
     @property
     def cells(self) -> Cells:
@@ -74,6 +80,25 @@ class Shrinkage:
         """[A] posterior mean of each cell's probability."""
         ratio = 1.0 + self.relevance[self.cells.choice] * (self.posterior.ratio[0] - 1.0)
         return self.cells.original * ratio
+
+
+def _spread(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Floats:
+    """[A] how many times as much each choice varies between examples as chance has it, >= 1.
+
+    A choice that is made several times in an example, and alike there, tells no more than one (McCullagh and Nelder,
+    Generalized linear models, 4.5): Pearson's statistic by its degrees of freedom.
+    """
+    table = dense(counts)
+    total = weights @ table
+    number = int(cells.choice.max(initial=-1)) + 1
+    to_choice = sparse.csr_array((np.ones(len(total)), (np.arange(len(total)), cells.choice)), (len(total), number))
+    made = table @ to_choice
+    expected = made[:, cells.choice] * cells.normalised(total[None])[0]
+    squares = np.divide((table - expected) ** 2, expected, out=np.zeros_like(table), where=expected > 0.0)
+    freedom = (weights @ (made > 0.0) - 1.0) * (((total > 0.0) @ to_choice) - 1.0)
+    several = (freedom > 0.0) & (made.max(axis=0, initial=0.0) > 1.0)
+    found = np.divide((weights @ squares) @ to_choice, freedom, out=np.ones(number), where=several)
+    return np.maximum(found, 1.0)[cells.choice]
 
 
 def averaged(odds: Floats, evidence: Floats) -> Floats:

@@ -26,7 +26,7 @@ from grammarlab.density.splits.splitting import MOST_WAYS, Base, split
 from grammarlab.density.splits.writing import write
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import GrammarlabError, InexactError
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Pattern, Present, Threshold
+from grammarlab.features.patterns.pattern import Draw, HalfSpace, Pattern, Present, Sum, Threshold
 from grammarlab.language.call_order import groups
 from grammarlab.language.grammar import Grammar
 
@@ -160,7 +160,7 @@ def countable(item: Read) -> Reading | Threshold | Draw:
     if isinstance(item, Present):
         inner = countable(item.feature)
         return replace(inner, cap=1) if isinstance(inner, Reading) else inner
-    if isinstance(item, HalfSpace):
+    if isinstance(item, HalfSpace | Sum):
         raise InexactError(f"{item} joins several drawn numbers: an exact grammar can only cut each on its own")
     return Reading.of(item) if isinstance(item, Pattern) else item
 

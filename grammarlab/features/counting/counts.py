@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Ints
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.counting.trees import Trees
-from grammarlab.features.patterns.pattern import Below, Draw, Feature, HalfSpace, Pattern, Present, Threshold
+from grammarlab.features.patterns.pattern import Below, Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold
 
 Floats = NDArray[np.float64]
 
@@ -80,6 +80,8 @@ class _Counter:
                 return total / np.maximum(number, 1.0)
             case HalfSpace():
                 return self._half_space(feature)
+            case Sum():
+                return self._sum(feature)
             case Present(feature=Draw(site=site, branch=None)):
                 return np.minimum(self._draws(site)[1], 1.0)
             case Present(feature=inner):
@@ -99,6 +101,16 @@ class _Counter:
         with np.errstate(invalid="ignore"):
             inside = columns @ np.array(space.weights) < space.bound
         return (inside & np.isfinite(columns).all(axis=1)).astype(np.float64)
+
+    def _sum(self, feature: Sum) -> Floats:
+        total = np.zeros(self.trees.num_models)
+        for site, weight, readers in feature.terms:
+            column = self.per_model(Draw(site))
+            if feature.logarithmic:
+                column = np.log(np.where(column > 0.0, column, 1.0))
+            used = sum((self.per_model(pattern) for pattern in readers), np.zeros(len(total))) > 0.0
+            total += weight * (np.where(used, column, 0.0) if readers else column)
+        return total
 
     def _total(self, models: NDArray[np.integer], weights: Floats | None = None) -> Floats:
         return np.bincount(models, weights=weights, minlength=self.trees.num_models).astype(np.float64)

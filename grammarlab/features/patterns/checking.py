@@ -7,7 +7,7 @@ from difflib import get_close_matches
 
 from grammarlab.derivation.forest import RuleName, Site
 from grammarlab.errors import UsageError
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Threshold
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold
 
 MAX_REMARKS = 10
 """Most remarks of one error."""
@@ -46,6 +46,11 @@ def _remarks(
             yield from (_pattern_remark(node, symbols, rules) for node in _nodes(feature))
         case HalfSpace():
             yield from (_site_remark(site, None, sites) for site in feature.sites)
+        case Sum():
+            for site, _, readers in feature.terms:
+                yield _site_remark(site, None, sites)
+                for reader in readers:
+                    yield from _remarks(reader, symbols, rules, sites)
         case Threshold():
             yield _site_remark(feature.site, None, sites)
         case Draw():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Threshold
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold
 
 
 def at_least(feature: Feature, bound: float) -> str:
@@ -18,12 +18,8 @@ def at_least(feature: Feature, bound: float) -> str:
         return f"${feature.site} < {_number(feature.bound)}"
     if isinstance(feature, Present):
         return f"{_read(feature.feature)} != 0"
-    return f"{_read(feature)} >= {_number(bound)}"
-
-
-def sum_at_least(space: HalfSpace, bound: float) -> str:
-    """The condition that the weighted sum of a half-space is a bound or more, whatever its own bound is."""
-    return f"{_sum(space)} >= {_number(bound)}"
+    value = _sum(feature) if isinstance(feature, Sum) else _read(feature)
+    return f"{value} >= {_number(bound)}"
 
 
 def _read(feature: Pattern | Draw) -> str:
@@ -32,15 +28,21 @@ def _read(feature: Pattern | Draw) -> str:
     return f"${feature.site}" if feature.branch is None else f"${feature.site}:{feature.branch}"
 
 
-def _sum(space: HalfSpace) -> str:
-    sites = [f"log(${site})" if space.logarithmic else f"${site}" for site in space.sites]
-    return " + ".join(f"{_number(weight)} * {site}" for weight, site in zip(space.weights, sites, strict=True))
+def _sum(feature: Sum) -> str:
+    terms = []
+    for site, weight, readers in feature.terms:
+        value = f"log(${site})" if feature.logarithmic else f"${site}"
+        used = " + ".join(f"{{{pattern}}}" for pattern in readers)
+        terms.append(f"{_number(weight)} * {value}" + (f" * ({used} > 0)" if used else ""))
+    return " + ".join(terms)
 
 
 def _inside(space: HalfSpace) -> str:
     # The logarithm of what is not above 0 is no number, and such a draw is not inside.
     positive = [f"${site} > 0" for site in space.sites] if space.logarithmic else []
-    return " and ".join([*positive, f"{_sum(space)} < {_number(space.bound)}"])
+    return " and ".join(
+        [*positive, f"{_sum(Sum(space.sites, space.weights, space.logarithmic))} < {_number(space.bound)}"]
+    )
 
 
 def _number(value: float) -> str:

@@ -125,4 +125,32 @@ class Present:
         return f"{self.feature} present"
 
 
-Feature: TypeAlias = Pattern | Threshold | Draw | HalfSpace | Present
+@dataclass(frozen=True, slots=True)
+class Sum:
+    """A weighted sum of draws, or of their logarithms; a draw that a model makes no use of adds 0."""
+
+    sites: tuple[str, ...]
+    weights: tuple[float, ...]
+    logarithmic: bool = False
+    """The logarithm of a draw that is not above 0 adds 0."""
+    readers: tuple[tuple[Pattern, ...], ...] = ()
+    """For each site the patterns of which a model has one, if it makes use of the draw; none where all models do. Empty
+    where that is so of every site."""
+
+    @property
+    def terms(self) -> tuple[tuple[str, float, tuple[Pattern, ...]], ...]:
+        """Site, weight and readers of each part."""
+        return tuple(zip(self.sites, self.weights, self.readers or ((),) * len(self.sites), strict=True))
+
+    def __str__(self) -> str:
+        text = ""
+        for site, weight, readers in self.terms:
+            name = f"log({site})" if self.logarithmic else site
+            sign = "-" if weight < 0.0 else "+" if text else ""
+            factor = "" if abs(weight) == 1.0 else f"{abs(weight):.4g} "
+            text += f" {sign} " if text else sign
+            text += f"{factor}{name}{' where used' if readers else ''}"
+        return text
+
+
+Feature: TypeAlias = Pattern | Threshold | Draw | HalfSpace | Present | Sum

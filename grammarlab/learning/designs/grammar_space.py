@@ -23,10 +23,12 @@ from grammarlab.errors import UsageError
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
 from grammarlab.features.counting.counts import count
 from grammarlab.features.counting.stripping import without_geometry
-from grammarlab.features.patterns.pattern import Feature, HalfSpace, Threshold
+from grammarlab.features.patterns.pattern import Feature, HalfSpace, Pattern, Threshold
 from grammarlab.features.rules.acceptance import Acceptance
 from grammarlab.features.rules.accepting import Accepted, derive_accepted
 from grammarlab.features.search.patterns import search_patterns
+from grammarlab.features.search.readers import readers_of
+from grammarlab.features.search.sums import find_sum
 from grammarlab.features.search.thresholds import find_half_space, find_thresholds, margins
 from grammarlab.geometry.outlines.footprints import read_footprints
 from grammarlab.language.attribute_values import fit_properties
@@ -163,13 +165,19 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return (node.value for node in walk(self.grammar.tree) if isinstance(node, String))
 
     def _bounds(self, forests: Sequence[Forest], scores: Floats) -> tuple[Feature, ...]:
-        """Bounds on continuous draws: of several at once where they belong together, else of each alone."""
+        """Bounds on continuous draws: of several at once where they belong together, else a sum and bounds of each."""
         names = list(dict.fromkeys(site.name for site in self.program.sites if site.kind == "uniform"))
         liked = scores > (scores.min() + scores.max()) / 2
         together = find_half_space(forests, np.asarray(liked), names) if names else None
         if together is not None and len(together.sites) > 1:
             return (together,)
-        return find_thresholds(forests, scores, names)
+        summed = find_sum(forests, scores, names, self._readers)
+        return (*find_thresholds(forests, scores, names), *(() if summed is None else (summed,)))
+
+    @cached_property
+    def _readers(self) -> dict[str, tuple[Pattern, ...]]:
+        """What makes use of attributes."""
+        return readers_of(self.grammar)
 
     @cached_property
     def folder(self) -> AssetFolder | None:

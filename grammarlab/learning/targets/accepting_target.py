@@ -15,7 +15,7 @@ from grammarlab.density.splits.learned import LearnedGrammar
 from grammarlab.density.targets.accepted import AcceptedGrammar, product_with_own, split_symbols, with_rule
 from grammarlab.density.targets.ranges import range_ends
 from grammarlab.derivation.forest import Forest
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Present, Threshold
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Present, Sum, Threshold
 from grammarlab.features.rules.acceptance import Acceptance
 from grammarlab.features.rules.expression import Expression
 from grammarlab.language.grammar import Grammar
@@ -173,9 +173,9 @@ def _countable(features: Sequence[Feature], grammar: Grammar, learned: LearnedGr
     changed = {parts.name for parts in learned.attributes}
     for feature in features:
         inner = feature.feature if isinstance(feature, Present) else feature
-        if not isinstance(inner, Draw | Threshold | HalfSpace):
+        if not isinstance(inner, Draw | Threshold | HalfSpace | Sum):
             continue
-        for site in inner.sites if isinstance(inner, HalfSpace) else (inner.site,):
+        for site in inner.sites if isinstance(inner, HalfSpace | Sum) else (inner.site,):
             if site not in grammar.attributes or (site in changed and not range_ends(grammar, site)):
                 return False
     return True

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from grammarlab.density.splits.exactness import Exactness
 from grammarlab.density.targets.ranges import range_ends
 from grammarlab.derivation.forest import Forest
-from grammarlab.features.patterns.conditions import at_least, sum_at_least
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Threshold
+from grammarlab.features.patterns.conditions import at_least
+from grammarlab.features.patterns.pattern import Draw, Feature, Sum, Threshold
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.simplification import Predicted
@@ -36,9 +36,6 @@ class GrammarColumns:
     exact: NDArray[np.bool_]
     """[F] whether exact grammars can follow them."""
 
-    sums: frozenset[int]
-    """Columns that are the weighted sums of half-spaces, whose bounds say nothing."""
-
     @classmethod
     def of(
         cls, space: GrammarSpace, study: Study[Forest], state: State, predicted: Predicted, exactness: Exactness
@@ -58,9 +55,9 @@ class GrammarColumns:
         values = space.values(batches, own)
         sums = combinations(values, tuple(draw.site for draw in own), predicted.scores)
         new = [number for number, draw in enumerate(own) if draw not in table.features]
-        found = (*table.features, *(own[number] for number in new), *(space for space, _ in sums))
+        found = (*table.features, *(own[number] for number in new), *(found for found, _ in sums))
         columns = [_whole(pool), values[:, new], *(column[:, None] for _, column in sums)]
-        added = [*(str(own[number]) for number in new), *(f"sum of {', '.join(space.sites)}" for space, _ in sums)]
+        added = [*(str(own[number]) for number in new), *(str(found) for found, _ in sums)]
         highest = predicted.shares.max(initial=0.0)
         return cls(
             np.concatenate(columns, axis=1),
@@ -68,7 +65,6 @@ class GrammarColumns:
             (*table.names, *added),
             np.append(predicted.shares, np.full(len(found) - len(table.features), highest)),
             np.array([not exactness.reason_against(_asked(feature)) for feature in found], dtype=bool),
-            frozenset(range(len(found) - len(sums), len(found))),
         )
 
     @property
@@ -85,25 +81,18 @@ class GrammarColumns:
 
     def text(self, preference: SimplifiedPreference) -> str:
         """A function of the columns as an expression over the features."""
-
-        def condition(column: int, bound: float) -> str:
-            feature = self.features[column]
-            if column in self.sums and isinstance(feature, HalfSpace):
-                return sum_at_least(feature, bound)
-            return at_least(feature, bound)
-
-        return preference.text(condition)
+        return preference.text(lambda column, bound: at_least(self.features[column], bound))
 
 
-def combinations(values: Floats, sites: tuple[str, ...], scores: Floats) -> list[tuple[HalfSpace, Floats]]:
-    """Weighted sums of draws, or of their logarithms, that scores go with: half-spaces without a bound, and the sums.
+def combinations(values: Floats, sites: tuple[str, ...], scores: Floats) -> list[tuple[Sum, Floats]]:
+    """Weighted sums of draws, or of their logarithms, that scores go with, and their values [m].
 
     Args:
         values: [m, S] draws.
         sites: [S] their names.
         scores: [m] >= 0.
     """
-    found: list[tuple[HalfSpace, Floats]] = []
+    found: list[tuple[Sum, Floats]] = []
     kinds = [(False, values), (True, np.log(values))] if (values > 0.0).all() else [(False, values)]
     for logarithmic, columns in kinds if len(sites) > 1 else []:
         centred = columns - columns.mean(axis=0)
@@ -114,8 +103,8 @@ def combinations(values: Floats, sites: tuple[str, ...], scores: Floats) -> list
         for trial in sorted(trials, key=lambda trial: (any(weight % 1.0 for weight in trial), trial)):
             used = [i for i, weight in enumerate(trial) if weight]
             if len(used) > 1:
-                space = HalfSpace(tuple(sites[i] for i in used), tuple(trial[i] for i in used), 0.0, logarithmic)
-                found.append((space, columns @ np.array(trial)))
+                together = Sum(tuple(sites[i] for i in used), tuple(trial[i] for i in used), logarithmic)
+                found.append((together, columns @ np.array(trial)))
     return found
 
 

@@ -45,6 +45,8 @@ DOUBT = 4.0
 """Nats by which these may be worse, about."""
 _BEGINNINGS = (0.5, 5.0, 15.0)
 _ROUNDS = 3
+_MANY = 160
+"""More labels than these say more in each tree: a third of the trees and of the rounds is left out."""
 _NUM_SKETCHES = 4
 _GUIDE = (15.0, 0.05)
 """Noise and blunders of the guide."""
@@ -242,12 +244,15 @@ def fit(
     shares_of = _sums(table, numbers, drawn)
     splits = splits_of(table, numbers, drawn, shares_of)
     every = np.arange(len(values))
+    num_trees, num_around, num_doubtful = (_enough(num, values) for num in (NUM_TREES, NUM_AROUND, NUM_DOUBTFUL))
     with threadpool_limits(1, "blas"):
         cells, guides, found = _erring(splits, values, said, randomness)
-        growths = [Growth(1e-2)] + [Growth(_COOL if n % 2 else _WARM, 0.0, guides) for n in range(NUM_TREES - 1)]
+        growths = [Growth(1e-2)] + [Growth(_COOL if n % 2 else _WARM, 0.0, guides) for n in range(num_trees - 1)]
         trees = [found] + [grow(cells, every, growth, randomness) for growth in growths]
-        trees += _around(cells, max(trees, key=lambda tree: tree.log_posterior), Growth(_WARM, 0.0, guides), randomness)
-        doubtful = [grow(cells, every, Growth(_WARM, DOUBT, guides), randomness) for _ in range(NUM_DOUBTFUL)]
+        trees += _around(
+            cells, max(trees, key=lambda tree: tree.log_posterior), Growth(_WARM, 0.0, guides), num_around, randomness
+        )
+        doubtful = [grow(cells, every, Growth(_WARM, DOUBT, guides), randomness) for _ in range(num_doubtful)]
     trees.sort(key=lambda tree: -tree.log_posterior)
     return PartitionPreference(table.shape[1], numbers, shares_of, cells, tuple(trees), tuple(doubtful))
 
@@ -281,9 +286,14 @@ def _sums(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:
     return tuple(found)
 
 
-def _around(cells: Cells, tree: Tree, growth: Growth, randomness: np.random.Generator) -> Iterator[Tree]:
+def _enough(num: int, scores: Floats) -> int:
+    """How many of a number of trees or rounds some scores need."""
+    return num if len(scores) <= _MANY else num - num // 3
+
+
+def _around(cells: Cells, tree: Tree, growth: Growth, num: int, randomness: np.random.Generator) -> Iterator[Tree]:
     """Trees drawn one from the other, beginning with the most likely one: what else explains labels about as well."""
-    for _ in range(NUM_AROUND):
+    for _ in range(num):
         tree = regrown(cells, tree, growth, randomness, temperature=1.0)
         yield tree
 
@@ -297,7 +307,7 @@ def _erring(
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
     for noise in _BEGINNINGS:
         cells, seen = Cells(splits, scores, grid, noise, BLUNDERS[1], said=said), set[tuple[float, float]]()
-        for _ in range(_ROUNDS):
+        for _ in range(_enough(_ROUNDS, scores)):
             growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
             trees = [grow(cells, every, growth, randomness) for growth in growths]
             tree = max(trees, key=lambda tree: tree.log_posterior)

@@ -1,0 +1,95 @@
+"""Sums of draws: liked in an interval, of draws that not all models make use of."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from grammarlab.derivation.derive import derive
+from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.pattern import Sum
+from grammarlab.features.search.readers import readers_of
+from grammarlab.features.search.sums import explained, find_sum
+from grammarlab.language.grammar import Grammar
+
+GRAMMAR = Grammar.parse("""
+attr one = rand(3, 6)
+attr two = rand(2, 6)
+attr three = rand(2, 5)
+attr width = rand(1, 9)
+attr depth = rand(1, 9)
+attr gap = rand(1, 9)
+Lot --> s(width, 0, depth + gap) Tower
+Tower -->
+    40% : [ s('1, one, '1) Box ]
+    30% : [ s('1, one, '1) Box ] [ s('1, two, '1) Box ]
+    else : [ s('1, one, '1) Box ] [ s('1, two, '1) Box ] [ s('1, three, '1) Box ]
+""")
+NAMES = list(GRAMMAR.attributes)
+HEIGHT = Sum(("one", "two", "three"), (1.0, 1.0, 1.0), readers=tuple(readers_of(GRAMMAR)[n] for n in NAMES[:3]))
+
+
+def liked(forest, low, high, noise=10.0):
+    height = count(forest, [HEIGHT])[:, 0]
+    meant = np.where((height >= low) & (height < high), 100.0, 0.0)
+    return np.clip(meant + np.random.default_rng(0).normal(size=len(meant)) * noise, 0.0, 100.0)
+
+
+@pytest.mark.parametrize("num", [96, 200])
+def test_a_band_of_a_sum_of_as_many_draws_as_there_are_is_found(num):
+    forest = derive(GRAMMAR, num, 4)
+    found = find_sum([forest], liked(forest, 5.0, 8.0), NAMES, readers_of(GRAMMAR))
+    assert found is not None
+    assert set(found.terms) >= {term for term in HEIGHT.terms if term[0] != "one"}
+    assert np.atleast_2d(np.corrcoef(count(forest, [found, HEIGHT]).T))[0, 1] > 0.95
+    assert str(found) == "one + two where used + three where used"
+
+
+def test_of_many_draws_and_scores_some_are_enough():
+    names = [f"other{number}" for number in range(100)]
+    text = (
+        "".join(f"attr {name} = rand(0, 9)\n" for name in names) + "attr a = rand(0, 9)\nattr b = rand(0, 9)\nLot --> "
+    )
+    grammar = Grammar.parse(text + " + ".join(["s(a", *names]) + ", b, 1) Box")
+    forest = derive(grammar, 2_000, 4)
+    total = count(forest, [Sum(("a", "b"), (1.0, 1.0))])[:, 0]
+    found = find_sum([forest], np.where(total < 9.0, 100.0, 0.0), list(grammar.attributes), readers_of(grammar))
+    assert found == Sum(("a", "b"), (1.0, 1.0))
+
+
+def test_the_order_of_models_does_not_matter():
+    forest = derive(GRAMMAR, 96, 4)
+    scores = liked(forest, 5.0, 8.0)
+    parts = [derive(GRAMMAR, 48, 4, first_model=48), derive(GRAMMAR, 48, 4)]
+    other = find_sum(parts, np.concatenate([scores[48:], scores[:48]]), NAMES, readers_of(GRAMMAR))
+    assert other == find_sum([forest], scores, NAMES, readers_of(GRAMMAR))
+
+
+def test_no_sum_is_found_where_there_is_none():
+    forest = derive(GRAMMAR, 200, 4)
+    readers = readers_of(GRAMMAR)
+    assert find_sum([forest], np.random.default_rng(1).uniform(0.0, 100.0, 200), NAMES, readers) is None
+    assert find_sum([forest], np.full(200, 50.0), NAMES, readers) is None
+    # That there are three blocks says all: the sum of their heights knows it too.
+    three = count(forest, readers["three"])[:, 0] * 100.0
+    assert find_sum([forest], three, NAMES, readers) is None
+    # One draw is no sum.
+    width = count(forest, [Sum(("width",), (1.0,))])[:, 0]
+    assert find_sum([forest], np.where(abs(width - 5.0) < 2.0, 100.0, 0.0), NAMES, readers) is None
+    assert find_sum([forest], width, ["width"], readers) is None
+    assert find_sum([], np.zeros(0), NAMES, readers) is None
+
+
+def test_the_explained_part_is_that_of_the_best_three_intervals():
+    randomness = np.random.default_rng(3)
+    for _ in range(20):
+        column = randomness.integers(0, 6, 9).astype(float)
+        scores = randomness.uniform(0.0, 100.0, 9)
+        best = 0.0
+        for low, high in combinations(np.arange(-0.5, 6.0), 2):
+            parts = [column < low, (column >= low) & (column < high), column >= high]
+            best = max(
+                best, sum(part.sum() * (scores[part].mean() - scores.mean()) ** 2 for part in parts if part.any())
+            )
+        total = ((scores - scores.mean()) ** 2).sum()
+        assert explained(column[:, None], scores)[0] == pytest.approx(best / total)
