@@ -14,6 +14,7 @@ from grammarlab.cli.examples import list_examples
 from grammarlab.cli.facade.app import facade
 from grammarlab.cli.facade.edit import edit
 from grammarlab.cli.facade.grammar import grammar
+from grammarlab.cli.facade.infer import infer
 from grammarlab.cli.facade.layers import layers
 from grammarlab.cli.facade.match import match
 from grammarlab.cli.facade.open import open_facade
@@ -65,6 +66,7 @@ app.command("evaluate")(evaluate)
 facade.command("edit")(edit)
 facade.command("grammar")(grammar)
 facade.command("open")(open_facade)
+facade.command("infer")(infer)
 facade.command("layers")(layers)
 facade.command("match")(match)
 facade.command("scene")(scene)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, groupby
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.designs.design import Design
@@ -25,6 +25,10 @@ _PARTS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0, STRETCH - 1.0)
 """Tolerances as parts of the longer side of the canvas."""
 _USUAL = 1 / 2
 """Words that miss more are looked for only when there are no others."""
+
+
+class NothingFitsError(FacadeError):
+    """No words fit the canvas."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +74,8 @@ class Fits:
         self.design, self.canvas = design, (width, height)
         self.rows = _rows(design)
         self._found: dict[float, list[Fit] | None] = {}
-        self._known: dict[tuple[int, tuple[tuple[str, int], ...], tuple[int, ...]], Word] = {}
+        self.covering = _covering(self.rows)
+        self._known: dict[tuple[frozenset[str] | None, tuple[tuple[str, int], ...], tuple[int, ...], str], Word] = {}
         self.problem = _Problem(design, self.canvas, self.rows, 1.0 + _USUAL)
 
     def __call__(self, tolerance: float) -> Iterator[Candidate]:
@@ -109,7 +114,7 @@ class Fits:
             found = more
             if len(found) >= enough or (found and tolerance >= _USUAL * longest):
                 return tuple(each for each in growing[place:] if each <= max(tolerance, _USUAL * longest))
-        raise FacadeError(_explained(self.design, self.canvas, self.rows))
+        raise NothingFitsError(_explained(self.design, self.canvas, self.rows))
 
     def _candidate(self, fit: Fit) -> Candidate:
         words: dict[tuple[int, str], list[Word]] = {}
@@ -119,12 +124,11 @@ class Fits:
 
     def _word(self, number: int, instance: Instance) -> Word:
         """The word of a row; below the lowest one of a group there is nothing to hide."""
-        key = number, instance.counters, instance.choices
+        covering = self.covering[number]
+        key = covering, instance.counters, instance.choices, self.rows[number].pattern
         if key not in self._known:
-            row = self.rows[number]
-            lowest = all(number not in other.above for other in self.rows)
             self._known[key] = tuple(
-                replace(letter, covers=lowest or letter.symbol in row.covering) for letter in instance.word
+                replace(letter, covers=covering is None or letter.symbol in covering) for letter in instance.word
             )
         return self._known[key]
 
@@ -139,6 +143,21 @@ def _rows(design: Design) -> list[_Row]:
             rows.append(_Row(group, layer.patterns[axis], above.get(group, ()), design.covering(layer, axis)))
             above[group] = (*rows[-1].above, len(rows) - 1)
     return rows
+
+
+def _covering(rows: Sequence[_Row]) -> list[frozenset[str] | None]:
+    """Symbols of each row for which those below may leave room; None for all, where there is nothing below.
+
+    Layers of one pattern without another one between them stand in the same places: what one shows, all show.
+    """
+    found: list[frozenset[str] | None] = [None] * len(rows)
+    for group in dict.fromkeys(row.group for row in rows):
+        members = [number for number, row in enumerate(rows) if row.group == group]
+        runs = [list(run) for _, run in groupby(members, key=lambda number: rows[number].pattern)]
+        for run in runs[:-1]:
+            shown = frozenset[str]().union(*(rows[number].covering for number in run))
+            found = [shown if number in run else each for number, each in enumerate(found)]
+    return found
 
 
 class _Problem:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from grammarlab.errors import FacadeError
-from grammarlab.facade.layers.candidates import Fits
+from grammarlab.facade.layers.candidates import Fits, NothingFitsError
+from grammarlab.facade.layers.conflicts import contradiction, in_words
 from grammarlab.facade.layers.designs.design import Design
 from grammarlab.facade.layers.solving import Layout, solve
 
 MOST_COUNT = 100
+_EFFORT = 20_000
+"""Steps to find out whether a part of a design can be laid out."""
 
 
 def layouts(design: Design, width: float, height: float, count: int = 1) -> list[Layout]:
@@ -22,34 +27,38 @@ def layouts(design: Design, width: float, height: float, count: int = 1) -> list
     Raises:
         FacadeError: when there is none, and which patterns contradict each other.
     """
-    fits = Fits(design, width, height)
-    tolerances = fits.tolerances(enough=count)
-    found = solve(fits, (width, height), design.weights, count, tolerances=tolerances, gaps=design.overhang)
+    try:
+        found = _solved(design, width, height, count)
+    except NothingFitsError as error:
+        raise FacadeError(f"{str(error).rstrip('.')}.{_told(design, width, height)}") from error
     if not found:
-        raise FacadeError(f"these layers do not fit each other on {width:g} x {height:g} m: {_reasons(design)}")
+        text = f"these layers do not fit each other on {width:g} x {height:g} m"
+        raise FacadeError(f"{text}.{_told(design, width, height)}")
     return found
 
 
-def _reasons(design: Design) -> str:
-    """What may forbid all alignments and sizes, and what to try."""
-    layers = design.visible_layers
-    used: dict[str, set[tuple[int, str]]] = {}
-    for layer in layers:
-        for axis, name in enumerate(layer.patterns):
-            for symbol in design.patterns[name].symbols():
-                used.setdefault(symbol, set()).add((axis, name))
-    flagged = [
-        ("is not opaque", [name for name in used if not design.symbols[name].opaque]),
-        ("is transparent", [name for name in used if design.symbols[name].transparent]),
-        ("is unoccludable", [name for name in used if design.symbols[name].unoccludable]),
-        ("is attached", [name for name in used if design.symbols[name].attached]),
-        (
-            "has one size wherever it is left open",
-            [name for name, where in used.items() if len(where) > 1 and design.symbols[name].size is None],
-        ),
-    ]
-    told = [f"{', '.join(names)} {flag}" for flag, names in flagged if names]
-    return (
-        f"{'; '.join(told) or 'no columns have a solid element each'}. Switch layers off, or put them into alignment "
-        "groups of their own, to see which contradict each other."
-    )
+def _solved(design: Design, width: float, height: float, count: int, effort: int = 500_000) -> list[Layout]:
+    fits = Fits(design, width, height)
+    return solve(
+        fits, (width, height), design.weights, count,
+        tolerances=fits.tolerances(enough=count), gaps=design.overhang, effort=effort,
+    )  # fmt: skip
+
+
+def may_fit(design: Design) -> bool:
+    """Whether a design has a layout on its canvas; true as well where that is not found out soon."""
+    try:
+        return bool(_solved(design, design.width, design.height, 1, _EFFORT))
+    except NothingFitsError:
+        return False
+    except FacadeError:  # too many words, or too many steps
+        return True
+
+
+def _told(design: Design, width: float, height: float) -> str:
+    """What contradicts each other, as far as one finds it soon."""
+    design = replace(design, width=width, height=height)
+    found = contradiction(design, may_fit)
+    if not found:
+        return ""
+    return f" Not all of this can be, though all but any one of it can: {in_words(design, found)}."

@@ -25,6 +25,10 @@ class Letter:
     covers: bool = True
     """Whether it is seen all along the other axis, so that it may hide that nothing is below it."""
 
+    def __hash__(self) -> int:
+        """Of the symbol alone: words are looked up often, and letters of a symbol mostly are alike."""
+        return hash(self.symbol)
+
     @property
     def hides(self) -> bool:
         """Whether layers below may leave room for it."""

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 
-from grammarlab.facade.layers.alignment.align import Aligned, Alignment, align
+from grammarlab.facade.layers.alignment.align import Aligned, Alignment, align, problem_of
 from grammarlab.facade.layers.alignment.naming import Element
+from grammarlab.facade.layers.alignment.pairs import Problem
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.sizing.demands import Demands, demands
 from grammarlab.facade.layers.weights import Weights
@@ -69,11 +71,17 @@ class Shelf:
         exhausted = self.known.done and len(self.known.best) < self.asked and cutoff <= self.cutoff
         return place < len(self.known.best) or exhausted
 
+    @cached_property
+    def _problem(self) -> Problem:
+        return problem_of(
+            self.words, self.canvas, self.weights, tolerance=self.tolerance, sizing=self.sizing, gaps=self.gaps
+        )
+
     def _search(self, count: int, cutoff: float) -> None:
         found = align(
             self.words, self.canvas, self.weights, count,
             tolerance=self.tolerance, effort=max(self.budget.left // 4, 1_000), cutoff=cutoff,
-            sizing=self.sizing, gaps=self.gaps,
+            sizing=self.sizing, gaps=self.gaps, problem=self._problem,
         )  # fmt: skip
         self.budget.left -= found.steps
         if found.done or len(found.best) >= len(self.known.best):

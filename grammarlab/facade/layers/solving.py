@@ -10,10 +10,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.alignment.align import Alignment
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.shelves import Budget, Shelf
-from grammarlab.facade.layers.sizing.demands import least_error
+from grammarlab.facade.layers.sizing.demands import demands_alone, least_error
 from grammarlab.facade.layers.sizing.sizes import Sizing, size_letters
 from grammarlab.facade.layers.weights import Weights
 
@@ -21,6 +22,10 @@ _PARTS = (1 / 8, 1 / 4, 1 / 2)
 """Of the tolerance, when effort has run out."""
 _GROWTH = 2.0
 """Of the cap on energies."""
+_LAST = 20_000
+"""Steps when effort has run out before there is a layout."""
+_MOST_HURRIED = 3
+"""Candidates that are looked at then."""
 _STEPS_OF_SIZES = 300
 """Steps of effort that solving for sizes takes, about."""
 _MOST_ENERGY = 4.0
@@ -85,8 +90,14 @@ def solve(
         tolerances: metres, growing; the first with a layout is searched whole.
         gaps: see `size_letters`.
         effort: steps of all searches with one tolerance, see `align`; then layouts may not be proven.
+
+    Raises:
+        FacadeError: when effort ran out before there was any.
     """
+    tired = False
     for tolerance in tolerances:
+        if tired and tolerance < max(tolerances):  # with more room there is a layout sooner
+            continue
         given = tuple(candidates(tolerance))
         whole = _Branches(given, canvas, weights, count, tolerance, gaps, Budget(effort // 2))
         best = whole.layouts()
@@ -96,8 +107,15 @@ def solve(
             found = narrow.layouts()
             if len(found) > len(best):
                 best = [whole.judged(layout) for layout in found]
+        if not best and whole.budget.left <= 0:
+            tired, best = True, whole.hurried()
         if best:
             return best
+    if tired:
+        raise FacadeError(
+            f"no layout of these layers was found in {effort:,} steps, though there may be one. Put layers that need "
+            "not be in line into alignment groups of their own, or give them fewer different patterns."
+        )
     return []
 
 
@@ -159,9 +177,12 @@ class _Branches:
         while self.heap and self.heap[0][0] <= self.threshold:
             if self.budget.left <= 0:
                 break
-            _, number, places = heapq.heappop(self.heap)
+            bound, number, places = heapq.heappop(self.heap)
             if number not in self.opened:
                 self.opened[number] = self._open(number)
+                if self.opened[number].floor > bound:
+                    heapq.heappush(self.heap, (self.opened[number].floor, number, ()))
+                    continue
             if places:
                 self._next(number, places)
             else:
@@ -179,7 +200,9 @@ class _Branches:
                     rows, self.canvas[group[0]], self.weights, self.tolerance, self.budget, share, self.gaps
                 )
             shelves.append(self.shelves[key])
-        return _Opened(tuple(words), tuple(shelves))
+        alone = [] if self.gaps else [demands_alone(each.words[0], each.canvas) for each in shelves if not each.varied]
+        floor = self.weights.sizing * least_error([each for each in alone if each is not None])
+        return _Opened(tuple(words), tuple(shelves), floor)
 
     def _take(self, shelf: Shelf, place: int, rest: float) -> Alignment | None:
         """An alignment of a group that is cheap enough beside what else is to pay."""
@@ -196,9 +219,8 @@ class _Branches:
             if self._take(shelf, 0, bound) is None:
                 return
             bound += shelf.energy(0)
-        opened.floor = self.weights.sizing * least_error(
-            [each.demands(0) for each in opened.shelves if not each.varied]
-        )
+        same = [each.demands(0) for each in opened.shelves if not each.varied]
+        opened.floor = max(opened.floor, self.weights.sizing * least_error(same))
         self._push(number, (0,) * len(opened.shelves))
 
     def _next(self, number: int, places: Places) -> None:
@@ -251,6 +273,26 @@ class _Branches:
         for worst in self.best[self.count :]:
             self.seen = {key: kept for key, kept in self.seen.items() if kept != (worst[0], worst[2])}
         del self.best[self.count :]
+
+    def hurried(self) -> list[Layout]:
+        """Layouts of the first candidates that have one, whatever it costs."""
+        bound, order = self.bound, sorted(range(len(self.candidates)), key=self._missing)
+        self.cap, self.budget.left = math.inf, _LAST
+        for number in order[:_MOST_HURRIED]:
+            self.opened.setdefault(number, self._open(number))
+            self._first(number)
+            if self.best:
+                break
+        self.unsure = min(self.unsure, bound)
+        return [self._layout(*each) for each in self.best]
+
+    def _missing(self, number: int) -> float:
+        """Metres by which the longest words of a candidate miss their canvases."""
+        words = self.candidates[number].words
+        longest = {
+            group: max(sum(letter.size or 0.0 for letter in word) for word in rows) for group, rows in words.items()
+        }
+        return sum(abs(self.canvas[group[0]] - size) for group, size in longest.items() if size)
 
     def judged(self, layout: Layout) -> Layout:
         """A layout from elsewhere, with what is known here."""

@@ -1,7 +1,7 @@
 """Sums of draws that explain scores, liked in some interval: towers of 140 to 170 m, whatever the heights of blocks.
 
-A half-space (`grammarlab.features.search.thresholds`) has one bound and reads every draw. Here a sum is found term by term, of
-draws with the sign of each, and a draw counts 0 where a model makes no use of it.
+A half-space (`grammarlab.features.search.thresholds`) has one bound and reads every draw. Here a sum is found term by
+term, of draws with the sign of each, and a draw counts 0 where a model makes no use of it.
 """
 
 from __future__ import annotations

@@ -96,6 +96,7 @@ def align(
     cutoff: float = math.inf,
     sizing: float = 0.0,
     gaps: bool = False,
+    problem: Problem | None = None,
 ) -> Aligned:
     """The best different alignments of some words.
 
@@ -113,6 +114,7 @@ def align(
         cutoff: alignments of more energy are not wanted.
         sizing: weight of `Alignment.strain`, which then counts for what is best.
         gaps: see `size_letters`; only for `sizing`.
+        problem: what `problem_of` makes of these words, where several searches are about it.
 
     Raises:
         FacadeError: for a canvas, a tolerance or a count that means nothing.
@@ -125,9 +127,7 @@ def align(
     if not any(words):
         return Aligned((), math.inf, done=True)
     unit = unit_of(canvas)
-    prices = Prices(round(weights.omega * _PRICE), max(round(weights.merge / unit * _PRICE), 1), sizing * unit * _PRICE)
-    least, most = math.floor((canvas - tolerance) / unit), math.ceil((canvas + tolerance) / unit)
-    problem = Problem(build_rows(words, unit), prices, least, most, math.ceil(tolerance / unit), gaps)
+    problem = problem or problem_of(words, canvas, weights, tolerance=tolerance, sizing=sizing, gaps=gaps)
     highest = _DEAREST if cutoff == math.inf else math.floor(cutoff / unit * _PRICE) + 1
     found = search(problem, count, effort, highest)
     bound = found.bound * unit / _PRICE
@@ -137,6 +137,16 @@ def align(
             one = _alignment(problem, tuple(words), path, canvas, unit, weights)
             made.append(one if proven else replace(one, bound=min(bound, one.energy), proven=False))
     return Aligned(tuple(made), bound, found.done, found.steps)
+
+
+def problem_of(
+    words: Sequence[Word], canvas: float, weights: Weights, *, tolerance: float, sizing: float = 0.0, gaps: bool = False
+) -> Problem:
+    """What is to be searched, in whole units; arguments as for `align`."""
+    unit = unit_of(canvas)
+    prices = Prices(round(weights.omega * _PRICE), max(round(weights.merge / unit * _PRICE), 1), sizing * unit * _PRICE)
+    least, most = math.floor((canvas - tolerance) / unit), math.ceil((canvas + tolerance) / unit)
+    return Problem(build_rows(words, unit), prices, least, most, math.ceil(tolerance / unit), gaps)
 
 
 def _alignment(

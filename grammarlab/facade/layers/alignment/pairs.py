@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, Row, Step
+
+Bounds = list[dict[int, int]]
+"""[state of one row][state of the other] the least that is still to pay; what is absent is more than the limit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +39,17 @@ class Problem:
     """Units that the error of a column is at most."""
     gaps: bool = False
     """Whether elements with letters that are not opaque need not fill their column."""
+    _bounds: dict[tuple[int, int], tuple[int, Bounds]] = field(default_factory=dict)
+    """Of pairs, those of the largest limit."""
+
+    def bounds(self, one: int, other: int, limit: int) -> tuple[Bounds, int]:
+        """`pair_bounds` of this limit or of a larger one, which were found before."""
+        known = self._bounds.get((one, other))
+        if known is not None and known[0] >= limit:
+            return known[1], 0
+        found, looked = pair_bounds(self, one, other, limit)
+        self._bounds[one, other] = limit, found
+        return found, looked
 
     def over(self, above: int, below: int) -> bool:
         """Whether a layer of one row lies over a layer of another one."""
@@ -44,10 +58,6 @@ class Problem:
     def slack(self, row: int) -> int:
         """Units of columns in which a row may be empty."""
         return self.most - self.rows[row].left[0]
-
-
-Bounds = list[dict[int, int]]
-"""[state of one row][state of the other] the least that is still to pay; what is absent is more than the limit."""
 
 
 def pair_bounds(problem: Problem, one: int, other: int, limit: int) -> tuple[Bounds, int]:

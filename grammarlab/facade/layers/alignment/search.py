@@ -13,24 +13,19 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from operator import itemgetter
 from typing import NamedTuple
 
-from grammarlab.facade.layers.alignment.pairs import Bounds, Problem, pair_bounds
-from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, Step
+from grammarlab.facade.layers.alignment.pairs import Bounds, Problem
+from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, Row, Step
 from grammarlab.facade.layers.alignment.spreads import Spreads, Widths
 from grammarlab.facade.layers.alignment.strains import Strains
-
-Path = tuple[tuple[Step, ...], ...]
-"""[n][m] the elements of columns."""
+from grammarlab.facade.layers.rough import Path, rough_paths
 
 _ALL_PAIRS = 6
 """Rows whose pairs are all bounded; of more, pairs with the row of most letters."""
-_GROWTH = 3
+_GROWTH = 2
 """Of the limit."""
-_GUESSES = 4
-"""Limits within which a path is sought when effort has run out."""
-_LEAST_EFFORT = 5_000
-"""Steps for each of these, at least."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +48,7 @@ class _Node(NamedTuple):
     """A place in all rows."""
 
     guess: int
-    """Units of cost of the cheapest way through it, at least; nothing in haste."""
+    """Units of cost of the cheapest way through it, at least."""
     ahead: int
     """Less is nearer to the end."""
     number: int
@@ -87,11 +82,16 @@ class _Column(NamedTuple):
     """Of merged letters."""
 
 
+_START = _Column((), -1, 0, fixed=False, opaque=False, partial=0, protected=0, price=0)
+
+
 def search(problem: Problem, count: int, effort: int, cutoff: int) -> Found:
     """The cheapest paths through the rows, as many as asked for, of those that cost at most `cutoff`."""
     prices, rows = problem.prices, problem.rows
     if any(row.left[0] > problem.most for row in rows):
         return Found((), 0, done=True)
+    if count == 1 and len(rows) == 1 and all(letter.hides for letter in rows[0].word):
+        return _alone(problem, rows[0])
     letters = sum(len(row.layers) * len(row.word) for row in rows)
     ceiling = min(prices.error * sum(sum(row.sizes) for row in rows) + 2 * prices.merge * letters, cutoff)
     limit = min(prices.error * problem.most // 50 + 3 * prices.merge * max(len(row.layers) for row in rows), ceiling)
@@ -104,29 +104,33 @@ def search(problem: Problem, count: int, effort: int, cutoff: int) -> Found:
         if found.done and (len(found.paths) == count or limit == ceiling):
             return Found(paths, bound, done=True, steps=looked)
         if not found.done or looked >= effort:
-            guessed, more = ((), 0) if paths else _guess(problem, limit, ceiling, effort)
-            return Found(paths, bound, done=False, guessed=guessed, steps=looked + more)
+            guessed = () if paths else _guess(problem, ceiling)
+            return Found(paths, bound, done=False, guessed=guessed, steps=looked)
         limit = min(limit * _GROWTH, ceiling)
 
 
-def _guess(problem: Problem, limit: int, ceiling: int, effort: int) -> tuple[tuple[tuple[int, Path], ...], int]:
-    """What a search that goes ahead wherever it can comes upon, and the steps it looked at."""
-    looked = 0
-    for _ in range(_GUESSES):
-        tree = _Tree(problem, limit, 1, max(effort // _GUESSES, _LEAST_EFFORT), hasty=True)
-        found = tree.run()
-        looked += tree.looked
-        if found.paths or limit == ceiling:
-            return found.paths, looked
-        limit = min(limit * _GROWTH, ceiling)
-    return (), looked
+def _alone(problem: Problem, row: Row) -> Found:
+    """One word that hides all that is below: each of its letters is a column, which costs nothing."""
+    if row.left[0] < problem.least and all(row.sizes):
+        return Found((), 0, done=True)
+    path = tuple(
+        (Step(size, 2 * at + 2, OPAQUE, letter.unoccludable, 0, () if size else (at,)),)
+        for at, (letter, size) in enumerate(zip(row.word, row.sizes, strict=True))
+    )
+    return Found(((0, path),), 0, done=True)
+
+
+def _guess(problem: Problem, ceiling: int) -> tuple[tuple[int, Path], ...]:
+    """The cheapest of the rough alignments that are some."""
+    tree = _Tree(problem, ceiling, 1, 0)
+    found = [(cost, path) for path in rough_paths(problem) if (cost := tree.price(path)) is not None]
+    return tuple(sorted(found, key=itemgetter(0))[:1])
 
 
 class _Tree:
     """One search, of what costs at most a limit."""
 
-    def __init__(self, problem: Problem, limit: int, count: int, effort: int, *, hasty: bool = False) -> None:
-        self.hasty = hasty
+    def __init__(self, problem: Problem, limit: int, count: int, effort: int) -> None:
         self.problem, self.limit, self.count, self.effort = problem, limit, count, effort
         self.rows, self.prices = problem.rows, problem.prices
         self.num = len(self.rows)
@@ -139,11 +143,13 @@ class _Tree:
         # Some row is wide enough by itself: then the least span is no concern, and less span is never worse.
         self.wide = any(row.left[0] >= problem.least for row in self.rows)
         self.pairs: list[list[tuple[int, Bounds]]] = [[] for _ in self.rows]
-        for one, other in self._pairs():
-            bounds, looked = pair_bounds(problem, one, other, limit)
+        for one, other in self._pairs() if effort > 0 else ():
+            if self.looked > effort:
+                break
+            bounds, looked = problem.bounds(one, other, limit)
             self.pairs[other].append((one, bounds))
             self.looked += looked
-            if 0 not in bounds[0]:
+            if bounds[0].get(0, limit + 1) > limit:
                 break
 
     def _pairs(self) -> Iterator[tuple[int, int]]:
@@ -158,20 +164,7 @@ class _Tree:
         if root is None:
             return Found((), self.limit + 1, done=True)
         end = tuple(row.last for row in self.rows)
-        first = _Node(
-            0 if self.hasty else root,
-            0,
-            0,
-            0,
-            0,
-            start,
-            elastic=False,
-            widths=self.spreads.start,
-            strain=0,
-            before=None,
-            column=(),
-        )
-        heap = [first]
+        heap = [self._first(root)]
         closed: dict[tuple[tuple[int, ...], bool, Widths], list[tuple[int, int, int]]] = {}
         paths: list[tuple[int, Path]] = []
         while heap:
@@ -188,38 +181,74 @@ class _Tree:
                 continue
             for child in self._children(node):
                 heapq.heappush(heap, child)
+            if self.looked > self.effort:  # some columns may be missing
+                return Found(tuple(paths), node.guess, done=False)
         return Found(tuple(paths), self.limit + 1, done=True)
+
+    def _first(self, guess: int) -> _Node:
+        """The place before all columns."""
+        start = tuple(0 for _ in self.rows)
+        return _Node(
+            guess, 0, 0, 0, 0, start, elastic=False, widths=self.spreads.start, strain=0, before=None, column=()
+        )
+
+    def price(self, path: Path) -> int | None:
+        """What a path costs, None for one that is no alignment or costs more than the limit."""
+        node = self._first(0)
+        for steps in path:
+            column = _START
+            for at, step in enumerate(steps):
+                wider = self._with(column, step, at)
+                if wider is None or self._error(wider) > self.problem.tolerance:
+                    return None
+                column = wider
+            states = tuple(step.state for step in steps)
+            if not (column.opaque and (column.fixed or column.low < 0)):
+                return None
+            after = self._after(node, column, states, 0)
+            if after is None:
+                return None
+            node = after
+        fills = self._fills(node) and node.span <= self.problem.most
+        return node.cost if fills else None
 
     def _children(self, node: _Node) -> Iterator[_Node]:
         """The places after all columns that may come next."""
         for column, states, least in self._columns(node):
             self.looked += 1
-            widths, span = node.widths, node.span + column.high
-            if self.spreads.rows:
-                after = self.spreads.after(widths, column.steps, column.high, elastic=not column.fixed, span=span)
-                if after is None:
-                    continue
-                widths = after
-            strain = node.strain
-            if self.strains is not None:
-                strain = max(self.strains.of(node.states, column.steps), strain)
-            more = strain - node.strain
-            if least + more > self.limit:
-                continue
-            self.number += 1
-            yield _Node(
-                0 if self.hasty else least + more,
-                -sum(states),
-                self.number,
-                node.cost + column.price + self.prices.error * self._error(column) + more,
-                span,
-                states,
-                node.elastic or not column.fixed,
-                widths,
-                strain,
-                node,
-                column.steps,
-            )
+            after = self._after(node, column, states, least)
+            if after is not None:
+                yield after
+
+    def _after(self, node: _Node, column: _Column, states: tuple[int, ...], least: int) -> _Node | None:
+        """The place after a column; None where letters of a symbol differ too much, or all costs too much."""
+        widths, span = node.widths, node.span + column.high
+        if self.spreads.rows:
+            after = self.spreads.after(widths, column.steps, column.high, elastic=not column.fixed, span=span)
+            if after is None:
+                return None
+            widths = after
+        strain = node.strain
+        if self.strains is not None:
+            strain = max(self.strains.of(node.states, column.steps), strain)
+        more = strain - node.strain
+        cost = node.cost + column.price + self.prices.error * self._error(column) + more
+        if max(least + more, cost) > self.limit:
+            return None
+        self.number += 1
+        return _Node(
+            least + more,
+            -sum(states),
+            self.number,
+            cost,
+            span,
+            states,
+            node.elastic or not column.fixed,
+            widths,
+            strain,
+            node,
+            column.steps,
+        )
 
     def _dominated(self, reached: list[tuple[int, int, int]], node: _Node) -> bool:
         """Whether as many ways as are asked for came here that can do all that this one can; else it is noted."""
@@ -262,8 +291,7 @@ class _Tree:
 
     def _columns(self, node: _Node) -> Iterator[tuple[_Column, tuple[int, ...], int]]:
         """All columns that may come next, with the states after them and what the whole costs at least."""
-        start = _Column((), -1, 0, fixed=False, opaque=False, partial=0, protected=0, price=0)
-        yield from self._more(node, start, (), 0, 0)
+        yield from self._more(node, _START, (), 0, 0)
 
     def _more(
         self, node: _Node, column: _Column, states: tuple[int, ...], rest: int, left: int
@@ -277,6 +305,8 @@ class _Tree:
         room = self.problem.most - node.span
         for step in self._steps(node, column, at):
             self.looked += 1
+            if self.looked > self.effort:
+                return
             wider = self._with(column, step, at)
             still = max(left, self.rows[at].left[step.state])
             if wider is None or wider.high + still > room or self._error(wider) > self.problem.tolerance:

@@ -16,20 +16,26 @@ def flattened(panels: Panels) -> Facade:
     """The facade of what is seen from the front.
 
     A shape that others hide in part keeps its rest, in as many rectangles as that takes; what no line divides is cut
-    as rarely as possible. Where nothing is seen the facade is `outside`.
+    as rarely as possible, shapes that are seen whole last. Where nothing is seen the facade is `outside`, or what the
+    lowest shape of the whole canvas shows.
     """
+    frame = (0, 0, len(panels.lines[X]) - 1, len(panels.lines[Y]) - 1)
+    everywhere = [number for number, panel in enumerate(panels.panels) if panel.lines == frame]
+    behind = everywhere[-1] if everywhere else WALL
     boxes: list[tuple[int, int, int, int]] = []
     source: list[int] = []
+    whole: list[bool] = []
     for number, panel in enumerate(panels.panels):
         left, bottom, right, top = panel.lines
         seen = panels.topmost[bottom:top, left:right] == number
-        if seen.any():
+        if seen.any() and number != behind:
             found = rectangles(seen, panel.lines)
             boxes += found
             source += [number] * len(found)
-    pieces = Pieces(np.array(boxes).reshape(-1, 4), np.array(source, dtype=np.int64), np.zeros(len(boxes), dtype=bool))
-    frame = (0, 0, len(panels.lines[X]) - 1, len(panels.lines[Y]) - 1)
-    tiles, shown = fill(pieces, frame)
+            whole += [len(found) == 1] * len(found)
+    pieces = Pieces(np.array(boxes).reshape(-1, 4), np.array(source, dtype=np.int64), np.array(whole, dtype=np.bool_))
+    tiles, shown = fill(pieces, frame, split=True)
+    shown = np.where(shown == WALL, behind, shown)
     low, high = (
         np.stack([panels.lines[X][tiles[:, side]], panels.lines[Y][tiles[:, side + 1]]], axis=1) for side in (0, 2)
     )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from grammarlab.facade.layers.alignment.align import Alignment
+from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.sizing.equations import equations
 from grammarlab.facade.tree import Floats
 
@@ -53,6 +55,16 @@ def demands(alignment: Alignment, canvas: float, *, gaps: bool) -> Demands:
     size = np.array([sizes[symbol] for symbol in symbols])
     value = np.concatenate([kept @ system.value, np.zeros(len(same))])
     return Demands(symbols, size, np.concatenate([matrix, equal]), value)
+
+
+def demands_alone(word: Word, canvas: float) -> Demands | None:
+    """What a word demands that has to fill the canvas by itself; None where some letter takes what is left."""
+    counts = Counter(letter.symbol for letter in word)
+    if any(letter.size is None or not letter.hides for letter in word):
+        return None
+    sizes = {letter.symbol: letter.size for letter in word}
+    size, often = np.array([sizes[name] for name in counts], dtype=np.float64), np.array(list(counts.values()))
+    return Demands(tuple(counts), size, often[None].astype(np.float64), np.array([canvas]))
 
 
 def least_error(together: Sequence[Demands]) -> float:

@@ -1,4 +1,5 @@
 import math
+import random
 from dataclasses import replace
 
 import pytest
@@ -172,6 +173,25 @@ def test_when_effort_runs_out_a_bound_says_what_is_possible():
     assert not hasty.proven
     assert hasty.bound <= best.energy <= hasty.energy
     assert violations(hasty, 21.0, 1.0) == []
+
+
+@pytest.mark.parametrize("opaque", [False, True])
+def test_many_different_words_have_an_alignment_with_a_bound(opaque):
+    """25 layers, none like another, over one wall: more than a search can prove."""
+    rng = random.Random(3)
+    words = []
+    for number in range(25):
+        wide, narrow = round(rng.uniform(0.8, 2.5), 2), round(rng.uniform(0.4, 1.5), 2)
+        window, pier = Letter(f"W{number}", wide), Letter(f"P{number}", narrow)
+        left, right = (Letter(f"{side}{number}", None, opaque=False, transparent=True) for side in ("left", "right"))
+        copies = max(round((20.0 - narrow) / (wide + narrow)), 1)
+        words.append((pier, *(window, pier) * copies) if opaque else (left, window, right))
+    words.append(word("A" + "BA" * 7, HOUSE))
+    found = align(words, 20.0, Weights(), tolerance=4.0, effort=3_000)
+    (best,) = found.best
+    assert violations(best, 20.0, 4.0) == []
+    assert not best.proven
+    assert best.bound <= best.energy
 
 
 def test_no_words_no_letters_and_no_room_have_no_alignment():

@@ -1,0 +1,65 @@
+"""``grammarlab facade infer``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.errors import UsageError
+
+
+def infer(
+    file: Annotated[Path, typer.Argument(help="File of a facade.", exists=True, dir_okay=False)],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Design to write; NAME.toml when left out.", dir_okay=False),
+    ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            "--tolerance",
+            help="Metres within which sides are in line and sizes are one; what tells the facade in fewest letters.",
+            min=0.0,
+            max=10.0,
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the design.")] = False,
+) -> None:
+    """Infer patterns and layers from a facade: a design that can be laid out at any size."""
+    with friendly_errors():
+        from grammarlab.facade.file import load_facade
+        from grammarlab.runs.facade.infer import infer_design, save_inferred
+
+        name = file.name.removesuffix(".json").removesuffix(".facade")
+        target = output or Path(f"{name}.toml")
+        if target.exists() and target.samefile(file):
+            raise UsageError(f"{target} is the file that is read: write to another one.")
+        found = infer_design(load_facade(file), tolerance, name)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        save_inferred(found, target)
+        score, design = found.score, found.design
+        if as_json:
+            print_json(
+                {
+                    "design": str(target),
+                    "score": score.area,
+                    "iou": score.iou,
+                    "quality": score.quality,
+                    "elements": score.elements,
+                    "found": score.found,
+                    "layers": len(design.layers),
+                    "symbols": len(design.symbols),
+                    "patterns": {key: pattern.text for key, pattern in design.patterns.items()},
+                    "counters": dict(found.solved.layout.candidate.counters),
+                    "letters": found.length,
+                    "tolerance": found.tolerance,
+                    "seconds": found.seconds,
+                }
+            )
+            return
+        say(f"{len(design.layers)} layers of {len(design.patterns)} patterns over {len(design.symbols)} symbols")
+        say(f"{score.area:.2%} of the area, elements overlap by {score.iou:.2%}, {score.found} for {score.elements}")
+        typer.echo(str(target))

@@ -1,0 +1,190 @@
+"""What of a design contradicts what else: a set of its statements that cannot hold together, each of them needed.
+
+Statements are left out, first many at once and then one by one, as long as what is left cannot be laid out (deletion
+filter). Of what remains in the end, leaving out any one would do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+from grammarlab.facade.layers.designs.design import Counter, Design, Layer, Symbol
+from grammarlab.facade.layers.designs.parsing import parse_pattern
+from grammarlab.facade.layers.designs.patterns import Choice, Linear, Node, Pattern, Power, Row, Sign
+
+_FLAGS = {"attached": False, "unoccludable": False, "transparent": False, "opaque": True}
+_AXES = ("x", "y")
+_MOST_TRIALS = 120
+"""Trials to lay out a part of the statements; after that, more of them remain than are needed."""
+_MOST_COPIES = 60
+"""Of what has no size."""
+_ANYTHING = "Ω"
+"""A symbol that fits everywhere."""
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """Something that a design demands."""
+
+    kind: str
+    """`pattern`, `size`, `counter`, `everywhere` (one size along both axes), or a flag."""
+    name: str
+    """Of the pattern, counter or symbol."""
+    axis: int = 0
+    """Along which a pattern lies."""
+
+
+def statements(design: Design) -> list[Statement]:
+    """All that a design demands; what is said best comes last."""
+    layers = design.visible_layers
+    rows = list(dict.fromkeys((axis, layer.patterns[axis]) for layer in layers for axis in (0, 1)))
+    along = {
+        axis: {each for at, name in rows if at == axis for each in design.patterns[name].symbols()} for axis in (0, 1)
+    }
+    used = [name for name in design.symbols if name in along[0] | along[1]]
+    found = [
+        Statement(flag, name)
+        for flag, usual in _FLAGS.items()
+        for name in used
+        if getattr(design.symbols[name], flag) is not usual
+    ]
+    found += [Statement("everywhere", name) for name in used if name in along[0] & along[1]]
+    often = [name for _, pattern in rows for name in design.patterns[pattern].counters()]
+    found += [Statement("counter", name) for name in dict.fromkeys(often) if often.count(name) > 1]
+    found += [Statement("size", name) for name in used if design.symbols[name].size is not None]
+    return found + [Statement("pattern", name, axis) for axis, name in rows]
+
+
+def contradiction(
+    design: Design, fits: Callable[[Design], bool], given: Sequence[Statement] | None = None
+) -> tuple[Statement, ...]:
+    """Statements that cannot hold together, though all but any one of them can; none where all of them can.
+
+    Args:
+        design: a design.
+        fits: whether a design can be laid out.
+        given: statements to look at; all others are dropped. All of the design when left out.
+    """
+    kept = list(statements(design) if given is None else given)
+    trials = 0
+    if fits(relaxed(design, kept)):
+        return ()
+    size = max(len(kept) // 2, 1)
+    while size:
+        at = 0
+        while at < len(kept) and trials < _MOST_TRIALS:
+            fewer = kept[:at] + kept[at + size :]
+            trials += 1
+            if fits(relaxed(design, fewer)):
+                at += size
+            else:
+                kept = fewer
+        size //= 2
+    return tuple(kept)
+
+
+def relaxed(design: Design, kept: Sequence[Statement]) -> Design:
+    """A design that demands no more than some statements."""
+    held = set(kept)
+    symbols = {
+        name: replace(
+            symbol,
+            size=symbol.size if Statement("size", name) in held else None,
+            **{flag: usual for flag, usual in _FLAGS.items() if Statement(flag, name) not in held},
+        )
+        for name, symbol in design.symbols.items()
+    }
+    symbols[_ANYTHING], symbols[_ANYTHING * 2] = Symbol(_ANYTHING), Symbol(_ANYTHING * 2)
+    patterns: dict[str, Pattern] = {}
+    counters: dict[str, Counter] = dict(design.counters)
+    layers: list[Layer] = []
+    for layer in design.visible_layers:
+        names, groups, masks = list(layer.patterns), list(layer.groups), list(layer.masks)
+        for axis, name in enumerate(layer.patterns):
+            if Statement("pattern", name, axis) not in held:
+                names[axis] = groups[axis] = f"{_ANYTHING}{_AXES[axis]}"
+                masks[axis] = None
+                patterns[names[axis]] = parse_pattern(_ANYTHING if axis == 0 else f"{{{_ANYTHING * 2}}}")
+                continue
+            names[axis] = f"{name} {_AXES[axis]}"
+            own = _Renamed(held, names[axis], axis, {sign.symbol for sign, _ in design.patterns[name].contents})
+            patterns[names[axis]] = own.pattern(design.patterns[name])
+            counters |= {new: replace(design.counters[old], name=new) for old, new in own.counters.items()}
+            symbols |= {new: replace(symbols[old], name=new) for old, new in own.symbols.items()}
+            if any(symbols[each].size is None for each in design.patterns[name].symbols()):
+                # What has no size says nothing about how often it is repeated.
+                counters |= {
+                    each: replace(counters[each], most=min(_MOST_COPIES, counters[each].most or _MOST_COPIES))
+                    for each in patterns[names[axis]].counters()
+                }
+            mask = masks[axis]
+            masks[axis] = None if mask is None else frozenset(own.symbols.get(each, each) for each in mask)
+        layers.append(
+            replace(layer, patterns=(names[0], names[1]), groups=(groups[0], groups[1]), masks=(masks[0], masks[1]))
+        )
+    return replace(design, symbols=symbols, counters=counters, patterns=patterns, layers=tuple(layers), shapes={})
+
+
+@dataclass
+class _Renamed:
+    """A pattern whose counters, or symbols along y, need not be those of others."""
+
+    held: set[Statement]
+    where: str
+    axis: int
+    replaced: set[str]
+    """Symbols that contents stand for."""
+    counters: dict[str, str] = field(default_factory=dict)
+    symbols: dict[str, str] = field(default_factory=dict)
+
+    def pattern(self, pattern: Pattern) -> Pattern:
+        """The pattern with new names."""
+        contents = tuple((sign, self._node(node)) for sign, node in pattern.contents)
+        return Pattern(pattern.text, self._node(pattern.body), contents)
+
+    def _node(self, node: Node) -> Node:
+        match node:
+            case Sign():
+                return replace(node, symbol=self._symbol(node.symbol))
+            case Power():
+                terms = tuple(sorted((self._counter(name), factor) for name, factor in node.count.terms))
+                return replace(node, base=self._node(node.base), count=Linear(node.count.constant, terms))
+            case Row():
+                return Row(tuple(self._node(part) for part in node.parts))
+            case Choice():
+                return replace(node, options=tuple(self._node(option) for option in node.options))
+
+    def _symbol(self, name: str) -> str:
+        if self.axis == 0 or name in self.replaced or Statement("everywhere", name) in self.held:
+            return name
+        self.symbols[name] = f"{name} {_AXES[self.axis]}"
+        return self.symbols[name]
+
+    def _counter(self, name: str) -> str:
+        if Statement("counter", name) in self.held:
+            return name
+        self.counters[name] = f"{name} {self.where}"
+        return self.counters[name]
+
+
+def in_words(design: Design, found: Sequence[Statement]) -> str:
+    """Statements as a person would say them."""
+    canvas = (design.width, design.height)
+    told = []
+    for each in found:
+        match each.kind:
+            case "pattern":
+                text = design.patterns[each.name].text
+                told.append(f"the pattern {text!r} fills {canvas[each.axis]:g} m along {_AXES[each.axis]}")
+            case "size":
+                told.append(f"{each.name} is {design.symbols[each.name].size:g} m long")
+            case "counter":
+                told.append(f"{each.name} has one value in all patterns")
+            case "everywhere":
+                told.append(f"{each.name} has one size along both axes")
+            case "opaque":
+                told.append(f"{each.name} is not opaque")
+            case _:
+                told.append(f"{each.name} is {each.kind}")
+    return "; ".join(reversed(told))

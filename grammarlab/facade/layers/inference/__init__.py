@@ -1,0 +1,1 @@
+"""Patterns and layers inferred from a facade."""

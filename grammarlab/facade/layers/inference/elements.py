@@ -1,0 +1,83 @@
+"""The elements of a facade on common lines: what stands before its wall."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.facade.grids.kinds import BACKGROUND
+from grammarlab.facade.tree import Facade, Floats, Ints, X, Y
+
+Interval = tuple[int, int]
+"""Lines at which something begins and ends along an axis."""
+
+
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """E labelled rectangles between lines."""
+
+    lines: tuple[Floats, Floats]
+    """Metres along x and y, ascending, from 0 to the end of the facade."""
+    boxes: Ints
+    """[E, 4] lines of left, bottom, right, top."""
+    labels: tuple[str, ...]
+    """[E]"""
+    backdrop: str | None
+    """Label of the wall behind them; None where they leave none."""
+
+    def interval(self, element: int, axis: int) -> Interval:
+        """Where an element is along an axis."""
+        return int(self.boxes[element, axis]), int(self.boxes[element, axis + 2])
+
+
+def backdrop_of(facade: Facade) -> str | None:
+    """The label of background that covers most of a facade; None where no leaf is background."""
+    area: dict[str, float] = {}
+    for leaf in facade.leaves.tolist():
+        name = facade.name_of(leaf)
+        if name.lower() in BACKGROUND:
+            area[name] = area.get(name, 0.0) + float(facade.size[leaf].prod())
+    return max(area, key=lambda name: (area[name], name)) if area else None
+
+
+def elements_of(facade: Facade, tolerance: float) -> Elements:
+    """All leaves of a facade that are not its backdrop.
+
+    Args:
+        facade: the facade.
+        tolerance: metres within which sides are one line; what is thinner is left out.
+    """
+    backdrop = backdrop_of(facade)
+    leaves = np.array([leaf for leaf in facade.leaves.tolist() if facade.name_of(leaf) != backdrop], dtype=np.int64)
+    low = facade.position[leaves]
+    sides = np.concatenate([low, low + facade.size[leaves]], axis=1).reshape(-1, 4)
+    lines, boxes = [], np.zeros(sides.shape, dtype=np.int64)
+    for axis in (X, Y):
+        found, place = _lines(sides[:, axis::2].ravel(), float(facade.size[0, axis]), tolerance)
+        lines.append(found)
+        boxes[:, axis::2] = place.reshape(-1, 2)
+    kept = (boxes[:, :2] < boxes[:, 2:]).all(axis=1)
+    labels = tuple(facade.name_of(leaf) for leaf in leaves[kept].tolist())
+    return Elements((lines[X], lines[Y]), boxes[kept], labels, backdrop)
+
+
+def grouped(values: Floats, tolerance: float) -> Ints:
+    """[N] a number for each value, ascending: values of one number differ by the tolerance at most."""
+    order = np.argsort(values, kind="stable")
+    number, first, found = -1, -np.inf, np.zeros(len(values), dtype=np.int64)
+    for place in order.tolist():
+        if values[place] - first > tolerance:
+            number, first = number + 1, values[place]
+        found[place] = number
+    return found
+
+
+def _lines(values: Floats, end: float, tolerance: float) -> tuple[Floats, Ints]:
+    """Means of values that are one line, and which line each value is; 0 and the end are lines."""
+    inside = np.where(values <= tolerance, 0.0, np.where(values >= end - tolerance, end, values))
+    inside = np.concatenate([[0.0, end], inside])
+    number = grouped(inside, tolerance)
+    lines = np.bincount(number, inside) / np.bincount(number)
+    lines[0], lines[-1] = 0.0, end
+    return lines, number[2:]

@@ -1,0 +1,155 @@
+"""Strips of one axis as patterns with loops that all of them share.
+
+Where all strips are cut, they are blocks side by side. What repeats is a run of these, so that every strip has the
+loop, with one counter: at any size the strips are as long as each other, and what stands beside each other stays so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from grammarlab.facade.layers.designs.patterns import Linear
+from grammarlab.facade.layers.inference.loops import Run, cost_of, shortest
+from grammarlab.facade.layers.inference.strips import Key, Places, Strip, Strips, air_cuts, build
+
+_ONE = Linear(1, ())
+_GAIN = 2.0
+"""How much more of the axis has to repeat for a strip to be taken apart: those that repeat together stay in step."""
+_MOST_STRIPS = 12
+"""That are tried together; of more, only equal cells are shared."""
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """Letters of a pattern, and how often they are repeated."""
+
+    keys: tuple[Key, ...]
+    count: Linear = _ONE
+
+
+@dataclass(frozen=True, eq=False)
+class StripPatterns:
+    """The strips of an axis as patterns."""
+
+    strips: Strips
+    items: tuple[tuple[Item, ...], ...]
+    """Of each strip."""
+    unsized: frozenset[Key]
+    """Letters that take what is left: those of a strip of its own that reach over what repeats in others."""
+
+
+def patterns_of(places: Places, counter: str) -> StripPatterns:
+    """Patterns with loops over as much of the axis as possible, and as short as possible then.
+
+    A strip whose cells reach over what repeats in the others would forbid that it does. It is taken apart, with loops
+    and a counter of its own. That is tried for one strip after the other.
+
+    Args:
+        places: strips of an axis.
+        counter: name of the counter of all loops; others are called after it.
+    """
+    num = len(places.own)
+    together = list(range(num)) if num <= _MOST_STRIPS else list(range(min(num, 1)))
+    best = _best(places, together)
+    for at in together[1:]:
+        fewer = [each for each in together if each != at]
+        found = _best(places, fewer)
+        if found.covered > _GAIN * best.covered:
+            together, best = fewer, found
+    return best.patterns(counter)
+
+
+def _best(places: Places, together: Sequence[int]) -> _Division:
+    """How to cut strips of which some repeat together."""
+    plain = _Division(places, (), together)
+    cuts = air_cuts(places, together) if len(together) > 1 else []
+    if not cuts:
+        return plain
+    finer = _Division(places, cuts, together)
+    return min(plain, finer, key=lambda each: (-round(each.covered / places.lines[-1], 6), each.joint.cost))
+
+
+class _Division:
+    """Strips of which some repeat together and the others each for itself."""
+
+    def __init__(self, places: Places, cuts: Sequence[int], together: Sequence[int]) -> None:
+        self.strips = strips = build(places, together, cuts)
+        self.together, self.lines = together, places.lines
+        self.joint = _Joint([strips.strips[at] for at in together])
+        self.apart = {at: _Joint([strip]) for at, strip in enumerate(strips.strips) if at not in together}
+
+    @cached_property
+    def covered(self) -> float:
+        """Metres of the axis that repeat in the strips together."""
+        return float(sum(self.lines[high] - self.lines[low] for low, high in self.joint.loops()))
+
+    def patterns(self, counter: str) -> StripPatterns:
+        """All patterns, with counters."""
+        counts, counters = _counts(self.joint.runs, counter), 1
+        items: list[tuple[Item, ...]] = []
+        unsized: set[Key] = set()
+        for at, strip in enumerate(self.strips.strips):
+            if at in self.together:
+                items.append(self.joint.items(self.together.index(at), counts))
+                continue
+            own = self.apart[at]
+            counters += bool(own.loops())
+            items.append(own.items(0, _counts(own.runs, f"{counter}{counters}")))
+            if not own.loops():
+                unsized |= _widest(strip, self.joint, self.strips)
+        return StripPatterns(self.strips, tuple(items), frozenset(unsized))
+
+
+class _Joint:
+    """Strips side by side, cut where all are cut."""
+
+    def __init__(self, strips: Sequence[Strip]) -> None:
+        cuts = [{end for _, end in strip.cells} for strip in strips]
+        self.cuts = sorted(set.intersection(*cuts)) if cuts else []
+        self.blocks: list[tuple[tuple[Key, ...], ...]] = []
+        place = [0] * len(strips)
+        for cut in self.cuts:
+            block = []
+            for number, strip in enumerate(strips):
+                start = place[number]
+                while place[number] < len(strip.cells) and strip.cells[place[number]][1] <= cut:
+                    place[number] += 1
+                block.append(strip.keys[start : place[number]])
+            self.blocks.append(tuple(block))
+        prices = [sum(map(len, block)) for block in self.blocks]
+        number = {block: at for at, block in enumerate(dict.fromkeys(self.blocks))}
+        self.runs = shortest([number[block] for block in self.blocks], prices, len(strips))
+        self.cost = cost_of(self.runs, prices, len(strips))
+
+    def items(self, strip: int, counts: Sequence[Linear]) -> tuple[Item, ...]:
+        """The pattern of a strip."""
+        return tuple(
+            Item(tuple(key for block in self.blocks[run.start : run.start + run.length] for key in block[strip]), count)
+            for run, count in zip(self.runs, counts, strict=True)
+        )
+
+    def loops(self) -> list[tuple[int, int]]:
+        """Lines between which something repeats."""
+        starts = [0, *self.cuts]
+        return [(starts[run.start], starts[run.end]) for run in self.runs if run.times > 1]
+
+
+def _counts(runs: Sequence[Run], counter: str) -> list[Linear]:
+    """How often each run is repeated: in proportion to the one that is repeated least.
+
+    >>> [each.constant for each in _counts([Run(0, 2, 5), Run(10, 1, 2), Run(12, 1)], "k")]
+    [1, 0, 1]
+    """
+    least = min((run.times for run in runs if run.times > 1), default=1)
+    return [Linear(run.times % least, ((counter, run.times // least),)) if run.times > 1 else _ONE for run in runs]
+
+
+def _widest(strip: Strip, joint: _Joint, strips: Strips) -> set[Key]:
+    """The letters of one symbol that are longest in all, of those that reach over what repeats."""
+    length: dict[Key, float] = {}
+    for cell, key in zip(strip.cells, strip.keys, strict=True):
+        if cell in strip.own and any(cell[0] < high and low < cell[1] for low, high in joint.loops()):
+            length[key] = length.get(key, 0.0) + float(strips.sizes[key[1]])
+    return {max(length, key=lambda key: length[key])} if length else set()
