@@ -82,8 +82,9 @@ facades: $(VENV)/.dev
 		residential6 residential9 residential12 residential18 apartment concert_hall library)
 	$(SHEET) docs/images/arcade_widths.png $(patsubst %,out/arcade/%.png,14.7 21 31.5 42)
 
-	for start in Block Corner; do \
-		$(BIN)/grammarlab sample $(FACADES)/blocks.cga --start $$start -n 1 --format obj --no-image -o out/$$start && \
+	for start in Block Shops Corner Curved; do \
+		[ $$start = Curved ] && lot="--footprint $(FACADES)/curved_street.geojson" || lot=; \
+		$(BIN)/grammarlab sample $(FACADES)/blocks.cga --start $$start $$lot -n 1 --format obj --no-image -o out/$$start && \
 		$(BIN)/grammarlab facade synthesize out/$$start/blocks-00000.obj --rows 8 --columns 15 -o out/$$start/made && \
 		cp out/$$start/made/001.png docs/images/synthesis_$$start.png || exit 1; done
 

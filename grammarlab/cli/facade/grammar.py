@@ -40,7 +40,7 @@ def grammar(
         from grammarlab.runs.facade.grammar import grammar_of, save_grammar
 
         facade = load_facade(file)
-        result = grammar_of(facade, _range("--widths", widths), _range("--heights", heights), stretch)
+        result = grammar_of(facade, metres("--widths", widths), metres("--heights", heights), stretch)
         target = output or Path(f"{file.name.removesuffix('.json').removesuffix('.facade')}.cga")
         save_grammar(result, facade, target)
         if as_json:
@@ -58,7 +58,7 @@ def grammar(
         typer.echo(target)
 
 
-def _range(option: str, text: str) -> tuple[float, float] | None:
+def metres(option: str, text: str) -> tuple[float, float] | None:
     """Two numbers with a colon between them; None for nothing."""
     if not text:
         return None

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.facade.grammar import metres
 from grammarlab.errors import UsageError
 
 
@@ -27,9 +28,24 @@ class Up(StrEnum):
     z = "z"
 
 
+class Unit(StrEnum):
+    """What a file counts in."""
+
+    m = "m"
+    cm = "cm"
+    mm = "mm"
+    ft = "ft"
+
+
 def synthesize(
-    building: Annotated[
-        Path, typer.Argument(help="Mesh of a building: OBJ, PLY, GLB, glTF or OFF.", exists=True, dir_okay=False)
+    buildings: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="BUILDING...",
+            help="Mesh of a building: OBJ, PLY, GLB, glTF or OFF; more give their units, too.",
+            exists=True,
+            dir_okay=False,
+        ),
     ],
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder for 001.glb, 001.facade.json, ...", file_okay=False)
@@ -47,10 +63,42 @@ def synthesize(
         Method, typer.Option("--method", help="exact has a proven bound; em is the method of the paper.")
     ] = Method.exact,
     up: Annotated[Up, typer.Option("--up", help="Up axis of the file.")] = Up.auto,
+    unit: Annotated[Unit, typer.Option("--unit", help="Unit of the coordinates of the file.")] = Unit.m,
     example: Annotated[
-        Path | None,
-        typer.Option("--example", help="Corrected example.json of an earlier run.", exists=True, dir_okay=False),
+        list[Path] | None,
+        typer.Option(
+            "--example",
+            help="Corrected example.json of an earlier run or of facade open; once for each building.",
+            exists=True,
+            dir_okay=False,
+        ),
     ] = None,
+    regions: Annotated[
+        Path | None,
+        typer.Option(
+            "--regions", help="Map of which building each part is made after, as JSON.", exists=True, dir_okay=False
+        ),
+    ] = None,
+    count: Annotated[
+        list[str] | None, typer.Option("--count", help="How often a label comes: door=1, or shop=2:5.")
+    ] = None,
+    only: Annotated[
+        list[str] | None, typer.Option("--only", help="Where alone a label comes: shop=ground, top or between.")
+    ] = None,
+    fix: Annotated[
+        list[str] | None, typer.Option("--fix", help="Row and column, from 0 at the lower left, of one: door=0,3.")
+    ] = None,
+    equal_corners: Annotated[
+        bool, typer.Option("--equal-corners", help="Left and right corners of the lowest and highest row are equal.")
+    ] = False,
+    symmetric: Annotated[bool, typer.Option("--symmetric", help="Rows read the same from both sides.")] = False,
+    keep: Annotated[
+        bool, typer.Option("--keep/--no-keep", help="What the ground floor has once, such as a door, comes once.")
+    ] = True,
+    widths: Annotated[
+        str, typer.Option("--widths", help="Metres of the facades that family.cga samples, such as 10:40.")
+    ] = "",
+    heights: Annotated[str, typer.Option("--heights", help="Metres, such as 8:30: likewise.")] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the results.")] = False,
 ) -> None:
     """Make buildings of other sizes after one example.
@@ -58,20 +106,28 @@ def synthesize(
     They have other rows and columns of its units, and are closed as it is.
     """
     with friendly_errors():
-        from grammarlab.runs.facade.synthesize import synthesize_buildings
+        from grammarlab.cli.facade.wishes import wishes_of
+        from grammarlab.runs.facade.synthesize import Task, synthesize_buildings
 
-        report = synthesize_buildings(
-            building,
-            output,
+        wishes = wishes_of(
+            count or (), only or (), fix or (), equal_corners=equal_corners, symmetric=symmetric, keep=keep
+        )
+        task = Task(
             rows=rows,
             columns=columns,
             box=_box(box),
             method=method.value,
+            wishes=wishes,
+            regions=regions,
             seed=seed,
             count=number,
             up="" if up is Up.auto else up.value,
-            corrections=example,
+            unit=unit.value,
+            corrections=tuple(example or ()),
+            widths=metres("--widths", widths),
+            heights=metres("--heights", heights),
         )
+        report = synthesize_buildings(buildings, output, task)
         if as_json:
             print_json(report)
             return
@@ -86,6 +142,9 @@ def synthesize(
             for note in each["notes"]:
                 say(f"  {note}")
             typer.echo(each["files"]["glb"])
+        if report["family"]:
+            say(f"{report['family']['facades']:,.0f} facades of other sizes:")
+            typer.echo(report["family"]["file"])
 
 
 def _box(text: str) -> tuple[float | None, float | None, float | None]:

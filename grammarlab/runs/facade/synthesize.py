@@ -1,10 +1,8 @@
-"""New buildings from one example: read, analysed, labelled anew, built, stitched, measured and written."""
+"""New buildings from examples: read, analysed, labelled anew, built, stitched, measured and written."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from math import isfinite
@@ -13,214 +11,139 @@ from typing import Any
 
 from PIL import Image
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.examples.analysis.correction import corrected, dumps
-from grammarlab.facade.examples.analysis.example import MOST_LINES, Example, Region, analyse
-from grammarlab.facade.examples.building.assembly import Tiling, assemble, counts_for, stretch_for, tile
+from grammarlab.facade.examples.analysis.example import MOST_LINES, Example, analyse
 from grammarlab.facade.examples.building.bridge import facade_of, facade_of_tiling
-from grammarlab.facade.examples.building.closing import Closed, closed
-from grammarlab.facade.examples.building.grammar import building_rules
+from grammarlab.facade.examples.building.family import unit_family
+from grammarlab.facade.examples.building.grammar import Written, building_rules
 from grammarlab.facade.examples.building.pictures import building_picture, label_picture
-from grammarlab.facade.examples.building.stretching import Stretch
-from grammarlab.facade.examples.building.units import Cut, cut_up
-from grammarlab.facade.examples.label_grid import LabelGrid
+from grammarlab.facade.examples.building.pool import Pool, pool_of
 from grammarlab.facade.examples.mesh.reading import read_mesh
-from grammarlab.facade.examples.mesh.surface import Surface, edge_numbers
+from grammarlab.facade.examples.mesh.surface import edge_numbers
 from grammarlab.facade.examples.mesh.writing import write_glb
-from grammarlab.facade.examples.synthesis import NO_WISHES, Method, Synthesis, synthesize
+from grammarlab.facade.examples.synthesis import NO_WISHES, Method, synthesize
 from grammarlab.facade.examples.wishes import Wishes
 from grammarlab.facade.file import save_facade
+from grammarlab.facade.writing.family import Range
 from grammarlab.files import write_bytes, write_text
+from grammarlab.runs.facade.built import Box, Built, Stopwatch, build
 from grammarlab.runs.facade.gallery import sheet
+from grammarlab.runs.facade.region_map import read_regions
 
-Box = tuple[float | None, float | None, float | None]
-
-
-@dataclass(frozen=True, eq=False)
-class Built:
-    """One new building."""
-
-    main: Synthesis
-    tilings: tuple[Tiling, ...]
-    stretch: Stretch
-    closed: Closed
-    example_boundary: int
-    boundary: int
-    watertight: bool
-    seconds: dict[str, float]
-
-    @property
-    def surface(self) -> Surface:
-        return self.closed.surface
-
-    def as_dict(self) -> dict[str, Any]:
-        """For `--json`, without files."""
-        quality = self.main.quality
-        return {
-            "rows": self.main.grid.rows,
-            "columns": self.main.grid.columns,
-            "labels": self.main.grid.labels.tolist(),
-            "names": list(self.main.grid.names),
-            "units": self.main.grid.labels.size,
-            "method": self.main.method,
-            "energy": self.main.energy,
-            "bound": self.main.bound,
-            "proven": self.main.proven,
-            "paper_energy": self.main.paper_energy,
-            "patch_similarity": quality.patch_similarity,
-            "cooccurrence": quality.cooccurrence,
-            "histogram": quality.histogram,
-            "novelty": quality.novelty,
-            "watertight": self.watertight,
-            "boundary_edges": {"example": self.example_boundary, "result": self.boundary},
-            "triangles": len(self.surface),
-            "stitching": {"points_moved": self.closed.moved, "widest_gap": self.closed.farthest},
-            "size": [float(each) for each in self.surface.points.max(axis=0) - self.surface.points.min(axis=0)],
-            "walls": [
-                {"name": each.region.name, "rows": each.grid.rows, "columns": each.grid.columns}
-                for each in self.tilings
-            ],
-            "notes": list(self.main.notes),
-            "seconds": self.seconds,
-        }
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048}
+"""Metres of what a file may count in."""
+_LOWER, _HIGHER = 0.75, 1.25
+"""Sizes of the family, as parts of those of the example and the result."""
 
 
-class Stopwatch:
-    """Seconds per stage."""
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Task:
+    """What is asked of new buildings."""
 
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
+    rows: int
+    """Of the main wall; other walls get as many as fit beside."""
+    columns: int
+    box: Box = (None, None, None)
+    """Width, height and depth in metres; as the units make it where None."""
+    method: Method = "exact"
+    wishes: Wishes = NO_WISHES
+    """For the main wall."""
+    regions: Path | None = None
+    """File of a map that says which example each part of the main wall is made after."""
+    seed: int = 0
+    """Of all random choices."""
+    count: int = 1
+    """Buildings wanted; fewer come where there are no more."""
+    up: str = ""
+    """`y` or `z`; found out where empty."""
+    unit: str = "m"
+    """What files count in: a key of `UNITS`."""
+    corrections: tuple[Path, ...] = ()
+    """Files of earlier runs, of the first example and those after it, with lines and labels corrected."""
+    widths: Range | None = None
+    """Metres of the facades of the family; about those of the example and the first result where None."""
+    heights: Range | None = None
 
-    @contextmanager
-    def __call__(self, stage: str) -> Iterator[None]:
-        start = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
 
-
-def synthesize_buildings(
-    file: Path,
-    folder: Path,
-    *,
-    rows: int,
-    columns: int,
-    box: Box = (None, None, None),
-    method: Method = "exact",
-    wishes: Wishes = NO_WISHES,
-    seed: int = 0,
-    count: int = 1,
-    up: str = "",
-    corrections: Path | None = None,
-) -> dict[str, Any]:
-    """Write new buildings like the one in a file, best first, and report on them.
+def synthesize_buildings(files: Sequence[Path], folder: Path, task: Task) -> dict[str, Any]:
+    """Write new buildings like those in some files, best first, and report on them.
 
     Args:
-        file: a mesh.
+        files: meshes: the example, and others whose main walls give units too.
         folder: where to write.
-        rows: of the main wall; other walls get as many as fit beside.
-        columns: of the main wall.
-        box: width, height and depth in metres; as the units make it where None.
-        method: of label synthesis.
-        wishes: for the main wall.
-        seed: of all random choices.
-        count: buildings wanted; fewer come where there are no more.
-        up: `y` or `z`; found out where empty.
-        corrections: a file of an earlier run, with lines and labels that a person has corrected.
+        task: what is asked.
 
     Raises:
-        UsageError: for rows, columns or a box out of range.
-        FacadeError: where the file cannot be read, or no units are found.
+        UsageError: for rows, columns, a box or a map out of range.
+        FacadeError: where a file cannot be read, no units are found, or wishes contradict each other.
     """
-    _check(rows, columns, box)
+    _check(task, len(files))
+    regions = read_regions(task.regions, task.rows, task.columns, len(files)) if task.regions else None
     watch = Stopwatch()
     with watch("read"):
-        mesh = read_mesh(file)
+        meshes = [read_mesh(file, UNITS[task.unit]) for file in files]
     with watch("analysis"):
-        example = analyse(mesh, up)
-        example = corrected(example, corrections) if corrections else example
+        examples = [analyse(mesh, task.up) for mesh in meshes]
+        for place, corrections in enumerate(task.corrections):
+            examples[place] = corrected(examples[place], corrections)
     with watch("cutting"):
-        cut = cut_up(example.surface, example.regions)
+        pool = pool_of(examples)
     with watch("labels"):
-        mains = synthesize([example.main.grid], rows, columns, method=method, wishes=wishes, seed=seed, count=count)
-    before = edge_numbers(mesh.surface)
-    built = [_built(example, cut, main, box, seed, before, dict(watch.seconds)) for main in mains]
+        mains = synthesize(
+            pool.grids,
+            task.rows,
+            task.columns,
+            method=task.method,
+            wishes=task.wishes,
+            seed=task.seed,
+            count=task.count,
+            regions=regions,
+        )
+    example = examples[0]
+    before = edge_numbers(meshes[0].surface)
+    built = [build(example, pool, main, regions, task.box, task.seed, before, dict(watch.seconds)) for main in mains]
     folder.mkdir(parents=True, exist_ok=True)
     with watch("pictures"):
-        picture = building_picture(example.surface, mesh.colors)
+        picture = building_picture(example.surface.moved(example.bent(example.surface.points)), example.mesh.colors)
     save_facade(facade_of(example.main), folder / "example.facade.json")
-    write_text(folder / "example.json", dumps(example))
+    for number, each in enumerate(examples, start=1):
+        write_text(folder / f"example{f'-{number}' if number > 1 else ''}.json", dumps(each))
     results = []
     for number, each in enumerate(built, start=1):
-        files = _write(each, example, cut, folder, f"{number:03}", picture, each.seconds)
-        results.append({**each.as_dict(), "files": files})
+        written = _write(each, pool, folder, f"{number:03}", picture, each.seconds)
+        results.append({**each.as_dict(), "files": written})
     _remove_later(folder, len(built))
+    family, told = _write_family(built[0], pool, folder, task)
+    notes = []
+    for file, each in zip(files, examples, strict=True):
+        notes += [f"{file.name}: {note}" if len(files) > 1 else note for note in each.notes]
+    if task.method == "em" and task.wishes != NO_WISHES:
+        notes.append("method em keeps no wishes; energies count what breaks them")
     return {
         "example": _example_dict(example, folder),
         "results": results,
-        "notes": list(example.notes),
+        "family": family,
+        "notes": notes + told,
     }
 
 
-def _check(rows: int, columns: int, box: Box) -> None:
-    for name, value in (("--rows", rows), ("--columns", columns)):
+def _check(task: Task, examples: int) -> None:
+    for name, value in (("--rows", task.rows), ("--columns", task.columns)):
         if not 1 <= value <= MOST_LINES:
             raise UsageError(f"{name}: expected 1 to {MOST_LINES}, found {value}.")
-    for value in box:
+    for value in task.box:
         if value is not None and not (isfinite(value) and 0.0 < value <= 10_000.0):
             raise UsageError(f"--box: expected metres above 0 and at most 10,000, found {value:g}.")
-
-
-def _built(
-    example: Example,
-    cut: Cut,
-    main: Synthesis,
-    box: Box,
-    seed: int,
-    before: tuple[int, bool],
-    seconds: dict[str, float],
-) -> Built:
-    """One building for a grid of the main wall, of an example with so many open edges that is closed or not."""
-    watch = Stopwatch()
-    watch.seconds.update(seconds)
-    stretch = stretch_for(example, main.grid, box)
-    with watch("labels"):
-        grids = _grids(example, main, stretch, seed)
-    with watch("assembly"):
-        tilings = tuple(tile(region, grid, stretch) for region, grid in zip(example.regions, grids, strict=True))
-        pieces = assemble(cut, tilings, stretch)
-    with watch("stitching"):
-        noise = max(region.noise for region in example.regions)
-        done = closed(pieces, tilings, noise, was_closed=before[1])
-        boundary, watertight = edge_numbers(done.surface)
-    return Built(main, tilings, stretch, done, before[0], boundary, watertight, watch.seconds)
-
-
-def _grids(example: Example, main: Synthesis, stretch: Stretch, seed: int) -> list[LabelGrid]:
-    """The grid of each region; walls that are alike get the same."""
-    known: dict[tuple[Any, ...], LabelGrid] = {}
-    grids = [main.grid]
-    for region in example.regions[1:]:
-        rows, columns = counts_for(region, stretch)
-        key = _key(region, rows, columns)
-        if key not in known:
-            found = synthesize([region.grid], rows, columns, method=main.method, seed=seed, count=1)
-            known[key] = found[0].grid
-        grids.append(LabelGrid.of(known[key].labels, region.grid.names))
-    return grids
-
-
-def _key(region: Region, rows: int, columns: int) -> tuple[Any, ...]:
-    return rows, columns, region.grid.labels.shape, region.grid.labels.tobytes(), region.grid.names
+    if len(task.corrections) > examples:
+        raise UsageError(f"--example: expected {examples} files at most, one for each building; more are given.")
 
 
 def _write(
-    built: Built, example: Example, cut: Cut, folder: Path, name: str, picture: Image.Image, seconds: dict[str, float]
+    built: Built, pool: Pool, folder: Path, name: str, picture: Image.Image, seconds: dict[str, float]
 ) -> dict[str, Any]:
     """The files of one building."""
     watch = Stopwatch()
-    colors = example.mesh.colors
     files = {
         "glb": folder / f"{name}.glb",
         "labels": folder / f"{name}.labels.png",
@@ -229,26 +152,59 @@ def _write(
         "picture": folder / f"{name}.png",
     }
     with watch("files"):
-        write_glb(built.surface, colors, files["glb"])
+        write_glb(built.surface, pool.colors, files["glb"])
         save_facade(facade_of_tiling(built.tilings[0], built.stretch), files["facade"])
         written = building_rules(
-            cut,
+            pool.cut,
             built.tilings,
             built.stretch,
-            colors,
+            pool.colors,
             f"A building of {built.main.grid.rows} rows and {built.main.grid.columns} columns of units",
         )
-        write_text(files["cga"], written.text)
-        (folder / "assets").mkdir(exist_ok=True)
-        for terminal in written.terminals:
-            write_glb(terminal.surface, colors, folder / "assets" / terminal.name)
+        _write_rules(written, pool, files["cga"])
     with watch("pictures"):
-        grids = [label_picture(each) for each in (example.main.grid, built.main.grid)]
+        grids = [label_picture(each) for each in (pool.walls[0].grid, built.main.grid)]
         write_bytes(files["labels"], _png(grids[1]))
-        whole = building_picture(built.surface, colors)
+        whole = building_picture(built.surface, pool.colors)
         write_bytes(files["picture"], _png(sheet([picture, grids[0], grids[1], whole])))
     seconds.update(watch.seconds)
     return {key: str(path) for key, path in files.items()}
+
+
+def _write_rules(written: Written, pool: Pool, file: Path) -> None:
+    """Rules, and their meshes in the folder beside them."""
+    write_text(file, written.text)
+    assets = file.parent / "assets"
+    assets.mkdir(exist_ok=True)
+    for terminal in written.terminals:
+        write_glb(terminal.surface, pool.colors, assets / terminal.name)
+
+
+def _write_family(built: Built, pool: Pool, folder: Path, task: Task) -> tuple[dict[str, Any] | None, list[str]]:
+    """Rules of the main wall in other sizes, and what is said of them; None and the reason where there are none."""
+    tiling, main = built.tilings[0], pool.walls[0]
+    file = folder / "family.cga"
+    ranges = []
+    for asked, new, old in (
+        (task.widths, tiling.columns, main.columns.line),
+        (task.heights, tiling.rows, main.rows.line),
+    ):
+        sizes = float(new[-1] - new[0]), float(old[-1] - old[0])
+        ranges.append(asked or (_LOWER * min(sizes), _HIGHER * max(sizes)))
+    try:
+        family, written = unit_family(pool, tiling, *ranges)
+    except FacadeError as error:
+        file.unlink(missing_ok=True)
+        return None, [f"no family: {error}"]
+    _write_rules(written, pool, file)
+    sizes = [each for ends in family.columns.values() for each in ends]
+    return {
+        "file": str(file),
+        "facades": family.facades,
+        "columns": [min(family.columns), max(family.columns)],
+        "widths": [min(sizes), max(sizes)],
+        "rows": {name: list(ends) for name, ends in family.rows.items()},
+    }, []
 
 
 def _example_dict(example: Example, folder: Path) -> dict[str, Any]:

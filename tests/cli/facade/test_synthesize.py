@@ -76,6 +76,42 @@ def test_what_was_found_can_be_corrected_and_a_folder_shows_one_run(run, buildin
     assert [path.name for path in sorted(out.glob("0*.glb"))] == ["001.glb"]
 
 
+def test_wishes_are_kept_and_the_family_is_ready_to_be_sampled(run, building: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    wishes = ["--count", "window-2=2:3", "--only", "window-2=top", "--fix", "window-2=4,1", "--symmetric", "--no-keep"]
+    found = report(run, building, "--rows", 5, "--columns", 7, *wishes, "-o", out)
+    made = found["results"][0]
+    labels, broad = np.array(made["labels"]), made["names"].index("window-2")
+    assert (labels == labels[:, ::-1]).all()
+    assert 2 <= (labels == broad).sum() == (labels[4] == broad).sum() <= 3
+    assert labels[4, 1] == broad
+    family = found["family"]
+    assert family["columns"][0] < 7 <= family["columns"][1]
+    run("sample", family["file"], "-n", 3, "--seed", 1, "-o", tmp_path / "samples", "--no-image", "--jobs", 1)
+    for path in sorted((tmp_path / "samples").glob("*.glb")):
+        mesh: Any = trimesh.load(path, force="mesh")
+        width = np.ptp(mesh.vertices[:, 0])
+        assert family["widths"][0] - 1e-3 <= width <= family["widths"][1] + 1e-3
+        # Whole columns, 3 m each, and units that fill them.
+        assert width / 3.0 == pytest.approx(round(width / 3.0), abs=1e-3)
+
+
+def test_parts_are_made_after_the_example_that_a_map_names(run, building: Path, tmp_path: Path) -> None:
+    other = house(4, 3, 2, storey=3.5, door=None).write(tmp_path / "other.obj")
+    (tmp_path / "map.json").write_text("[[1], [2]]")
+    options = ["--rows", 6, "--columns", 4, "--regions", tmp_path / "map.json", "--no-keep"]
+    found = report(run, building, other, *options, "-o", tmp_path / "out")
+    made = found["results"][0]
+    # Windows of both are equal, so that they are one label; the upper rows are as high as those of the second.
+    assert set(made["names"]) == {"window", "window-2", "door"}
+    rows = load_facade(Path(made["files"]["facade"]))
+    windows = [leaf for leaf in rows.leaves.tolist() if rows.name_of(leaf) == "window"]
+    bottoms = np.unique(np.round(rows.position[windows, 1], 2))
+    assert np.diff(bottoms)[-2:] == pytest.approx([3.5, 3.5], abs=0.02)
+    assert np.diff(bottoms)[0] == pytest.approx(3.0, abs=0.3)
+    assert made["watertight"]
+
+
 @pytest.mark.parametrize("method", ["exact", "em"])
 def test_a_box_is_filled_and_a_seed_makes_one_building(run, building: Path, tmp_path: Path, method: str) -> None:
     options = ["--rows", 4, "--columns", 7, "--box", "30x12x18", "--seed", 5, "--method", method]
@@ -94,6 +130,11 @@ def test_a_box_is_filled_and_a_seed_makes_one_building(run, building: Path, tmp_
         (["--rows", 5, "--columns", 5, "--box", "1x20x20"], 1, "no room"),
         (["--rows", 5, "--columns", 5, "--box", "nanx20x20"], 2, "--box"),
         (["--rows", 5, "--columns", 5, "--up", "x"], 2, "--up"),
+        (["--rows", 5, "--columns", 5, "--count", "door"], 2, "door=1"),
+        (["--rows", 5, "--columns", 5, "--only", "door=below"], 2, "ground"),
+        (["--rows", 5, "--columns", 4, "--count", "door=1", "--symmetric"], 1, "middle column"),
+        (["--rows", 5, "--columns", 5, "--fix", "portal=0,1"], 1, "window, door, window-2"),
+        (["--rows", 5, "--columns", 5, "--unit", "mm"], 1, "0.017 m large"),
     ],
 )
 def test_mistakes_are_named(run, building: Path, tmp_path: Path, options: list, code: int, message: str) -> None:

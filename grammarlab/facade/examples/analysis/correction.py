@@ -37,10 +37,18 @@ def corrected(example: Example, path: Path) -> Example:
         FacadeError: when the file is none of an example, or does not fit it: what is wrong, and where.
     """
     try:
-        regions = _regions(example, an_object(parse_json(read_bounded(path)), "file"))
+        return with_corrections(example, an_object(parse_json(read_bounded(path)), "file"))
     except FacadeError as error:
         raise FacadeError(f"{path.name}: {error}") from error
-    return replace(example, regions=regions)
+
+
+def with_corrections(example: Example, document: dict[str, Any]) -> Example:
+    """The same of a file's content.
+
+    Raises:
+        FacadeError: as `corrected`.
+    """
+    return replace(example, regions=_regions(example, document))
 
 
 def _regions(example: Example, document: dict[str, Any]) -> tuple[Region, ...]:

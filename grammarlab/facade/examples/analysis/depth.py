@@ -12,6 +12,10 @@ from grammarlab.facade.examples.mesh.surface import Floats, Ints
 _CHUNK = 2_000_000
 """Pixels that are looked at together."""
 NOTHING = -np.inf
+_EDGE = 1e-9
+"""Pixels beside a triangle that count as inside."""
+_FLAT = 1e-6
+"""Twice the area, in pixels, from which a triangle is seen at all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,38 +60,58 @@ def depth_map(corners: Floats, num_pixels: int) -> DepthMap:
     depth = np.full(width * height, NOTHING)
     triangle = np.full(width * height, -1, dtype=np.int64)
     for rows, pixel, value in _covered(corners, low, step, width, height):
-        order = np.lexsort((value, pixel))
-        last = np.append(np.diff(pixel[order]) != 0, True)
-        best = order[last]
-        nearer = value[best] > depth[pixel[best]]
-        best = best[nearer]
-        depth[pixel[best]] = value[best]
-        triangle[pixel[best]] = rows[best]
+        np.maximum.at(depth, pixel, value)
+        nearest = value == depth[pixel]
+        triangle[pixel[nearest]] = rows[nearest]
     return DepthMap(depth.reshape(height, width), triangle.reshape(height, width), low, step)
 
 
 def _covered(corners: Floats, low: Floats, step: float, width: int, height: int) -> Iterator[tuple[Ints, Ints, Floats]]:
-    """Triangles, pixels whose middles they cover and depths there, in chunks."""
+    """Triangles, pixels whose middles they cover and depths there, in chunks: each triangle row of pixels by row."""
     flat = (corners[:, :, :2] - low) / step - 0.5
-    a, b, c = flat[:, 0], flat[:, 1], flat[:, 2]
-    double = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    first = np.maximum(np.ceil(np.minimum(np.minimum(a, b), c)), 0).astype(np.int64)
-    last = np.minimum(np.floor(np.maximum(np.maximum(a, b), c)), [width - 1, height - 1]).astype(np.int64)
-    extent = np.maximum(last - first + 1, 0)
-    rows = np.flatnonzero((extent[:, 0] > 0) & (extent[:, 1] > 0) & (np.abs(double) > 1e-12))
-    num = extent[rows, 0] * extent[rows, 1]
-    for group in np.split(rows, np.flatnonzero(np.diff(np.cumsum(num) // _CHUNK)) + 1):
+    (ax, ay), (bx, by), (cx, cy) = flat.transpose(1, 2, 0)
+    double = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    lowest, highest = np.minimum(np.minimum(ay, by), cy) - _EDGE, np.maximum(np.maximum(ay, by), cy) + _EDGE
+    left, right = np.minimum(np.minimum(ax, bx), cx) - _EDGE, np.maximum(np.maximum(ax, bx), cx) + _EDGE
+    first = np.maximum(np.ceil(lowest), 0.0).astype(np.int64)
+    last = np.minimum(np.floor(highest), height - 1).astype(np.int64)
+    wide = np.floor(right) - np.ceil(left) + 1.0
+    count = np.where((wide > 0.0) & (np.abs(double) > _FLAT), np.maximum(last - first + 1, 0), 0)
+    safe = np.where(double == 0.0, 1.0, double)
+    up, over = (corners[:, k, 2] - corners[:, 0, 2] for k in (1, 2))
+    along_x = ((cy - ay) * up - (by - ay) * over) / safe
+    along_y = ((bx - ax) * over - (cx - ax) * up) / safe
+    rows = np.flatnonzero(count)
+    for group in np.split(
+        rows, np.flatnonzero(np.diff(np.cumsum((count * np.maximum(wide, 0.0))[rows]) // _CHUNK)) + 1
+    ):
         if not group.size:
             continue
-        count = extent[group, 0] * extent[group, 1]
-        row = np.repeat(group, count)
-        place = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
-        x = first[row, 0] + place % extent[row, 0]
-        y = first[row, 1] + place // extent[row, 0]
-        dx, dy = x - a[row, 0], y - a[row, 1]
-        v = (dx * (c[row, 1] - a[row, 1]) - dy * (c[row, 0] - a[row, 0])) / double[row]
-        w = (dy * (b[row, 0] - a[row, 0]) - dx * (b[row, 1] - a[row, 1])) / double[row]
-        inside = (v >= -1e-9) & (w >= -1e-9) & (v + w <= 1.0 + 1e-9)
-        row, v, w = row[inside], v[inside], w[inside]
-        z = corners[row, :, 2]
-        yield row, y[inside] * width + x[inside], z[:, 0] + v * (z[:, 1] - z[:, 0]) + w * (z[:, 2] - z[:, 0])
+        row = np.repeat(group, count[group])
+        y = first[row] + _within(count[group])
+        start, end = _span(flat, row, y)
+        start = np.maximum(np.ceil(start - _EDGE), 0.0).astype(np.int64)
+        number = np.maximum(np.minimum(np.floor(end + _EDGE), width - 1).astype(np.int64) - start + 1, 0)
+        at_start = corners[row, 0, 2] + along_x[row] * (start - ax[row]) + along_y[row] * (y - ay[row])
+        place = _within(number)
+        value: Floats = np.repeat(at_start, number) + np.repeat(along_x[row], number) * place.astype(np.float64)
+        yield np.repeat(row, number), np.repeat(y * width + start, number) + place, value
+
+
+def _span(flat: Floats, row: Ints, y: Ints) -> tuple[Floats, Floats]:
+    """From where to where a line of constant y runs inside of a triangle."""
+    start, end = np.full(len(row), np.inf), np.full(len(row), -np.inf)
+    for one, other in ((0, 1), (1, 2), (2, 0)):
+        (x, low), (to, high) = flat[row, one].T, flat[row, other].T
+        rise = high - low
+        part = np.clip((y - low) / np.where(rise == 0.0, 1.0, rise), 0.0, 1.0)
+        crosses = (np.minimum(low, high) <= y + _EDGE) & (np.maximum(low, high) >= y - _EDGE)
+        at = x + part * (to - x)
+        start = np.where(crosses, np.minimum(start, at), start)
+        end = np.where(crosses, np.maximum(end, at), end)
+    return start, end
+
+
+def _within(count: Ints) -> Ints:
+    """0, 1, ... for each of several counts, one after the other."""
+    return np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)

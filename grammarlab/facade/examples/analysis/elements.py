@@ -17,6 +17,8 @@ _NEAR = 0.06
 """Metres between parts of one element."""
 _LEAST_SIDE, _LEAST_AREA = 0.15, 0.05
 """Metres and square metres of an element."""
+_CORNER = 0.3
+"""Metres up to which something at the end of a wall is what other walls show of themselves, such as their plinth."""
 _LONGEST = 0.6
 """Part of a wall's side; what is longer is a band, a cornice or a pilaster, which all units share."""
 _BESIDE, _ONE_PLACE = 1.0, 0.002
@@ -36,6 +38,22 @@ class Elements:
 def off_plane(wall: Wall) -> Bools:
     """[H, W] pixels of the wall that show something before or behind its plane, or nothing."""
     return wall.seen & ~(np.abs(wall.map.depth - wall.depth) <= _OFF + _NOISES * wall.noise)
+
+
+def bare_of(wall: Wall) -> Floats:
+    """[2, 2] low and high corner of the wall without bands along its sides, such as a plinth, that lie before it."""
+    map_ = wall.map
+    before = wall.seen & (map_.depth > wall.depth + _OFF + _NOISES * wall.noise)
+    place = map_.columns(wall.low[0], wall.high[0]), map_.rows(wall.low[1], wall.high[1])
+    part = before[place[1], place[0]]
+    corners = np.stack([wall.low, wall.high])
+    for axis in (0, 1):
+        free = np.flatnonzero(part.mean(axis=axis) < _LONGEST)
+        if len(free):
+            count = part.shape[1 - axis]
+            corners[0, axis] += free[0] * map_.step
+            corners[1, axis] -= (count - 1 - free[-1]) * map_.step
+    return corners
 
 
 def elements_of(wall: Wall, corners: Floats) -> Elements:
@@ -75,6 +93,9 @@ def _boxes(mask: Bools, wall: Wall, corners: Floats) -> tuple[list[Floats], Bool
             long[place] |= own
             continue
         if (high - low).min() < _LEAST_SIDE or own.sum() * map_.step**2 < _LEAST_AREA:
+            continue
+        at_corner = low[0] <= wall.low[0] + map_.step or high[0] >= wall.high[0] - map_.step
+        if at_corner and (high - low)[0] < _CORNER:
             continue
         seen = np.unique(map_.triangle[place][own])
         points = corners[seen[seen >= 0], :, :2].reshape(-1, 2)

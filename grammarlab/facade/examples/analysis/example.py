@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.examples.analysis.elements import elements_of
+from grammarlab.facade.examples.analysis.elements import bare_of, elements_of
 from grammarlab.facade.examples.analysis.kinds import label_grid
 from grammarlab.facade.examples.analysis.lattice import Lattice, lattice
 from grammarlab.facade.examples.analysis.walls import BEFORE, BEHIND, Wall, walls_of
 from grammarlab.facade.examples.label_grid import LabelGrid
+from grammarlab.facade.examples.mesh.bending import Bend, bend_of
 from grammarlab.facade.examples.mesh.reading import ExampleMesh
-from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface
+from grammarlab.facade.examples.mesh.surface import Floats, Surface
 from grammarlab.facade.examples.mesh.views import FRONT, SIDES, VIEWS, Z_UP, seen_from, turn_to_walls
 
 _SLACK = 0.05
@@ -68,7 +69,9 @@ class Region:
         """[K, 4] boxes of what stands in a cell."""
         return self.elements[(self.rows.member == row) & (self.columns.member == column)]
 
-    def source(self, label: int, borders: tuple[bool, bool, bool, bool]) -> tuple[int, int]:
+    def source(
+        self, label: int, borders: tuple[bool, bool, bool, bool] = (False, False, False, False)
+    ) -> tuple[int, int]:
         """Row and column of the unit that stands for a label: one at the same borders, near the middle of such units.
 
         Args:
@@ -82,18 +85,6 @@ class Region:
         places = places[misses == misses.min()]
         return tuple(places[np.abs(places - places.mean(axis=0)).sum(axis=1).argmin()].tolist())
 
-    def sources(self, grid: LabelGrid) -> Ints:
-        """[R, C, 2] row and column of the unit for each cell of another grid."""
-        rows, columns = grid.labels.shape
-        known: dict[tuple[int, tuple[bool, bool, bool, bool]], tuple[int, int]] = {}
-        found = np.zeros((rows, columns, 2), dtype=np.int64)
-        for row, column in np.ndindex(rows, columns):
-            key = int(grid.labels[row, column]), (row == 0, row == rows - 1, column == 0, column == columns - 1)
-            if key not in known:
-                known[key] = self.source(*key)
-            found[row, column] = known[key]
-        return found
-
 
 @dataclass(frozen=True, eq=False)
 class Example:
@@ -102,10 +93,17 @@ class Example:
     mesh: ExampleMesh
     surface: Surface
     turn: Floats
-    """[3, 3] what took the coordinates of the file, less `mesh.origin`, to those of the building."""
+    """[3, 3] what took the coordinates of the file, less `mesh.origin`, to those of the building; if it is bent, those
+    of the building laid out straight."""
     regions: tuple[Region, ...]
     """The main one first."""
     notes: tuple[str, ...]
+    bend: Bend | None = None
+    """The arc that the building stands along; its surface and its regions are laid out straight."""
+
+    def bent(self, points: Floats) -> Floats:
+        """[P, 3] points of a building like this one as they stand."""
+        return points if self.bend is None else self.bend.bent(points @ self.turn)
 
     @property
     def main(self) -> Region:
@@ -129,13 +127,16 @@ def analyse(mesh: ExampleMesh, up: str = "") -> Example:
         up = "z" if scores["z"] > scores["y"] else "y"
         notes = ("z is taken to be up, since more units stand on walls then",) if up == "z" else ()
     else:
-        notes = ()
+        notes: tuple[str, ...] = ()
     example = _upright(mesh, ways[up])
     if not example.regions:
+        large = float(np.ptp(example.surface.points, axis=0).max())
         raise FacadeError(
-            "No wall has units on it, such as windows, that differ from its plane by 3 cm or more; "
-            "give --up if the building lies on its side."
+            f"No wall of this building, {large:.3g} m large, has units on it, such as windows, that differ from its "
+            "plane by 3 cm or more; give --up if it lies on its side, --unit if its coordinates are no metres."
         )
+    if example.bend is not None:
+        notes += (f"walls stand along an arc of {example.bend.radius:.1f} m; rules and facades are laid out straight",)
     return replace(example, notes=notes)
 
 
@@ -148,23 +149,30 @@ def _num_elements(surface: Surface) -> int:
     return found
 
 
-def _turned(mesh: ExampleMesh, stand: Floats) -> tuple[Surface, Floats]:
-    """The building stood up and turned to its walls, and [3, 3] the rotation."""
+def _turned(mesh: ExampleMesh, stand: Floats) -> tuple[Surface, Floats, Bend | None]:
+    """The building stood up, laid out straight and turned to its walls; [3, 3] the rotation, and the arc if any."""
     surface = mesh.surface.moved(mesh.surface.points @ stand.T)
+    bend = bend_of(surface)
+    if bend is not None:
+        surface = surface.moved(bend.straight(surface.points))
+        turn = turn_to_walls(surface)
+        return surface.moved(surface.points @ turn.T), turn, bend
     turn = turn_to_walls(surface) @ stand
-    return mesh.surface.moved(mesh.surface.points @ turn.T), turn
+    return mesh.surface.moved(mesh.surface.points @ turn.T), turn, None
 
 
 def _upright(mesh: ExampleMesh, stand: Floats) -> Example:
     """The building with its units, when so turned."""
-    surface, turn = _turned(mesh, stand)
+    surface, turn, bend = _turned(mesh, stand)
     regions = [each for side in range(len(SIDES)) for each in _regions(surface, side)]
     if not regions:
-        return Example(mesh, surface, turn, (), ())
+        return Example(mesh, surface, turn, (), (), bend)
     main = max(regions, key=lambda each: (_weight(each), -each.side))
     if main.side != FRONT:
+        # From the file in one step, to lose no digits, unless it was laid out straight in between.
+        points = mesh.surface.points if bend is None else surface.points @ turn
         turn = VIEWS[main.side] @ turn
-        surface = mesh.surface.moved(mesh.surface.points @ turn.T)
+        surface = surface.moved(points @ turn.T)
         regions = [replace(each, side=(each.side - main.side) % len(SIDES)) for each in regions]
     regions.sort(key=lambda each: (each.side, -_weight(each)))
     names = [SIDES[each.side] for each in regions]
@@ -172,9 +180,8 @@ def _upright(mesh: ExampleMesh, stand: Floats) -> Example:
         name if names.index(name) == place else f"{name}:{names[:place].count(name)}"
         for place, name in enumerate(names)
     ]
-    return Example(
-        mesh, surface, turn, tuple(replace(each, name=name) for each, name in zip(regions, numbered, strict=True)), ()
-    )
+    regions = [replace(each, name=name) for each, name in zip(regions, numbered, strict=True)]
+    return Example(mesh, surface, turn, tuple(regions), (), bend)
 
 
 def _weight(region: Region) -> float:
@@ -190,8 +197,10 @@ def _regions(surface: Surface, side: int) -> list[Region]:
         elements = elements_of(wall, corners)
         if not len(elements.low):
             continue
+        low, high = bare_of(wall)
+        low, high = np.minimum(low, elements.low.min(axis=0)), np.maximum(high, elements.high.max(axis=0))
         columns, rows = (
-            lattice(elements.low[:, axis], elements.high[:, axis], wall.low[axis], wall.high[axis]) for axis in (0, 1)
+            lattice(elements.low[:, axis], elements.high[:, axis], low[axis], high[axis]) for axis in (0, 1)
         )
         if max(len(columns), len(rows)) > MOST_LINES:
             continue

@@ -66,6 +66,8 @@ def _cells(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) -> l
     depth = np.clip(np.where(np.isfinite(map_.depth), map_.depth - wall.depth, -1.0), -1.0, 2.0)
     around = 1 + 2 * int(np.ceil(1.0 + _EDGE_NOISES * wall.noise / map_.step))
     depths = np.stack([depth, ndimage.minimum_filter(depth, around), ndimage.maximum_filter(depth, around)])
+    # What ends at a line reaches beyond it where points are off.
+    inside = _EDGE_NOISES * wall.noise
     found = []
     for row in range(len(rows)):
         found.append([])
@@ -75,7 +77,7 @@ def _cells(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) -> l
             own = np.flatnonzero((columns.member == column) & (rows.member == row))
             boxes = np.hstack([elements.low[own], elements.high[own]])
             boxes = boxes[np.lexsort(boxes.T[::-1])]
-            part = map_.rows(low[1], high[1]), map_.columns(low[0], high[0])
+            part = map_.rows(low[1] + inside, high[1] - inside), map_.columns(low[0] + inside, high[0] - inside)
             size = high - low
             size[[column in (0, len(columns) - 1), row in (0, len(rows) - 1)]] = np.nan
             middle = (boxes[:, :2].min(axis=0) + boxes[:, 2:].max(axis=0)) / 2.0 if len(boxes) else (low + high) / 2.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,8 @@ BEHIND, BEFORE = 1.0, 2.0
 """Metres behind and before the plane of a wall that belong to it: recesses, and balconies."""
 _LEAST_PART, _LEAST_SIDE = 0.04, 1.5
 """Of a wall: part of what is seen from its side, and metres of width and height."""
+_NOISY, _CRACK = 0.001, 8.0
+"""Metres of noise from which there may be cracks, and how many times as wide these may be."""
 _MOST = 6
 """Walls of one side."""
 
@@ -81,8 +83,17 @@ def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall
         within = np.zeros_like(own)
         within[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = True
         noise = float(np.sqrt(np.mean((map_.depth[own_flat] - plane) ** 2)))
-        walls.append(Wall(side, plane, low, high, map_, within & (own | (map_.triangle < 0)), noise))
+        seen = within & (own | (map_.triangle < 0))
+        walls.append(Wall(side, plane, low, high, _without_cracks(map_, noise), seen, noise))
     return sorted(walls, key=lambda wall: -float((wall.high - wall.low).prod()))
+
+
+def _without_cracks(map_: DepthMap, noise: float) -> DepthMap:
+    """The map with narrow gaps closed: pieces of a wall that only touch each other come apart where points are off."""
+    if noise <= _NOISY:
+        return map_
+    pixels = 1 + int(np.ceil(_CRACK * noise / map_.step))
+    return replace(map_, depth=ndimage.grey_closing(map_.depth, (pixels, pixels)))
 
 
 def _plane(depth: Floats) -> float:

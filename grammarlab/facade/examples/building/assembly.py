@@ -24,6 +24,8 @@ class Tiling:
     """A region with other rows and columns."""
 
     region: Region
+    walls: tuple[Region, ...]
+    """Where units may come from."""
     grid: LabelGrid
     columns: Floats
     """[C + 1] metres, lines between columns in the coordinates of the view."""
@@ -32,7 +34,13 @@ class Tiling:
     plane: float
     """Metres towards the viewer, of the wall."""
     sources: Ints
-    """[R, C, 2] row and column of the unit of the example that stands in each cell."""
+    """[R, C, 3] of the unit that stands in each cell: wall among `walls`, row and column there."""
+
+    @property
+    def depths(self) -> tuple[float, float]:
+        """Metres before the plane between which all units lie."""
+        used = [self.walls[each] for each in np.unique(self.sources[..., 0])]
+        return min(each.back - each.plane for each in used), max(each.front - each.plane for each in used)
 
     def cell(self, row: int, column: int) -> tuple[Floats, Floats]:
         """Lower left and upper right corner [2] of a cell, in metres."""
@@ -42,21 +50,53 @@ class Tiling:
         )
 
 
-def natural(region: Region, grid: LabelGrid) -> tuple[Floats, Floats]:
+def sources_of(walls: Sequence[Region], choice: Sequence[int], grid: LabelGrid, regions: Ints | None = None) -> Ints:
+    """[R, C, 3] wall, row and column of the unit for each cell of a grid.
+
+    Args:
+        walls: where units come from, with the labels of the grid.
+        choice: which of the walls may give them; of those that have a label, the first does.
+        grid: labels.
+        regions: [R, C] place in `choice` of the wall that each cell is made after, which is asked first.
+    """
+    rows, columns = grid.labels.shape
+    known: dict[tuple[int, int, tuple[bool, bool, bool, bool]], tuple[int, int, int]] = {}
+    found = np.zeros((rows, columns, 3), dtype=np.int64)
+    for row, column in np.ndindex(rows, columns):
+        label, first = int(grid.labels[row, column]), 0 if regions is None else int(regions[row, column])
+        key = label, first, (row == 0, row == rows - 1, column == 0, column == columns - 1)
+        if key not in known:
+            wall = next(each for each in (choice[first], *choice) if (walls[each].grid.labels == label).any())
+            known[key] = (wall, *walls[wall].source(label, key[2]))
+        found[row, column] = known[key]
+    return found
+
+
+def natural(walls: Sequence[Region], sources: Ints) -> tuple[Floats, Floats]:
     """[C] widths and [R] heights: those of the unit that most cells of a column or row have, of equals the first."""
-    sources = region.sources(grid)
-    places = sources[..., 0] * len(region.columns) + sources[..., 1]
-    columns = np.array([np.bincount(each).argmax() for each in places.T]) % len(region.columns)
-    rows = np.array([np.bincount(each).argmax() for each in places]) // len(region.columns)
-    return np.diff(region.columns.line)[columns], np.diff(region.rows.line)[rows]
+    widths = [np.diff(walls[wall].columns.line)[column] for wall, _, column in _most(sources.swapaxes(0, 1))]
+    heights = [np.diff(walls[wall].rows.line)[row] for wall, row, _ in _most(sources)]
+    return np.array(widths), np.array(heights)
 
 
-def stretch_for(example: Example, grid: LabelGrid, box: tuple[float | None, float | None, float | None]) -> Stretch:
+def _most(lines: Ints) -> list[tuple[int, int, int]]:
+    """Of each line [L, N, 3] the unit that comes most often, of equals the first in its wall."""
+    found = []
+    for line in lines:
+        units, often = np.unique(line, axis=0, return_counts=True)
+        wall, row, column = units[often.argmax()].tolist()
+        found.append((wall, row, column))
+    return found
+
+
+def stretch_for(
+    example: Example, sizes: tuple[Floats, Floats], box: tuple[float | None, float | None, float | None]
+) -> Stretch:
     """How the building is stretched for a grid of its main region.
 
     Args:
         example: the building.
-        grid: of the main region.
+        sizes: widths of columns and heights of rows of the grid.
         box: width, height and depth of the new building in metres; as the units make it where None.
 
     Raises:
@@ -71,12 +111,12 @@ def stretch_for(example: Example, grid: LabelGrid, box: tuple[float | None, floa
         largest = max(beside, key=lambda each: len(each.elements))
         ends = sorted(plane_of(largest.side, 0, float(each[0])).at for each in (largest.low, largest.high))
         low[2], high[2] = ends
-    width, height = natural(main, grid)
+    width, height = sizes
     size = np.array([width.sum(), height.sum(), high[2] - low[2]])
     for axis, wanted in enumerate(box):
         if wanted is not None:
             size[axis] = wanted - (extent[axis] - (high - low)[axis])
-    least = np.array([grid.columns, grid.rows, 1]) * _LEAST
+    least = np.array([len(width), len(height), 1]) * _LEAST
     for axis, name in enumerate(("width", "height", "depth")):
         if size[axis] < least[axis]:
             kept = extent[axis] - (high - low)[axis]
@@ -117,16 +157,25 @@ def counts_for(region: Region, stretch: Stretch) -> tuple[int, int]:
     return max(1, round(float(rows))), max(1, round(float(columns)))
 
 
-def tile(region: Region, grid: LabelGrid, stretch: Stretch) -> Tiling:
-    """The rows and columns of a grid where a region comes to lie: in proportion to their natural sizes."""
+def tile(walls: Sequence[Region], own: int, grid: LabelGrid, sources: Ints, stretch: Stretch) -> Tiling:
+    """The rows and columns of a grid where a region comes to lie: in proportion to their natural sizes.
+
+    Args:
+        walls: where units come from.
+        own: which of the walls is the region.
+        grid: its new labels.
+        sources: [R, C, 3] the unit in each cell.
+        stretch: of the building.
+    """
+    region = walls[own]
     low, high, plane = place_of(region, stretch)
     lines = []
-    for axis, sizes in enumerate(natural(region, grid)):
+    for axis, sizes in enumerate(natural(walls, sources)):
         part = np.concatenate([[0.0], np.cumsum(sizes)]) / sizes.sum()
         line = low[axis] + part * (high - low)[axis]
         line[-1] = high[axis]
         lines.append(line)
-    return Tiling(region, grid, lines[0], lines[1], plane, region.sources(grid))
+    return Tiling(region, tuple(walls), grid, lines[0], lines[1], plane, sources)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,21 +191,21 @@ def assemble(cut: Cut, tilings: Sequence[Tiling], stretch: Stretch) -> Pieces:
     """The pieces of the new building.
 
     Args:
-        cut: the example in pieces.
-        tilings: for each of its regions, in their order.
+        cut: the example in pieces, with the cells of all walls where units come from.
+        tilings: for each of the example's regions, in their order.
         stretch: of the rest.
     """
     pieces = [cut.rest.moved(stretch.points(cut.rest.points))]
-    for cells, tiling in zip(cut.cells, tilings, strict=True):
+    for tiling in tilings:
         for row, column in np.ndindex(tiling.grid.labels.shape):
-            source = tiling.sources[row, column].tolist()
-            low, high = tiling.region.cell(*source)
+            wall, *source = tiling.sources[row, column].tolist()
+            low, high = tiling.walls[wall].cell(*source)
             new_low, new_high = tiling.cell(row, column)
-            unit = cells[source[0]][source[1]]
+            unit = cut.cells[wall][source[0]][source[1]]
             points = np.empty_like(unit.points)
             part = (unit.points[:, :2] - low) / (high - low)
             # Both ends are exact, so that what meets at a line meets there.
             points[:, :2] = np.where(part == 1.0, new_high, new_low + part * (new_high - new_low))
-            points[:, 2] = unit.points[:, 2] - tiling.region.plane + tiling.plane
+            points[:, 2] = unit.points[:, 2] - tiling.walls[wall].plane + tiling.plane
             pieces.append(unit.moved(placed_from(tiling.region.side, points)))
     return Pieces(joined(pieces), np.cumsum([0, *(len(each.points) for each in pieces)]))

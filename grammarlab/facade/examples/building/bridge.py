@@ -30,10 +30,10 @@ def facade_of_tiling(tiling: Tiling, stretch: Stretch) -> Facade:
     region, boxes, names = tiling.region, [], []
     for row, column in np.ndindex(tiling.grid.labels.shape):
         label = int(tiling.grid.labels[row, column])
-        source = tiling.sources[row, column].tolist()
-        low, high = region.cell(*source)
+        number, *source = tiling.sources[row, column].tolist()
+        low, high = tiling.walls[number].cell(*source)
         new_low, new_high = tiling.cell(row, column)
-        part = (region.elements_in(*source).reshape(-1, 2, 2) - low) / (high - low)
+        part = (tiling.walls[number].elements_in(*source).reshape(-1, 2, 2) - low) / (high - low)
         boxes.append((new_low + part * (new_high - new_low)).reshape(-1, 4))
         names += [_plain(tiling.grid.names[label])] * len(boxes[-1])
     wall = np.array(

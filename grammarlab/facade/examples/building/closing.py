@@ -91,7 +91,8 @@ def seams(tilings: Sequence[Tiling]) -> list[Plane]:
         side = tiling.region.side
         planes += [plane_of(side, 0, float(at)) for at in tiling.columns]
         planes += [plane_of(side, 1, float(at)) for at in tiling.rows]
-        planes.append(plane_of(side, 2, tiling.region.back - tiling.region.plane + tiling.plane))
+        used = np.unique(tiling.sources[..., 0]).tolist()
+        planes += [plane_of(side, 2, tiling.plane + tiling.walls[k].back - tiling.walls[k].plane) for k in used]
     order = {(each.axis, round(each.at, 6)): each for each in planes}
     return [order[key] for key in sorted(order)]
 
@@ -120,7 +121,7 @@ def _pairs(points: Floats, place: Ints, first: Ints, tilings: Sequence[Tiling], 
         rest = np.unique(place[: first[1]])
         for axis, (down, across), line in ((0, (0, 1), tiling.columns), (1, (1, 0), tiling.rows)):
             step = tiling.sources[down:, across:] - tiling.sources[: rows - down, : columns - across]
-            for row, column in np.argwhere((step != [down, across]).any(axis=2)).tolist():
+            for row, column in np.argwhere((step != [0, down, across]).any(axis=2)).tolist():
                 at = float(line[(column if axis == 0 else row) + 1])
                 here, there = own[row * columns + column], own[(row + down) * columns + column + across]
                 here, there = (each[np.abs(seen[each, axis] - at) <= TOLERANCE] for each in (here, there))
@@ -136,10 +137,10 @@ def _pairs(points: Floats, place: Ints, first: Ints, tilings: Sequence[Tiling], 
 def _beside(seen: Floats, tiling: Tiling, axis: int, reach: float) -> Bools:
     """[K] which points lie beside a region along an axis, and at the depth of its units."""
     line = tiling.rows if axis == 0 else tiling.columns
-    depth = seen[:, 2] - tiling.plane + tiling.region.plane
+    depth, (back, front) = seen[:, 2] - tiling.plane, tiling.depths
     return (
         (seen[:, 1 - axis] >= line[0] - reach)
         & (seen[:, 1 - axis] <= line[-1] + reach)
-        & (depth >= tiling.region.back - reach)
-        & (depth <= tiling.region.front + reach)
+        & (depth >= back - reach)
+        & (depth <= front + reach)
     )

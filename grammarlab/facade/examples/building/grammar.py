@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from grammarlab.facade.examples.analysis.example import Region
 from grammarlab.facade.examples.building.assembly import Tiling
 from grammarlab.facade.examples.building.stretching import Stretch
 from grammarlab.facade.examples.building.units import Cut
-from grammarlab.facade.examples.mesh.surface import Floats, Surface
+from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface
 from grammarlab.facade.examples.mesh.views import VIEWS
 from grammarlab.facade.writing.rule_text import Names, number, rule_name
 
@@ -52,7 +53,7 @@ def building_rules(
     if len(rest):
         start.append(f"[ {names.new('Rest')} ]")
         rules.append(f"Rest -->\n{_inserted('rest', rest, rest.points.min(axis=0), None, colors, terminals)}")
-    for cells, tiling in zip(cut.cells, tilings, strict=True):
+    for tiling in tilings:
         rule = names.new(rule_name(tiling.region.name))
         low = np.array([tiling.columns[0], tiling.rows[0], tiling.plane]) @ VIEWS[tiling.region.side] - origin
         size = np.array([tiling.columns[-1] - tiling.columns[0], tiling.rows[-1] - tiling.rows[0], 1.0])
@@ -61,47 +62,66 @@ def building_rules(
         start.append(
             f"[ t({_list(low)}){turn} t(0, 0, -1) s({_list(size)}) primitiveCube() comp(f) {{ front : {rule} }} ]"
         )
-        rules += _rows(rule, cells, tiling, names, colors, terminals)
+        rules += _rows(rule, cut, tiling, names, colors, terminals)
     head = f'// {title}\nversion "2023.0"\n\n@StartRule\nLot -->\n    ' + "\n    ".join([*start, "NIL"])
     return Written("\n\n".join([head, *rules]) + "\n", tuple(terminals))
 
 
 def _rows(
     rule: str,
-    cells: Sequence[Sequence[Surface]],
+    cut: Cut,
     tiling: Tiling,
     names: Names,
     colors: Sequence[tuple[float, float, float, float]],
     terminals: list[Terminal],
 ) -> list[str]:
     """The rules of one wall: its rows, each different row, each unit."""
-    region = tiling.region
-    places = tiling.sources[..., 0] * len(region.columns) + tiling.sources[..., 1]
-    unit = {}
-    for place in np.unique(places).tolist():
-        label = int(region.grid.labels.flat[place])
-        unit[place] = names.new(f"{rule}{rule_name(region.grid.names[label])}")
+    units, place = np.unique(tiling.sources.reshape(-1, 3), axis=0, return_inverse=True)
+    places: Ints = place.reshape(tiling.grid.labels.shape)
+    unit = []
+    for wall, row, column in units.tolist():
+        grid = tiling.walls[wall].grid
+        unit.append(names.new(f"{rule}{rule_name(grid.names[grid.labels[row, column]])}"))
     kinds: dict[tuple[int, ...], str] = {}
-    for row in places.tolist():
-        if tuple(row) not in kinds:
-            kinds[tuple(row)] = names.new(f"{rule}Row{len(kinds) + 1}")
+    lines = [tuple(int(each) for each in line) for line in places]
+    for line in lines:
+        if line not in kinds:
+            kinds[line] = names.new(f"{rule}Row{len(kinds) + 1}")
     heights, widths = np.diff(tiling.rows), np.diff(tiling.columns)
-    parts = [(float(height), kinds[tuple(row)]) for height, row in zip(heights, places.tolist(), strict=True)]
+    parts = [(float(height), kinds[line]) for height, line in zip(heights, lines, strict=True)]
     rules = [f"{rule} -->\n    split(y) {{ {_split(parts)} }}"]
     for row, name in kinds.items():
         split = _split([(float(width), unit[place]) for width, place in zip(widths, row, strict=True)])
         rules.append(f"{name} -->\n    split(x) {{ {split} }}")
-    for place, name in unit.items():
-        row, column = divmod(place, len(region.columns))
-        low, high = region.cell(row, column)
-        surface = cells[row][column]
-        if not len(surface):
-            rules.append(f"{name} --> NIL")
-            continue
-        corner = np.array([*low, region.plane])
-        file = f"{region.name.replace(':', '-')}-{place}"
-        rules.append(f"{name} -->\n{_inserted(file, surface, corner, high - low, colors, terminals)}")
+    for name, source in zip(unit, units.tolist(), strict=True):
+        rules.append(f"{name} -->\n{unit_body(cut, tiling.walls, source, colors, terminals)}")
     return rules
+
+
+def unit_body(
+    cut: Cut,
+    walls: Sequence[Region],
+    source: Sequence[int],
+    colors: Sequence[tuple[float, float, float, float]],
+    terminals: list[Terminal],
+) -> str:
+    """CGA that makes a unit in the scope of its cell; its meshes are added to the terminals.
+
+    Args:
+        cut: pieces.
+        walls: whose units they are.
+        source: wall, row and column of the unit.
+        colors: of materials.
+        terminals: that there are.
+    """
+    wall, row, column = source
+    region = walls[wall]
+    low, high = region.cell(row, column)
+    surface = cut.cells[wall][row][column]
+    if not len(surface):
+        return "    NIL"
+    name = f"{region.name.replace(':', '-')}-{row * len(region.columns) + column}"
+    return _inserted(name, surface, np.array([*low, region.plane]), high - low, colors, terminals)
 
 
 def _inserted(

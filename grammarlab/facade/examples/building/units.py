@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from grammarlab.facade.examples.analysis.example import Region
 from grammarlab.facade.examples.mesh.slicing import sliced
 from grammarlab.facade.examples.mesh.surface import Bools, Floats, Surface
@@ -63,8 +61,10 @@ def _cells(part: Surface, region: Region) -> tuple[tuple[Surface, ...], ...]:
 
 
 def _strips(part: Surface, axis: int, line: Floats) -> list[Surface]:
-    for at in line[1:-1]:
-        part = sliced(part, axis, float(at), SNAP)
-    middle = part.points[part.triangles, axis].mean(axis=1)
-    place = np.clip(np.searchsorted(line, middle) - 1, 0, len(line) - 2)
-    return [part.part(place == k) for k in range(len(line) - 1)]
+    """The part cut along lines: in the middle first, so that no half is cut along lines of the other."""
+    if len(line) < 3:
+        return [part]
+    middle = len(line) // 2
+    part = sliced(part, axis, float(line[middle]), SNAP)
+    below = part.points[part.triangles, axis].mean(axis=1) < line[middle]
+    return [*_strips(part.part(below), axis, line[: middle + 1]), *_strips(part.part(~below), axis, line[middle:])]

@@ -122,17 +122,18 @@ def _check_room(domain: Domain, names: tuple[str, ...], counts: Sequence[tuple[i
 
 
 def ground_labels(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
-    """Labels that only the ground floor has, between its corners, and whether the examples have them once."""
+    """Labels that only the ground floor has, between its corners, and whether each example has them once at most."""
     size = len(examples[0].names)
     tall = [example.labels for example in examples if example.rows > 1]
     inner = np.zeros(size, dtype=np.int64)
-    often = np.zeros(size, dtype=np.int64)
+    often, most = np.zeros(size, dtype=np.int64), np.zeros(size, dtype=np.int64)
     for labels in tall:
+        most = np.maximum(most, np.bincount(labels[labels >= 0], minlength=size))
         inner += np.bincount(labels[0, 1:-1][labels[0, 1:-1] >= 0], minlength=size)
         often += np.bincount(labels[labels >= 0], minlength=size)
     if not (often[inner > 0] > 1).any():  # nothing repeats there: no label stands out
         return []
-    return [(int(label), bool(often[label] == 1)) for label in np.flatnonzero((inner > 0) & (inner == often))]
+    return [(int(label), bool(most[label] == 1)) for label in np.flatnonzero((inner > 0) & (inner == often))]
 
 
 def _only(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:

@@ -9,7 +9,7 @@ import numpy as np
 from grammarlab.facade.examples.label_grid import Labels
 from grammarlab.facade.examples.labels.chains import Costs
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
-from grammarlab.facade.examples.labels.strips import cell_costs
+from grammarlab.facade.examples.labels.strips import CellWants
 
 _PART = 0.5
 """Part of what a strip knows that it passes on; with all of it, sweeps end at a worse bound."""
@@ -31,10 +31,11 @@ def swept(problem: Problem, start: Costs, sweeps: int) -> Costs:
     """
     prices = start.copy()
     known: dict[tuple[int, int], _Wants] = {}
+    cells: dict[tuple[int, ...], CellWants] = {}
     for sweep in range(sweeps):
         step = 1 if sweep % 2 == 0 else -1
         for row in range(problem.rows)[::step]:
-            _Strip(problem, prices, row, known).pass_on(step)
+            _Strip(problem, prices, row, known, cells).pass_on(step)
     return prices
 
 
@@ -63,8 +64,15 @@ class _Wants:
 class _Strip:
     """One row of windows, at the prices of the moment."""
 
-    def __init__(self, problem: Problem, prices: Costs, row: int, known: dict[tuple[int, int], _Wants]) -> None:
-        self.problem, self.prices, self.row, self.known = problem, prices, row, known
+    def __init__(
+        self,
+        problem: Problem,
+        prices: Costs,
+        row: int,
+        known: dict[tuple[int, int], _Wants],
+        cells: dict[tuple[int, ...], CellWants],
+    ) -> None:
+        self.problem, self.prices, self.row, self.known, self.cells = problem, prices, row, known, cells
         self.inside = [up for up in range(WINDOW) if 0 <= row + up - 1 < problem.rows]
         differ = np.ones((problem.num_labels, problem.num_labels + 1))
         differ[np.arange(problem.num_labels), np.arange(problem.num_labels)] = 0.0
@@ -100,8 +108,14 @@ class _Strip:
 
     def _cost(self, column: int, up: int) -> Costs:
         """[before, here, after] least cost of a cell, given the patches of three windows."""
-        wanted = [wants.label[up][None] for wants in self._wanted(column)]
-        return cell_costs(self._own(column, up)[None].astype(np.float32), wanted)[0].astype(np.float64)
+        kinds = [
+            int(self.problem.kind[self.row, k]) if 0 <= k < self.problem.columns else -2
+            for k in range(column - 1, column + 2)
+        ]
+        key = (*kinds, up)
+        if key not in self.cells:
+            self.cells[key] = CellWants.of([wants.label[up][None] for wants in self._wanted(column)])
+        return self.cells[key].costs(self._own(column, up)[None].astype(np.float32))[0].astype(np.float64)
 
     def _marginals(self, rest: Costs, column: int, up: int) -> Costs:
         """[labels] least cost of the strip for each label of a cell; `rest` is that of all other cells."""

@@ -97,6 +97,13 @@ class RowWindows:
         wanted = patches[:, :, free, :, None]  # [columns, patches, 3, 1]
         beside = np.clip(place[:, None] + np.arange(-1, 2), 0, columns - 1)  # beyond a border nothing is wanted
         differ = ((wanted != states[beside][:, None]) & (wanted != AWAY)).astype(np.uint8)
-        left = known[:, :, None] + differ[:, :, 0]
-        pair = left[:, :, :, None] + differ[:, :, 1][:, :, None, :]
-        return (pair[..., None] + differ[:, :, 2][:, :, None, None, :]).min(axis=1).astype(np.float64)
+        differ = np.ascontiguousarray(differ.transpose(1, 2, 0, 3))  # [patches, 3, columns, states]
+        left = known.T[:, :, None] + differ[:, 0]
+        size = states.shape[1]
+        least = np.full((columns, size, size, size), 255, dtype=np.uint8)
+        total = np.empty_like(least)
+        for here, (_, middle, right) in zip(left, differ, strict=True):
+            pair = here[:, :, None] + middle[:, None, :]
+            np.add(pair[..., None], right[:, None, None, :], out=total)
+            np.minimum(least, total, out=least)
+        return least.astype(np.float64)

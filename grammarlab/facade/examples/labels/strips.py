@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
@@ -31,6 +31,8 @@ class Strips:
     """[strips, 3, columns, labels] labels that the cells may have."""
     inside: NDArray[np.bool_]
     """[strips, 3] which rows of each strip are in the grid."""
+    known: dict[bytes, list[CellWants]] = field(default_factory=dict)
+    """What was made of `wants` so far."""
 
     @classmethod
     def of(cls, problem: Problem, rows: Sequence[int]) -> Strips:
@@ -90,11 +92,20 @@ class Strips:
 
     def _cost(self, own: Costs, column: int) -> NDArray[np.float32]:
         """[strips, before, here, after] least cost of the cells of a column, given the patches of three windows."""
-        wanted = self._wanted(column)
-        total = np.zeros((len(self.rows), *(each.shape[1] for each in wanted)), dtype=np.float32)
-        for row in range(WINDOW):
-            total += cell_costs(own[:, row, column].astype(np.float32), [each[:, :, row] for each in wanted])
+        wants = self._cells(column)
+        total = wants[0].costs(own[:, 0, column].astype(np.float32))
+        for row in range(1, WINDOW):
+            total += wants[row].costs(own[:, row, column].astype(np.float32))
         return total
+
+    def _cells(self, column: int) -> list[CellWants]:
+        """What is wanted of the three cells of each strip in a column; columns between others alike share it."""
+        kinds = self.problem.kind[self.rows]
+        key = kinds[:, max(0, column - 1) : column + 2].tobytes() + bytes([column == 0])
+        if key not in self.known:
+            wanted = self._wanted(column)
+            self.known[key] = [CellWants.of([each[:, :, row] for each in wanted]) for row in range(WINDOW)]
+        return self.known[key]
 
     def _labels(self, own: Costs, column: int, states: Sequence[NDArray[np.int64]]) -> Labels:
         """[strips, 3] the best label of each cell of a column, given the patches of three windows."""
@@ -106,25 +117,46 @@ class Strips:
         return cost.argmin(axis=2)
 
 
-def cell_costs(prices: NDArray[np.float32], wanted: Sequence[Labels]) -> NDArray[np.float32]:
-    """[strips, before, here, after] least cost of one cell: of a label its price, and 1 for each window that it fails.
+@dataclass(frozen=True, slots=True)
+class CellWants:
+    """What the patches of the windows before, about and after a cell want of it: all that prices do not change."""
 
-    Args:
-        prices: [strips, labels] of its labels.
-        wanted: what the patches [strips, states] of the windows before, about and after it want.
-    """
-    strips = np.arange(len(prices))[:, None]
-    wants = [_axis(each, axis) for axis, each in enumerate(wanted)]
-    agree = [(wants[one] == wants[other]).astype(np.float32) for one, other in _PAIRS]
-    size = (len(prices), *(each.shape[1] for each in wanted))
-    best = np.broadcast_to(prices.min(axis=1)[:, None, None, None], size).copy()
-    for axis, want in enumerate(wanted):
-        gain = np.where(want != AWAY, prices[strips, np.maximum(want, 0)], np.float32(np.inf)) - np.float32(1.0)
-        one, other = (pair for pair, both in zip(agree, _PAIRS, strict=True) if axis in both)
-        np.minimum(best, _axis(gain, axis) - one - other, out=best)
-    for want in wants:
-        best += want != AWAY
-    return best
+    wanted: tuple[Labels, ...]
+    """Three of [strips, states]."""
+    others: tuple[NDArray[np.float32], ...]
+    """For each of the three: [strips, before, here, after] how many of the other two want the same, and one for it."""
+    number: NDArray[np.float32]
+    """[strips, before, here, after] how many want anything."""
+
+    @classmethod
+    def of(cls, wanted: Sequence[Labels]) -> CellWants:
+        wants = [_axis(each, axis) for axis, each in enumerate(wanted)]
+        agree = [(wants[one] == wants[other]).astype(np.float32) for one, other in _PAIRS]
+        others = []
+        for axis in range(WINDOW):
+            one, other = (pair for pair, both in zip(agree, _PAIRS, strict=True) if axis in both)
+            others.append(one + other + np.float32(1.0))
+        number = sum(((want != AWAY).astype(np.float32) for want in wants), np.zeros((1, 1, 1, 1), np.float32))
+        return cls(tuple(wanted), tuple(others), number)
+
+    def costs(self, prices: NDArray[np.float32]) -> NDArray[np.float32]:
+        """[strips, before, here, after] least cost of the cell: of a label its price, and 1 for each window it fails.
+
+        Args:
+            prices: [strips, labels] of its labels.
+        """
+        strips = np.arange(len(prices))[:, None]
+        least = prices.min(axis=1)[:, None, None, None]
+        wished = [
+            np.where(want != AWAY, prices[strips, np.maximum(want, 0)], np.float32(np.inf)) for want in self.wanted
+        ]
+        best, middle, after = (
+            _axis(price, axis) - others for axis, (price, others) in enumerate(zip(wished, self.others, strict=True))
+        )
+        for found in (middle, after, least):
+            np.minimum(best, found, out=best)
+        best += self.number
+        return best
 
 
 def _axis(values: NDArray[_Kind], axis: int) -> NDArray[_Kind]:

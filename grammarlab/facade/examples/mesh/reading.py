@@ -43,8 +43,12 @@ class ExampleMesh:
     """Triangles in the file."""
 
 
-def read_mesh(path: Path) -> ExampleMesh:
+def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
     """The triangles of a file, with points that coincide as one.
+
+    Args:
+        path: the file.
+        unit: metres that a unit of its coordinates stands for.
 
     Raises:
         FacadeError: when the file is of another kind, broken, too large, or no building's size.
@@ -56,7 +60,7 @@ def read_mesh(path: Path) -> ExampleMesh:
     if size > MOST_BYTES:
         raise FacadeError(f"{path.name} has {size:,} bytes; at most {MOST_BYTES:,} are read. Simplify the mesh first.")
     groups = _groups(path, kind)
-    points = np.concatenate([each[0] for each in groups])
+    points = np.concatenate([each[0] for each in groups]) * unit
     num = sum(len(each[1]) for each in groups)
     if not num:
         raise FacadeError(f"{path.name} holds no faces.")
@@ -75,7 +79,8 @@ def read_mesh(path: Path) -> ExampleMesh:
     extent = float((high - low).max())
     if not _SMALLEST <= extent <= _LARGEST:
         raise FacadeError(
-            f"{path.name} is {extent:g} m large; expected {_SMALLEST:g} to {_LARGEST:,.0f} m. Scale it to metres."
+            f"{path.name} is {extent:g} m large; expected {_SMALLEST:g} to {_LARGEST:,.0f} m. "
+            "If its coordinates are no metres, say what they are (--unit)."
         )
     origin = np.round((low + high) / 2.0)
     surface = welded(Surface(points - origin, triangles, material), _SAME * extent)

@@ -24,8 +24,8 @@ def sliced(surface: Surface, axis: int, at: float, snap: float) -> Surface:
         points[near, axis] = at
         distance = np.where(near, 0.0, distance)
     side = np.sign(distance).astype(np.int8)
-    of_corner = side[surface.triangles]
-    crossing = (of_corner.min(axis=1, initial=1) < 0) & (of_corner.max(axis=1, initial=-1) > 0)
+    a, b, c = (side[column] for column in surface.triangles.T)
+    crossing = (np.minimum(np.minimum(a, b), c) < 0) & (np.maximum(np.maximum(a, b), c) > 0)
     if not crossing.any():
         return surface.moved(points)
     rows = surface.triangles[crossing]

@@ -99,14 +99,13 @@ def without_slivers(surface: Surface, tolerance: float) -> Surface:
         surface = without_empty(surface)
         a, b, c = (surface.points[column] for column in surface.triangles.T)
         sides = (b - a, c - b, a - c)
-        squares = np.stack([np.einsum("ij,ij->i", side, side) for side in sides], axis=1)
+        squares = [np.einsum("ij,ij->i", side, side) for side in sides]
         normal = np.cross(sides[0], sides[1])
-        longest = squares.argmax(axis=1)
         height = np.einsum("ij,ij->i", normal, normal)
-        flat = np.flatnonzero(height <= tolerance**2 * squares[np.arange(len(squares)), longest])
+        flat = np.flatnonzero(height <= tolerance**2 * np.maximum(np.maximum(*squares[:2]), squares[2]))
         if not flat.size:
             return surface
-        side = longest[flat]
+        side = np.stack([each[flat] for each in squares], axis=1).argmax(axis=1)
         start, end = surface.triangles[flat, side], surface.triangles[flat, (side + 1) % 3]
         via = surface.triangles[flat, (side + 2) % 3]
         # Slivers upon slivers would use one side twice in a round; the first of each side goes first.
@@ -144,11 +143,17 @@ def split_triangles(points: Floats, triangles: Ints, edges: Ints, via: Ints) -> 
     key = edges.min(axis=1) * number + edges.max(axis=1)
     order = np.argsort(key)
     key, via = key[order], via[order]
-    after = triangles[:, [1, 2, 0]]
-    own = np.minimum(triangles, after) * number + np.maximum(triangles, after)
+    at_edge = np.zeros(number, dtype=bool)
+    at_edge[edges] = True
+    a, b, c = (at_edge[column] for column in triangles.T)
+    near = np.flatnonzero((a & b) | (b & c) | (c & a))  # all others have none of the edges
+    here, after = triangles[near], triangles[near][:, [1, 2, 0]]
+    own = np.minimum(here, after) * number + np.maximum(here, after)
     at = np.minimum(np.searchsorted(key, own), len(key) - 1)
-    middle = np.where(key[at] == own, via[at], -1)
-    count = (middle >= 0).sum(axis=1)
+    middle = np.full(triangles.shape, -1)
+    middle[near] = np.where(key[at] == own, via[at], -1)
+    count = np.zeros(len(triangles), dtype=np.int64)
+    count[near] = (middle[near] >= 0).sum(axis=1)
     pieces, source = [triangles[count == 0]], [np.flatnonzero(count == 0)]
     for num in (1, 2, 3):
         rows = np.flatnonzero(count == num)

@@ -23,7 +23,7 @@ class Desk:
     title: str
     target: Path
     """The file that it is saved to."""
-    history: History
+    history: History[Document]
     first: Document
     """As it was opened."""
     saved: Document | None

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
-from grammarlab.runs.facade.editor.document import Document
-
+Document = TypeVar("Document")
+"""What is edited; a value."""
 MOST = 500
 """Steps that are kept."""
 
 
 @dataclass
-class History:
+class History(Generic[Document]):
     """States of a document, one after the other."""
 
     present: Document

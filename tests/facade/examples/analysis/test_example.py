@@ -75,5 +75,5 @@ def test_a_box_without_anything_on_it_is_refused_in_words(tmp_path: Path) -> Non
     box = trimesh.creation.box((9.0, 7.0, 8.0))
     path = tmp_path / "box.ply"
     box.export(path)
-    with pytest.raises(FacadeError, match="No wall has units"):
+    with pytest.raises(FacadeError, match="No wall of this building"):
         analyse(read_mesh(path))

@@ -7,7 +7,16 @@ import pytest
 import trimesh
 
 from grammarlab.facade.examples.analysis.example import Example, analyse
-from grammarlab.facade.examples.building.assembly import Pieces, Tiling, assemble, counts_for, stretch_for, tile
+from grammarlab.facade.examples.building.assembly import (
+    Pieces,
+    Tiling,
+    assemble,
+    counts_for,
+    natural,
+    sources_of,
+    stretch_for,
+    tile,
+)
 from grammarlab.facade.examples.building.closing import TOLERANCE, closed, seams
 from grammarlab.facade.examples.building.conforming import conformed
 from grammarlab.facade.examples.building.units import Cut, cut_up
@@ -30,9 +39,12 @@ def random_building(
         return LabelGrid.of(random.integers(0, len(region.grid.names), shape), region.grid.names)
 
     first = grid(example.main, (rows, columns))
-    stretch = stretch_for(example, first, (None, None, None))
+    walls = example.regions
+    stretch = stretch_for(example, natural(walls, sources_of(walls, (0,), first)), (None, None, None))
     others = [grid(region, counts_for(region, stretch)) for region in example.regions[1:]]
-    tilings = [tile(region, each, stretch) for region, each in zip(example.regions, [first, *others], strict=True)]
+    tilings = [
+        tile(walls, own, each, sources_of(walls, (own,), each), stretch) for own, each in enumerate([first, *others])
+    ]
     cut = cut_up(example.surface, example.regions)
     return example, cut, tilings, assemble(cut, tilings, stretch)
 
@@ -72,11 +84,12 @@ def test_every_unit_is_a_unit_of_the_example_up_to_its_size(tmp_path: Path) -> N
     surface = closed(pieces, tilings, 0.0, was_closed=True).surface
     corners = surface.points + 0.0
     piece = 1
-    for cells, tiling in zip(cut.cells, tilings, strict=True):
+    for number, tiling in enumerate(tilings):
         for row, column in np.ndindex(tiling.grid.labels.shape):
-            source = tuple(tiling.sources[row, column].tolist())
-            assert tiling.region.grid.labels[source] == tiling.grid.labels[row, column]
-            unit = cells[source[0]][source[1]]
+            wall, *source = tiling.sources[row, column].tolist()
+            assert wall == number
+            assert tiling.region.grid.labels[*source] == tiling.grid.labels[row, column]
+            unit = cut.cells[wall][source[0]][source[1]]
             own = pieces.surface.points[pieces.first[piece] : pieces.first[piece + 1]]
             # One scale per axis takes the unit to its place, and its points are still there in the end.
             scale = np.ptp(own, axis=0)

@@ -1,0 +1,102 @@
+"""Units of one example or several, under common labels, materials and names of files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grammarlab.facade.examples.analysis.example import Example, Region
+from grammarlab.facade.examples.building.units import Cut, cut_up
+from grammarlab.facade.examples.label_grid import LabelGrid, joined
+
+_SAME_SIZE, _SAME_DEPTH = 0.02, 0.03
+"""Metres by which what stands in equal units of two examples differs at most; both wider with noise."""
+_NOISES = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Pool:
+    """Walls with their units."""
+
+    walls: tuple[Region, ...]
+    """All walls of the first example, the main one first; then the main wall of each other example."""
+    cut: Cut
+    """The cells of all walls, and the rest of the first example."""
+    choice: tuple[int, ...]
+    """Which walls give the units of the main wall: by example."""
+    colors: tuple[tuple[float, float, float, float], ...]
+    """Of materials."""
+
+    @property
+    def grids(self) -> list[LabelGrid]:
+        """The grid of each example's main wall."""
+        return [self.walls[each].grid for each in self.choice]
+
+
+def pool_of(examples: Sequence[Example]) -> Pool:
+    """The units of examples.
+
+    Units of two examples have one label where their names are equal, and so is what stands in them: as large to 2 cm
+    and as deep to 3 cm. Other units of equal names get names of their own.
+    """
+    first, *others = examples
+    cut = cut_up(first.surface, first.regions)
+    walls, cells, colors = list(first.regions), list(cut.cells), list(first.mesh.colors)
+    choice = [0]
+    for number, other in enumerate(others, start=2):
+        surface = replace(other.surface, material=other.surface.material + len(colors))
+        main = replace(other.main, name=f"{number}-{other.main.name}")
+        cells.append(cut_up(surface, [main]).cells[0])
+        colors += other.mesh.colors
+        choice.append(len(walls))
+        walls.append(main)
+    pool = Pool(tuple(walls), Cut(tuple(cells), cut.rest), tuple(choice), tuple(colors))
+    return _named(pool) if others else pool
+
+
+def _named(pool: Pool) -> Pool:
+    """The pool with one numbering of the labels of its main walls."""
+    seen: dict[str, tuple[int, int, int]] = {}
+    walls = list(pool.walls)
+    for wall in pool.choice:
+        grid, names = walls[wall].grid, []
+        taken = {*seen, *grid.names}
+        for label, name in enumerate(grid.names):
+            unit = (wall, *walls[wall].source(label)) if (grid.labels == label).any() else None
+            # What another example calls so is compared; so are what it calls window-2, window-3, ...
+            head = _head(name)
+            alike = [each for each in seen if each not in names and _head(each) == head]
+            same = next((each for each in alike if unit and _same(pool, seen[each], unit)), None)
+            if same is None and name in seen:
+                same = next(new for k in range(2, 10_000) if (new := f"{head}-{k}") not in taken)
+                taken.add(same)
+            names.append(same or name)
+            if unit:
+                seen.setdefault(names[-1], unit)
+        walls[wall] = replace(walls[wall], grid=LabelGrid(grid.labels, tuple(names)))
+    for wall, grid in zip(pool.choice, joined([walls[each].grid for each in pool.choice]), strict=True):
+        walls[wall] = replace(walls[wall], grid=grid)
+    return replace(pool, walls=tuple(walls))
+
+
+def _head(name: str) -> str:
+    """The name of a label without the number that tells it from others."""
+    head, _, number = name.rpartition("-")
+    return head if head and number.isdigit() else name
+
+
+def _same(pool: Pool, one: tuple[int, int, int], other: tuple[int, int, int]) -> bool:
+    """Whether equal things stand in two cells, given by wall, row and column."""
+    noise = _NOISES * max(pool.walls[each[0]].noise for each in (one, other))
+    sizes, depths = [], []
+    for wall, row, column in (one, other):
+        boxes = pool.walls[wall].elements_in(row, column)
+        boxes = boxes[np.lexsort(boxes.T[::-1])]
+        sizes.append(boxes[:, 2:] - boxes[:, :2])
+        depth = pool.cut.cells[wall][row][column].points[:, 2] - pool.walls[wall].plane
+        depths.append([depth.min(initial=0.0), depth.max(initial=0.0)])
+    if len(sizes[0]) != len(sizes[1]) or np.abs(np.subtract(*depths)).max() > _SAME_DEPTH + noise:
+        return False
+    return bool((np.abs(sizes[0] - sizes[1]) <= _SAME_SIZE + noise).all())

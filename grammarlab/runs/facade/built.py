@@ -1,0 +1,154 @@
+"""One new building: its labels, walls and mesh, and what is said of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+from grammarlab.facade.examples.analysis.example import Example, Region
+from grammarlab.facade.examples.building.assembly import (
+    Tiling,
+    assemble,
+    counts_for,
+    natural,
+    sources_of,
+    stretch_for,
+    tile,
+)
+from grammarlab.facade.examples.building.closing import Closed, closed
+from grammarlab.facade.examples.building.pool import Pool
+from grammarlab.facade.examples.building.stretching import Stretch
+from grammarlab.facade.examples.label_grid import LabelGrid, Labels
+from grammarlab.facade.examples.mesh.surface import Surface, edge_numbers
+from grammarlab.facade.examples.synthesis import Synthesis, synthesize
+
+Box = tuple[float | None, float | None, float | None]
+
+
+class Stopwatch:
+    """Seconds per stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
+
+
+@dataclass(frozen=True, eq=False)
+class Built:
+    """One new building."""
+
+    main: Synthesis
+    tilings: tuple[Tiling, ...]
+    stretch: Stretch
+    closed: Closed
+    example_boundary: int
+    boundary: int
+    watertight: bool
+    seconds: dict[str, float]
+
+    @property
+    def surface(self) -> Surface:
+        return self.closed.surface
+
+    def as_dict(self) -> dict[str, Any]:
+        """For `--json`, without files."""
+        quality = self.main.quality
+        return {
+            "rows": self.main.grid.rows,
+            "columns": self.main.grid.columns,
+            "labels": self.main.grid.labels.tolist(),
+            "names": list(self.main.grid.names),
+            "units": self.main.grid.labels.size,
+            "method": self.main.method,
+            "energy": self.main.energy,
+            "bound": self.main.bound,
+            "proven": self.main.proven,
+            "paper_energy": self.main.paper_energy,
+            "patch_similarity": quality.patch_similarity,
+            "cooccurrence": quality.cooccurrence,
+            "histogram": quality.histogram,
+            "novelty": quality.novelty,
+            "watertight": self.watertight,
+            "boundary_edges": {"example": self.example_boundary, "result": self.boundary},
+            "triangles": len(self.surface),
+            "stitching": {"points_moved": self.closed.moved, "widest_gap": self.closed.farthest},
+            "size": [float(each) for each in self.surface.points.max(axis=0) - self.surface.points.min(axis=0)],
+            "walls": [
+                {"name": each.region.name, "rows": each.grid.rows, "columns": each.grid.columns}
+                for each in self.tilings
+            ],
+            "notes": list(self.main.notes),
+            "seconds": self.seconds,
+        }
+
+
+def build(
+    example: Example,
+    pool: Pool,
+    main: Synthesis,
+    regions: Labels | None,
+    box: Box,
+    seed: int,
+    before: tuple[int, bool],
+    seconds: dict[str, float],
+) -> Built:
+    """The building for a grid of the main wall.
+
+    Args:
+        example: the building whose other walls and rest it has.
+        pool: units of its walls, and of the main walls of other examples.
+        main: the grid.
+        regions: [rows, columns] example that each cell is made after; any when left out.
+        box: width, height and depth in metres; as the units make it where None.
+        seed: of the labels of other walls.
+        before: open edges of the example, and whether it is closed.
+        seconds: that stages have taken so far.
+
+    Raises:
+        FacadeError: where the box leaves no room for units.
+    """
+    watch = Stopwatch()
+    watch.seconds.update(seconds)
+    sources = sources_of(pool.walls, pool.choice, main.grid, regions)
+    stretch = stretch_for(example, natural(pool.walls, sources), box)
+    with watch("labels"):
+        grids = _grids(example, main, stretch, seed)
+    with watch("assembly"):
+        tilings = [tile(pool.walls, 0, main.grid, sources, stretch)]
+        for own, grid in enumerate(grids, start=1):
+            tilings.append(tile(pool.walls, own, grid, sources_of(pool.walls, (own,), grid), stretch))
+        pieces = assemble(pool.cut, tilings, stretch)
+    with watch("stitching"):
+        noise = max(region.noise for region in pool.walls)
+        done = closed(pieces, tilings, noise, was_closed=before[1])
+        done = replace(done, surface=done.surface.moved(example.bent(done.surface.points)))
+        boundary, watertight = edge_numbers(done.surface)
+    return Built(main, tuple(tilings), stretch, done, before[0], boundary, watertight, watch.seconds)
+
+
+def _grids(example: Example, main: Synthesis, stretch: Stretch, seed: int) -> list[LabelGrid]:
+    """The grid of each region but the main one; walls that are alike get the same."""
+    known: dict[tuple[Any, ...], LabelGrid] = {}
+    grids = []
+    for region in example.regions[1:]:
+        rows, columns = counts_for(region, stretch)
+        key = _key(region, rows, columns)
+        if key not in known:
+            found = synthesize([region.grid], rows, columns, method=main.method, seed=seed, count=1)
+            known[key] = found[0].grid
+        grids.append(LabelGrid.of(known[key].labels, region.grid.names))
+    return grids
+
+
+def _key(region: Region, rows: int, columns: int) -> tuple[Any, ...]:
+    return rows, columns, region.grid.labels.shape, region.grid.labels.tobytes(), region.grid.names

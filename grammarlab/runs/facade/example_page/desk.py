@@ -1,0 +1,137 @@
+"""An example on a person's desk: what was found in it, with corrections that can be undone, its file, and results."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+
+from PIL import Image
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.examples.analysis.correction import corrected, dumps, with_corrections
+from grammarlab.facade.examples.analysis.example import Example, analyse
+from grammarlab.facade.examples.building.pictures import building_picture, label_picture
+from grammarlab.facade.examples.building.pool import pool_of
+from grammarlab.facade.examples.mesh.reading import read_mesh
+from grammarlab.facade.examples.mesh.surface import edge_numbers
+from grammarlab.facade.examples.synthesis import synthesize
+from grammarlab.files import write_text
+from grammarlab.runs.facade.built import Built, build
+from grammarlab.runs.facade.editor.history import History
+from grammarlab.runs.facade.example_page.edits import Document
+from grammarlab.runs.facade.gallery import sheet
+
+
+@dataclass
+class ExampleDesk:
+    """Where everything lies; commands change it, and count up `revision` when they do."""
+
+    file: Path
+    """The mesh."""
+    target: Path
+    """Where corrections are saved."""
+    found: Example
+    """As it was found."""
+    first: Document
+    """The same as a document."""
+    history: History[Document]
+    saved: Document | None = None
+    """What is in the target; None for what is not ours to say."""
+    revision: int = 0
+    names: list[str] = field(default_factory=list)
+    """Labels, in the order in which they first came: so that they keep their colors."""
+
+    @classmethod
+    def of(cls, file: Path, target: Path) -> ExampleDesk:
+        """A desk with the building of a file, and its corrections where they are there already.
+
+        Raises:
+            FacadeError: when it cannot be read, or nothing is found on it, or the target is of another example.
+        """
+        found = analyse(read_mesh(file))
+        first = json.loads(dumps(found))
+        if not target.exists():
+            return cls(file, target, found, first, History(first))
+        document = json.loads(dumps(corrected(found, target)))
+        return cls(file, target, found, first, History(document), document)
+
+    @property
+    def document(self) -> Document:
+        """As it is now."""
+        return self.history.present
+
+    @property
+    def is_saved(self) -> bool:
+        return self.saved is self.document
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether no file holds the corrections as they are now."""
+        return not self.is_saved and self.document is not self.first
+
+    @property
+    def example(self) -> Example:
+        """The example with the corrections."""
+        return with_corrections(self.found, self.document)
+
+    @cached_property
+    def picture(self) -> Image.Image:
+        """Of the building."""
+        return building_picture(self.found.surface, self.found.mesh.colors)
+
+    def do(self, words: str, document: Document) -> None:
+        """A step that can be undone.
+
+        Raises:
+            FacadeError: when the example cannot be so; says why.
+        """
+        with_corrections(self.found, document)
+        self.history.do(words, document)
+        self.revision += 1
+
+    def step(self, *, forward: bool) -> str:
+        """Undo or redo, and its words."""
+        words = self.history.redo() if forward else self.history.undo()
+        self.revision += 1
+        return words
+
+    def label_names(self) -> list[str]:
+        """All labels that ever came."""
+        for wall in self.document["walls"]:
+            for name in (each for row in wall["labels"] for each in row):
+                if name not in self.names:
+                    self.names.append(name)
+        return self.names
+
+    def save(self) -> None:
+        """On disk when it returns, whole or not at all."""
+        document = self.document
+        self.target.parent.mkdir(parents=True, exist_ok=True)
+        write_text(self.target, dumps(self.example))
+        self.saved = document
+        self.revision += 1
+
+    def rescue(self) -> Path:
+        """Writes what is not saved into a new file beside the target."""
+        for number in range(1, 1_000):
+            path = self.target.with_name(f"{self.target.stem}.unsaved{number}.json")
+            if not path.exists():
+                write_text(path, dumps(self.example))
+                return path
+        raise FacadeError(f"{self.target.parent} is full of files with what was not saved.")
+
+    def tried(self, rows: int, columns: int, seed: int) -> tuple[Built, Image.Image]:
+        """A new building after the corrected example, and a picture: example, labels, new labels, new building."""
+        example = replace(self.example, notes=())
+        pool = pool_of([example])
+        main = synthesize(pool.grids, rows, columns, seed=seed)[0]
+        made = build(example, pool, main, None, (None, None, None), seed, edge_numbers(example.surface), {})
+        pictures = [
+            self.picture,
+            label_picture(example.main.grid),
+            label_picture(main.grid),
+            building_picture(made.surface, pool.colors),
+        ]
+        return made, sheet(pictures)
