@@ -18,7 +18,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 # Material for MkDocs tells at every start that it has a successor.
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test check docs pictures bench facades format clean chromium
+.PHONY: demo test check docs pictures bench facades scan-pictures format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -87,6 +87,11 @@ facades: $(VENV)/.dev
 		$(BIN)/grammarlab sample $(FACADES)/blocks.cga --start $$start $$lot -n 1 --format obj --no-image -o out/$$start && \
 		$(BIN)/grammarlab facade synthesize out/$$start/blocks-00000.obj --rows 8 --columns 15 -o out/$$start/made && \
 		cp out/$$start/made/001.png docs/images/synthesis_$$start.png || exit 1; done
+
+scan-pictures: $(VENV)/.dev
+	$(BIN)/grammarlab facade scene --rows 4 --seed 3 -o out/scan/scene.json
+	$(BIN)/grammarlab facade match out/scan/scene.json -o out/scan/found
+	cp out/scan/found/match.png docs/images/scan_match.png
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix $(CODE)

@@ -38,6 +38,15 @@ def match(
             dir_okay=False,
         ),
     ] = None,
+    corrections: Annotated[
+        Path | None,
+        typer.Option(
+            "--corrections",
+            help="What a person says about elements, as facade open saves it.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of all random numbers.", min=0)] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about what was found.")] = False,
 ) -> None:
@@ -46,12 +55,14 @@ def match(
     Finds which elements are of one kind, and which sizes kinds share.
     """
     with friendly_errors():
+        from grammarlab.facade.templates.corrections import load_corrections
         from grammarlab.facade.templates.library import named
         from grammarlab.facade.templates.reading.files import load_elements
         from grammarlab.runs.facade.match import as_dict, match_elements, save_match
 
         chosen = named(templates)
-        found = match_elements(load_elements(elements, boxes), chosen, method, seed)
+        said = load_corrections(corrections) if corrections else ()
+        found = match_elements(load_elements(elements, boxes), chosen, method, seed, said)
         values = as_dict(found, method, seed)
         files = save_match(found, values, output)
         if as_json:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple, Protocol
 
 import typer
 
@@ -13,11 +13,39 @@ if TYPE_CHECKING:
     from grammarlab.runs.serving.server import Page, Served
 
 
+class _Desk(Protocol):
+    """What is edited."""
+
+    target: Path
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether something could not be saved."""
+        ...
+
+    def rescue(self) -> Path:
+        """Saves it elsewhere, and says where."""
+        ...
+
+
+class _Shown(NamedTuple):
+    """A page of a file."""
+
+    served: Served
+    page: Page
+    target: Path
+    """What it saves to."""
+    desk: _Desk | None
+    """None where whatever is said is saved at once."""
+
+
 def open_facade(
     file: Annotated[
         Path,
         typer.Argument(
-            help="File of a facade, or the mesh of a building to synthesize from.", exists=True, dir_okay=False
+            help="A facade or elements (.json), a design of layers (.toml), the mesh of a building, or a scan.",
+            exists=True,
+            dir_okay=False,
         ),
     ],
     output: Annotated[
@@ -25,65 +53,88 @@ def open_facade(
         typer.Option(
             "-o",
             "--output",
-            help="File to save to; NAME.edited.facade.json, or NAME.example.json of a mesh, when left out.",
+            help="File to save to. Default: a new file in the current folder, named after FILE.",
             dir_okay=False,
         ),
     ] = None,
+    templates: Annotated[
+        str, typer.Option("--templates", help="Of elements: files or names, as for facade match.")
+    ] = "basic",
     port: Annotated[int, typer.Option("--port", help="Port of the page; 0 for any free one.", min=0, max=65535)] = 0,
     browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="Open the page in the browser, or only print its address.")
     ] = True,
 ) -> None:
-    """Edit a facade, or correct what a mesh is read as, in the browser.
+    """Edit a facade in the browser.
 
-    Of a facade sizes, grids, columns and rows can be changed; of a mesh units, lines and labels.
+    A design of layers, the mesh of a building and a scan have pages of their own.
     """
     with friendly_errors():
         from grammarlab.facade.examples.mesh.reading import FORMATS
+        from grammarlab.facade.templates.reading.files import is_elements
 
-        if file.suffix.lower() in FORMATS:
-            _correct(file, output, port, browser=browser)
+        if file.suffix.lower() == ".toml":
+            shown = _design(file, output)
+        elif is_elements(file):
+            shown = _scan(file, output, templates)
+        elif file.suffix.lower() in FORMATS:
+            shown = _building(file, output)
         else:
-            _edit(file, output, port, browser=browser)
+            shown = _facade(file, output)
+        try:
+            _serve(shown, port, browser=browser)
+        finally:
+            shown.served.close()
+            if shown.desk is not None and shown.desk.is_lost:
+                say(f"what was not saved is in {shown.desk.rescue()}")
 
 
-def _edit(file: Path, output: Path | None, port: int, *, browser: bool) -> None:
+def _facade(file: Path, output: Path | None) -> _Shown:
     from grammarlab.runs.facade.editor.editor import Editor
     from grammarlab.runs.facade.editor.server import PAGE
 
     editor = Editor(file, output)
-    try:
-        _serve(editor, PAGE, editor.desk.target, port, browser=browser)
-    finally:
-        editor.close()
-        if editor.desk.is_lost:
-            say(f"what was not saved is in {editor.desk.rescue()}")
+    return _Shown(editor, PAGE, editor.desk.target, editor.desk)
 
 
-def _correct(file: Path, output: Path | None, port: int, *, browser: bool) -> None:
+def _design(file: Path, output: Path | None) -> _Shown:
+    from grammarlab.runs.facade.layers_page.designer import PAGE, Designer
+
+    designer = Designer(file, output)
+    return _Shown(designer, PAGE, designer.desk.target, designer.desk)
+
+
+def _building(file: Path, output: Path | None) -> _Shown:
     from grammarlab.runs.facade.example_page.corrector import Corrector
     from grammarlab.runs.facade.example_page.server import PAGE
 
     say("reading the building ...")
     corrector = Corrector(file, output)
-    try:
-        _serve(corrector, PAGE, corrector.desk.target, port, browser=browser)
-    finally:
-        corrector.close()
-        if corrector.desk.is_lost:
-            say(f"what was not saved is in {corrector.desk.rescue()}")
+    return _Shown(corrector, PAGE, corrector.desk.target, corrector.desk)
 
 
-def _serve(served: Served, page: Page, target: Path, port: int, *, browser: bool) -> None:
+def _scan(file: Path, output: Path | None, templates: str) -> _Shown:
+    from grammarlab.extras import require
+    from grammarlab.facade.templates.library import named
+    from grammarlab.facade.templates.reading.files import load_elements
+    from grammarlab.runs.facade.scan_page.desk import ScanDesk
+    from grammarlab.runs.facade.scan_page.matcher import PAGE, Matcher
+
+    require("jax")
+    target = output or Path(f"{file.stem}.corrections.json")
+    return _Shown(Matcher(ScanDesk(file.name, load_elements(file), named(templates), target)), PAGE, target, None)
+
+
+def _serve(shown: _Shown, port: int, *, browser: bool) -> None:
     from grammarlab.runs.serving.server import serve
 
     def tell(address: str) -> None:
         typer.echo(address)
-        say(f"saves to {target}; Ctrl-C ends")
+        say(f"saves to {shown.target}; Ctrl-C ends")
         if browser:
             typer.launch(address)
 
     try:
-        serve(served, page, port, tell)
+        serve(shown.served, shown.page, port, tell)
     except KeyboardInterrupt:
         say("ended.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import jax.numpy as jnp
@@ -13,13 +14,22 @@ from grammarlab.facade.templates.assembly import Part, assemble
 from grammarlab.facade.templates.choosing import description, used_templates
 from grammarlab.facade.templates.clock import Clock
 from grammarlab.facade.templates.clouds import Clouds, clouds_of
+from grammarlab.facade.templates.corrections import (
+    Corrections,
+    check_corrections,
+    given_sizes,
+    left_out,
+    united,
+    with_sizes,
+    with_templates,
+)
 from grammarlab.facade.templates.elements import Elements, Floats, Ints, too_poor
 from grammarlab.facade.templates.evidence.maps import Maps, maps_of
 from grammarlab.facade.templates.evidence.particles import STEPS, Bounds, Draws, Samples, Task, num_draws, sample
 from grammarlab.facade.templates.evidence.strength import find_kinds_with
 from grammarlab.facade.templates.fitting.fit import fit_all
 from grammarlab.facade.templates.match import Match
-from grammarlab.facade.templates.plain import NO_FIT
+from grammarlab.facade.templates.plain import unfit
 from grammarlab.facade.templates.template import Template, stack
 
 PARTICLES = 512
@@ -31,38 +41,45 @@ _FEW, _TOGETHER = 8, 32
 """Elements of a batch."""
 
 
-def couple(elements: Elements, templates: Sequence[Template], seed: int) -> Match:
+def couple(elements: Elements, templates: Sequence[Template], seed: int, corrections: Corrections = ()) -> Match:
     """Kinds of elements, by the evidence of all of them together.
 
     Args:
         elements: what to match.
         templates: to choose from.
         seed: of the samples.
+        corrections: what a person says about them.
+
+    Raises:
+        FacadeError: for corrections about other elements or templates, or that contradict each other.
     """
     clock = Clock()
-    reasons = too_poor(elements)
+    check_corrections(corrections, len(elements), templates)
+    reasons = too_poor(elements) | left_out(corrections)
     which = np.array([each for each in range(len(elements)) if each not in reasons], dtype=np.int64)
     if not len(which):
         return assemble(elements, [], reasons, clock.seconds)
     clouds = clouds_of(elements, which)
     fits = fit_all(clouds, stack(templates))
-    costs = description(clouds, templates, fits)
+    costs = with_templates(description(clouds, templates, fits), which, templates, corrections)
     used = used_templates(costs)
     odds = _odds(costs[:, [*used.tolist(), -1]])
     clock.lap("fitting")
     best = odds.argmax(axis=1)
-    reasons |= dict.fromkeys(which[best == len(used)].tolist(), NO_FIT)
+    reasons |= unfit(clouds, templates, best == len(used))
     taken = []
     for number, place in enumerate(used.tolist()):
         members = np.flatnonzero(best == number)
         size = fits.parameters[members, place, : len(templates[place].parameters)]
         samples = _samples(clouds, templates[place], members, size, fits.noise[members, place], seed)
-        taken.append((place, members, samples, _maps(clouds, members, samples)))
+        maps = _maps(clouds, members, samples, given_sizes(corrections, which[members]))
+        taken.append((place, members, samples, with_sizes(maps, which[members], corrections) if corrections else maps))
     clock.lap("evidence")
     parts = []
     for number, (place, members, samples, maps) in enumerate(taken):
         inside = which[members]
         solution, rounds = find_kinds_with(maps, elements.row[inside], elements.column[inside])
+        solution = replace(solution, posterior=united(solution.posterior, inside, corrections))
         sure = odds[members, number]
         hidden = fits.hidden[members, place]
         middle = clouds.middle[members]
@@ -92,7 +109,7 @@ def _samples(clouds: Clouds, template: Template, members: Ints, sizes: Floats, n
     """Posterior samples of the parameters of some elements, between sizes that the largest and smallest suggest."""
     low = np.maximum(template.low, 0.1 * template.low)
     high = template.high.copy()
-    low[:2] = np.maximum(_SMALLER * np.quantile(sizes[:, :2], 0.1, axis=0), 1e-3)
+    low[:2] = np.maximum(_SMALLER * sizes[:, :2].min(axis=0), 1e-3)
     high[:2] = np.maximum(_LARGER * sizes[:, :2].max(axis=0), 1.2 * low[:2])
     limits = template.limits if len(template.limits) else np.zeros((1, 1 + len(template.parameters)))
     numbers = (low, high, limits, np.median(noise) * _NOISE)
@@ -124,9 +141,12 @@ def _draws(element: Ints, size: int, seed: int) -> Draws:
     return Draws(*(jnp.asarray(np.stack(each)) for each in zip(*drawn, strict=True)))
 
 
-def _maps(clouds: Clouds, members: Ints, samples: Samples) -> Maps:
-    """Evidence maps between the sizes that samples reach."""
+def _maps(clouds: Clouds, members: Ints, samples: Samples, given: Sequence[tuple[int, float]]) -> Maps:
+    """Evidence maps between the sizes that samples reach, and with those that a person gives: axis and metres."""
     sizes = np.asarray(samples.parameters)[:, :, :2]
     points = clouds.weight[members].sum(axis=1)
     error = np.asarray(samples.noise).mean(axis=1) * np.sqrt(8.0 / np.maximum(points, 8.0))
-    return maps_of(sizes, error, sizes.min(axis=(0, 1)), sizes.max(axis=(0, 1)) + 1e-6)
+    low, high = sizes.min(axis=(0, 1)), sizes.max(axis=(0, 1)) + 1e-6
+    for axis, value in given:
+        low[axis], high[axis] = min(low[axis], value), max(high[axis], value)
+    return maps_of(sizes, error, low, high)

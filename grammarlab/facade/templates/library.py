@@ -10,6 +10,7 @@ import grammarlab
 from grammarlab.errors import UsageError
 from grammarlab.facade.templates.template import Template
 from grammarlab.facade.templates.text.parsing import MOST_CHARACTERS, parse_templates
+from grammarlab.facade.templates.text.rules import templates_of_rules
 
 BASIC = ("rectangle", "arch", "segment_arch", "gable", "pointed_arch", "circle", "trapezium", "cross_window")
 SUFFIX = ".template"
@@ -31,6 +32,7 @@ def named(names: str) -> tuple[Template, ...]:
     Raises:
         UsageError: for a name that there is not, with the nearest ones, and a file that is too long or not text.
         LanguageError: for a file that is not of the format.
+        FacadeError: for rules that make no template.
     """
     known: dict[str, list[Template]] = {}
     for template in shipped():
@@ -44,7 +46,8 @@ def named(names: str) -> tuple[Template, ...]:
         elif name in known:
             chosen = known[name]
         elif Path(name).is_file():
-            chosen = list(parse_templates(_text(Path(name)), Path(name).name))
+            reader = templates_of_rules if name.lower().endswith(".cga") else parse_templates
+            chosen = list(reader(_text(Path(name)), Path(name).name))
         else:
             near = get_close_matches(name, [*known, "all", "basic"], 3)
             hint = f"; did you mean {' or '.join(near)}?" if near else ""

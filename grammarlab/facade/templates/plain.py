@@ -17,6 +17,8 @@ from grammarlab.facade.templates.relations import THRESHOLD, replicas
 from grammarlab.facade.templates.template import Template, stack
 
 NO_FIT = "no template explains it better than points that are spread over its box"
+_TOO_LARGE = 2.0
+"""Times the largest template, from which on units are doubted."""
 _MOST_KINDS = 12
 """That k-means tries where nobody tells the number."""
 
@@ -37,7 +39,7 @@ def match_alone(elements: Elements, templates: Sequence[Template], kinds: int | 
     fits = fit_all(clouds, stack(templates))
     costs = description(clouds, templates, fits)
     fine = costs.argmin(axis=1) < len(templates)
-    reasons |= dict.fromkeys(which[~fine].tolist(), NO_FIT)
+    reasons |= unfit(clouds, templates, ~fine)
     which, fits, costs = which[fine], fits.of(fine), costs[fine, :-1]
     every = np.arange(len(which))
     owner = costs.argmin(axis=1) if len(which) else np.zeros(0, dtype=np.int64)
@@ -69,6 +71,22 @@ def _clustered(values: Floats, kinds: int) -> Ints:
         return of(kinds)
     tried = [of(count) for count in range(2, min(_MOST_KINDS, number - 1) + 1)]
     return max(tried, key=lambda each: silhouette_score(values, each), default=np.zeros(len(values), dtype=np.int64))
+
+
+def unfit(clouds: Clouds, templates: Sequence[Template], which: np.ndarray) -> dict[int, str]:
+    """Why no template fits the elements of a mask [N]."""
+    low, high = (np.array([getattr(each, end)[:2] for each in templates]) for end in ("low", "high"))
+    size = clouds.reach[:, 1] - clouds.reach[:, 0]
+    reasons = {}
+    for place in np.flatnonzero(which).tolist():
+        reasons[int(clouds.element[place])] = NO_FIT
+        if (size[place] > _TOO_LARGE * high.max(axis=0)).any() or (size[place] < low.min(axis=0) / _TOO_LARGE).all():
+            across, up = size[place].tolist()
+            reasons[int(clouds.element[place])] = (
+                f"its points reach over {across:.3g} x {up:.3g} m, and templates go from {low.min():.3g} to "
+                f"{high.max():.3g} m; are its lengths metres?"
+            )
+    return reasons
 
 
 def fitting(clouds: Clouds, templates: Sequence[Template], fits: Fits) -> np.ndarray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.facade.templates.elements import Floats
+from grammarlab.facade.templates.elements import Floats, Ints
 
 ARC_PIECES = 8
 """Chords that an arc is drawn as."""
@@ -67,14 +67,16 @@ class Stack:
     """[T, C, 1 + D] that hold where a template has fewer."""
     used: Floats
     """[T, D] 1 for the parameters that a template has."""
+    num_pieces: Ints
+    """[T] that a template has, rounded up; those beyond have no length."""
 
 
 def stack(templates: Sequence[Template]) -> Stack:
     """The templates as one array; sizes are rounded up, so that few different ones have to be compiled."""
     pieces = [template.pieces for template in templates]
     num = len(templates)
-    most = max(len(each) for each in pieces)
-    most = 4 * (-(-most // 4))
+    num_pieces = np.array([4 * (-(-len(each) // 4)) for each in pieces], dtype=np.int64)
+    most = int(num_pieces.max())
     size = max(len(template.parameters) for template in templates)
     num_limits = max(1, *(len(template.limits) for template in templates))
     stacked = np.zeros((num, most, 7, 1 + size))
@@ -86,7 +88,7 @@ def stack(templates: Sequence[Template]) -> Stack:
         usual[place, :own], low[place, :own], high[place, :own] = template.usual, template.low, template.high
         limits[place, : len(template.limits), : 1 + own] = template.limits
         used[place, :own] = 1.0
-    return Stack(stacked, usual, low, high, limits=limits, used=used)
+    return Stack(stacked, usual, low, high, limits=limits, used=used, num_pieces=num_pieces)
 
 
 def points_along(template: Template, parameters: Floats) -> Floats:

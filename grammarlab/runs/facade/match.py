@@ -11,6 +11,7 @@ import numpy as np
 from grammarlab.errors import UsageError
 from grammarlab.extras import require
 from grammarlab.facade.file import save_facade
+from grammarlab.facade.templates.corrections import Corrections
 from grammarlab.facade.templates.elements import Elements
 from grammarlab.facade.templates.match import Match
 from grammarlab.facade.templates.template import Template
@@ -27,14 +28,18 @@ Method = Literal["default", "paper", "independent", "kmeans"]
 METHODS: tuple[str, ...] = get_args(Method)
 
 
-def match_elements(elements: Elements, templates: tuple[Template, ...], method: str, seed: int) -> Match:
+def match_elements(
+    elements: Elements, templates: tuple[Template, ...], method: str, seed: int, corrections: Corrections = ()
+) -> Match:
     """The kinds of elements.
 
     Raises:
-        UsageError: for a method that there is not.
+        UsageError: for a method that there is not, and corrections for another one than the default.
     """
     if method not in METHODS:
         raise UsageError(f"--method: expected one of {', '.join(METHODS)}, found {method!r}.")
+    if corrections and method != "default":
+        raise UsageError(f"--corrections: only the default method takes them, not {method}.")
     require("jax")
     # These load jax, which takes seconds.
     from grammarlab.facade.templates.coupled import couple  # noqa: PLC0415
@@ -44,7 +49,7 @@ def match_elements(elements: Elements, templates: tuple[Template, ...], method: 
     if method == "paper":
         return match_as_paper(elements, templates)
     if method == "default":
-        return couple(elements, templates, seed)
+        return couple(elements, templates, seed, corrections)
     truth = elements.truth
     told = 0 if truth is None else len(np.unique(truth.kind))
     return match_alone(elements, templates, None if method == "independent" else told)

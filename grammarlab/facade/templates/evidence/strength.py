@@ -10,7 +10,7 @@ from grammarlab.facade.templates.evidence.kinds import Solution, find_kinds
 from grammarlab.facade.templates.evidence.maps import Maps
 from grammarlab.facade.templates.evidence.neighbours import Groups
 
-STRENGTHS = (1.0, 4.0, 16.0)
+STRENGTHS = (0.25, 1.0, 4.0, 16.0)
 """Values of kappa that are tried, beside none at all."""
 _FEWEST = 2
 """Groups of more than one element that it takes to learn from them."""
@@ -28,7 +28,7 @@ def find_kinds_with(maps: Maps, row: Ints, column: Ints) -> tuple[Solution, int]
     sides = [index for index in (row, column) if _grouped(index)]
     priors: list[tuple[Groups, ...]] = [(Groups(index, kappa),) for index, kappa in product(sides, STRENGTHS)]
     if len(sides) > 1:
-        priors.append(tuple(Groups(index, STRENGTHS[1]) for index in sides))
+        priors.append(tuple(Groups(index, STRENGTHS[2]) for index in sides))
     chosen: tuple[Groups, ...] = ()
     for groups in priors:
         found = find_kinds(maps, groups, plain.kinds)

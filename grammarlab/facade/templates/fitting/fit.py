@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.facade.templates.clouds import Clouds
-from grammarlab.facade.templates.elements import Floats
+from grammarlab.facade.templates.elements import Floats, Ints
 from grammarlab.facade.templates.evidence.density import log_likelihood, visible
 from grammarlab.facade.templates.fitting.residuals import residuals
 from grammarlab.facade.templates.outline import outline
@@ -25,6 +25,12 @@ _DIRECTIONS = 12
 _HIDING = 4.0
 """Nats that a half-plane has to gain; what may be anywhere explains more by chance."""
 _LEAST_NOISE = 0.002
+_TOGETHER = 8
+"""Elements of a batch."""
+_MANY = 16
+"""Templates, from which on those of few pieces are fitted apart."""
+_ENDS = (12, 32)
+"""Pieces."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +62,30 @@ class Fits:
 
 
 def fit_all(clouds: Clouds, stack: Stack) -> Fits:
-    """Fits of all templates to all elements."""
-    elements = (clouds.points, clouds.weight, clouds.area, clouds.reach)
-    templates = (stack.pieces, stack.usual, stack.low, stack.high, stack.limits, stack.used)
-    made = _fit(*(tuple(jnp.asarray(each, jnp.float32) for each in some) for some in (elements, templates)))
-    return Fits(*(np.asarray(each, dtype=np.float64) for each in made))
+    """Fits of all templates to all elements; those of few pieces do not wait for those of many."""
+    number = len(clouds)
+    # Whole batches, so that few sizes have to be compiled.
+    filled = np.arange(-(-number // _TOGETHER) * _TOGETHER) % max(number, 1)
+    columns = (clouds.points, clouds.weight, clouds.area, clouds.reach)
+    elements = tuple(jnp.asarray(each[filled], jnp.float32) for each in columns)
+    count = stack.num_pieces
+    groups = _by_size(count)
+    made = []
+    for most, which in groups:
+        columns = (stack.pieces[:, :most], stack.usual, stack.low, stack.high, stack.limits, stack.used)
+        made.append(_fit(elements, tuple(jnp.asarray(each[which], jnp.float32) for each in columns)))
+    order = np.argsort(np.concatenate([which for _, which in groups]))
+    whole = (np.concatenate(each, axis=1, dtype=np.float64) for each in zip(*made, strict=True))
+    return Fits(*(each[:number, order] for each in whole))
+
+
+def _by_size(count: Ints) -> list[tuple[int, Ints]]:
+    """How many pieces are enough, and for which templates; few templates are not worth a compilation of each."""
+    ends = (
+        [int(count.max())] if len(count) < _MANY else [*(end for end in _ENDS if end < count.max()), int(count.max())]
+    )
+    group = np.searchsorted(ends, count)
+    return [(end, np.flatnonzero(group == place)) for place, end in enumerate(ends) if (group == place).any()]
 
 
 @jax.jit

@@ -17,7 +17,7 @@ from grammarlab.facade.templates.paper.field import Field
 from grammarlab.facade.templates.paper.labelling import label
 from grammarlab.facade.templates.paper.placing import place_labels
 from grammarlab.facade.templates.paper.subspace import dimensions_of, merged, similarity, weights_of
-from grammarlab.facade.templates.plain import NO_FIT, fitting, from_labels
+from grammarlab.facade.templates.plain import fitting, from_labels, unfit
 from grammarlab.facade.templates.relations import THRESHOLD, couplings, replicas
 from grammarlab.facade.templates.template import Stack, Template, stack
 
@@ -41,7 +41,7 @@ def match_as_paper(elements: Elements, templates: Sequence[Template]) -> Match:
     clouds = clouds_of(elements, which)
     fits = fit_all(clouds, stacked)
     fine = fitting(clouds, templates, fits)
-    reasons |= dict.fromkeys(which[~fine].tolist(), NO_FIT)
+    reasons |= unfit(clouds, templates, ~fine)
     which = which[fine]
     clouds = clouds_of(elements, which)
     fits = fits.of(fine)

@@ -44,8 +44,8 @@ def weights_of(parameters: Floats, scale: float) -> Floats:
 def dimensions_of(weights: Floats) -> int:
     """How many eigenvectors are kept: up to the largest gap between the mean eigenvalues of all graphs [T, N, N]."""
     values = np.mean([np.linalg.eigvalsh(laplacian(each)) for each in weights], axis=0)
-    gaps = np.diff(values[: MOST_DIMENSIONS + 2])
-    return 1 + int(np.argmax(gaps)) if len(gaps) else 1
+    # Beyond the last one it is as if another element were far from all: so few elements may all be apart.
+    return 1 + int(np.argmax(np.diff(np.append(values, 1.0)[: MOST_DIMENSIONS + 2])))
 
 
 def similarity(basis: Floats) -> Floats:

@@ -12,6 +12,7 @@ from scipy import ndimage
 from grammarlab.arrays import offsets_from_counts
 from grammarlab.errors import FacadeError
 from grammarlab.facade.templates.elements import FARTHEST, MOST_ELEMENTS, Elements, Floats, Ints
+from grammarlab.facade.templates.reading.outlines import outlines
 
 _DEEP = 0.04
 """Metres from the wall, from which on a point is not of the wall."""
@@ -33,21 +34,21 @@ class Surface:
 
 
 def find_boxes(surface: Surface) -> tuple[Floats, Floats]:
-    """Boxes [N, 4] (left, bottom, right, top), and the points [Q, 2] on the outlines of all elements.
+    """Boxes [N, 4] (left, bottom, right, top), and the points [Q, 2] on the outlines of all elements; maybe none.
 
     Elements are connected parts of the facade, larger than 25 cm, in which points lie behind or before the wall, or
     are missing, and which do not reach its border.
-
-    Raises:
-        FacadeError: when there are none.
     """
     flat, low = surface.points[:, :2], surface.points[:, :2].min(axis=0)
     wall = np.abs(surface.points[:, 2]) < _DEEP
     cell = _cell(flat[wall])
     shape = np.ceil((flat.max(axis=0) - low) / cell).astype(np.int64) + 1
-    place = np.minimum(((flat - low) / cell).astype(np.int64), shape - 1)
-    count = np.zeros(shape)
-    np.add.at(count, tuple(place[wall].T), 1.0)
+
+    def place_of(points: Floats) -> tuple[Ints, Ints]:
+        place = np.clip(((points - low) / cell).astype(np.int64), 0, shape - 1)
+        return place[:, 0], place[:, 1]
+
+    count = np.bincount(np.ravel_multi_index(place_of(flat[wall]), shape), minlength=int(shape.prod())).reshape(shape)
     # A hole of one cell is a gap between points.
     empty = np.logical_not(ndimage.binary_closing(count > 0, iterations=1))
     parts = np.asarray(ndimage.label(empty)[0])  # pyright: ignore[reportIndexIssue] its stub forgets the pair
@@ -59,15 +60,14 @@ def find_boxes(surface: Surface) -> tuple[Floats, Floats]:
         inside = (first > 0).all() and (last < shape).all()
         if inside and (size >= _LEAST).all() and (size <= _MOST).all():
             boxes.append([*(low + first * cell), *(low + last * cell)])
-    if not boxes:
-        raise FacadeError(
-            "No element was found on the facade: expected holes or parts at least 4 cm before or behind the wall. "
-            "Give boxes (--boxes)."
-        )
-    edge = empty ^ ndimage.binary_dilation(empty, iterations=1)
-    outline = flat[wall][edge[tuple(place[wall].T)]]
-    found = np.array(boxes) + _MARGIN * np.array([-1.0, -1.0, 1.0, 1.0])
-    return found, surface.edges[:, :2] if len(surface.edges) else outline
+    found = np.array(boxes).reshape(-1, 4) + _MARGIN * np.array([-1.0, -1.0, 1.0, 1.0])
+    if len(surface.edges):
+        return found, surface.edges[:, :2]
+    border = ndimage.binary_dilation(empty, iterations=2) & ndimage.binary_dilation(~empty, iterations=2)
+    near = border[place_of(flat)]
+    points, outward = outlines(flat[wall & near], flat[~wall & near], cell)
+    # Single points behind the wall are noise: an outline has a hole beyond it.
+    return found, points[empty[place_of(points + cell * outward)]]
 
 
 def _cell(flat: Floats) -> float:
@@ -89,11 +89,16 @@ def read_boxes(content: bytes) -> Floats:
         raise FacadeError(f"Boxes: expected lines of four numbers with commas: {error}.") from error
     boxes: list[list[float]] = []
     for number, line in enumerate(lines, 1):
-        if not line or (number == 1 and not _is_number(line[0])):
+        values = [_number(each) for each in line]
+        if not line or (number == 1 and not any(each is not None for each in values)):
             continue
-        if len(line) != 4 or not all(_is_number(each) for each in line):
-            raise FacadeError(f"Boxes, line {number}: expected left, bottom, right, top in metres, found {line[:5]}.")
-        boxes.append([float(each) for each in line])
+        sides = [each for each in values if each is not None and abs(each) <= FARTHEST]
+        if len(line) != 4 or len(sides) != 4 or sides[0] >= sides[2] or sides[1] >= sides[3]:
+            raise FacadeError(
+                f"Boxes, line {number}: expected left, bottom, right, top in metres with left < right "
+                f"and bottom < top, found {line[:5]}."
+            )
+        boxes.append(sides)
         if len(boxes) > MOST_ELEMENTS:
             raise FacadeError(f"Boxes: expected at most {MOST_ELEMENTS:,}.")
     if not boxes:
@@ -101,11 +106,11 @@ def read_boxes(content: bytes) -> Floats:
     return np.array(boxes)
 
 
-def _is_number(text: str) -> bool:
+def _number(text: str) -> float | None:
     try:
-        return abs(float(text)) <= FARTHEST
+        return float(text)
     except ValueError:
-        return False
+        return None
 
 
 def cut_out(points: Floats, boxes: Floats, notes: tuple[str, ...] = ()) -> Elements:

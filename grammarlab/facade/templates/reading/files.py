@@ -2,17 +2,45 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
+import numpy as np
+
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.templates.elements import Elements, check
+from grammarlab.facade.templates.elements import Elements, Floats, check
 from grammarlab.facade.templates.reading.boxes import cut_out, find_boxes, read_boxes
-from grammarlab.facade.templates.reading.document import load_arrays, loads
-from grammarlab.facade.templates.reading.scan import MESHES, SCANS, read_surface
-from grammarlab.facade.values import read_bounded
+from grammarlab.facade.templates.reading.document import FORMAT, load_arrays, loads
+from grammarlab.facade.templates.reading.scan import MESHES, SCANS, read_surfaces
+from grammarlab.facade.values import parse_json, read_bounded
 
 DOCUMENTS = (".json", ".npz")
 _MOST_BYTES = 1 << 30
+_HEAD_BYTES = 1 << 16
+"""Of the head of a PLY file."""
+_LARGEST = 1_000.0
+"""Metres: no facade is larger."""
+
+
+def is_elements(path: Path) -> bool:
+    """Whether a file is of elements or a scan, rather than of a facade or a mesh of a building."""
+    ending = path.suffix.lower()
+    if ending == ".ply":
+        return not _has_faces(path)
+    if ending != ".json":
+        return ending in (".npz", *SCANS)
+    try:
+        document = parse_json(read_bounded(path, _MOST_BYTES))
+    except FacadeError:
+        return False
+    return isinstance(document, dict) and (document.get("format", FORMAT) == FORMAT) and "elements" in document
+
+
+def _has_faces(path: Path) -> bool:
+    """Whether a PLY file is a mesh: by its head, which is text."""
+    with path.open("rb") as file:
+        head = file.read(_HEAD_BYTES).partition(b"end_header")[0]
+    return re.search(rb"element\s+face\s+[1-9]", head) is not None
 
 
 def load_elements(path: Path, boxes: Path | None = None) -> Elements:
@@ -37,9 +65,30 @@ def load_elements(path: Path, boxes: Path | None = None) -> Elements:
             return reader(read_bounded(path, _MOST_BYTES))
         except FacadeError as error:
             raise FacadeError(f"{path.name}: {error}") from error
-    surface = read_surface(path)
-    found, outline = find_boxes(surface)
-    if boxes is not None:
-        found = read_boxes(read_bounded(boxes))
-    notes = (f"{len(found)} boxes {'were found' if boxes is None else 'are given'} on the facade",)
-    return check(cut_out(outline, found, notes))
+    return check(_on_facade(path, None if boxes is None else read_boxes(read_bounded(boxes))))
+
+
+def _on_facade(path: Path, given: Floats | None) -> Elements:
+    """The elements of the first facade of a scan or mesh that has any."""
+    size = np.zeros(2)
+    for surface in read_surfaces(path):
+        found, outline = find_boxes(surface)
+        size = np.maximum(size, np.ptp(surface.points[:, :2], axis=0))
+        if given is None and len(found):
+            return cut_out(outline, found, (f"{len(found)} boxes were found on the facade",))
+        if given is not None:
+            elements = cut_out(outline, given, (f"{len(given)} boxes are given on the facade",))
+            if elements.counts.any():
+                return elements
+    where = f"{path.name}: its points reach over {size[0]:.3g} x {size[1]:.3g} m. "
+    if size.max() > _LARGEST:
+        where += "Lengths are metres; are these millimetres? "
+    if given is None:
+        raise FacadeError(
+            f"{where}No element was found on the facade: expected holes of .25 to 6 m, or parts at least 4 cm before "
+            "or behind the wall. Give boxes (--boxes)."
+        )
+    raise FacadeError(
+        f"{where}No outline lies in any of the boxes: they are metres from the left end of the wall, and the height z; "
+        "outlines are where holes or parts before or behind the wall begin."
+    )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from grammarlab.errors import FacadeError
@@ -11,16 +13,22 @@ _TRIES = 200
 _SEEN = 20_000
 """Points that are looked at."""
 _NEAR = 0.002
-"""Part of the extent of a scan that points of the wall lie from its plane at most."""
+"""Part of the extent of a scan that points of the wall lie from its plane at most, when it is first found."""
+_FLAT = 0.02
+"""Metres, that they lie from it in the end."""
 _LEVEL = 0.3
 """Of the z of a normal: a facade stands upright, up is z."""
+_MOST_PLANES = 4
+_LEAST = 0.05
+"""Part of the points that a further plane has."""
 
 
-def on_facade(points: Floats) -> Floats:
+def facades(points: Floats) -> Iterator[Floats]:
     """[P, 3] metres along the facade, up, and out of the wall, of points [P, 3] of a scan whose z goes up.
 
-    The plane is that of most points (RANSAC with a fixed seed); out of the wall is the side that has fewer of them far
-    away, and along it the right of who looks at it from there.
+    The first facade is the upright plane of most points (RANSAC with a fixed seed), the next ones those of most of the
+    rest. Out of the wall is the side that has fewer points far away; along it counts from the left end of the wall, as
+    who looks at it from there sees it.
 
     Raises:
         FacadeError: when there is no upright plane.
@@ -30,30 +38,67 @@ def on_facade(points: Floats) -> Floats:
     random = np.random.default_rng(0)
     middle = points.mean(axis=0)
     seen = points[random.integers(len(points), size=min(_SEEN, len(points)))] - middle
-    near = _NEAR * float(np.linalg.norm(np.ptp(seen, axis=0)))
-    best, found = 0, (np.zeros(3), 0.0)
-    for triple in seen[random.integers(len(seen), size=(_TRIES, 3))]:
+    near = max(_NEAR * float(np.linalg.norm(np.ptp(seen, axis=0))), _FLAT)
+    rest = seen
+    for place in range(_MOST_PLANES):
+        found = _plane(rest, near, random)
+        if found is None and not place:
+            raise FacadeError(
+                "No upright plane was found in the scan: its points lie on one line or on the ground (z is up)."
+            )
+        if found is None or (place and len(rest) < _LEAST * len(seen)):
+            return
+        normal, offset = _refined(rest, near, *found)
+        yield _along(points - middle, points[:, 2], *_outward(seen, normal, offset))
+        rest = rest[np.abs(rest @ normal - offset) > near]
+
+
+def _plane(points: Floats, near: float, random: np.random.Generator) -> tuple[Floats, float] | None:
+    """Normal and offset of the upright plane of most points; None where there is none."""
+    best, found = 0, None
+    if len(points) < 3:
+        return None
+    for triple in points[random.integers(len(points), size=(_TRIES, 3))]:
         normal = np.cross(triple[1] - triple[0], triple[2] - triple[0])
         length = float(np.linalg.norm(normal))
         if length <= 1e-12 or abs(normal[2]) > _LEVEL * length:
             continue
-        normal = normal / length
+        normal = np.array([normal[0], normal[1], 0.0]) / np.hypot(normal[0], normal[1])
         offset = float(normal @ triple[0])
-        count = int((np.abs(seen @ normal - offset) < near).sum())
+        count = int((np.abs(points @ normal - offset) < near).sum())
         if count > best:
             best, found = count, (normal, offset)
-    if not best:
-        raise FacadeError(
-            "No upright plane was found in the scan: its points lie on one line or on the ground (z is up)."
-        )
-    normal, offset = found
-    normal = np.array([normal[0], normal[1], 0.0]) / np.hypot(normal[0], normal[1])
-    # What is behind the wall, such as rooms seen through windows, reaches farther than what juts out of it.
-    depth = seen @ normal - np.median(seen @ normal)
-    if depth.max() > -depth.min():
-        normal, offset = -normal, -offset
-    along = np.array([-normal[1], normal[0], 0.0])
-    moved = points - middle
-    depth = moved @ normal
-    wall = np.median(depth[np.abs(depth - offset) < 4 * near]) if (np.abs(depth - offset) < 4 * near).any() else offset
-    return np.stack([moved @ along, points[:, 2], depth - wall], axis=1)
+    return found
+
+
+def _refined(points: Floats, near: float, normal: Floats, offset: float) -> tuple[Floats, float]:
+    """The plane of least squares through the points near one, which are fewer and fewer."""
+    while True:
+        own = points[np.abs(points @ normal - offset) < near][:, :2]
+        if len(own) >= 3:
+            center = own.mean(axis=0)
+            across = np.linalg.eigh(np.cov((own - center).T))[1][:, 0]
+            across = across if across @ normal[:2] > 0.0 else -across
+            normal, offset = np.array([*across, 0.0]), float(across @ center)
+        if near <= _FLAT:
+            return normal, offset
+        near = max(near / 2.0, _FLAT)
+
+
+def _outward(seen: Floats, normal: Floats, offset: float) -> tuple[Floats, float]:
+    """Out of the wall: what is behind it, such as rooms seen through windows, reaches farther than what juts out.
+
+    Where both sides reach as far, the coordinate that changes most along the wall grows to the right.
+    """
+    depth = seen @ normal - offset
+    farther = float(depth.max() + depth.min())
+    if abs(farther) < _FLAT:
+        farther = float(normal[1] if abs(normal[1]) > abs(normal[0]) else -normal[0])
+    return (-normal, -offset) if farther > 0.0 else (normal, offset)
+
+
+def _along(moved: Floats, up: Floats, normal: Floats, offset: float) -> Floats:
+    depth = moved @ normal - offset
+    along = moved @ np.array([-normal[1], normal[0], 0.0])
+    wall = np.abs(depth) < _FLAT
+    return np.stack([along - along[wall if wall.any() else slice(None)].min(), up, depth], axis=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.extras import require
 from grammarlab.facade.templates.elements import FARTHEST, MOST_POINTS, Floats
 from grammarlab.facade.templates.reading.boxes import Surface
-from grammarlab.facade.templates.reading.plane import on_facade
+from grammarlab.facade.templates.reading.plane import facades
 
 MESHES = (".ply", ".obj", ".stl", ".glb", ".off")
 SCANS = (".las", ".laz")
@@ -19,16 +20,36 @@ _EDGE = np.radians(20.0)
 _SPACING = 0.02
 """Metres between points that meshes and their edges are sampled at."""
 _MOST_SAMPLES = 2_000_000
+_COARSEST = 0.02
+"""Metres between neighbouring numbers."""
 
 
-def read_surface(path: Path) -> Surface:
-    """The facade of a scan, or of a mesh that is sampled.
+def read_surfaces(path: Path) -> Iterator[Surface]:
+    """The facades of a scan, or of a mesh that is sampled, the one of most points first.
+
+    Up is z, of GLB files y; where no facade of another mesh is the right one, its y is taken as up.
 
     Raises:
         FacadeError: for files that cannot be read, have too many points, or numbers that are not finite.
     """
     if path.suffix.lower() in SCANS:
-        return Surface(on_facade(_las(path)), np.zeros((0, 3)))
+        points, num_edges = _las(path), 0
+    else:
+        points, num_edges = _mesh(path)
+    frames = (points,) if path.suffix.lower() in SCANS else (points, points[:, [2, 0, 1]])
+    complaints = []
+    for frame in frames[::-1] if path.suffix.lower() == ".glb" else frames:
+        try:
+            for found in facades(frame):
+                yield Surface(found[: len(found) - num_edges], found[len(found) - num_edges :])
+        except FacadeError as error:
+            complaints.append(error)
+    if len(complaints) == len(frames):
+        raise FacadeError(f"{path.name}: {complaints[0]}") from complaints[0]
+
+
+def _mesh(path: Path) -> tuple[Floats, int]:
+    """[P, 3] points of a scan, or on the faces of a mesh; and how many of them, the last ones, lie on its edges."""
     try:
         loaded = trimesh.load(path, process=False)
     except Exception as error:  # the readers of many formats raise whatever they trip over
@@ -37,15 +58,14 @@ def read_surface(path: Path) -> Surface:
         loaded = loaded.to_mesh() if loaded.geometry else trimesh.Trimesh()
     vertices = _checked(np.asarray(getattr(loaded, "vertices", np.zeros((0, 3))), dtype=np.float64), path)
     if not isinstance(loaded, trimesh.Trimesh) or not len(loaded.faces):
-        return Surface(on_facade(vertices), np.zeros((0, 3)))
+        return vertices, 0
     loaded.merge_vertices()
     count = int(np.clip(loaded.area / _SPACING**2, 1_000, _MOST_SAMPLES))
     surface = np.asarray(trimesh.sample.sample_surface(loaded, count, seed=0)[0])
     sharp = loaded.face_adjacency_edges[loaded.face_adjacency_angles > _EDGE]
     border = loaded.edges_sorted[trimesh.grouping.group_rows(loaded.edges_sorted, require_count=1)]
     edges = _along(np.asarray(loaded.vertices)[np.vstack([sharp, border])])
-    both = on_facade(np.vstack([surface, edges]))
-    return Surface(both[: len(surface)], both[len(surface) :])
+    return np.vstack([surface, edges]), len(edges)
 
 
 def _along(segments: Floats) -> Floats:
@@ -77,4 +97,10 @@ def _checked(points: Floats, path: Path) -> Floats:
         raise FacadeError(f"{path.name}: expected at most {MOST_POINTS:,} points, found {len(points):,}.")
     if points.ndim != 2 or points.shape[1] != 3 or not (np.abs(points) <= FARTHEST).all():
         raise FacadeError(f"{path.name}: expected points of three finite coordinates within {FARTHEST:g} m.")
+    step = float(np.spacing(np.float32(np.abs(points).max(initial=0.0))))
+    if step > _COARSEST and (points == points.astype(np.float32)).all():
+        raise FacadeError(
+            f"{path.name}: its coordinates are only exact to {step:.2g} m (32 bits, far from the origin). "
+            "Write them with 64 bits, or move the scan to the origin before it is written."
+        )
     return points

@@ -1,0 +1,213 @@
+"""What a person says about elements, and how it binds the default method.
+
+A file is JSON: {"format": "grammarlab corrections", "version": 1, "corrections": [...]}, each of
+{"elements": [2, 5], "template": "arch"}: these are of this template,
+{"elements": [2, 5], "same": true}: these are of one kind,
+{"elements": [4], "ignore": true}: these are left out,
+{"elements": [2, 5], "share": "width"}: these have one width, or with "value": 0.95 this one.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.templates.elements import MOST_ELEMENTS, Floats, Ints
+from grammarlab.facade.templates.evidence.maps import Maps
+from grammarlab.facade.templates.template import Template
+from grammarlab.facade.values import a_list, a_number, a_text, a_whole_number, an_object, parse_json, read_bounded
+from grammarlab.files import write_text
+
+FORMAT = "grammarlab corrections"
+LEFT_OUT = "it is left out by a correction"
+_VERSION = 1
+_MOST = 10_000
+_DOUBT = 1e-6
+"""Least part of the evidence that is left where a person says otherwise."""
+_REFUSED = 1e6
+"""Nats of templates that a person excludes."""
+_SIZES = ("width", "height")
+
+What = Literal["template", "same", "ignore", "share"]
+
+
+@dataclass(frozen=True, slots=True)
+class Correction:
+    """One statement about some elements."""
+
+    what: What
+    elements: tuple[int, ...]
+    """Ascending."""
+    name: str = ""
+    """A template, or `width` or `height`."""
+    value: float | None = None
+    """Metres; None where only shared."""
+
+
+Corrections = tuple[Correction, ...]
+
+
+def as_dict(correction: Correction) -> dict[str, Any]:
+    """A correction as its file has it."""
+    values: dict[str, Any] = {"elements": list(correction.elements)}
+    values[correction.what] = correction.name or True
+    return values if correction.value is None else {**values, "value": correction.value}
+
+
+def save_corrections(corrections: Corrections, path: Path) -> Path:
+    """Write a file whole or not at all."""
+    rows = ",\n".join(json.dumps(as_dict(each), ensure_ascii=False) for each in corrections)
+    write_text(path, f'{{"format": "{FORMAT}", "version": {_VERSION}, "corrections": [\n{rows}\n]}}\n')
+    return path
+
+
+def load_corrections(path: Path) -> Corrections:
+    """The corrections of a file.
+
+    Raises:
+        FacadeError: when it is not one: what is wrong, and where.
+    """
+    try:
+        return _corrections(parse_json(read_bounded(path)))
+    except FacadeError as error:
+        raise FacadeError(f"{path.name}: {error}") from error
+
+
+def _corrections(document: Any) -> Corrections:
+    if not isinstance(document, dict) or document.get("format") != FORMAT or document.get("version") != _VERSION:
+        raise FacadeError(f'This is not a file of corrections: expected "format": "{FORMAT}", "version": {_VERSION}.')
+    listed = a_list(document.get("corrections"), "corrections", _MOST)
+    return tuple(correction_of(each, f"Correction {place}") for place, each in enumerate(listed))
+
+
+def correction_of(value: Any, where: str) -> Correction:
+    """A correction from what a file or a page says.
+
+    Raises:
+        FacadeError: when it is none.
+    """
+    values = an_object(value, where)
+    listed = a_list(values.get("elements"), f"{where}, elements", MOST_ELEMENTS)
+    elements = tuple(sorted({a_whole_number(each, f"{where}, elements", 0, MOST_ELEMENTS) for each in listed}))
+    said = [what for what in ("template", "same", "ignore", "share") if what in values]
+    if len(said) != 1 or not elements:
+        raise FacadeError(f"{where}: expected elements and one of template, same, ignore and share.")
+    what: What = said[0]  # pyright: ignore[reportAssignmentType] one of the words above
+    if what in {"same", "ignore"}:
+        if values[what] is not True:
+            raise FacadeError(f"{where}, {what}: expected true; leave the correction out to take it back.")
+        return Correction(what, elements)
+    name = a_text(values[what], f"{where}, {what}")
+    if what == "template":
+        return Correction(what, elements, name)
+    if name not in _SIZES:
+        raise FacadeError(f"{where}, share: expected width or height, found {name!r}.")
+    size = a_number(values["value"], f"{where}, value") if values.get("value") is not None else None
+    if size is not None and size <= 0.0:
+        raise FacadeError(f"{where}, value: expected metres above 0, found {size:g}.")
+    return Correction(what, elements, name, size)
+
+
+def check_corrections(corrections: Corrections, number: int, templates: Sequence[Template]) -> None:
+    """Whether corrections are about these elements and templates.
+
+    Raises:
+        FacadeError: for elements or templates that there are not, and corrections that contradict each other.
+    """
+    known = {template.base for template in templates} | {template.name for template in templates}
+    of: dict[int, str] = {}
+    for each in corrections:
+        if each.elements[-1] >= number:
+            raise FacadeError(
+                f"Corrections: there is no element {each.elements[-1]}; they count from 0 to {number - 1}."
+            )
+        if each.what == "template":
+            if each.name not in known:
+                raise FacadeError(
+                    f"Corrections: the template {each.name!r} is not among {', '.join(sorted(known)[:20])}; "
+                    "name it in --templates."
+                )
+            for element in each.elements:
+                if of.setdefault(element, each.name) != each.name:
+                    raise FacadeError(f"Corrections: element {element} cannot be {of[element]} and {each.name}.")
+
+
+def left_out(corrections: Corrections) -> dict[int, str]:
+    """Elements that are ignored, with the reason."""
+    return {element: LEFT_OUT for each in corrections if each.what == "ignore" for element in each.elements}
+
+
+def given_sizes(corrections: Corrections, which: Ints) -> list[tuple[int, float]]:
+    """Axis and metres of the sizes that a person gives for any of the elements [N]."""
+    said = [each for each in corrections if each.value is not None and np.isin(which, each.elements).any()]
+    return [(_SIZES.index(each.name), each.value) for each in said if each.value is not None]
+
+
+def with_templates(costs: Floats, which: Ints, templates: Sequence[Template], corrections: Corrections) -> Floats:
+    """Costs [N, T + 1] of elements that a person has said the template of, or that several are of one kind.
+
+    Args:
+        costs: nats of each template, and last of none.
+        which: [N] numbers of the elements.
+        templates: T of them.
+        corrections: what was said.
+    """
+    costs = costs.copy()
+    for each in corrections:
+        own = np.flatnonzero(np.isin(which, each.elements))
+        if each.what == "template" and len(own):
+            other = np.array([each.name not in {template.base, template.name} for template in templates] + [True])
+            least = np.minimum(costs[own][:, ~other], _REFUSED / 2)
+            costs[own] += _REFUSED * other
+            costs[np.ix_(own, np.flatnonzero(~other))] = least
+    for each in corrections:
+        own = np.flatnonzero(np.isin(which, each.elements))
+        if each.what == "same" and len(own):
+            costs[own] = costs[own].sum(axis=0)
+    return costs
+
+
+def with_sizes(maps: Maps, which: Ints, corrections: Corrections) -> Maps:
+    """Evidence [N, A, B] with what a person has said about sizes of the elements [N] on it."""
+    logs = np.log(maps.evidence)
+    for each in corrections:
+        own = np.flatnonzero(np.isin(which, each.elements))
+        if not len(own):
+            continue
+        if each.what == "same":
+            logs[own] = logs[own].sum(axis=0)
+        elif each.what == "share":
+            logs[own] = _shared(np.exp(logs[own] - logs[own].max(axis=(1, 2), keepdims=True)), maps, each)
+    evidence = np.exp(logs - logs.max(axis=(1, 2), keepdims=True))
+    evidence /= evidence.mean(axis=(1, 2), keepdims=True)
+    return replace(maps, evidence=(1.0 - _DOUBT) * evidence + _DOUBT)
+
+
+def _shared(evidence: Floats, maps: Maps, said: Correction) -> Floats:
+    """Logarithms [M, A, B] of evidence for elements that share a size: what it is, and what each says of the other."""
+    axis = _SIZES.index(said.name)
+    other = np.log(evidence.mean(axis=1 + axis))
+    if said.value is None:
+        size = np.log(evidence.mean(axis=2 - axis)).sum(axis=0)
+    else:
+        places = (maps.widths, maps.heights)[axis]
+        size = np.where(np.arange(len(places)) == np.abs(places - said.value).argmin(), 0.0, np.log(_DOUBT))
+    return other[:, None, :] + size[:, None] if axis == 0 else other[:, :, None] + size
+
+
+def united(posterior: Floats, which: Ints, corrections: Corrections) -> Floats:
+    """Posterior [N, K + 1] that is the same for elements of which a person has said that they are of one kind."""
+    posterior = posterior.copy()
+    for each in corrections:
+        own = np.flatnonzero(np.isin(which, each.elements))
+        if each.what == "same" and len(own):
+            logs = np.log(np.maximum(posterior[own], 1e-300)).mean(axis=0)
+            joint = np.exp(logs - logs.max())
+            posterior[own] = joint / joint.sum()
+    return posterior

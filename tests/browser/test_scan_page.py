@@ -1,0 +1,89 @@
+"""The page of a scan: fits over points, and corrections that bind the next match and are saved."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import Iterator
+from concurrent.futures import Future
+from contextlib import suppress
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from grammarlab.facade.templates.corrections import Correction, load_corrections
+from grammarlab.facade.templates.library import named
+from grammarlab.facade.templates.scenes import SceneOptions, rectangles
+from grammarlab.runs.facade.scan_page.desk import ScanDesk
+from grammarlab.runs.facade.scan_page.matcher import PAGE, Matcher
+from grammarlab.runs.serving.server import serving
+
+
+class MatcherThread:
+    """The page's server in a thread of this process."""
+
+    def __init__(self, target: Path) -> None:
+        elements = rectangles(SceneOptions(elements=4, kinds=2, noise=0.005, occluded=0.0), 2)
+        self._matcher = Matcher(ScanDesk("scene.json", elements, named("rectangle"), target))
+        self._loop = asyncio.new_event_loop()
+        address: Future[str] = Future()
+        self._task = self._loop.create_task(serving(self._matcher, PAGE, 0, address.set_result))
+        self._thread = Thread(target=self._run)
+        self._thread.start()
+        self.address = address.result()
+
+    def _run(self) -> None:
+        with suppress(asyncio.CancelledError):
+            self._loop.run_until_complete(self._task)
+
+    def close(self) -> None:
+        self._loop.call_soon_threadsafe(self._task.cancel)
+        self._thread.join()
+        self._loop.close()
+        self._matcher.close()
+
+
+@pytest.fixture
+def target(tmp_path: Path) -> Path:
+    return tmp_path / "said.json"
+
+
+@pytest.fixture
+def page(windows: Any, target: Path) -> Iterator[Page]:
+    server = MatcherThread(target)
+    yield windows(server.address)
+    server.close()
+
+
+def test_what_a_person_says_is_saved_and_matched_again(page: Page, target: Path):
+    settled = page.get_by_text(f"saved in {target}")
+    box = [page.get_by_role("button", name=re.compile(rf"^element {each}:")) for each in range(4)]
+    expect(settled).to_be_visible()
+    expect(box[0]).to_have_attribute("aria-label", re.compile(r"rectangle \d: width"))
+    assert len({page.locator(".sc-fit").nth(each).get_attribute("stroke") for each in range(4)}) == 2
+    page.get_by_role("button", name="Ignore").click()
+    expect(page.get_by_role("alert").filter(has_text="Choose elements first")).to_be_visible()
+    box[3].click()
+    page.get_by_role("button", name="Ignore").click()
+    expect(box[3]).to_have_attribute("aria-label", re.compile("left out by a correction"))
+    expect(settled).to_be_visible()
+    page.get_by_role("button", name="None").click()
+    box[0].focus()
+    page.keyboard.press("Enter")
+    box[1].click()
+    page.get_by_label("width in metres").fill("1.25")
+    page.get_by_role("button", name="Share width").click()
+    expect(box[0]).to_have_attribute("aria-label", re.compile("width 1.2[45]"))
+    expect(settled).to_be_visible()
+    said = (Correction("ignore", (3,)), Correction("share", (0, 1), "width", 1.25))
+    assert load_corrections(target) == said
+    page.get_by_role("button", name="Take back").first.click()
+    expect(page.get_by_role("list", name="Corrections").get_by_role("listitem")).to_have_count(1)
+    expect(box[3]).to_have_attribute("aria-label", re.compile("rectangle"))
+    assert load_corrections(target) == said[1:]
+    page.get_by_role("button", name="Undo").click()
+    expect(page.get_by_role("list", name="Corrections").get_by_role("listitem")).to_have_count(2)
+    assert load_corrections(target) == said

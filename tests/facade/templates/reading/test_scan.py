@@ -1,0 +1,133 @@
+"""Scans and meshes of facades: whatever frame they come in, their windows have the sizes that they were made with."""
+
+import laspy
+import numpy as np
+import pytest
+import trimesh
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.templates.reading.boxes import read_boxes
+from grammarlab.facade.templates.reading.files import load_elements
+from grammarlab.facade.templates.reading.outlines import outlines
+from grammarlab.facade.templates.reading.plane import facades
+
+WINDOWS = np.array([[1.0, 1.0, 2.0, 2.5], [3.6, 1.0, 4.6, 2.5], [6.2, 1.0, 7.5, 2.5], [1.0, 4.0, 2.0, 5.5]])
+WIDTH, HEIGHT, TURN = 9.0, 7.0, 0.6
+
+
+def wall(*, depth=0.15, noise=0.003, count=40_000, seed=1):
+    """[P, 3] along, up and out of a wall with windows that lie deeper, or have no points for a depth of 0."""
+    random = np.random.default_rng(seed)
+    points = np.column_stack([random.uniform(0, [WIDTH, HEIGHT], (count, 2)), np.zeros(count)])
+    inside = np.zeros(count, dtype=bool)
+    for left, bottom, right, top in WINDOWS:
+        inside |= ((points[:, :2] > [left, bottom]) & (points[:, :2] < [right, top])).all(axis=1)
+    points[inside, 2] = -depth
+    kept = points if depth else points[~inside]
+    return kept + random.normal(0, noise, kept.shape)
+
+
+def turned(points, shift=(0.0, 0.0, 0.0)):
+    """As a scanner sees it: z goes up, the wall stands at an angle."""
+    along, out = np.array([np.cos(TURN), np.sin(TURN), 0]), np.array([np.sin(TURN), -np.cos(TURN), 0])
+    return points[:, :1] * along + points[:, 1:2] * [0, 0, 1] + points[:, 2:] * out + np.array(shift)
+
+
+def sides(elements):
+    """[N, 4] medians of the outermost quarter of the points at each side."""
+    found = []
+    for element in range(len(elements)):
+        points, middle = elements.of(element)[:, :2], (elements.low[element] + elements.high[element]) / 2
+        reach = elements.high[element] - middle
+        near = (points - middle) / reach
+        inner = np.abs(near) < 0.5
+        left, right = (points[inner[:, 1] & (sign * near[:, 0] > 0.5), 0] for sign in (-1, 1))
+        bottom, top = (points[inner[:, 0] & (sign * near[:, 1] > 0.5), 1] for sign in (-1, 1))
+        found.append([np.median(each) for each in (left, bottom, right, top)])
+    return np.array(sorted(found, key=lambda each: (round(each[1]), each[0])))
+
+
+@pytest.mark.parametrize("depth", [0.15, 0.0])
+def test_outlines_of_a_scan_lie_where_the_wall_ends(tmp_path, depth):
+    trimesh.PointCloud(turned(wall(depth=depth))).export(tmp_path / "wall.ply")
+    elements = load_elements(tmp_path / "wall.ply")
+    assert np.abs(sides(elements) - WINDOWS).max() < 0.02
+    assert elements.row.max() == 1
+    assert elements.column.max() == 2
+
+
+def test_scans_in_national_coordinates_keep_their_millimetres(tmp_path):
+    points = turned(wall(), (5e5, 5.4e6, 400.0))
+    header = laspy.LasHeader(point_format=3, version="1.2")
+    header.scales, header.offsets = np.full(3, 0.001), np.array([500_000, 5_400_000, 0])
+    scan = laspy.LasData(header)
+    scan.x, scan.y, scan.z = points.T
+    scan.write(str(tmp_path / "wall.las"))
+    assert np.abs(sides(load_elements(tmp_path / "wall.las")) - WINDOWS - [0, 400, 0, 400]).max() < 0.02
+    trimesh.PointCloud(points).export(tmp_path / "wall.ply")
+    with pytest.raises(FacadeError, match=r"wall\.ply: .* exact to 0\.5 m"):
+        load_elements(tmp_path / "wall.ply")
+
+
+@pytest.mark.parametrize("ending", ["obj", "glb"])
+def test_a_mesh_is_read_from_its_front_whichever_axis_goes_up(tmp_path, ending):
+    frame = [(0, 9, 0, 1), (0, 9, 5.5, 7), (0, 9, 2.5, 4), (0, 1, 1, 2.5), (0, 1, 4, 5.5), (2, 9, 4, 5.5)]
+    frame += [(2, 3.6, 1, 2.5), (4.6, 6.2, 1, 2.5), (7.5, 9, 1, 2.5)]
+    parts = []
+    for (left, right, bottom, top), thick in [(each, 0.4) for each in frame] + [((0, 9, 0, 7), 0.1)]:
+        part = trimesh.creation.box((right - left, top - bottom, thick))
+        part.apply_translation(((left + right) / 2, (bottom + top) / 2, thick / 2))
+        parts.append(part)
+    mesh = trimesh.util.concatenate(parts)
+    if ending == "obj":
+        mesh.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, (1, 0, 0)))
+    mesh.export(tmp_path / f"wall.{ending}")
+    elements = load_elements(tmp_path / f"wall.{ending}")
+    assert np.abs(sides(elements) - WINDOWS).max() < 0.03
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (np.ones((1, 3)), "at least 3 points"),
+        (np.ones((50, 3)), "No upright plane"),
+        (np.outer(np.arange(50.0), [1, 2, 3]), "No upright plane"),
+        (np.random.default_rng(0).uniform(0, 9, (500, 3)) * [1, 1, 0], "No element|No upright plane"),
+        (turned(wall(depth=0.01)), "No element was found"),
+        (turned(wall()) * 1000, "millimetres"),
+        (np.full((9, 3), np.nan), "finite"),
+    ],
+)
+def test_scans_without_a_facade_are_refused_with_the_reason(tmp_path, points, message):
+    trimesh.PointCloud(points).export(tmp_path / "scan.ply")
+    with pytest.raises(FacadeError, match=message):
+        load_elements(tmp_path / "scan.ply")
+
+
+def test_boxes_are_metres_from_the_left_end_of_the_wall(tmp_path):
+    trimesh.PointCloud(turned(wall(), (40, -20, 0))).export(tmp_path / "scan.ply")
+    boxes = tmp_path / "boxes.csv"
+    boxes.write_text("left,bottom,right,top\n0.8,0.8,2.2,2.7\n")
+    assert np.abs(sides(load_elements(tmp_path / "scan.ply", boxes)) - WINDOWS[:1]).max() < 0.02
+    boxes.write_text("100,100,102,103\n")
+    with pytest.raises(FacadeError, match="in any of the boxes"):
+        load_elements(tmp_path / "scan.ply", boxes)
+    for text in (b"nan,0,1,1", b"1,0,1,1", b"0,1,1,0", b"", b"\xff"):
+        with pytest.raises(FacadeError, match="Boxes"):
+            read_boxes(text)
+
+
+def test_a_plane_is_found_to_the_millimetre_on_a_long_facade_with_rooms_behind():
+    random = np.random.default_rng(3)
+    plane = np.column_stack([random.uniform(0, [120, 9], (8000, 2)), random.normal(0, 0.004, 8000)])
+    rooms = np.column_stack([random.uniform(0, [120, 9], (2000, 2)), random.uniform(-12, -1, 2000)])
+    found = next(facades(turned(np.vstack([plane, rooms]), (900, -70, 3))))
+    assert np.abs(found[:8000] - plane - [0, 3, 0])[:, 1:].max() < 0.025
+    assert abs(found[:8000, 2].mean()) < 0.002
+    assert found[8000:, 2].max() < -0.5
+
+
+def test_outlines_of_a_line_or_of_nothing_are_none():
+    line = np.column_stack([np.arange(9.0), np.zeros(9)])
+    for wall_points in (line, line[:1], line[:0]):
+        assert [each.shape for each in outlines(wall_points, line[:0], 2.0)] == [(0, 2), (0, 2)]
