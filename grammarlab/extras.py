@@ -18,6 +18,7 @@ EXTRAS = {
     "laspy": "scans",
     "optax": "scans",
     "tornado": "score",
+    "tomlkit": "score",
     "anywidget": "notebook",
     "traitlets": "notebook",
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from grammarlab.errors import FacadeError
@@ -15,7 +16,13 @@ _EFFORT = 20_000
 """Steps to find out whether a part of a design can be laid out."""
 
 
-def layouts(design: Design, width: float, height: float, count: int = 1) -> list[Layout]:
+def _never() -> bool:
+    return False
+
+
+def layouts(
+    design: Design, width: float, height: float, count: int = 1, *, stop: Callable[[], bool] = _never
+) -> list[Layout]:
     """The best different layouts of a design on a canvas.
 
     Args:
@@ -23,32 +30,35 @@ def layouts(design: Design, width: float, height: float, count: int = 1) -> list
         width: metres.
         height: metres.
         count: how many at most, up to `MOST_COUNT`.
+        stop: see `solve`.
 
     Raises:
-        FacadeError: when there is none, and which patterns contradict each other.
+        FacadeError: when there is none, and what contradicts each other.
     """
     try:
-        found = _solved(design, width, height, count)
+        found = _solved(design, width, height, count, stop)
     except NothingFitsError as error:
         raise FacadeError(f"{str(error).rstrip('.')}.{_told(design, width, height)}") from error
-    if not found:
+    if not found and not stop():
         text = f"these layers do not fit each other on {width:g} x {height:g} m"
         raise FacadeError(f"{text}.{_told(design, width, height)}")
     return found
 
 
-def _solved(design: Design, width: float, height: float, count: int, effort: int = 500_000) -> list[Layout]:
+def _solved(
+    design: Design, width: float, height: float, count: int, stop: Callable[[], bool] = _never, effort: int = 500_000
+) -> list[Layout]:
     fits = Fits(design, width, height)
     return solve(
         fits, (width, height), design.weights, count,
-        tolerances=fits.tolerances(enough=count), gaps=design.overhang, effort=effort,
+        tolerances=fits.tolerances(enough=count), gaps=design.overhang, effort=effort, stop=stop,
     )  # fmt: skip
 
 
 def may_fit(design: Design) -> bool:
     """Whether a design has a layout on its canvas; true as well where that is not found out soon."""
     try:
-        return bool(_solved(design, design.width, design.height, 1, _EFFORT))
+        return bool(_solved(design, design.width, design.height, 1, effort=_EFFORT))
     except NothingFitsError:
         return False
     except FacadeError:  # too many words, or too many steps

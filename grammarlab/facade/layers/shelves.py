@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -19,6 +20,13 @@ class Budget:
     """Steps that searches may still take."""
 
     left: int
+    stop: Callable[[], bool] = lambda: False
+    """Says that nobody waits for what is found."""
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether searches end now."""
+        return self.left <= 0 or self.stop()
 
 
 @dataclass
@@ -48,7 +56,7 @@ class Shelf:
     def at(self, place: int, cutoff: float) -> Alignment | None:
         """The alignment that so many others are better than; None when it costs more, or effort ran out."""
         missing = place >= len(self.known.best) and not self.sure(place, cutoff)
-        if missing and self.budget.left > 0:
+        if missing and not self.budget.is_spent:
             self._search(max(place + 1, 2 * place), max(cutoff, self.cutoff))
         if place < len(self.known.best) and self.energy(place) <= cutoff:
             return self.known.best[place]

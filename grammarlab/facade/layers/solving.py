@@ -79,6 +79,7 @@ def solve(
     tolerances: Sequence[float],
     gaps: bool = False,
     effort: int = 500_000,
+    stop: Callable[[], bool] = lambda: False,
 ) -> list[Layout]:
     """The best different layouts, best first; none where even the last tolerance has none.
 
@@ -90,6 +91,7 @@ def solve(
         tolerances: metres, growing; the first with a layout is searched whole.
         gaps: see `size_letters`.
         effort: steps of all searches with one tolerance, see `align`; then layouts may not be proven.
+        stop: ends all searches once it says so; then what is returned may be anything.
 
     Raises:
         FacadeError: when effort ran out before there was any.
@@ -99,17 +101,17 @@ def solve(
         if tired and tolerance < max(tolerances):  # with more room there is a layout sooner
             continue
         given = tuple(candidates(tolerance))
-        whole = _Branches(given, canvas, weights, count, tolerance, gaps, Budget(effort // 2))
+        whole = _Branches(given, canvas, weights, count, tolerance, gaps, Budget(effort // 2, stop))
         best = whole.layouts()
         # Where effort ran out, layouts within a part of the tolerance are found sooner.
-        for part in _PARTS if whole.budget.left <= 0 else ():
-            narrow = _Branches(given, canvas, weights, count, part * tolerance, gaps, Budget(effort // 8))
+        for part in _PARTS if whole.budget.is_spent else ():
+            narrow = _Branches(given, canvas, weights, count, part * tolerance, gaps, Budget(effort // 8, stop))
             found = narrow.layouts()
             if len(found) > len(best):
                 best = [whole.judged(layout) for layout in found]
-        if not best and whole.budget.left <= 0:
+        if not best and not stop() and whole.budget.left <= 0:
             tired, best = True, whole.hurried()
-        if best:
+        if best or stop():
             return best
     if tired:
         raise FacadeError(
@@ -156,7 +158,7 @@ class _Branches:
             caps.append(caps[-1] * _GROWTH)
         for cap in (*caps, math.inf):
             self._within(cap)
-            if len(self.best) == self.count or self.budget.left <= 0:
+            if len(self.best) == self.count or self.budget.is_spent:
                 break
         return [self._layout(*each) for each in self.best]
 
@@ -175,7 +177,7 @@ class _Branches:
         self.heap = [(candidate.bound, number, ()) for number, candidate in enumerate(self.candidates)]
         heapq.heapify(self.heap)
         while self.heap and self.heap[0][0] <= self.threshold:
-            if self.budget.left <= 0:
+            if self.budget.is_spent:
                 break
             bound, number, places = heapq.heappop(self.heap)
             if number not in self.opened:

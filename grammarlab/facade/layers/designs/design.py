@@ -51,6 +51,10 @@ class Shape:
     """What it is called, and so what it looks like (`grammarlab.facade.looks`)."""
     depth: float = 0.0
     """Metres that it stands out more than its label says."""
+    inset: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    """Metres from the left, bottom, right and top of its place to itself; less where the place is small."""
+    frame: str = ""
+    """What is around it in its place; empty where what is below is seen there."""
 
 
 Shapes = Mapping[tuple[str, str], Shape]

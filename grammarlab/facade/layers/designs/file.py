@@ -28,6 +28,7 @@ MOST_LAYERS, _MOST_NAMES, _MOST_TIMES = 64, 1_000, 10_000
 _TABLES = ("title", "canvas", "symbols", "counters", "patterns", "shapes", "solver", "layers")
 _FLAGS = ("opaque", "attached", "unoccludable", "transparent")
 _AXES = ("x", "y")
+_SIDES = ("left", "bottom", "right", "top")
 
 
 def load_design(path: Path) -> Design:
@@ -232,11 +233,25 @@ class _Reader:
         if isinstance(value, str):
             value = {"label": value}
         each = self._table(value, table, index, keys)
-        self._check_keys(each, ("label", "depth"), table, index, keys)
-        label = each.get("label")
-        if not isinstance(label, str) or len(label) > 200 or not label.isprintable():
-            self._fail(f"expected a label of at most 200 characters, found {shown(label)}", table, index, keys)
-        return Shape(label, self._number(each.get("depth", 0.0), table, index, (*keys, "depth")))
+        self._check_keys(each, ("label", "depth", "inset", "frame"), table, index, keys)
+        label, frame = each.get("label"), each.get("frame", "")
+        for text, where in ((label, keys), (frame, (*keys, "frame"))):
+            if not isinstance(text, str) or len(text) > 200 or not text.isprintable():
+                self._fail(f"expected a label of at most 200 characters, found {shown(text)}", table, index, where)
+        depth = self._number(each.get("depth", 0.0), table, index, (*keys, "depth"))
+        return Shape(
+            str(label), depth, self._inset(each.get("inset", [0.0] * 4), table, index, (*keys, "inset")), frame
+        )
+
+    def _inset(
+        self, value: Any, table: str, index: int | None, keys: Sequence[str]
+    ) -> tuple[float, float, float, float]:
+        if not isinstance(value, list) or len(value) != len(_SIDES):
+            self._fail(f"expected metres at {', '.join(_SIDES)}, found {shown(value)}", table, index, keys)
+        left, bottom, right, top = (self._number(each, table, index, keys) for each in value)
+        if min(left, bottom, right, top) < 0.0:
+            self._fail(f"expected metres from 0, found {shown(value)}", table, index, keys)
+        return left, bottom, right, top
 
     def _table(self, value: Any, table: str, index: int | None, keys: Sequence[str]) -> dict[str, Any]:
         if not isinstance(value, dict):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,9 @@ from grammarlab.facade.tree import Floats, Ints, X, Y
 
 _SLIVER = 1e-7
 """Part of the canvas that coordinates may differ by and still be one, and that panels are wide at least."""
+
+_LEAST_SHARE = 0.4
+"""Of its place that a shape takes along an axis at least, however large its inset."""
 
 Rectangle = tuple[int, int, int, int]
 """Lines of left, bottom, right and top."""
@@ -87,7 +90,46 @@ def panels_of(design: Design, layout: Layout, width: float, height: float) -> Pa
             for row in up
             for column in across
         ]
-    return Panels((lines[X], lines[Y]), tuple(panels))
+    return _inset(Panels((lines[X], lines[Y]), tuple(panels)))
+
+
+def _inset(panels: Panels) -> Panels:
+    """Shapes that are smaller than their places, each with its frame below it."""
+    if not any(any(panel.shape.inset) for panel in panels.panels):
+        return panels
+    boxes = [_box(panel, panels.lines) for panel in panels.panels]
+    sides = np.array(boxes).reshape(-1, 2, 2)
+    lines = tuple(
+        _merged(np.concatenate([panels.lines[axis], sides[:, :, axis].ravel()]), panels.lines[axis][-1])
+        for axis in (X, Y)
+    )
+    found: list[Panel] = []
+    for panel, box in zip(panels.panels, boxes, strict=True):
+        left, bottom, right, top = panel.lines
+        place = panels.lines[X][left], panels.lines[Y][bottom], panels.lines[X][right], panels.lines[Y][top]
+        whole, inner = _nearest(place, (lines[X], lines[Y])), _nearest(box, (lines[X], lines[Y]))
+        found.append(replace(panel, lines=inner))
+        if inner != whole and panel.shape.frame:
+            found.append(replace(panel, lines=whole, shape=Shape(panel.shape.frame)))
+    return Panels((lines[X], lines[Y]), tuple(found))
+
+
+def _box(panel: Panel, lines: tuple[Floats, Floats]) -> tuple[float, float, float, float]:
+    """Metres where a shape begins and ends in its place, of which it keeps at least a part."""
+    found = []
+    for axis in (X, Y):
+        low, high = (float(lines[axis][panel.lines[side]]) for side in (axis, axis + 2))
+        before, after = panel.shape.inset[axis], panel.shape.inset[axis + 2]
+        share = min(1.0, (1.0 - _LEAST_SHARE) * (high - low) / (before + after)) if before + after else 0.0
+        found.append((low + share * before, high - share * after))
+    (left, right), (bottom, top) = found
+    return left, bottom, right, top
+
+
+def _nearest(box: tuple[float, float, float, float], lines: tuple[Floats, Floats]) -> Rectangle:
+    """Lines of the sides of a box."""
+    left, bottom, right, top = (int(np.abs(lines[side % 2] - at).argmin()) for side, at in enumerate(box))
+    return left, bottom, right, top
 
 
 def rectangles(shown: NDArray[np.bool_], lines: Rectangle) -> list[Rectangle]:

@@ -29,12 +29,12 @@ def export(facade: Facade, path: Path) -> Path:
 
 
 def stem_of(path: Path) -> str:
-    """The name of a file of a facade without what says that it is one.
+    """The name of a file of a facade or a design without what says that it is one.
 
-    >>> stem_of(Path("house.facade.json")), stem_of(Path("house.json"))
-    ('house', 'house')
+    >>> stem_of(Path("house.facade.json")), stem_of(Path("house.json")), stem_of(Path("house.toml"))
+    ('house', 'house', 'house')
     """
-    return path.name.removesuffix(".json").removesuffix(".facade")
+    return path.name.removesuffix(".toml").removesuffix(".json").removesuffix(".facade")
 
 
 def unused_path(path: Path, suffix: str) -> Path:
@@ -45,14 +45,14 @@ def unused_path(path: Path, suffix: str) -> Path:
     return found
 
 
-def checked_target(path: Path) -> Path:
-    """A path that a facade can be saved to.
+def checked_target(path: Path, ending: str = ".json") -> Path:
+    """A path that a facade, or what else ends so, can be saved to.
 
     Raises:
-        UsageError: when its folder is missing, or it does not end in .json.
+        UsageError: when its folder is missing, or it does not end so.
     """
-    if path.suffix.lower() != ".json":
-        raise UsageError(f"{path}: expected the name of a file that ends in .json.")
+    if path.suffix.lower() != ending:
+        raise UsageError(f"{path}: expected the name of a file that ends in {ending}.")
     if not path.parent.is_dir():
         raise UsageError(f"{path}: there is no folder {str(path.parent)!r}; make it first.")
     return path

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 Document = TypeVar("Document")
-"""What is edited; a value."""
+"""What is edited; every change makes another one."""
 MOST = 500
 """Steps that are kept."""
 

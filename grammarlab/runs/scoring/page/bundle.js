@@ -1,6 +1,6 @@
 /**
- * Builds page.js from source/ and viewer.js from viewer/ and three.js, and the page that edits facades from its own
- * source and some modules of this one: `npm install && npm run build`.
+ * Builds page.js from source/ and viewer.js from viewer/ and three.js, and the pages that edit facades and
+ * designs of layers from their own source and some modules of others: `npm install && npm run build`.
  *
  * Each built file begins with the hash of what it was built from, so that a test can tell when one was forgotten.
  */
@@ -12,16 +12,18 @@ import { build } from "esbuild";
 const here = new URL(".", import.meta.url);
 process.chdir(here.pathname);
 
-/** What the page that edits facades takes from this one. */
-const SHARED = ["channel.js", "element.js", "menu.js", "transports.js"];
+/** What the pages of facades take from others. */
+const SHARED = ["channel.js", "element.js", "menu.js", "transports.js"].map((name) => `source/${name}`);
 const EDITOR = "../../facade/editor/page";
+const DESIGNER = "../../facade/layers_page/page";
+const STAGE = ["drag.js", "gestures.js", "help.js", "notes.js", "paint.js", "stage.js"];
 
 /** @param {string} folder @param {string[]} shared */
 function hashOf(folder, shared) {
   const files = readdirSync(folder)
     .sort()
     .map((file) => `${folder}/${file}`);
-  files.push(...shared.map((file) => `source/${file}`));
+  files.push(...shared);
   const hash = createHash("sha256");
   for (const file of [...files, "package.json"]) hash.update(readFileSync(file));
   return hash.digest("hex").slice(0, 16);
@@ -50,4 +52,6 @@ async function bundle(folder, entry, outfile, options, shared = []) {
 
 await bundle("source", "main.js", "page.js");
 await bundle(`${EDITOR}/source`, "main.js", `${EDITOR}/page.js`, {}, SHARED);
+const staged = STAGE.map((name) => `${EDITOR}/source/${name}`);
+await bundle(`${DESIGNER}/source`, "main.js", `${DESIGNER}/page.js`, {}, [...SHARED, ...staged]);
 await bundle("viewer", "viewer.js", "viewer.js", { minify: true, legalComments: "inline" });

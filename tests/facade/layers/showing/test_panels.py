@@ -1,5 +1,7 @@
 """What solved layouts show, against each point looked at alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -14,7 +16,7 @@ from grammarlab.facade.looks import THICKNESS, look_of
 from grammarlab.facade.tree import X, Y, check
 from grammarlab.facade.writing.exact import EXACT, write_exact
 from grammarlab.runs.facade.layers import Solved, solve_design
-from tests.facade.layers.samples import residential
+from tests.facade.layers.samples import design, residential
 
 
 @st.composite
@@ -88,8 +90,9 @@ def house() -> Solved:
 def test_the_house_has_its_cells(house: Solved) -> None:
     """5 by 2 cells, of which two are behind columns and one behind a door, and a roof over all."""
     labels = [house.facade.name_of(leaf) for leaf in house.facade.leaves.tolist()]
-    assert sorted(labels) == sorted(
-        ["wall"] * 3 + ["window"] * 2 + ["shop window"] * 2 + ["column"] * 2 + ["door", "roof"]
+    assert sorted(set(labels) - {"wall"}) == ["column", "door", "roof", "shop window", "window"]
+    assert sorted(label for label in labels if label != "wall") == sorted(
+        ["window"] * 2 + ["shop window"] * 2 + ["column"] * 2 + ["door", "roof"]
     )
     assert "outside" not in house.facade.labels
 
@@ -106,9 +109,36 @@ def test_the_relief_of_the_house(house: Solved) -> None:
     assert scene.size[:, 2].max() == pytest.approx(THICKNESS + look_of("column").front)
     columns = [panel for panel in house.panels.panels if panel.shape.label == "column"]
     assert len(columns) == 2
-    behind = [panel for panel in house.panels.panels if panel.lines == columns[0].lines]
-    assert [panel.shape.label for panel in behind] == ["column", "wall"], "columns hide no wall"
-    assert len(scene) == len(house.facade.leaves) + 2
+    cells = [(left, bottom) for left, bottom, _, _ in (column.lines for column in columns)]
+    for column, row in cells:
+        over = [panel.shape.label for panel in house.panels.panels if _covers(panel, column, row)]
+        assert over == ["column", "wall"], "columns hide no wall"
+    solid = [panel.shape.label for panel, seen in zip(house.panels.panels, house.panels.seen(), strict=True) if seen]
+    assert solid.count("wall") == 5 + 2 + 2 + 1, "walls, and frames of windows and of the door"
+    assert len(scene) >= len(solid)
+
+
+@pytest.mark.parametrize("scale", [0.1, 1.0, 20.0])
+def test_a_shape_with_an_inset_is_in_its_place_and_its_frame_fills_the_rest(scale: float) -> None:
+    """However small the place is."""
+    made = design({"wall": "AB"}, "A = 1.0\nB = 2.0", 3.0)
+    inset = (0.2 * scale, 0.5 * scale, 0.3 * scale, 0.25 * scale)
+    shapes = {("A", "Y"): Shape("wall"), ("B", "Y"): Shape("window", inset=inset, frame="brick")}
+    solved = solve_design(replace(made, shapes=shapes))[0]
+    low, high = {}, {}
+    area = dict.fromkeys(("wall", "window", "brick"), 0.0)
+    for leaf in solved.facade.leaves.tolist():
+        name, size = solved.facade.name_of(leaf), solved.facade.size[leaf]
+        low[name], high[name] = solved.facade.position[leaf], solved.facade.position[leaf] + size
+        area[name] += size.prod()
+    assert sum(area.values()) == pytest.approx(9.0)
+    assert area["wall"] == pytest.approx(3.0)
+    assert area["window"] >= 6.0 * 0.4**2 - 1e-9
+    assert low["window"][X] > 1.0
+    assert high["window"][X] < 3.0
+    if scale <= 1.0:
+        assert low["window"] == pytest.approx([1.0 + inset[0], inset[1]])
+        assert high["window"] == pytest.approx([3.0 - inset[2], 3.0 - inset[3]])
 
 
 def test_depths_of_shapes_and_layers_add_up() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.runs.facade.editor.editor import Editor
+from grammarlab.runs.serving.desktop import Desktop
 from grammarlab.runs.serving.windows import Message
 from tests.waiting import PATIENCE
 
@@ -21,7 +21,7 @@ class RefusedError(Exception):
 class Window:
     """Talks to an editor as a page does."""
 
-    def __init__(self, editor: Editor) -> None:
+    def __init__(self, editor: Desktop[Any]) -> None:
         self._editor = editor
         self._waiting: dict[int, Future[tuple[Message, Sequence[bytes]]]] = {}
         self.states: list[tuple[dict[str, Any], Sequence[bytes]]] = []
@@ -29,9 +29,9 @@ class Window:
 
     def send(self, message: Message, buffers: Sequence[bytes]) -> None:
         json.dumps(message, allow_nan=False)
-        if "event" in message:
+        if message.get("event") == "state":
             self.states.append((message["state"], buffers))
-        else:
+        elif "event" not in message:
             self._waiting.pop(message["id"]).set_result((message, buffers))
 
     def begin(self, command: object, **values: Any) -> Future[tuple[Message, Sequence[bytes]]]:

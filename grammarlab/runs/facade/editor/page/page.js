@@ -1,4 +1,4 @@
-/* Built from source/ by bundle.js; do not edit. Source e898dba81b9be4ea */
+/* Built from source/ by bundle.js; do not edit. Source 4ea43089323531c0 */
 
 // source/channel.js
 var ConnectionLost = class extends Error {
@@ -228,10 +228,9 @@ function assembler(done) {
 }
 
 // ../../facade/editor/page/source/drag.js
-function makeDrag(page, show, ended) {
+function makeDrag(page, { began, show, ended }) {
   let wanted = null;
   let reached = [];
-  let before = null;
   let running = null;
   let told = () => {
   };
@@ -245,7 +244,7 @@ function makeDrag(page, show, ended) {
         if (reached.length) await settle(reached[0]);
         else if (wanted) await solve(wanted);
       } catch (error) {
-        cancel();
+        stop(false);
         page.complain(error instanceof Error ? error.message : String(error));
       }
       page.changed();
@@ -256,7 +255,7 @@ function makeDrag(page, show, ended) {
     const { result, buffers } = await page.channel.request("drag", wish.values);
     if (!wanted && !reached.length) return;
     conflict = result.conflict ?? "";
-    if (buffers.length) show(new Float64Array(buffers[0]), result.width, result.height);
+    if (buffers.length) show(result, buffers);
   }
   async function settle(wish) {
     const { result } = await page.channel.request(wish.command, wish.values);
@@ -264,23 +263,19 @@ function makeDrag(page, show, ended) {
     if (changed) await new Promise((resolve) => told = () => resolve(void 0));
     reached = reached.filter((each) => each !== wish);
     if (reached.length || wanted) return;
-    if (changed) before = null;
-    cancel();
+    stop(changed);
   }
   function want(command, values) {
-    const { boxes, drawing } = page.state;
-    before ??= { boxes, width: drawing.width, height: drawing.height };
+    began();
     wanted = { command, values, sent: false };
     go();
   }
-  function cancel() {
-    const was = before;
-    wanted = before = null;
+  function stop(kept) {
+    wanted = null;
     reached = [];
     conflict = "";
     told();
-    if (was) show(was.boxes, was.width, was.height);
-    ended();
+    ended(kept);
   }
   return {
     get active() {
@@ -314,15 +309,17 @@ function makeDrag(page, show, ended) {
     },
     /** Once nothing is under way. */
     idle: () => running ?? Promise.resolve(),
-    /** A state was told; it is what a cancelled drag goes back to. */
-    told() {
-      const { boxes, drawing } = page.state;
-      if (before) before = { boxes, width: drawing.width, height: drawing.height };
-      told();
+    /** More is known about the size on the way. */
+    again() {
+      if (!wanted) return;
+      wanted.sent = false;
+      go();
     },
+    /** A state was told. */
+    told: () => told(),
     /** As it was before. */
     cancel() {
-      cancel();
+      stop(false);
       page.changed();
     }
   };
@@ -392,6 +389,9 @@ function listenToPointer(page, stage, drag) {
       top: Math.max(from.y, y)
     };
   }
+  listenToHandles(page, stage, drag);
+}
+function listenToHandles(page, stage, drag) {
   listenToHandle(stage.handles.width, (start, dx, _dy, tied) => scaled(start, start.width + dx, null, tied));
   listenToHandle(stage.handles.height, (start, _dx, dy, tied) => scaled(start, null, start.height + dy, tied));
   listenToHandle(stage.handles.both, (start, dx, dy, tied) => {
@@ -437,6 +437,29 @@ function listenToPointer(page, stage, drag) {
       drag.cancel();
     });
   }
+}
+
+// ../../facade/editor/page/source/help.js
+function makeHelp(keys, pointing) {
+  const dialog = element("dialog", { class: "gl-help", "aria-label": "Keys" });
+  const list = keys.flatMap(([key, does]) => [element("dt", {}, key), element("dd", {}, does)]);
+  dialog.append(
+    element(
+      "div",
+      { class: "gl-row" },
+      element("h2", {}, "Keys"),
+      element("span", { class: "gl-space" }),
+      iconButton("close", "Close", () => dialog.close())
+    ),
+    element("p", { class: "gl-hint" }, pointing),
+    element("dl", { class: "gl-keys" }, ...list)
+  );
+  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+  dialog.addEventListener("keydown", (event) => event.key === "?" && dialog.close());
+  const open = () => {
+    if (!dialog.open) dialog.showModal();
+  };
+  return { element: dialog, open, button: iconButton("keys", "Keys", open, "?") };
 }
 
 // ../../facade/editor/page/source/keyboard.js
@@ -549,33 +572,6 @@ function listenToKeys(page, root, stage, drag, acts) {
     document.removeEventListener("keydown", down);
     document.removeEventListener("keyup", up);
   };
-}
-
-// ../../facade/editor/page/source/help.js
-function makeHelp() {
-  const dialog = element("dialog", { class: "gl-help", "aria-label": "Keys" });
-  const list = KEYS.flatMap(([key, does]) => [element("dt", {}, key), element("dd", {}, does)]);
-  dialog.append(
-    element(
-      "div",
-      { class: "gl-row" },
-      element("h2", {}, "Keys"),
-      element("span", { class: "gl-space" }),
-      iconButton("close", "Close", () => dialog.close())
-    ),
-    element(
-      "p",
-      { class: "gl-hint" },
-      "Drag the handles at the right and at the top to change the size. Click a part to select it, draw a rectangle to make a grid. Click a picture below to accept a variation."
-    ),
-    element("dl", { class: "gl-keys" }, ...list)
-  );
-  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
-  dialog.addEventListener("keydown", (event) => event.key === "?" && dialog.close());
-  const open = () => {
-    if (!dialog.open) dialog.showModal();
-  };
-  return { element: dialog, open, button: iconButton("keys", "Keys", open, "?") };
 }
 
 // ../../facade/editor/page/source/notes.js
@@ -1315,18 +1311,28 @@ function build(root, channel, first) {
       if (!drag.active) strip.update();
     }
   };
-  const drag = makeDrag(
-    page,
-    (boxes, width, height) => {
-      const { state } = page;
-      if (boxes.length !== state.boxes.length) return;
-      state.boxes = boxes;
-      Object.assign(state.drawing, { width, height });
-      state.leaves.forEach((node, leaf) => state.drawing.columns.set(boxes.subarray(4 * node, 4 * node + 4), 8 * leaf));
-      page.changed();
-    },
-    () => stage.fit()
-  );
+  let before = null;
+  const drag = makeDrag(page, {
+    began: () => before ??= sizesNow(),
+    show: ({ width, height }, buffers) => show({ boxes: new Float64Array(buffers[0]), width, height }),
+    ended(kept) {
+      if (before && !kept) show(before);
+      before = null;
+      stage.fit();
+    }
+  });
+  function sizesNow() {
+    const { boxes, drawing } = page.state;
+    return { boxes, width: drawing.width, height: drawing.height };
+  }
+  function show({ boxes, width, height }) {
+    const { state } = page;
+    if (boxes.length !== state.boxes.length) return;
+    state.boxes = boxes;
+    Object.assign(state.drawing, { width, height });
+    state.leaves.forEach((node, leaf) => state.drawing.columns.set(boxes.subarray(4 * node, 4 * node + 4), 8 * leaf));
+    page.changed();
+  }
   const stage = makeStage(page, drag);
   const strip = makeStrip(page);
   const acts = {
@@ -1348,7 +1354,10 @@ function build(root, channel, first) {
     help: () => help.open()
   };
   const panel = makePanel(page, acts);
-  const help = makeHelp();
+  const help = makeHelp(
+    KEYS,
+    "Drag the handles at the right and at the top to change the size. Click a part to select it, draw a rectangle to make a grid. Click a picture below to accept a variation."
+  );
   listenToPointer(page, stage, drag);
   listenToKeys(page, root, stage, drag, acts);
   const title = element("h1", { class: "gl-name" });
@@ -1395,6 +1404,7 @@ function build(root, channel, first) {
     /** @param {State} state */
     update(state) {
       page.state = state;
+      if (before) before = sizesNow();
       drag.told();
       if (page.selected >= state.parent.length) page.selected = -1;
       page.gridding &&= Boolean(state.active);

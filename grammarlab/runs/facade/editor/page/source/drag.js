@@ -1,4 +1,4 @@
-/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("../../../../scoring/page/source/channel.js").Channel} Channel */
 /** @typedef {{ command: "resize" | "move", values: Record<string, number>, sent: boolean }} Wish */
 
 /**
@@ -6,17 +6,17 @@
  *
  * At most one request is under way, and the latest size goes next: what the server cannot follow is left out. What was
  * reached at the end of a drag is never left out, and becomes a step of its own.
- * @param {Page} page
- * @param {(boxes: Float64Array, width: number, height: number) => void} show
- * @param {() => void} ended
+ * @param {{ state: { revision: number, drawing: { width: number, height: number } }, channel: Channel, complain: (text: string) => void, changed: () => void }} page
+ * @param {object} hooks
+ * @param {() => void} hooks.began or went on
+ * @param {(result: any, buffers: ArrayBuffer[]) => void} hooks.show a size on the way
+ * @param {(kept: boolean) => void} hooks.ended and what was reached is kept, or all is as before
  */
-export function makeDrag(page, show, ended) {
+export function makeDrag(page, { began, show, ended }) {
   /** @type {Wish | null} */
   let wanted = null;
   /** @type {Wish[]} of drags that have ended */
   let reached = [];
-  /** @type {{ boxes: Float64Array, width: number, height: number } | null} as it was before */
-  let before = null;
   /** @type {Promise<void> | null} */
   let running = null;
   let told = () => {};
@@ -32,7 +32,7 @@ export function makeDrag(page, show, ended) {
         if (reached.length) await settle(reached[0]);
         else if (wanted) await solve(wanted);
       } catch (error) {
-        cancel();
+        stop(false);
         page.complain(error instanceof Error ? error.message : String(error));
       }
       page.changed();
@@ -45,7 +45,7 @@ export function makeDrag(page, show, ended) {
     const { result, buffers } = await page.channel.request("drag", wish.values);
     if (!wanted && !reached.length) return; // cancelled
     conflict = result.conflict ?? "";
-    if (buffers.length) show(new Float64Array(buffers[0]), result.width, result.height);
+    if (buffers.length) show(result, buffers);
   }
 
   /** @param {Wish} wish */
@@ -55,26 +55,23 @@ export function makeDrag(page, show, ended) {
     if (changed) await new Promise((resolve) => (told = () => resolve(undefined)));
     reached = reached.filter((each) => each !== wish);
     if (reached.length || wanted) return;
-    if (changed) before = null;
-    cancel();
+    stop(changed);
   }
 
   /** @param {"resize" | "move"} command @param {Record<string, number>} values */
   function want(command, values) {
-    const { boxes, drawing } = page.state;
-    before ??= { boxes, width: drawing.width, height: drawing.height };
+    began();
     wanted = { command, values, sent: false };
     go();
   }
 
-  function cancel() {
-    const was = before;
-    wanted = before = null;
+  /** @param {boolean} kept */
+  function stop(kept) {
+    wanted = null;
     reached = [];
     conflict = "";
     told();
-    if (was) show(was.boxes, was.width, was.height);
-    ended();
+    ended(kept);
   }
 
   return {
@@ -109,15 +106,17 @@ export function makeDrag(page, show, ended) {
     },
     /** Once nothing is under way. */
     idle: () => running ?? Promise.resolve(),
-    /** A state was told; it is what a cancelled drag goes back to. */
-    told() {
-      const { boxes, drawing } = page.state;
-      if (before) before = { boxes, width: drawing.width, height: drawing.height };
-      told();
+    /** More is known about the size on the way. */
+    again() {
+      if (!wanted) return;
+      wanted.sent = false;
+      go();
     },
+    /** A state was told. */
+    told: () => told(),
     /** As it was before. */
     cancel() {
-      cancel();
+      stop(false);
       page.changed();
     },
   };

@@ -77,6 +77,16 @@ export function listenToPointer(page, stage, drag) {
     };
   }
 
+  listenToHandles(page, stage, drag);
+}
+
+/**
+ * Handles size the whole.
+ * @param {{ state: { drawing: { width: number, height: number } }, tied: boolean }} page
+ * @param {Stage} stage
+ * @param {Drag} drag
+ */
+export function listenToHandles(page, stage, drag) {
   listenToHandle(stage.handles.width, (start, dx, _dy, tied) => scaled(start, start.width + dx, null, tied));
   listenToHandle(stage.handles.height, (start, _dx, dy, tied) => scaled(start, null, start.height + dy, tied));
   listenToHandle(stage.handles.both, (start, dx, dy, tied) => {

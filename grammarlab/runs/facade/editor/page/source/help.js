@@ -1,10 +1,13 @@
 import { element, iconButton } from "../../../../scoring/page/source/element.js";
-import { KEYS } from "./keyboard.js";
 
-/** What the mouse, fingers and keys do, in a dialog. */
-export function makeHelp() {
+/**
+ * What the mouse, fingers and keys do, in a dialog.
+ * @param {string[][]} keys and what each does
+ * @param {string} pointing what mouse and fingers do
+ */
+export function makeHelp(keys, pointing) {
   const dialog = element("dialog", { class: "gl-help", "aria-label": "Keys" });
-  const list = KEYS.flatMap(([key, does]) => [element("dt", {}, key), element("dd", {}, does)]);
+  const list = keys.flatMap(([key, does]) => [element("dt", {}, key), element("dd", {}, does)]);
   dialog.append(
     element(
       "div",
@@ -13,11 +16,7 @@ export function makeHelp() {
       element("span", { class: "gl-space" }),
       iconButton("close", "Close", () => dialog.close()),
     ),
-    element(
-      "p",
-      { class: "gl-hint" },
-      "Drag the handles at the right and at the top to change the size. Click a part to select it, draw a rectangle to make a grid. Click a picture below to accept a variation.",
-    ),
+    element("p", { class: "gl-hint" }, pointing),
     element("dl", { class: "gl-keys" }, ...list),
   );
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());

@@ -5,7 +5,7 @@ import { socketTransport } from "../../../../scoring/page/source/transports.js";
 import { makeDrag } from "./drag.js";
 import { listenToPointer } from "./gestures.js";
 import { makeHelp } from "./help.js";
-import { listenToKeys } from "./keyboard.js";
+import { KEYS, listenToKeys } from "./keyboard.js";
 import { makeNotes } from "./notes.js";
 import { isLocked, makePanel } from "./panel.js";
 import { Pictures } from "./pictures.js";
@@ -85,18 +85,30 @@ function build(root, channel, first) {
       if (!drag.active) strip.update();
     },
   };
-  const drag = makeDrag(
-    page,
-    (boxes, width, height) => {
-      const { state } = page;
-      if (boxes.length !== state.boxes.length) return; // of the facade before
-      state.boxes = boxes;
-      Object.assign(state.drawing, { width, height });
-      state.leaves.forEach((node, leaf) => state.drawing.columns.set(boxes.subarray(4 * node, 4 * node + 4), 8 * leaf));
-      page.changed();
+  /** @type {{ boxes: Float64Array, width: number, height: number } | null} as it was before a drag */
+  let before = null;
+  const drag = makeDrag(page, {
+    began: () => (before ??= sizesNow()),
+    show: ({ width, height }, buffers) => show({ boxes: new Float64Array(buffers[0]), width, height }),
+    ended(kept) {
+      if (before && !kept) show(before);
+      before = null;
+      stage.fit();
     },
-    () => stage.fit(),
-  );
+  });
+  function sizesNow() {
+    const { boxes, drawing } = page.state;
+    return { boxes, width: drawing.width, height: drawing.height };
+  }
+  /** @param {{ boxes: Float64Array, width: number, height: number }} sizes */
+  function show({ boxes, width, height }) {
+    const { state } = page;
+    if (boxes.length !== state.boxes.length) return; // of the facade before
+    state.boxes = boxes;
+    Object.assign(state.drawing, { width, height });
+    state.leaves.forEach((node, leaf) => state.drawing.columns.set(boxes.subarray(4 * node, 4 * node + 4), 8 * leaf));
+    page.changed();
+  }
   const stage = makeStage(page, drag);
   const strip = makeStrip(page);
   const acts = {
@@ -119,7 +131,10 @@ function build(root, channel, first) {
     help: () => help.open(),
   };
   const panel = makePanel(page, acts);
-  const help = makeHelp();
+  const help = makeHelp(
+    KEYS,
+    "Drag the handles at the right and at the top to change the size. Click a part to select it, draw a rectangle to make a grid. Click a picture below to accept a variation.",
+  );
   listenToPointer(page, stage, drag);
   listenToKeys(page, root, stage, drag, acts);
 
@@ -170,6 +185,7 @@ function build(root, channel, first) {
     /** @param {State} state */
     update(state) {
       page.state = state;
+      if (before) before = sizesNow(); // what a cancelled drag goes back to
       drag.told();
       if (page.selected >= state.parent.length) page.selected = -1;
       page.gridding &&= Boolean(state.active);

@@ -1,0 +1,66 @@
+"""A design of layers on a page, and what a browser gets of it."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from grammarlab.facade.layers.designs.file import MOST_BYTES, load_design
+from grammarlab.runs.facade.editor.exporting import checked_target, stem_of, unused_path
+from grammarlab.runs.facade.editor.history import History
+from grammarlab.runs.facade.editor.server import PAGE as EDITOR
+from grammarlab.runs.facade.layers_page.commands import run
+from grammarlab.runs.facade.layers_page.desk import SUFFIX, Desk
+from grammarlab.runs.facade.layers_page.solver import Outcome, Solver
+from grammarlab.runs.facade.layers_page.state import state_of
+from grammarlab.runs.serving.desktop import Desktop
+from grammarlab.runs.serving.server import Page
+
+_FOLDER = Path(__file__).parent / "page"
+PAGE = Page(
+    index=_FOLDER / "index.html",
+    files={
+        "base.css": EDITOR.files["base.css"],
+        "stage.css": EDITOR.files["page.css"],
+        "page.css": _FOLDER / "page.css",
+        "page.js": _FOLDER / "page.js",
+    },
+    command="grammarlab facade open",
+    max_bytes=6 * MOST_BYTES,  # characters of a text may be written as six
+)
+
+
+class Designer(Desktop[Desk]):
+    """A design that windows work on together; see `grammarlab.runs.facade.layers_page.commands`."""
+
+    def __init__(self, file: Path, output: Path | None = None) -> None:
+        """Opens a design, and begins to lay it out.
+
+        Args:
+            file: read only, unless it is also the output.
+            output: where it is saved; a new file in the current folder when left out.
+
+        Raises:
+            LanguageError: what is wrong with the design, with line and column.
+            UsageError: when the output is not the name of such a file.
+        """
+        load_design(file)
+        text = file.read_text(encoding="utf-8-sig")
+        target = (
+            checked_target(output, SUFFIX) if output else unused_path(Path(f"{stem_of(file)}.edited{SUFFIX}"), SUFFIX)
+        )
+        is_there = target.exists() and target.samefile(file)
+        desk = Desk(stem_of(file), target, History(text), text, text if is_there else None)
+        super().__init__(desk, run, state_of)
+        self._solver = Solver(self._take)
+        desk.want = self._solver.want
+        desk.tell_better = partial(self.tell, {"event": "better"})
+        self.post(desk.begin)
+
+    def close(self) -> None:
+        """Ends it, after all that was asked for before."""
+        self._solver.close()
+        super().close()
+
+    def _take(self, outcome: Outcome) -> None:
+        self.post(partial(self.desk.solved, outcome))

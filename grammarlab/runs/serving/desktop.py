@@ -1,0 +1,110 @@
+"""What windows work on together, usable by any transport: one thread on which everything happens in order."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Sequence
+from functools import partial
+from queue import SimpleQueue
+from threading import Thread
+from typing import Generic, Protocol, TypeGuard, TypeVar
+
+from grammarlab.runs.serving.windows import Message, Send
+
+
+class Counted(Protocol):
+    """What counts its changes."""
+
+    revision: int
+
+
+Desk = TypeVar("Desk", bound=Counted)
+"""Where everything lies."""
+
+
+class Desktop(Generic[Desk]):
+    """A desk that windows work on together.
+
+    `handle` and `listen` may be called from any thread and return at once. Functions given to send messages with are
+    called on the desktop's own thread, one after the other, and must not block.
+    """
+
+    def __init__(
+        self,
+        desk: Desk,
+        run: Callable[[Desk, object, Sequence[bytes], Send], None],
+        state_of: Callable[[Desk], tuple[Message, Sequence[bytes]]],
+    ) -> None:
+        """Begins.
+
+        Args:
+            desk: changed on the desktop's thread only.
+            run: does what a window asks for, and answers; of `drag` the latest counts, others become `skip`.
+            state_of: the event, with buffers, that windows are told at first and whenever `revision` has changed.
+        """
+        self.desk, self._run_request, self._state_of = desk, run, state_of
+        self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._windows: dict[Send, None] = {}
+        self._dragged: dict[Send, object] = {}
+        """The latest request of each window for a size on the way."""
+        self._told = -1
+        self._thread = Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def handle(self, message: object, buffers: Sequence[bytes], send: Send) -> None:
+        """Takes a request of a window."""
+        if _is_drag(message):
+            self._dragged[send] = message
+        self._inbox.put(partial(self._handle, message, buffers, send))
+
+    def listen(self, send: Send) -> Callable[[], None]:
+        """Has a window told whenever something changes, and once at first; the result ends it."""
+        self._inbox.put(partial(self._open, send))
+        return lambda: self._inbox.put(partial(self._close, send))
+
+    def post(self, job: Callable[[], None]) -> None:
+        """Has something done on the desktop's thread; may be called from any thread."""
+        self._inbox.put(job)
+
+    def tell(self, message: Message) -> None:
+        """Tells all windows of an event; called on the desktop's thread."""
+        for send in tuple(self._windows):
+            send(message, ())
+
+    def close(self) -> None:
+        """Ends it, after all that was asked for before."""
+        self._inbox.put(None)
+        self._thread.join()
+
+    def _run(self) -> None:
+        while job := self._inbox.get():
+            try:
+                job()
+                if self._told != self.desk.revision:
+                    self._tell_state()
+            except Exception:  # a mistake of ours must not end the desktop
+                traceback.print_exc()
+
+    def _handle(self, message: object, buffers: Sequence[bytes], send: Send) -> None:
+        # Of sizes on the way only the latest counts, so that a slow solution never leaves a queue behind.
+        if _is_drag(message) and self._dragged.get(send) is not message:
+            message = {**message, "command": "skip"}
+        self._run_request(self.desk, message, buffers, send)
+
+    def _open(self, send: Send) -> None:
+        self._windows[send] = None
+        send(*self._state_of(self.desk))
+
+    def _close(self, send: Send) -> None:
+        self._windows.pop(send, None)
+        self._dragged.pop(send, None)
+
+    def _tell_state(self) -> None:
+        self._told = self.desk.revision
+        message, buffers = self._state_of(self.desk)
+        for send in tuple(self._windows):
+            send(message, buffers)
+
+
+def _is_drag(message: object) -> TypeGuard[Message]:
+    return isinstance(message, dict) and message.get("command") == "drag"
