@@ -15,6 +15,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from grammarlab.about import __version__ as __version__
+
 if TYPE_CHECKING:
     from grammarlab.density.sampler import sample
     from grammarlab.derivation.derive import derive
@@ -47,8 +49,6 @@ if TYPE_CHECKING:
     from grammarlab.runs.sampling.sample import sample_run
     from grammarlab.runs.work.executors import Processes
     from grammarlab.scene.instances import Scene, realize
-
-__version__ = "0.1.0"
 
 __all__ = [
     "Facade",

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab import __version__
+from grammarlab.about import __version__
 from grammarlab.cli.check import check
 from grammarlab.cli.compare import compare
 from grammarlab.cli.evaluate import evaluate

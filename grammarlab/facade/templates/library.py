@@ -6,7 +6,7 @@ from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 
-import grammarlab
+from grammarlab.about import PACKAGE
 from grammarlab.errors import UsageError
 from grammarlab.facade.templates.template import Template
 from grammarlab.facade.templates.text.parsing import MOST_CHARACTERS, parse_templates
@@ -19,9 +19,8 @@ SUFFIX = ".template"
 @cache
 def shipped() -> tuple[Template, ...]:
     """The templates that come with the package."""
-    package = Path(grammarlab.__file__).parent
-    inside = package / "grammars"
-    folder = inside if inside.is_dir() else package.parent / "grammars"
+    inside = PACKAGE / "grammars"
+    folder = inside if inside.is_dir() else PACKAGE.parent / "grammars"
     path = folder / "templates" / f"library{SUFFIX}"
     return parse_templates(path.read_text(encoding="utf-8"), path.name)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from difflib import get_close_matches
 from pathlib import Path
 
-import grammarlab
+from grammarlab.about import PACKAGE
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.scenario import SUFFIX
 
@@ -19,9 +19,8 @@ TASTES = "tastes"
 
 def scenarios_folder() -> Path:
     """Where the shipped scenarios lie: inside an installed package, or beside it in a checkout."""
-    package = Path(grammarlab.__file__).parent
-    inside = package / "scenarios"
-    return inside if inside.is_dir() else package.parent / "scenarios"
+    inside = PACKAGE / "scenarios"
+    return inside if inside.is_dir() else PACKAGE.parent / "scenarios"
 
 
 def shipped_scenarios() -> dict[str, Path]:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab import __version__
+from grammarlab.about import __version__
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.evaluation.scenario import Scenario

@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from time import perf_counter
 
-from grammarlab import __version__
+from grammarlab.about import __version__
 from grammarlab.density.samples.examples import learn_from_examples
 from grammarlab.density.targets.rejection import reject
 from grammarlab.density.targets.target import Target

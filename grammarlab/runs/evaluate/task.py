@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from grammarlab import __version__
+from grammarlab.about import __version__
 from grammarlab.evaluation import protocol
 from grammarlab.evaluation.curves import Curve
 from grammarlab.evaluation.material import Material

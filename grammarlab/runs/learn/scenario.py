@@ -8,7 +8,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from grammarlab import __version__
+from grammarlab.about import __version__
 from grammarlab.density.samples import sampled
 from grammarlab.density.skeleton import ENOUGH_MODELS
 from grammarlab.density.splits.learned import LearnedGrammar

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
-import grammarlab
+from grammarlab.about import PACKAGE
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import read_text
 from grammarlab.language.importing import RULES, rules_folder
@@ -61,9 +61,8 @@ class RuleSource:
 
 def examples_folder() -> Path:
     """Where the shipped rule files lie: inside an installed package, or beside it in a checkout."""
-    package = Path(grammarlab.__file__).parent
-    inside = package / "grammars"
-    return inside if inside.is_dir() else package.parent / "grammars"
+    inside = PACKAGE / "grammars"
+    return inside if inside.is_dir() else PACKAGE.parent / "grammars"
 
 
 def shipped_examples() -> tuple[RuleSource, ...]:

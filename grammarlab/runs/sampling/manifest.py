@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from grammarlab import __version__
+from grammarlab.about import __version__
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import AssetError
 from grammarlab.files import write_text

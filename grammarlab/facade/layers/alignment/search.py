@@ -17,10 +17,10 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from grammarlab.facade.layers.alignment.pairs import Bounds, Problem
+from grammarlab.facade.layers.alignment.rough import Path, rough_paths
 from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, Row, Step
 from grammarlab.facade.layers.alignment.spreads import Spreads, Widths
 from grammarlab.facade.layers.alignment.strains import Strains
-from grammarlab.facade.layers.rough import Path, rough_paths
 
 _ALL_PAIRS = 6
 """Rows whose pairs are all bounded; of more, pairs with the row of most letters."""
