@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
-from grammarlab.facade.templates.corrections import Correction, load_corrections
+from grammarlab.facade.templates.kinds.corrections import Correction, load_corrections
 from grammarlab.facade.templates.library import named
 from grammarlab.facade.templates.scenes import SceneOptions, rectangles
 from grammarlab.runs.facade.scan_page.desk import ScanDesk

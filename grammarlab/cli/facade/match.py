@@ -55,7 +55,7 @@ def match(
     Finds which elements are of one kind, and which sizes kinds share.
     """
     with friendly_errors():
-        from grammarlab.facade.templates.corrections import load_corrections
+        from grammarlab.facade.templates.kinds.corrections import load_corrections
         from grammarlab.facade.templates.library import named
         from grammarlab.facade.templates.reading.files import load_elements
         from grammarlab.runs.facade.match import as_dict, match_elements, save_match

@@ -18,9 +18,9 @@ from grammarlab.facade.examples.building.assembly import (
     stretch_for,
     tile,
 )
-from grammarlab.facade.examples.building.closing import Closed, closed
 from grammarlab.facade.examples.building.pool import Pool
 from grammarlab.facade.examples.building.stretching import Stretch
+from grammarlab.facade.examples.building.surface.closing import Closed, closed
 from grammarlab.facade.examples.label_grid import LabelGrid, Labels
 from grammarlab.facade.examples.mesh.surface import Surface, edge_numbers
 from grammarlab.facade.examples.synthesis import Synthesis, synthesize

@@ -11,11 +11,11 @@ import numpy as np
 from grammarlab.errors import UsageError
 from grammarlab.extras import require
 from grammarlab.facade.file import save_facade
-from grammarlab.facade.templates.corrections import Corrections
 from grammarlab.facade.templates.elements import Elements
-from grammarlab.facade.templates.match import Match
+from grammarlab.facade.templates.kinds.corrections import Corrections
+from grammarlab.facade.templates.kinds.match import Match
+from grammarlab.facade.templates.kinds.words import doubt, groups, sentences
 from grammarlab.facade.templates.template import Template
-from grammarlab.facade.templates.words import doubt, groups, sentences
 from grammarlab.facade.templates.writing.completed import completed
 from grammarlab.facade.templates.writing.grammar import write_terminals
 from grammarlab.facade.templates.writing.picture import picture
@@ -42,9 +42,9 @@ def match_elements(
         raise UsageError(f"--corrections: only the default method takes them, not {method}.")
     require("jax")
     # These load jax, which takes seconds.
-    from grammarlab.facade.templates.coupled import couple  # noqa: PLC0415
+    from grammarlab.facade.templates.kinds.coupled import couple  # noqa: PLC0415
+    from grammarlab.facade.templates.kinds.plain import match_alone  # noqa: PLC0415
     from grammarlab.facade.templates.paper.loop import match_as_paper  # noqa: PLC0415
-    from grammarlab.facade.templates.plain import match_alone  # noqa: PLC0415
 
     if method == "paper":
         return match_as_paper(elements, templates)
@@ -57,7 +57,7 @@ def match_elements(
 
 def as_dict(match: Match, method: str, seed: int) -> dict[str, Any]:
     """For `--json`."""
-    from grammarlab.facade.templates.scoring import compare  # noqa: PLC0415 loads libraries of statistics
+    from grammarlab.facade.templates.kinds.scoring import compare  # noqa: PLC0415 loads libraries of statistics
 
     used = [match.templates[each].name for each in np.unique(match.kind_template).tolist()]
     truth = match.elements.truth

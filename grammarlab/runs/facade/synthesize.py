@@ -17,8 +17,8 @@ from grammarlab.facade.examples.analysis.example import MOST_LINES, Example, ana
 from grammarlab.facade.examples.building.bridge import facade_of, facade_of_tiling
 from grammarlab.facade.examples.building.family import unit_family
 from grammarlab.facade.examples.building.grammar import Written, building_rules
-from grammarlab.facade.examples.building.pictures import building_picture, label_picture
 from grammarlab.facade.examples.building.pool import Pool, pool_of
+from grammarlab.facade.examples.building.shown.pictures import building_picture, label_picture
 from grammarlab.facade.examples.mesh.reading import read_mesh
 from grammarlab.facade.examples.mesh.surface import edge_numbers
 from grammarlab.facade.examples.mesh.writing import write_glb

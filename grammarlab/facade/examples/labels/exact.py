@@ -9,8 +9,8 @@ import numpy as np
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.label_grid import LabelGrid, Labels
+from grammarlab.facade.examples.labels.bounds.dual import Dual, least_work, strips_alone
 from grammarlab.facade.examples.labels.demands import Demands
-from grammarlab.facade.examples.labels.dual import Dual, least_work, strips_alone
 from grammarlab.facade.examples.labels.expectation import expectation_maximization
 from grammarlab.facade.examples.labels.problem import Problem
 from grammarlab.facade.examples.labels.search import Search

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.facade.examples.label_grid import Labels
-from grammarlab.facade.examples.labels.chains import Costs, Tally, cheapest
-from grammarlab.facade.examples.labels.folding import cheapest_palindrome
+from grammarlab.facade.examples.labels.bounds.chains import Costs, Tally, cheapest
+from grammarlab.facade.examples.labels.bounds.folding import cheapest_palindrome
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
 _LARGEST = 2e8

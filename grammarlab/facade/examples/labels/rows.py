@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.facade.examples.label_grid import Labels
-from grammarlab.facade.examples.labels.chains import Costs, cheapest
+from grammarlab.facade.examples.labels.bounds.chains import Costs, cheapest
+from grammarlab.facade.examples.labels.bounds.folding import cheapest_palindrome
 from grammarlab.facade.examples.labels.energy import distances, votes
-from grammarlab.facade.examples.labels.folding import cheapest_palindrome
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
 _LARGEST = 3e6

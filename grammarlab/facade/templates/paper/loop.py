@@ -11,14 +11,14 @@ from grammarlab.facade.templates.clock import Clock
 from grammarlab.facade.templates.clouds import Clouds, clouds_of
 from grammarlab.facade.templates.elements import Elements, Floats, Ints, too_poor
 from grammarlab.facade.templates.fitting.fit import Fits, fit_all
-from grammarlab.facade.templates.match import Match
+from grammarlab.facade.templates.kinds.match import Match
+from grammarlab.facade.templates.kinds.plain import fitting, from_labels, unfit
+from grammarlab.facade.templates.kinds.relations import THRESHOLD, couplings, replicas
 from grammarlab.facade.templates.paper.deforming import deform
 from grammarlab.facade.templates.paper.field import Field
 from grammarlab.facade.templates.paper.labelling import label
 from grammarlab.facade.templates.paper.placing import place_labels
 from grammarlab.facade.templates.paper.subspace import dimensions_of, merged, similarity, weights_of
-from grammarlab.facade.templates.plain import fitting, from_labels, unfit
-from grammarlab.facade.templates.relations import THRESHOLD, couplings, replicas
 from grammarlab.facade.templates.template import Stack, Template, stack
 
 MOST_ITERATIONS = 12

@@ -9,7 +9,7 @@ from shapely.geometry.polygon import orient
 from grammarlab.facade.boxes.annotation import annotate
 from grammarlab.facade.boxes.assembling import LARGEST, Assembled, assemble
 from grammarlab.facade.templates.elements import Floats
-from grammarlab.facade.templates.match import Match, drawn_parameters
+from grammarlab.facade.templates.kinds.match import Match, drawn_parameters
 from grammarlab.facade.templates.template import HEIGHT, WIDTH, Template, points_along
 
 _BORDER = 0.5

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.facade.looks import THICKNESS
-from grammarlab.facade.templates.match import Match
+from grammarlab.facade.templates.kinds.match import Match
 from grammarlab.facade.templates.template import HEIGHT, WIDTH
 from grammarlab.facade.writing.rule_text import Names, leaf_body, number, rule_name
 from grammarlab.language.formatting import format_grammar

@@ -7,7 +7,7 @@ import colorsys
 import numpy as np
 from PIL import Image, ImageDraw
 
-from grammarlab.facade.templates.match import SURE, Match, drawn_parameters
+from grammarlab.facade.templates.kinds.match import SURE, Match, drawn_parameters
 from grammarlab.facade.templates.template import points_along
 
 _LARGEST = 2400

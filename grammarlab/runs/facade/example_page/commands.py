@@ -8,7 +8,7 @@ from io import BytesIO
 from PIL import Image
 
 from grammarlab.errors import UsageError
-from grammarlab.facade.examples.building.wall_picture import wall_picture
+from grammarlab.facade.examples.building.shown.wall_picture import wall_picture
 from grammarlab.runs.facade.example_page import edits
 from grammarlab.runs.facade.example_page.desk import ExampleDesk
 from grammarlab.runs.serving.requests import Request, answered

@@ -12,8 +12,8 @@ from PIL import Image
 from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.analysis.correction import corrected, dumps, with_corrections
 from grammarlab.facade.examples.analysis.example import Example, analyse
-from grammarlab.facade.examples.building.pictures import building_picture, label_picture
 from grammarlab.facade.examples.building.pool import pool_of
+from grammarlab.facade.examples.building.shown.pictures import building_picture, label_picture
 from grammarlab.facade.examples.mesh.reading import read_mesh
 from grammarlab.facade.examples.mesh.surface import edge_numbers
 from grammarlab.facade.examples.synthesis import synthesize

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.templates.corrections import (
+from grammarlab.facade.templates.elements import Elements
+from grammarlab.facade.templates.kinds.corrections import (
     Corrections,
     as_dict,
     check_corrections,
     load_corrections,
     save_corrections,
 )
-from grammarlab.facade.templates.elements import Elements
-from grammarlab.facade.templates.match import Match, drawn_parameters
+from grammarlab.facade.templates.kinds.match import Match, drawn_parameters
+from grammarlab.facade.templates.kinds.words import doubt, sentences
 from grammarlab.facade.templates.template import Template, points_along
-from grammarlab.facade.templates.words import doubt, sentences
 from grammarlab.facade.templates.writing.picture import color_of
 from grammarlab.runs.facade.match import match_elements
 

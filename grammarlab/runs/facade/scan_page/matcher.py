@@ -9,7 +9,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
 
-from grammarlab.facade.templates.corrections import correction_of
+from grammarlab.facade.templates.kinds.corrections import correction_of
 from grammarlab.runs import scoring
 from grammarlab.runs.facade.scan_page.desk import ScanDesk
 from grammarlab.runs.serving.requests import Request, answered

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammarlab.facade.examples.label_grid import Labels
-from grammarlab.facade.examples.labels.chains import Costs
+from grammarlab.facade.examples.labels.bounds.chains import Costs
+from grammarlab.facade.examples.labels.bounds.strips import CellWants
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
-from grammarlab.facade.examples.labels.strips import CellWants
 
 _PART = 0.5
 """Part of what a strip knows that it passes on; with all of it, sweeps end at a worse bound."""

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.facade.examples.building.stitching import CLOSE, Matches, matches, stitched
+from grammarlab.facade.examples.building.surface.stitching import CLOSE, Matches, matches, stitched
 
 sides = st.tuples(st.integers(1, 6), st.integers(1, 6), st.integers(0, 10_000))
 

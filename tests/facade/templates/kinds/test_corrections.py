@@ -7,7 +7,8 @@ import pytest
 
 from grammarlab.arrays import offsets_from_counts
 from grammarlab.errors import FacadeError
-from grammarlab.facade.templates.corrections import (
+from grammarlab.facade.templates.elements import Elements
+from grammarlab.facade.templates.kinds.corrections import (
     LEFT_OUT,
     Correction,
     as_dict,
@@ -15,8 +16,7 @@ from grammarlab.facade.templates.corrections import (
     load_corrections,
     save_corrections,
 )
-from grammarlab.facade.templates.coupled import couple
-from grammarlab.facade.templates.elements import Elements
+from grammarlab.facade.templates.kinds.coupled import couple
 from grammarlab.facade.templates.library import named
 
 SAID = (

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammarlab.facade.examples.building.assembly import Pieces, Tiling
-from grammarlab.facade.examples.building.caps import capped
-from grammarlab.facade.examples.building.conforming import conformed, on_planes
-from grammarlab.facade.examples.building.mending import mended
-from grammarlab.facade.examples.building.stitching import Matches, matches, nearest_pairs, stitched
+from grammarlab.facade.examples.building.surface.caps import capped
+from grammarlab.facade.examples.building.surface.conforming import conformed, on_planes
+from grammarlab.facade.examples.building.surface.mending import mended
+from grammarlab.facade.examples.building.surface.stitching import Matches, matches, nearest_pairs, stitched
 from grammarlab.facade.examples.mesh.surface import (
     Bools,
     Floats,

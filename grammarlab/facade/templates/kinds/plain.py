@@ -7,13 +7,13 @@ from typing import Any, cast
 
 import numpy as np
 
-from grammarlab.facade.templates.choosing import description
 from grammarlab.facade.templates.clock import Clock
 from grammarlab.facade.templates.clouds import Clouds, clouds_of
 from grammarlab.facade.templates.elements import Elements, Floats, Ints, too_poor
 from grammarlab.facade.templates.fitting.fit import Fits, fit_all
-from grammarlab.facade.templates.match import UNKNOWN, Match
-from grammarlab.facade.templates.relations import THRESHOLD, replicas
+from grammarlab.facade.templates.kinds.choosing import description
+from grammarlab.facade.templates.kinds.match import UNKNOWN, Match
+from grammarlab.facade.templates.kinds.relations import THRESHOLD, replicas
 from grammarlab.facade.templates.template import Template, stack
 
 NO_FIT = "no template explains it better than points that are spread over its box"

@@ -10,11 +10,16 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.facade.templates.assembly import Part, assemble
-from grammarlab.facade.templates.choosing import description, used_templates
 from grammarlab.facade.templates.clock import Clock
 from grammarlab.facade.templates.clouds import Clouds, clouds_of
-from grammarlab.facade.templates.corrections import (
+from grammarlab.facade.templates.elements import Elements, Floats, Ints, too_poor
+from grammarlab.facade.templates.evidence.maps import Maps, maps_of
+from grammarlab.facade.templates.evidence.particles import STEPS, Bounds, Draws, Samples, Task, num_draws, sample
+from grammarlab.facade.templates.evidence.strength import find_kinds_with
+from grammarlab.facade.templates.fitting.fit import fit_all
+from grammarlab.facade.templates.kinds.assembly import Part, assemble
+from grammarlab.facade.templates.kinds.choosing import description, used_templates
+from grammarlab.facade.templates.kinds.corrections import (
     Corrections,
     check_corrections,
     given_sizes,
@@ -23,13 +28,8 @@ from grammarlab.facade.templates.corrections import (
     with_sizes,
     with_templates,
 )
-from grammarlab.facade.templates.elements import Elements, Floats, Ints, too_poor
-from grammarlab.facade.templates.evidence.maps import Maps, maps_of
-from grammarlab.facade.templates.evidence.particles import STEPS, Bounds, Draws, Samples, Task, num_draws, sample
-from grammarlab.facade.templates.evidence.strength import find_kinds_with
-from grammarlab.facade.templates.fitting.fit import fit_all
-from grammarlab.facade.templates.match import Match
-from grammarlab.facade.templates.plain import unfit
+from grammarlab.facade.templates.kinds.match import Match
+from grammarlab.facade.templates.kinds.plain import unfit
 from grammarlab.facade.templates.template import Template, stack
 
 PARTICLES = 512

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.facade.examples.label_grid import Labels
-from grammarlab.facade.examples.labels.chains import Costs
+from grammarlab.facade.examples.labels.bounds.chains import Costs
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
 _PAIRS = ((0, 1), (0, 2), (1, 2))

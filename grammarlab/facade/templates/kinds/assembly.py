@@ -11,7 +11,7 @@ from grammarlab.facade.templates.elements import Elements, Floats, Ints
 from grammarlab.facade.templates.evidence.kinds import Solution
 from grammarlab.facade.templates.evidence.maps import Maps
 from grammarlab.facade.templates.evidence.particles import Samples
-from grammarlab.facade.templates.match import UNKNOWN, Match
+from grammarlab.facade.templates.kinds.match import UNKNOWN, Match
 from grammarlab.facade.templates.template import Template
 
 _LEAST_SPREAD = 5e-4

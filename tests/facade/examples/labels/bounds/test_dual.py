@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
+from grammarlab.facade.examples.labels.bounds.dual import Dual, strips_alone
+from grammarlab.facade.examples.labels.bounds.messages import swept
+from grammarlab.facade.examples.labels.bounds.strips import Strips
 from grammarlab.facade.examples.labels.demands import Demands, demands_of
-from grammarlab.facade.examples.labels.dual import Dual, strips_alone
 from grammarlab.facade.examples.labels.energy import energy
-from grammarlab.facade.examples.labels.messages import swept
 from grammarlab.facade.examples.labels.problem import AWAY, bordered, unbordered
-from grammarlab.facade.examples.labels.strips import Strips
 from grammarlab.facade.examples.wishes import Count, Wishes
 from tests.facade.examples.grids import all_grids, checker, drawn, plain_house, shop_house, slow_energies
 

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.facade.examples.label_grid import Labels
-from grammarlab.facade.examples.labels.chains import Costs
+from grammarlab.facade.examples.labels.bounds.chains import Costs
+from grammarlab.facade.examples.labels.bounds.messages import swept
+from grammarlab.facade.examples.labels.bounds.strips import Strips
 from grammarlab.facade.examples.labels.demands import Demands
-from grammarlab.facade.examples.labels.messages import swept
 from grammarlab.facade.examples.labels.problem import WINDOW, Problem
-from grammarlab.facade.examples.labels.strips import Strips
 
 _ROUNDING = 0.01
 """Energies are whole numbers; this much below one is taken to be it."""

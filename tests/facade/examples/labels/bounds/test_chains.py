@@ -3,8 +3,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from grammarlab.facade.examples.labels.chains import Tally, cheapest
-from grammarlab.facade.examples.labels.folding import cheapest_palindrome
+from grammarlab.facade.examples.labels.bounds.chains import Tally, cheapest
+from grammarlab.facade.examples.labels.bounds.folding import cheapest_palindrome
 
 
 def random_chain(generator: np.random.Generator, places: int, states: int) -> tuple[list[np.ndarray], list[np.ndarray]]:

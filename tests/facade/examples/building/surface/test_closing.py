@@ -17,8 +17,8 @@ from grammarlab.facade.examples.building.assembly import (
     stretch_for,
     tile,
 )
-from grammarlab.facade.examples.building.closing import TOLERANCE, closed, seams
-from grammarlab.facade.examples.building.conforming import conformed
+from grammarlab.facade.examples.building.surface.closing import TOLERANCE, closed, seams
+from grammarlab.facade.examples.building.surface.conforming import conformed
 from grammarlab.facade.examples.building.units import Cut, cut_up
 from grammarlab.facade.examples.label_grid import LabelGrid
 from grammarlab.facade.examples.mesh.reading import read_mesh

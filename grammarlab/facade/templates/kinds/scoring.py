@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from grammarlab.facade.templates.elements import Truth
-from grammarlab.facade.templates.match import SURE, UNKNOWN, Match
+from grammarlab.facade.templates.kinds.match import SURE, UNKNOWN, Match
 
 
 def compare(match: Match, truth: Truth) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.facade.templates.match import SURE, UNKNOWN, Match
+from grammarlab.facade.templates.kinds.match import SURE, UNKNOWN, Match
 
 _LIKELY = 0.05
 """Probability from which another kind is worth mentioning."""

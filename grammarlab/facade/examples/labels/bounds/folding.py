@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.facade.examples.labels.chains import Chain, Costs, Tally, cheapest
+from grammarlab.facade.examples.labels.bounds.chains import Chain, Costs, Tally, cheapest
 
 
 def cheapest_palindrome(costs: Sequence[Costs], own: Sequence[Costs], tally: Tally | None = None) -> Chain:

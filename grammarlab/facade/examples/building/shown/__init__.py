@@ -1,0 +1,1 @@
+"""Buildings and walls as pictures."""

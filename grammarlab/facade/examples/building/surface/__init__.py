@@ -1,0 +1,1 @@
+"""One closed surface of the pieces of a building."""

@@ -1,0 +1,1 @@
+"""Which elements are of one kind, and which sizes kinds share."""
