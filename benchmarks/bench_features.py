@@ -14,7 +14,7 @@ from grammarlab.derivation import derive
 from grammarlab.features.columns.paths import count_paths
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
 from grammarlab.features.counting.counts import count
-from grammarlab.features.counting.node_labels import KeyIndex, Labels
+from grammarlab.features.counting.node_labels import KeyIndex, NodeLabels
 from grammarlab.features.counting.trees import Trees
 from grammarlab.features.patterns.text import parse
 from grammarlab.language.importing import load
@@ -63,7 +63,7 @@ def test_paths_tree_by_tree(benchmark, forest, length):
 
 @pytest.mark.parametrize("length", LENGTHS)
 def test_paths_by_columns(benchmark, forest, length):
-    labels = Labels.of([forest])
+    labels = NodeLabels.of([forest])
 
     def by_columns():
         return count_paths(Trees(forest), labels, length, KeyIndex(), grow=True).counts

@@ -12,7 +12,7 @@ from benchmarks.grammars import FACADES
 from grammarlab.derivation import derive
 from grammarlab.language.grammar import Grammar
 from grammarlab.rendering.camera import View, frame
-from grammarlab.rendering.choice import Choice, choose
+from grammarlab.rendering.choice import RendererChoice, choose
 from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.runs.models.abstract import models_of
 from grammarlab.runs.requests.batches import cut_batches
@@ -36,7 +36,7 @@ def models():
 @pytest.mark.parametrize("side", [160, 320])
 @pytest.mark.parametrize("name", ["building", "block"])
 def test_picture(benchmark, models, name, side, renderer):
-    choice = choose("auto") if renderer == "gl" else Choice("cast")
+    choice = choose("auto") if renderer == "gl" else RendererChoice("cast")
     if choice.name != renderer:
         pytest.skip("OpenGL does not work on this machine")
     model = models[name]

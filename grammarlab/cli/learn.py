@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from grammarlab.learning.targets.target import Learned
     from grammarlab.runs.learn.examples import ExamplesResult
     from grammarlab.runs.learn.labels import LabelsResult
-    from grammarlab.runs.learn.measure import Truth
+    from grammarlab.runs.learn.measure import TrueDensity
     from grammarlab.runs.learn.report import Report
     from grammarlab.runs.learn.scenario import LearnResult
 
@@ -172,7 +172,7 @@ def _notes(learned: Learned[Any]) -> list[str]:
     return [f"note: {finding}" for finding in learned.findings]
 
 
-def _truth_as_json(truth: Truth | None) -> dict[str, Any]:
+def _truth_as_json(truth: TrueDensity | None) -> dict[str, Any]:
     if truth is None:
         return {}
     after, before = truth.after, truth.before
@@ -180,7 +180,7 @@ def _truth_as_json(truth: Truth | None) -> dict[str, Any]:
     return {"scenario": values}
 
 
-def _truth_as_lines(truth: Truth | None) -> list[str]:
+def _truth_as_lines(truth: TrueDensity | None) -> list[str]:
     if truth is None:
         return []
     after, before = truth.after.js, truth.before.js

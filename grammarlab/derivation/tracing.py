@@ -10,7 +10,7 @@ from grammarlab.language.numbering import Numbering
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
+class RuleOrigin:
     """Where a node comes from."""
 
     symbol: str
@@ -20,7 +20,7 @@ class Origin:
     """The branch of the rule that rewrote it; None for a leaf."""
 
 
-def origin_of(forest: Forest, numbering: Numbering, node: int) -> Origin:
+def origin_of(forest: Forest, numbering: Numbering, node: int) -> RuleOrigin:
     """Where a node of a forest comes from.
 
     Args:
@@ -33,7 +33,9 @@ def origin_of(forest: Forest, numbering: Numbering, node: int) -> Origin:
     made_at = None
     if parent >= 0:
         made_at = numbering.branches[nodes.rule[parent]].successors[nodes.child[node]].location
-    return Origin(forest.symbols[nodes.symbol[node]], made_at, numbering.branches[rule].location if rule >= 0 else None)
+    return RuleOrigin(
+        forest.symbols[nodes.symbol[node]], made_at, numbering.branches[rule].location if rule >= 0 else None
+    )
 
 
 def way_to(forest: Forest, node: int) -> list[int]:

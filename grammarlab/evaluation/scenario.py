@@ -18,7 +18,7 @@ from grammarlab.errors import UsageError
 from grammarlab.evaluation.toml_file import SUFFIX, TomlFile, nearest, read
 from grammarlab.features.patterns.checking import check
 from grammarlab.features.rules.expression import RESERVED, Expression
-from grammarlab.features.rules.score import Case, Score
+from grammarlab.features.rules.score import Score, ScoreCase
 from grammarlab.learning.settings import FAMILIES, MAX_PATH_LENGTH, FeatureOptions
 
 DEFAULT_FEATURES = FeatureOptions()
@@ -221,7 +221,7 @@ def _factor(file: TomlFile, table: dict[str, Any], name: str) -> Factor:
 def _score(file: TomlFile, table: dict[str, Any]) -> Score:
     definitions = _definitions(file, table)
     preference = table.get("preference")
-    cases: list[Case] = []
+    cases: list[ScoreCase] = []
     if isinstance(preference, list) and all(isinstance(case, dict) for case in preference):
         cases = [_case(file, case, number, definitions) for number, case in enumerate(preference)]
     elif not isinstance(preference, str):
@@ -236,14 +236,14 @@ def _score(file: TomlFile, table: dict[str, Any]) -> Score:
         raise file.wrong(str(error), "preference") from None
 
 
-def _case(file: TomlFile, case: dict[str, Any], number: int, definitions: Mapping[str, Expression]) -> Case:
+def _case(file: TomlFile, case: dict[str, Any], number: int, definitions: Mapping[str, Expression]) -> ScoreCase:
     line = file.line(r"^[ \t]*\[\[[ \t]*preference[ \t]*\]\]", number)
     file.check_keys(case, ("score", "when", "means"), "preference", line)
     value, when, means = file.number(case, "score", 100, line), case.get("when"), case.get("means", "")
     if value is None or not isinstance(when, str) or not isinstance(means, str):
         raise file.wrong("expected score = a number, when = an expression in quotes, means = a text", line=line)
     try:
-        return Case(value, Expression.parse(when, definitions), means)
+        return ScoreCase(value, Expression.parse(when, definitions), means)
     except UsageError as error:
         raise file.wrong(f"case {number + 1}: {error}", line=line) from None
 

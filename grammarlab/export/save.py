@@ -22,7 +22,7 @@ from grammarlab.export.writer import AbstractWriter
 from grammarlab.scene import Scene, TriangleBatch, triangles
 from grammarlab.scene.checks import require_proper
 from grammarlab.scene.instances import only
-from grammarlab.scene.layout import Layout, grid, in_place, model_bounds
+from grammarlab.scene.layout import SceneLayout, grid, in_place, model_bounds
 
 Format = Literal["glb", "obj", "ply"]
 Reuse = Literal["merged", "nodes", "instancing"]
@@ -142,7 +142,7 @@ def save_each(
     paths = []
     for index in range(scene.num_models):
         target = Path(folder) / f"{name(first_model + index)}.{chosen}"
-        layout = Layout(scene.origins[index], np.zeros((1, 3)))
+        layout = SceneLayout(scene.origins[index], np.zeros((1, 3)))
         with whole_file(target) as output:
             writer = _writer(output, target, chosen, layout, options)
             writer.add(only(scene, index), batch.model(index), target.stem, layout.offsets[0])
@@ -182,7 +182,7 @@ def _save_together(
     return target
 
 
-def _layout(scenes: Iterable[tuple[Scene, TriangleBatch]], options: SaveOptions) -> Layout:
+def _layout(scenes: Iterable[tuple[Scene, TriangleBatch]], options: SaveOptions) -> SceneLayout:
     found = [(*model_bounds(batch), batch.origins) for _, batch in scenes]
     low, high, origins = (np.concatenate(column) for column in zip(*found, strict=True))
     return in_place(low, high, origins) if options.in_place else grid(low, high, origins, options.columns)
@@ -194,7 +194,9 @@ def _checked_format(file_format: str) -> str:
     return file_format
 
 
-def _writer(output: Output, target: Path, file_format: str, layout: Layout, options: SaveOptions) -> AbstractWriter:
+def _writer(
+    output: Output, target: Path, file_format: str, layout: SceneLayout, options: SaveOptions
+) -> AbstractWriter:
     if file_format == "ply":
         return PlyWriter(output, layout.origin, wide=layout.is_wide)
     if file_format == "obj":

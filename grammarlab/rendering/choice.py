@@ -23,7 +23,7 @@ PATIENCE = 40.0
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class RendererChoice:
     """A renderer that works on this machine; may be sent to other processes."""
 
     name: Literal["cast", "gl"]
@@ -43,7 +43,7 @@ class Choice:
         return RaycastRenderer()
 
 
-def choose(name: RendererName, patience: float = PATIENCE) -> Choice:
+def choose(name: RendererName, patience: float = PATIENCE) -> RendererChoice:
     """The renderer of a name. OpenGL is tried out in another process first, which takes a second or two.
 
     Args:
@@ -54,16 +54,16 @@ def choose(name: RendererName, patience: float = PATIENCE) -> Choice:
         UsageError: OpenGL was asked for and does not work here.
     """
     if name == "cast":
-        return Choice("cast")
+        return RendererChoice("cast")
     end = time.monotonic() + patience
     reasons = []
     for platform in PLATFORMS:
         driver, reason = _try(platform, end - time.monotonic())
         if driver:
-            return Choice("gl", platform, driver)
+            return RendererChoice("gl", platform, driver)
         reasons.append(f"{platform}: {reason}")
     if name == "auto":
-        return Choice("cast")
+        return RendererChoice("cast")
     raise UsageError(
         f"OpenGL does not work here ({'; '.join(reasons)}). It needs `pip install 'grammarlab[gl]'` and a driver with "
         "EGL or OSMesa (Debian: libegl1 or libosmesa6). The renderer 'cast' needs neither."

@@ -12,7 +12,7 @@ from grammarlab.rendering.film import Samples
 from grammarlab.rendering.light.edges import Breaks, edge_strength, find_breaks
 from grammarlab.rendering.light.ground import Ground, ground_below
 from grammarlab.rendering.light.look import sun_direction
-from grammarlab.rendering.light.surfaces import Model, Surfaces, prepare
+from grammarlab.rendering.light.surfaces import ShadedModel, Surfaces, prepare
 from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.scene import TriangleBatch
 
@@ -24,7 +24,7 @@ Rows = NDArray[np.int64]
 class Shot:
     """Everything that a picture is made from, in model units."""
 
-    model: Model
+    model: ShadedModel
     camera: Camera
     ground: Ground
     sun: Floats

@@ -29,7 +29,7 @@ def model_bounds(batch: TriangleBatch) -> tuple[Floats, Floats]:
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class SceneLayout:
     """Where the models of one file stand."""
 
     origin: Floats
@@ -43,7 +43,7 @@ class Layout:
         return bool(np.abs(self.offsets).max(initial=0.0) > NEAR)
 
 
-def in_place(low: Floats, high: Floats, origins: Floats) -> Layout:
+def in_place(low: Floats, high: Floats, origins: Floats) -> SceneLayout:
     """Models where they are in the world, about an origin that they share.
 
     Args:
@@ -52,13 +52,13 @@ def in_place(low: Floats, high: Floats, origins: Floats) -> Layout:
         origins: [num_models, 3] in the world.
     """
     if len(origins) == 1:
-        return Layout(origins[0], np.zeros((1, 3)))
+        return SceneLayout(origins[0], np.zeros((1, 3)))
     box = (low + origins).min(axis=0), (high + origins).max(axis=0)
     (origin,) = origins_of(box[0][None], box[1][None])
-    return Layout(origin, origins - origin)
+    return SceneLayout(origin, origins - origin)
 
 
-def grid(low: Floats, high: Floats, origins: Floats, columns: int | None = None) -> Layout:
+def grid(low: Floats, high: Floats, origins: Floats, columns: int | None = None) -> SceneLayout:
     """Models on a grid without touching.
 
     Models go from left (-x) to right and from back (-z) to front, centred on their cells, and keep their heights. A
@@ -73,7 +73,7 @@ def grid(low: Floats, high: Floats, origins: Floats, columns: int | None = None)
     if len(origins) == 1:
         return in_place(low, high, origins)
     if len(origins) == 0:
-        return Layout(np.zeros(3), origins)
+        return SceneLayout(np.zeros(3), origins)
     extent = (high - low).max(axis=0)
     gap = GAP * max(extent[0], extent[2])
     across = columns or math.ceil(math.sqrt(len(origins)))
@@ -81,4 +81,4 @@ def grid(low: Floats, high: Floats, origins: Floats, columns: int | None = None)
     cell = np.stack([index % across, np.zeros_like(index), index // across], axis=1)
     offsets = cell * (extent + gap) - (low + high) / 2
     offsets[:, 1] = origins[:, 1]
-    return Layout(np.zeros(3), offsets)
+    return SceneLayout(np.zeros(3), offsets)

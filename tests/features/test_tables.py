@@ -18,7 +18,7 @@ from grammarlab.features.columns.paths import count_paths
 from grammarlab.features.columns.table import distinguishable
 from grammarlab.features.columns.vocabulary import Options, Vocabulary, extract
 from grammarlab.features.counting.counts import count
-from grammarlab.features.counting.node_labels import KeyIndex, Labels
+from grammarlab.features.counting.node_labels import KeyIndex, NodeLabels
 from grammarlab.features.counting.trees import Trees
 from grammarlab.features.patterns.pattern import Draw, Pattern, Present, Threshold
 from grammarlab.features.patterns.text import parse
@@ -66,7 +66,7 @@ def paths_by_hand(forest, length, rows=None):
 @given(SEEDS, st.integers(1, 6), st.floats(0, 1))
 def test_all_paths_are_counted(seed, length, depth):
     forest = random_forest(np.random.default_rng(seed), 3, 15, depth)
-    labels, index = Labels.of([forest]), KeyIndex()
+    labels, index = NodeLabels.of([forest]), KeyIndex()
     counts = count_paths(Trees(forest), labels, length, index, grow=True).counts.toarray()
     meaning = vocabularies.Meaning(labels, index.keys, ())
     found = {
@@ -78,7 +78,7 @@ def test_all_paths_are_counted(seed, length, depth):
 @given(SEEDS, st.integers(1, 4), st.floats(0, 1))
 def test_paths_that_geometry_repeats_are_told(seed, length, depth):
     forest = random_forest(np.random.default_rng(seed), 3, 15, depth)
-    labels, index = Labels.of([forest]), KeyIndex()
+    labels, index = NodeLabels.of([forest]), KeyIndex()
     repeated = count_paths(Trees(forest), labels, length, index, grow=True).repeated
     meaning = vocabularies.Meaning(labels, index.keys, ())
     rows = []
@@ -93,7 +93,7 @@ def test_paths_that_geometry_repeats_are_told(seed, length, depth):
 def test_known_paths_are_counted_among_others(seed, length, depth, other):
     rng = np.random.default_rng(seed)
     forest, new = random_forest(rng, 3, 15, depth), random_forest(rng, 4, 15, depth)
-    labels, index = Labels.of([forest]), KeyIndex()
+    labels, index = NodeLabels.of([forest]), KeyIndex()
     count_paths(Trees(forest), labels, length, index, grow=True)
     unknown = replace(RULES[other], symbol="Other")
     new = replace(new, rules=(*RULES[:other], unknown, *RULES[other + 1 :]), symbols=("A", "B", "Other"))

@@ -10,7 +10,7 @@ import pytest
 
 from grammarlab.errors import UsageError
 from grammarlab.rendering import choice as choice_module
-from grammarlab.rendering.choice import Choice, choose
+from grammarlab.rendering.choice import RendererChoice, choose
 from grammarlab.rendering.engines.rasterize import OpenGLRenderer
 from grammarlab.rendering.engines.raycast import RaycastRenderer
 from tests.waiting import PATIENCE
@@ -28,8 +28,8 @@ def trial_that(code, monkeypatch):
 
 def test_rays_are_chosen_without_starting_anything(monkeypatch):
     monkeypatch.setattr(subprocess, "run", None)
-    assert choose("cast") == Choice("cast")
-    assert isinstance(Choice("cast").make(), RaycastRenderer)
+    assert choose("cast") == RendererChoice("cast")
+    assert isinstance(RendererChoice("cast").make(), RaycastRenderer)
 
 
 @pytest.mark.parametrize(
@@ -43,7 +43,7 @@ def test_rays_are_chosen_without_starting_anything(monkeypatch):
 )
 def test_where_opengl_fails_auto_means_rays_and_gl_is_refused_with_the_reason(code, reason, monkeypatch):
     trial_that(code, monkeypatch)
-    assert choose("auto", PATIENCE) == Choice("cast")
+    assert choose("auto", PATIENCE) == RendererChoice("cast")
     with pytest.raises(UsageError, match=r"OpenGL does not work here.*grammarlab\[gl\].*'cast'") as caught:
         choose("gl", PATIENCE)
     assert reason in str(caught.value)
@@ -53,18 +53,18 @@ def test_a_driver_that_hangs_is_given_up_in_time(monkeypatch):
     trial_that("import time; time.sleep(6000)", monkeypatch)
     with pytest.raises(UsageError, match=r"egl: no answer within .*osmesa: no time left"):
         choose("gl", patience=0.2)
-    assert choose("auto", patience=0.2) == Choice("cast")
+    assert choose("auto", patience=0.2) == RendererChoice("cast")
 
 
 def test_a_missing_interpreter_is_no_crash(monkeypatch):
     monkeypatch.setattr(sys, "executable", "/nonexistent/python")
-    assert choose("auto") == Choice("cast")
+    assert choose("auto") == RendererChoice("cast")
 
 
 def test_the_first_platform_that_works_is_chosen(monkeypatch):
     trial_that("import sys; sys.argv[1] == 'osmesa' or sys.exit(1); print('noise'); print('driver 1')", monkeypatch)
     found = choose("auto", PATIENCE)
-    assert found == choose("gl", PATIENCE) == Choice("gl", "osmesa", "driver 1")
+    assert found == choose("gl", PATIENCE) == RendererChoice("gl", "osmesa", "driver 1")
     assert found.make() == OpenGLRenderer("osmesa")
 
 

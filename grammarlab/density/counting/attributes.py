@@ -27,7 +27,7 @@ AttributeFeature: TypeAlias = Threshold | Draw
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class AttributePart:
     """Some of the values that an attribute can have."""
 
     branch: Branch
@@ -45,7 +45,7 @@ class AttributeParts:
     """An attribute and its parts, all of which together have probability 1."""
 
     name: str
-    parts: tuple[Part, ...]
+    parts: tuple[AttributePart, ...]
     counts: NDArray[np.int64]
     """[parts, features] what each feature counts in each part."""
 
@@ -129,7 +129,9 @@ def _leaves(
             yield from _leaves(attribute, branch, (*path, i), probability * chance)
 
 
-def _cut(attribute: Attribute, leaf: tuple[Branch, Expression, float], bounds: Sequence[float]) -> Iterator[Part]:
+def _cut(
+    attribute: Attribute, leaf: tuple[Branch, Expression, float], bounds: Sequence[float]
+) -> Iterator[AttributePart]:
     branch, node, probability = leaf
     ends = drawn_range(node)
     if ends is None:
@@ -138,16 +140,16 @@ def _cut(attribute: Attribute, leaf: tuple[Branch, Expression, float], bounds: S
                 f"the attribute {attribute.name} is not rand(a, b) with constant a and b: its thresholds have no "
                 "probabilities that an exact grammar could use"
             )
-        yield Part(branch, np.nan, np.nan, probability, 1.0)
+        yield AttributePart(branch, np.nan, np.nan, probability, 1.0)
         return
     low, high = ends
     cuts = [low, *(bound for bound in bounds if low < bound < high), high]
     for start, end in pairwise(cuts):
         share = (end - start) / (high - low)
-        yield Part(branch, start, end, probability * share, share)
+        yield AttributePart(branch, start, end, probability * share, share)
 
 
-def _count(feature: AttributeFeature, part: Part) -> int:
+def _count(feature: AttributeFeature, part: AttributePart) -> int:
     if isinstance(feature, Threshold):
         return int(part.high <= feature.bound)
     return part.branch[0] if feature.branch is None else int(part.branch[0] == feature.branch)

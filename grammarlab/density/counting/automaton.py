@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.density.counting.components import Components, Deep, Match, Total, fits, top_terms
+from grammarlab.density.counting.components import Deep, PatternComponents, PatternMatch, Total, fits, top_terms
 from grammarlab.density.skeleton import Alternative
 from grammarlab.errors import InexactError
 from grammarlab.features.patterns.pattern import Below, Pattern
@@ -26,7 +26,7 @@ _FEW_ROWS = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class ScanStep:
     """Reading one child."""
 
     child: int
@@ -39,7 +39,7 @@ class Step:
 class Scan:
     """Reading the children of one alternative that can matter, from the only scan state 0 on."""
 
-    steps: tuple[Step, ...]
+    steps: tuple[ScanStep, ...]
     final: Ints
     """[P] the state of the node for each scan state at the end."""
 
@@ -48,10 +48,10 @@ class Scan:
 class Automaton:
     """The reachable states of every symbol and the scans of every alternative."""
 
-    components: Components
+    components: PatternComponents
     states: Mapping[SymbolKey, Ints]
-    """[S, C] the states of each reachable symbol; columns as in `Components.active`. No rows where no derivation of
-    the symbol ends."""
+    """[S, C] the states of each reachable symbol; columns as in `PatternComponents.active`. No rows where no
+    derivation of the symbol ends."""
     scans: Mapping[tuple[SymbolKey, Branch | None], Scan]
     """Those of alternatives all of whose successors have states."""
 
@@ -69,7 +69,7 @@ class Automaton:
         return totals
 
 
-def count_automaton(components: Components, max_states: int = 20_000) -> Automaton:
+def count_automaton(components: PatternComponents, max_states: int = 20_000) -> Automaton:
     """The automaton that counts patterns in the trees of a grammar.
 
     Args:
@@ -87,7 +87,7 @@ def count_automaton(components: Components, max_states: int = 20_000) -> Automat
 
 
 class _Build:
-    def __init__(self, components: Components, max_states: int) -> None:
+    def __init__(self, components: PatternComponents, max_states: int) -> None:
         self.components = components
         self.max_states = max_states
         plain = [key for key, active in components.active.items() if not active]
@@ -111,7 +111,7 @@ class _Build:
         return self.components.tree.alternatives(key)
 
     def _symbol(self, key: SymbolKey) -> None:
-        found: list[tuple[Alternative, tuple[Step, ...], Ints]] = []
+        found: list[tuple[Alternative, tuple[ScanStep, ...], Ints]] = []
         for alternative in self._alternatives(key):
             if all(len(self.states[successor.key]) for successor in alternative.successors):
                 found.append((alternative, *_Reading(self, key, alternative).run()))
@@ -134,7 +134,7 @@ class _Reading:
         components = build.components
         self.active = components.active[key]
         self.conditions = components.conditions(key, alternative, self.active)
-        self.inherited = [i for i in self.active if not isinstance(components.all[i], Match)]
+        self.inherited = [i for i in self.active if not isinstance(components.all[i], PatternMatch)]
         for condition in self.conditions:
             number = components.number.get(Deep(condition))
             if number is not None and number not in self.inherited:
@@ -153,10 +153,10 @@ class _Reading:
         self.caps = np.array(inherited + [components.inner_cap] * (width - len(inherited)), dtype=np.int64)
         """[W] of each column."""
 
-    def run(self) -> tuple[tuple[Step, ...], Ints]:
+    def run(self) -> tuple[tuple[ScanStep, ...], Ints]:
         """The steps, and the state [P, C] of the node for each scan state at the end."""
         rows = np.zeros((1, self.width), dtype=np.int64)
-        steps: list[Step] = []
+        steps: list[ScanStep] = []
         for child, successor in self._order():
             if len(rows) * len(self.build.states[successor.key]) > 50 * self.build.max_states:
                 raise _too_many(self.key, len(rows) * len(self.build.states[successor.key]))
@@ -167,7 +167,7 @@ class _Reading:
                 continue
             pairs = reached.shape[:2]
             rows, numbers = distinct_rows(reached.reshape(pairs[0] * pairs[1], self.width))
-            steps.append(Step(child, successor.key, numbers.reshape(pairs)))
+            steps.append(ScanStep(child, successor.key, numbers.reshape(pairs)))
         return tuple(steps), self._states(rows)
 
     def _order(self) -> list[tuple[int, Successor]]:
@@ -192,7 +192,7 @@ class _Reading:
         passed_on = [at for at, i in enumerate(self.inherited) if i in place]
         result[:, :, passed_on] += states[:, [place[self.inherited[at]] for at in passed_on]]
         for condition, at in self.found.items():
-            matches = [column(number[Match(pattern)]) for pattern in condition.run]
+            matches = [column(number[PatternMatch(pattern)]) for pattern in condition.run]
             if condition.place not in (None, child):
                 matches[0] = np.zeros_like(matches[0])
             if condition not in self.open:

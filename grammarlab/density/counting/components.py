@@ -1,8 +1,8 @@
 """What must be known about a subtree to count patterns in the whole tree.
 
 Three kinds of numbers: how often a pattern occurs in the subtree (`Total`), how many ways there are to lay a part of a
-pattern on its root (`Match`), and how many to lay a run of siblings anywhere inside it (`Deep`). For each symbol only
-those are kept that can be above zero there and that somebody above asks for: what is asked for is the open prefix of
+pattern on its root (`PatternMatch`), and how many to lay a run of siblings anywhere inside it (`Deep`). For each symbol
+only those are kept that can be above zero there and that somebody above asks for: what is asked for is the open prefix of
 a pattern, passed down.
 """
 
@@ -47,7 +47,7 @@ class Total:
 
 
 @dataclass(frozen=True, slots=True)
-class Match:
+class PatternMatch:
     """Embeddings of a pattern whose top node is the root of the subtree."""
 
     pattern: Pattern
@@ -60,7 +60,7 @@ class Deep:
     below: Below
 
 
-Component: TypeAlias = Total | Match | Deep
+Component: TypeAlias = Total | PatternMatch | Deep
 
 
 def fits(pattern: Pattern, key: SymbolKey, alternative: Alternative) -> bool:
@@ -76,7 +76,7 @@ def fits(pattern: Pattern, key: SymbolKey, alternative: Alternative) -> bool:
 
 
 @dataclass(frozen=True)
-class Components:
+class PatternComponents:
     """The components of a list of readings, and which of them matter where."""
 
     tree: TreeGrammar
@@ -88,7 +88,7 @@ class Components:
         found: dict[Component, None] = {Total(reading): None for reading in self.readings}
         for pattern in (pattern for reading in self.readings for pattern, _ in reading.terms):
             for below in _belows(pattern):
-                found |= {Match(inner): None for inner in below.run}
+                found |= {PatternMatch(inner): None for inner in below.run}
                 if below.deep:
                     found[Deep(below)] = None
         return tuple(found)
@@ -151,7 +151,7 @@ class Components:
     @cached_property
     def _inherited(self) -> int:
         """Components that are sums over the subtree."""
-        return sum(1 << i for i, component in enumerate(self.all) if not isinstance(component, Match))
+        return sum(1 << i for i, component in enumerate(self.all) if not isinstance(component, PatternMatch))
 
     @cached_property
     def _possible(self) -> dict[SymbolKey, int]:
@@ -215,7 +215,7 @@ class Components:
         )
 
     def _run_possible(self, condition: Below, below: Sequence[int]) -> bool:
-        bits = [self.number[Match(inner)] for inner in condition.run]
+        bits = [self.number[PatternMatch(inner)] for inner in condition.run]
         places = range(len(below)) if condition.place is None else range(condition.place, condition.place + 1)
         return any(i < len(below) and below[i] >> bits[0] & 1 for i in places) and all(
             any(mask >> bit & 1 for mask in below) for bit in bits[1:]
@@ -229,16 +229,16 @@ class Components:
                 asked |= 1 << self.number[Deep(condition)]
             for step, inner in enumerate(condition.run):
                 if step or condition.place in (None, place):
-                    asked |= 1 << self.number[Match(inner)]
+                    asked |= 1 << self.number[PatternMatch(inner)]
         return asked
 
 
-def top_terms(component: Total | Match) -> tuple[tuple[Pattern, int], ...]:
+def top_terms(component: Total | PatternMatch) -> tuple[tuple[Pattern, int], ...]:
     """The patterns whose top node is laid, and what each embedding counts for."""
-    return ((component.pattern, 1),) if isinstance(component, Match) else component.reading.terms
+    return ((component.pattern, 1),) if isinstance(component, PatternMatch) else component.reading.terms
 
 
-def tops(component: Total | Match) -> tuple[Pattern, ...]:
+def tops(component: Total | PatternMatch) -> tuple[Pattern, ...]:
     """The patterns whose top node is laid."""
     return tuple(pattern for pattern, _ in top_terms(component))
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from grammarlab.density.counting.components import NO_CAP, Reading
 from grammarlab.features.patterns.pattern import Draw, Feature, Pattern
-from grammarlab.features.rules.expression import Apply, Constant, Expression, Measure, Step
+from grammarlab.features.rules.expression import Apply, ConstantTerm, Expression, Measure, Step
 
 Floats = NDArray[np.float64]
 Read: TypeAlias = "Reading | Feature"
@@ -65,7 +65,7 @@ def read(expression: Expression) -> tuple[tuple[Read, ...], Callable[[Floats], F
             reading = Reading(tuple((p, int(w)) for p, w in found.terms.items()), cap)
             place[i] = read_as(reading)
             if found.constant:
-                place[i] = add(Apply("+", (place[i], add(Constant(found.constant)))))
+                place[i] = add(Apply("+", (place[i], add(ConstantTerm(found.constant)))))
         elif isinstance(step, Measure):
             feature = step.feature
             place[i] = read_as(Reading.of(feature) if isinstance(feature, Pattern) else feature)
@@ -81,7 +81,7 @@ def _sums(steps: tuple[Step, ...]) -> list[_Sum | None]:
     """For each step the sum of counts that it is, if it is one with whole positive weights."""
     found: list[_Sum | None] = []
     for step in steps:
-        if isinstance(step, Constant):
+        if isinstance(step, ConstantTerm):
             found.append(_Sum({}, step.value))
         elif isinstance(step, Measure):
             found.append(_Sum({step.feature: 1.0}, 0.0) if isinstance(step.feature, Pattern) else None)

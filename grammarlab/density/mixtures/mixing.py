@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.density.counting.automaton import Automaton
-from grammarlab.density.counting.components import Components
+from grammarlab.density.counting.components import PatternComponents
 from grammarlab.density.counting.outside import snapped
 from grammarlab.density.mixtures.choices import Choices
 from grammarlab.density.mixtures.mixture import Mixture
@@ -65,7 +65,7 @@ def as_splitting(choices: Choices, mixture: Mixture) -> Splitting:
         mixture: its percentages.
     """
     tree = choices.contexts.tree
-    automaton = Automaton(Components(tree, ()), {}, {})
+    automaton = Automaton(PatternComponents(tree, ()), {}, {})
     kinds = _Kinds(choices, mixture)
     places = range(len(choices.attributes))
     components = tuple(

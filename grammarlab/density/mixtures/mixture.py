@@ -67,7 +67,7 @@ class Mixture:
 
 
 @dataclass(frozen=True, slots=True)
-class Fit:
+class MixtureFit:
     """A fitted mixture."""
 
     mixture: Mixture
@@ -90,7 +90,7 @@ def maximised(cells: Cells, counts: sparse.csr_array | Floats, responsibilities:
 
 def fit_mixture(
     cells: Cells, counts: sparse.csr_array, weights: Floats, component: Ints, tolerance: float = TOLERANCE
-) -> Fit:
+) -> MixtureFit:
     """The mixture of grammars that EM finds for a sample.
 
     Args:
@@ -121,7 +121,7 @@ def fit_mixture(
             break
         # Eq. 4.10
         mixture = maximised(cells, table, share * (weights / total)[:, None])
-    return Fit(mixture, tuple(found))
+    return MixtureFit(mixture, tuple(found))
 
 
 def distinct_derivations(

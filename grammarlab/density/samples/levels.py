@@ -36,7 +36,7 @@ _CUTS = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Posterior:
+class LevelPosterior:
     """What K sets of examples say about each choice if it is learned."""
 
     evidence: Floats
@@ -96,7 +96,7 @@ class Levels:
             np.array(prior),
         )
 
-    def posterior(self, counts: Floats) -> Posterior:
+    def posterior(self, counts: Floats) -> LevelPosterior:
         """What is known from how often K sets of examples took each cell, [K, A]."""
         evidence = np.zeros((len(counts), int(self.cells.choice.max(initial=-1)) + 1))
         ratio = np.ones(counts.shape)
@@ -107,7 +107,7 @@ class Levels:
             found, mean = _ranges(counts[:, own], original)
             evidence[:, self.cells.choice[own[:, 0]]] = found
             ratio[:, own] = mean
-        return Posterior(evidence, ratio)
+        return LevelPosterior(evidence, ratio)
 
     def _enumerated(self, counts: Floats, evidence: Floats, ratio: Floats) -> None:
         starts = np.flatnonzero(np.diff(self.partition, prepend=-1))

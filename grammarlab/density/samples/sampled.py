@@ -31,7 +31,7 @@ from grammarlab.density.mixtures.mixing import ContextNames, as_splitting
 from grammarlab.density.mixtures.mixture import Cells, Mixture, dense, fit_mixture
 from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.density.splits.contexts import Contexts, NoContext, OpenPatterns, ParentEdges
-from grammarlab.density.splits.inside import Weights
+from grammarlab.density.splits.inside import InsideWeights
 from grammarlab.density.splits.learned import LearnedGrammar
 from grammarlab.density.splits.writing import Origin, write
 from grammarlab.density.targets.drawing import Candidates, draw
@@ -133,7 +133,7 @@ def written(
 ) -> LearnedGrammar:
     """The grammar that a mixture stands for."""
     splitting = as_splitting(choices, mixture)
-    found = write(target.grammar, splitting, Weights(splitting), header, ContextNames)
+    found = write(target.grammar, splitting, InsideWeights(splitting), header, ContextNames)
     return LearnedGrammar(
         found.text,
         target.grammar,

@@ -16,7 +16,7 @@ from scipy import sparse
 from scipy.special import expit
 
 from grammarlab.density.mixtures.mixture import Cells, dense
-from grammarlab.density.samples.levels import Levels, Posterior
+from grammarlab.density.samples.levels import LevelPosterior, Levels
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -60,7 +60,7 @@ class Shrinkage:
         return self.levels.cells
 
     @cached_property
-    def posterior(self) -> Posterior:
+    def posterior(self) -> LevelPosterior:
         """What all examples say; K is 1."""
         return self.levels.posterior(self.total[None])
 

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from grammarlab.density.counting.attributes import AttributeParts, attribute_parts
 from grammarlab.density.counting.automaton import Automaton, count_automaton
-from grammarlab.density.counting.components import NO_CAP, Components, Reading
+from grammarlab.density.counting.components import NO_CAP, PatternComponents, Reading
 from grammarlab.density.counting.reading import Read
 from grammarlab.density.rounding import EXACT
 from grammarlab.density.skeleton import TreeGrammar
-from grammarlab.density.splits.inside import Weights
+from grammarlab.density.splits.inside import InsideWeights
 from grammarlab.density.splits.learned import LearnedGrammar
 from grammarlab.density.splits.splitting import MOST_WAYS, Base, split
 from grammarlab.density.splits.writing import write
@@ -79,7 +79,7 @@ def compile_density(
     if not len(automaton.states[tree.start]):
         raise GrammarlabError(f"no derivation of {tree.start[0]} ends: every way to rewrite it leads back to itself")
     splitting = split(automaton, wanted.attributes, wanted.scores, base, max_ways)
-    weights = Weights(splitting)
+    weights = InsideWeights(splitting)
     total = sum(
         component.weight * weights.of(component.start) * _drawn_mean(wanted.attributes, component.attributes, base)
         for component in splitting.components
@@ -144,10 +144,10 @@ class _Wanted:
 
 def _counting(tree: TreeGrammar, wanted: _Wanted, cap: int | None) -> tuple[Automaton, tuple[str, ...]]:
     """The automaton that counts what is wanted, and what a person should know about it."""
-    components = Components(tree, wanted.counted)
+    components = PatternComponents(tree, wanted.counted)
     limit = cap if cap is not None else RECURSIVE_CAP if _is_recursive(components) else NO_CAP
     cut = tuple(replace(reading, cap=min(reading.cap, limit)) for reading in wanted.counted)
-    automaton = count_automaton(components if cut == wanted.counted else Components(tree, cut))
+    automaton = count_automaton(components if cut == wanted.counted else PatternComponents(tree, cut))
     imposed = np.array([new.cap < old.cap for new, old in zip(cut, wanted.counted, strict=True)], dtype=bool)
     if not (automaton.totals >= limit)[:, imposed].any():
         return automaton, ()
@@ -165,7 +165,7 @@ def countable(item: Read) -> Reading | Threshold | Draw:
     return Reading.of(item) if isinstance(item, Pattern) else item
 
 
-def _is_recursive(components: Components) -> bool:
+def _is_recursive(components: PatternComponents) -> bool:
     """Whether a symbol that matters leads back to itself."""
     calls = components.calls
     return any(len(group) > 1 or any(key in calls[key] for key in group) for group in groups(calls))

@@ -7,7 +7,7 @@ from functools import cached_property
 
 from grammarlab.density.counting.attributes import attribute_parts
 from grammarlab.density.counting.automaton import count_automaton
-from grammarlab.density.counting.components import Components, Reading
+from grammarlab.density.counting.components import PatternComponents, Reading
 from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.density.splits.compile import RECURSIVE_CAP, countable
 from grammarlab.derivation.forest import Forest
@@ -30,7 +30,7 @@ class Exactness:
             found = countable(feature)
             if isinstance(found, Reading):
                 reading = replace(found, cap=min(found.cap, RECURSIVE_CAP))
-                count_automaton(Components(self._tree, (reading,)))
+                count_automaton(PatternComponents(self._tree, (reading,)))
             else:
                 attribute_parts(self.grammar, found.site, [found])
         except InexactError as error:

@@ -21,7 +21,7 @@ EQUAL = 1e-9
 _MOST_STEPS = 200
 
 
-class Weights:
+class InsideWeights:
     """The inside weights of all variants of a splitting.
 
     Raises:

@@ -57,7 +57,7 @@ class AbstractNames(ABC):
         """What trees of a variant are like, in words: ``with GroundFloorOffice``."""
 
 
-class Names(AbstractNames):
+class SplitNames(AbstractNames):
     """Names variants after the trees that their futures ask for."""
 
     def __init__(self, splitting: Splitting, taken: Collection[str]) -> None:

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.density.counting.attributes import AttributeParts, Part, attribute_parts, drawn_range, leaf_at
+from grammarlab.density.counting.attributes import AttributePart, AttributeParts, attribute_parts, drawn_range, leaf_at
 from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.density.splits.learned import LearnedGrammar
 from grammarlab.density.splits.splitting import PLAIN
@@ -236,7 +236,7 @@ def _leaves(choice: Choice, probability: float) -> Iterator[tuple[float, Choice]
         yield from _leaves(branch, probability * chance)
 
 
-def _check_apart(parts: Sequence[Part]) -> None:
+def _check_apart(parts: Sequence[AttributePart]) -> None:
     """Makes sure that a number says which part it comes from."""
     ranges = sorted((part.low, part.high) for part in parts if np.isfinite(part.low))
     if any(high > low for (_, high), (low, _) in pairwise(ranges)):
@@ -254,7 +254,7 @@ def _probabilities(value: Choice, parts: AttributeParts, leaves: Sequence[tuple[
     return found
 
 
-def _share(leaf: Choice, ends: tuple[float, float] | None, old: Choice, part: Part) -> float:
+def _share(leaf: Choice, ends: tuple[float, float] | None, old: Choice, part: AttributePart) -> float:
     """How much of what a leaf draws lies in a part."""
     if ends is None or not np.isfinite(part.low):
         return float(leaf == old)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.density.counting.attributes import AttributeParts
-from grammarlab.density.counting.automaton import Automaton, Scan, Step
+from grammarlab.density.counting.automaton import Automaton, Scan, ScanStep
 from grammarlab.density.counting.outside import decompose, snapped
 from grammarlab.density.skeleton import Alternative, Body, Cases, Chance, leaves
 from grammarlab.errors import InexactError
@@ -194,10 +194,10 @@ class _Build:
 
 def _side_by_side(sizes: Sequence[int]) -> Scan:
     """A scan that remembers the states of all children."""
-    steps: list[Step] = []
+    steps: list[ScanStep] = []
     seen = 1
     for child, size in enumerate(sizes):
-        steps.append(Step(child, ("", 0), np.arange(seen * size).reshape(seen, size)))
+        steps.append(ScanStep(child, ("", 0), np.arange(seen * size).reshape(seen, size)))
         seen *= size
     return Scan(tuple(steps), np.arange(seen))
 

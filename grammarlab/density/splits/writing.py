@@ -14,8 +14,8 @@ from grammarlab.density.counting.attributes import AttributeParts
 from grammarlab.density.rounding import EXACT, rounded, rounded_parts
 from grammarlab.density.skeleton import Alternative, Cases, Chance, leaves
 from grammarlab.density.skeleton import Body as Original
-from grammarlab.density.splits.inside import Weights, branch_weights
-from grammarlab.density.splits.naming import AbstractNames, Names
+from grammarlab.density.splits.inside import InsideWeights, branch_weights
+from grammarlab.density.splits.naming import AbstractNames, SplitNames
 from grammarlab.density.splits.splitting import PLAIN, Splitting, Variant, Way
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Branch, SymbolKey
@@ -77,9 +77,9 @@ class Written:
 def write(
     grammar: Grammar,
     splitting: Splitting,
-    weights: Weights,
+    weights: InsideWeights,
     header: Sequence[str],
-    names: Callable[[Splitting, Collection[str]], AbstractNames] = Names,
+    names: Callable[[Splitting, Collection[str]], AbstractNames] = SplitNames,
     step: float = EXACT,
 ) -> Written:
     """The grammar that a splitting stands for.
@@ -97,7 +97,7 @@ def write(
 
 class _Writer:
     def __init__(
-        self, grammar: Grammar, splitting: Splitting, weights: Weights, words: AbstractNames, step: float
+        self, grammar: Grammar, splitting: Splitting, weights: InsideWeights, words: AbstractNames, step: float
     ) -> None:
         self.grammar = grammar
         self.step = step
@@ -293,7 +293,7 @@ class _Writer:
         return Text(alternative.branch or (), names)
 
 
-def _components(splitting: Splitting, weights: Weights, step: float) -> Iterator[Mixed]:
+def _components(splitting: Splitting, weights: InsideWeights, step: float) -> Iterator[Mixed]:
     """The components with a weight above 0, their probabilities summing to 1."""
     own = [a.probabilities if splitting.base == "grammar" else a.shares for a in splitting.attributes]
     found: list[tuple[float, tuple[Floats, ...], int]] = []

@@ -18,7 +18,7 @@ from grammarlab.density.sampler import AbstractSampler
 from grammarlab.density.splits.learned import LearnedGrammar, num_alternatives
 from grammarlab.density.splits.splitting import Base
 from grammarlab.density.targets.target import Target
-from grammarlab.density.targets.thinning import MOST_PROPOSALS, Acceptance, Progress, Thinned, silent, thin
+from grammarlab.density.targets.thinning import MOST_PROPOSALS, AcceptanceRate, Progress, Thinned, silent, thin
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
@@ -41,7 +41,7 @@ class RejectionSampler(AbstractSampler):
     target: Target
     proposal: LearnedGrammar | None
     """What proposes models; None for the base of the target."""
-    pilot: Acceptance
+    pilot: AcceptanceRate
     """What became of the models of a pilot run. Its mean weight divides the density, and so is an estimate there."""
     most_proposals: int = MOST_PROPOSALS
     """Models that are looked at before it gives up."""
@@ -49,7 +49,7 @@ class RejectionSampler(AbstractSampler):
     def sample(self, num_models: int, seed: int) -> Forest:
         return self.draw(num_models, seed)[0]
 
-    def draw(self, num_models: int, seed: int) -> tuple[Forest, Acceptance]:
+    def draw(self, num_models: int, seed: int) -> tuple[Forest, AcceptanceRate]:
         """Models, and what became of those that were proposed.
 
         Where no bound is known, the largest weight met here or in the pilot run takes its place: models with a larger

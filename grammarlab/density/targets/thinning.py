@@ -36,7 +36,7 @@ def silent(what: str, done: int, total: int) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Acceptance:
+class AcceptanceRate:
     """What became of the proposed models."""
 
     proposals: int
@@ -72,7 +72,7 @@ class Thinned(Generic[K]):
 
     chunks: tuple[tuple[K, Ints], ...]
     """What was kept of proposed models, and which of each chunk [k] are accepted, ascending."""
-    acceptance: Acceptance
+    acceptance: AcceptanceRate
 
 
 def thin(
@@ -137,7 +137,7 @@ def thin(
             "Try the method compile, which needs no samples"
         )
     truncated = cut / total if total else 0.0
-    acceptance = Acceptance(proposals, accepted, most, bound is not None, total / proposals, truncated)
+    acceptance = AcceptanceRate(proposals, accepted, most, bound is not None, total / proposals, truncated)
     return Thinned(tuple(_accepted(kept, most, num_models)), acceptance)
 
 

@@ -28,7 +28,7 @@ class Argument(NamedTuple):
     """Whether it was written ``~x``."""
 
 
-class Call(NamedTuple):
+class BoundCall(NamedTuple):
     """An operation about to be applied to N shapes."""
 
     name: str
@@ -122,7 +122,7 @@ class Head(NamedTuple):
     """For parts that are placed by chance: the number of the block whose keys they are placed with."""
 
 
-class Part(NamedTuple):
+class BoundPart(NamedTuple):
     """The shapes that one part of a block is applied to."""
 
     shapes: Shapes
@@ -132,7 +132,7 @@ class Part(NamedTuple):
 
 
 def selected(
-    call: Call, condition: Condition, parts: Shapes, number: NDArray[np.integer], picked: Callable[[str], NDArray]
+    call: BoundCall, condition: Condition, parts: Shapes, number: NDArray[np.integer], picked: Callable[[str], NDArray]
 ) -> NDArray[np.bool_]:
     """[K] which components a condition selects; where it gives a number, the component with that number.
 
@@ -155,8 +155,8 @@ def selected(
     return np.broadcast_to(value if kind == "bool" else number == np.rint(value), parts.num)
 
 
-OperationFunction: TypeAlias = Callable[[Call], Shapes]
-BlockFunction: TypeAlias = Callable[[Call, tuple[Head, ...]], list[Part]]
+OperationFunction: TypeAlias = Callable[[BoundCall], Shapes]
+BlockFunction: TypeAlias = Callable[[BoundCall, tuple[Head, ...]], list[BoundPart]]
 BuiltinFunction: TypeAlias = "Callable[[FunctionCall], Value]"
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from grammarlab.derivation.calls.arguments import argument, head, together
-from grammarlab.derivation.calls.calls import Call
+from grammarlab.derivation.calls.calls import BoundCall
 from grammarlab.derivation.calls.compiling import Compiler
 from grammarlab.derivation.calls.table_columns import column_of, for_each, texts_of
 from grammarlab.derivation.functions.arrays import counted, picked, written
@@ -74,7 +74,7 @@ def _components(compiler: Compiler, node: Components) -> Code:
     location = node.location
 
     def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
-        call = Call("comp", shapes, arguments(shapes, workspace), shapes, workspace, location)
+        call = BoundCall("comp", shapes, arguments(shapes, workspace), shapes, workspace, location)
         taken, counts = taken_apart(call, heads(shapes, workspace))
         return _of_components(call, taken, counts, codes)
 
@@ -82,7 +82,7 @@ def _components(compiler: Compiler, node: Components) -> Code:
 
 
 def _of_components(
-    call: Call,
+    call: BoundCall,
     taken: Sequence[Taken],
     counts: np.ndarray,
     codes: Sequence[Code],

@@ -8,7 +8,7 @@ from itertools import count
 from typing import TypeAlias
 
 from grammarlab.derivation.calls.arguments import NO_ARGUMENT, Constant, Late, argument, head, together, word
-from grammarlab.derivation.calls.calls import Argument, BlockOperation, Call, Head, Operation
+from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, Head, Operation
 from grammarlab.derivation.calls.choices import Branching, Leaf, route
 from grammarlab.derivation.expressions.expressions import ExpressionCompiler
 from grammarlab.derivation.expressions.vocabulary import VOCABULARY
@@ -128,7 +128,7 @@ class SequenceCompiler:
         name, location, apply = item.name, item.location, operation.apply
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
-            return apply(Call(name, shapes, arguments(shapes, workspace), origin, workspace, location))
+            return apply(BoundCall(name, shapes, arguments(shapes, workspace), origin, workspace, location))
 
         return step
 
@@ -162,7 +162,7 @@ class SequenceCompiler:
         location, divide = item.location, operation.divide
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
-            call = Call(name, shapes, arguments(shapes, workspace), origin, workspace, location)
+            call = BoundCall(name, shapes, arguments(shapes, workspace), origin, workspace, location)
             made = divide(call, heads(shapes, workspace))
             for part, body, random in zip(made, bodies, draws, strict=True):
                 if part.shapes.num:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls.calls import Argument, Call, Operation
+from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
 from grammarlab.derivation.calls.pivots import with_pivot
 from grammarlab.derivation.calls.texture_transfer import carried
 from grammarlab.derivation.functions.geometry import local_meshes
@@ -43,7 +43,7 @@ _PIVOT_CORNERS = np.array(
 _PIVOT_ORDER = {"xyz": [0, 1, 2], "yzx": [2, 0, 1], "zxy": [1, 2, 0]}
 
 
-def reframed(call: Call, turn: Floats) -> Shapes:
+def reframed(call: BoundCall, turn: Floats) -> Shapes:
     """Shapes with scopes turned by rotations [N, 3, 3] in their own axes and fitted to the geometry, which stays."""
     shapes, frames, pool = call.shapes, call.workspace.frames, call.workspace.meshes
     frame = frames.rotated(shapes.frame, turn)
@@ -61,13 +61,13 @@ def reframed(call: Call, turn: Floats) -> Shapes:
     )
 
 
-def repivoted(call: Call, turn: Floats) -> Shapes:
+def repivoted(call: BoundCall, turn: Floats) -> Shapes:
     """As `reframed`, and the pivot with it, at the origin of the new scope."""
     shapes = reframed(call, turn)
     return with_pivot(shapes, shapes.position, shapes.frame, call.workspace)
 
 
-def rotate_scope(call: Call) -> Shapes:
+def rotate_scope(call: BoundCall) -> Shapes:
     """``rotateScope(x, y, z)``: turn the scope's axes by degrees, about the pivot's axes."""
     frames, shapes = call.workspace.frames, call.shapes
     x, y, z = (call.number(argument) for argument in call.arguments)
@@ -75,7 +75,7 @@ def rotate_scope(call: Call) -> Shapes:
     return reframed(call, inverse @ frames.rotations(frames.rotated_about(shapes.frame, shapes.pivot, euler(x, y, z))))
 
 
-def align_to_axes(call: Call) -> Shapes:
+def align_to_axes(call: BoundCall) -> Shapes:
     """``alignScopeToAxes(y)``: one axis along the world's, the next one as near to where it was as that allows.
 
     Without an argument all axes are the world's. With ``object.y`` the axes are those of the initial shape.
@@ -112,7 +112,7 @@ def _axes(fixed: Floats, axis: int, near: Floats, neighbour: int, fallback: Floa
     return axes
 
 
-def align_to_geometry(call: Call) -> Shapes:
+def align_to_geometry(call: BoundCall) -> Shapes:
     """``alignScopeToGeometry(yUp|zUp, face, edge)``: one axis along a face's normal, x along an edge.
 
     The face is an index, ``largest``, ``world.lowest`` or ``any``; the edge an index, ``longest``, ``world.lowest``
@@ -132,7 +132,7 @@ def align_to_geometry(call: Call) -> Shapes:
     return repivoted(call, _axes(normal, up, along, 0, np.roll(normal, 1, axis=1)))
 
 
-def _chosen_corner(call: Call, meshes: Meshes, face: Argument, edge: Argument) -> Rows:
+def _chosen_corner(call: BoundCall, meshes: Meshes, face: Argument, edge: Argument) -> Rows:
     """[N] the corner at which the edge begins that a shape is aligned to."""
     mesh, of_corner = meshes.mesh_of_face(), meshes.face_of_corner()
     height = _world_heights(call, meshes)[meshes.corner_points()]
@@ -156,7 +156,7 @@ def _chosen_corner(call: Call, meshes: Meshes, face: Argument, edge: Argument) -
     return candidates[_first_of_smallest(cost, owner, len(meshes))]
 
 
-def _chosen_face(call: Call, meshes: Meshes, face: Argument, height: Floats) -> Rows:
+def _chosen_face(call: BoundCall, meshes: Meshes, face: Argument, height: Floats) -> Rows:
     mesh = meshes.mesh_of_face()
     if face.keyword and face.value == "largest":
         return _first_of_smallest(-np.round(face_areas(meshes), 9), mesh, len(meshes))
@@ -179,7 +179,7 @@ def _nth(rows: Rows, owner: Rows, index: Floats, count: int) -> Rows:
     return rows[first + np.rint(index).astype(np.int64) % numbers]
 
 
-def _world_heights(call: Call, meshes: Meshes) -> Floats:
+def _world_heights(call: BoundCall, meshes: Meshes) -> Floats:
     up = call.workspace.frames.rotations(call.shapes.frame)[:, 1, :]
     return np.einsum("pj,pj->p", up[meshes.mesh_of_point()], meshes.points)
 
@@ -192,7 +192,7 @@ def _edge_means(meshes: Meshes, height: Floats) -> Floats:
     return 0.5 * (height + height[following])
 
 
-def set_pivot(call: Call) -> Shapes:
+def set_pivot(call: BoundCall) -> Shapes:
     """``setPivot(xyz|yzx|zxy, corner)``: the scope's origin at another corner, its axes along the edges there."""
     if not call.words or len(call.values) != 1:
         raise call.error("setPivot expects xyz, yzx or zxy, then a corner from 0 to 7")
@@ -201,21 +201,21 @@ def set_pivot(call: Call) -> Shapes:
     return repivoted(call, np.swapaxes(rows, 1, 2).copy())
 
 
-def mirror(call: Call) -> Shapes:
+def mirror(call: BoundCall) -> Shapes:
     """``mirror(x, y, z)``: turn the geometry over, within its scope, along the axes that are true."""
     flips = [_flag(call, argument) for argument in call.arguments]
     turned = carried(_seen_from_other_ends(call, np.array(flips)), call.shapes, call.workspace)
     return _mirrored(call._replace(shapes=turned), flips)
 
 
-def _seen_from_other_ends(call: Call, flips: NDArray[np.bool_]) -> Shapes:
+def _seen_from_other_ends(call: BoundCall, flips: NDArray[np.bool_]) -> Shapes:
     """The same shapes in scopes that run backwards along some axes."""
     size = call.shapes.size
     offset = call.workspace.frames.to_world(call.shapes.frame, np.where(flips, size, 0.0))
     return call.shapes._replace(position=call.shapes.position + offset, size=np.where(flips, -size, size))
 
 
-def _mirrored(call: Call, flips: Sequence[bool]) -> Shapes:
+def _mirrored(call: BoundCall, flips: Sequence[bool]) -> Shapes:
     """Shapes with other geometry in the same scopes."""
     shapes = call.shapes
     rows = np.flatnonzero(shapes.mesh > BOX)
@@ -235,13 +235,13 @@ def _mirrored(call: Call, flips: Sequence[bool]) -> Shapes:
     return shapes._replace(mesh=mesh)
 
 
-def _flag(call: Call, argument: Argument) -> bool:
+def _flag(call: BoundCall, argument: Argument) -> bool:
     if isinstance(argument.value, bool):
         return argument.value
     raise call.error(f"{call.name} expects true or false for each axis, the same for all shapes")
 
 
-def reverse_normals(call: Call) -> Shapes:
+def reverse_normals(call: BoundCall) -> Shapes:
     """``reverseNormals()``: the same faces seen from the other side."""
     pool, mesh = call.workspace.meshes, call.shapes.mesh.copy()
     for kind in range(BOX, FACE + 1):

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls.calls import Argument, Call, Operation
+from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
 from grammarlab.derivation.functions.colors import parse_color
 from grammarlab.derivation.functions.text import print_value
 from grammarlab.derivation.operations.placement import PLACEMENT, set_placement
@@ -20,7 +20,7 @@ _WITHOUT_EFFECT = ("trim.", "seedian")
 """What can be set without anything here depending on it."""
 
 
-def color(call: Call) -> Shapes:
+def color(call: BoundCall) -> Shapes:
     """``color("#rrggbb")``, ``color("#rrggbboo")``, ``color(r, g, b)`` or ``color(r, g, b, opacity)``, in 0..1."""
     if len(call.arguments) == 1:
         return _colored(call, call.arguments[0], _COLOR)
@@ -31,14 +31,14 @@ def color(call: Call) -> Shapes:
     return _changed(call, changes)
 
 
-def _colored(call: Call, argument: Argument, channels: tuple[str, str, str]) -> Shapes:
+def _colored(call: BoundCall, argument: Argument, channels: tuple[str, str, str]) -> Shapes:
     """Channels from a hexadecimal colour."""
     return _changed_by_text(
         call, argument, lambda text: dict(zip((*channels, "opacity"), _color_of(text, call), strict=False))
     )
 
 
-def _changed_by_text(call: Call, argument: Argument, changes: Callable[[str], dict[str, float | str]]) -> Shapes:
+def _changed_by_text(call: BoundCall, argument: Argument, changes: Callable[[str], dict[str, float | str]]) -> Shapes:
     """Materials changed by what ``changes`` makes of a string."""
     pool, strings, text = call.workspace.materials, call.workspace.strings, call.text(argument)
     if isinstance(text, str):
@@ -47,7 +47,7 @@ def _changed_by_text(call: Call, argument: Argument, changes: Callable[[str], di
     return call.shapes._replace(material=material)
 
 
-def _color_of(text: str, call: Call) -> tuple[float, ...]:
+def _color_of(text: str, call: BoundCall) -> tuple[float, ...]:
     """Red, green, blue and, where given, opacity in 0..1."""
     found = parse_color(text)
     if found is None:
@@ -55,12 +55,12 @@ def _color_of(text: str, call: Call) -> tuple[float, ...]:
     return found
 
 
-def texture(call: Call) -> Shapes:
+def texture(call: BoundCall) -> Shapes:
     """``texture(path)``: the image on the surface; an empty path takes it away."""
     return _changed_by_text(call, call.arguments[0], lambda path: {"texture": path})
 
 
-def set_attribute(call: Call) -> Shapes:
+def set_attribute(call: BoundCall) -> Shapes:
     """``set(name, value)``: an attribute of the grammar, a part of the material or of the shape's placement.
 
     From here on and below.
@@ -84,7 +84,7 @@ def set_attribute(call: Call) -> Shapes:
     )
 
 
-def _set_material(call: Call, name: str, argument: Argument) -> Shapes:
+def _set_material(call: BoundCall, name: str, argument: Argument) -> Shapes:
     channel = _ALIASES.get(name, name)
     if channel in CHANNELS:
         return _changed(call, {channel: _unit(call, argument)})
@@ -97,13 +97,13 @@ def _set_material(call: Call, name: str, argument: Argument) -> Shapes:
     return call.shapes
 
 
-def _unit(call: Call, argument: Argument) -> float | NDArray[np.float64]:
+def _unit(call: BoundCall, argument: Argument) -> float | NDArray[np.float64]:
     """A number clamped to 0..1."""
     number = call.number(argument)
     return np.clip(number, 0.0, 1.0) if isinstance(number, np.ndarray) else min(max(number, 0.0), 1.0)
 
 
-def _changed(call: Call, changes: dict[str, float | NDArray[np.float64]]) -> Shapes:
+def _changed(call: BoundCall, changes: dict[str, float | NDArray[np.float64]]) -> Shapes:
     pool, shapes = call.workspace.materials, call.shapes
     constants = {name: value for name, value in changes.items() if not isinstance(value, np.ndarray)}
     if len(constants) == len(changes):
@@ -111,7 +111,7 @@ def _changed(call: Call, changes: dict[str, float | NDArray[np.float64]]) -> Sha
     return shapes._replace(material=pool.changed(shapes.material, changes))
 
 
-def report(call: Call) -> Shapes:
+def report(call: BoundCall) -> Shapes:
     """``report(key, value)``: collect a number for the model; each shape may have a key of its own."""
     key = call.text(call.arguments[0])
     value = call.arguments[1].value
@@ -128,13 +128,13 @@ def report(call: Call) -> Shapes:
     return call.shapes
 
 
-def show(call: Call) -> Shapes:
+def show(call: BoundCall) -> Shapes:
     """``print(value)``: collect a text."""
     print_value(call.arguments[0].value, call.shapes, call.workspace)
     return call.shapes
 
 
-def label(call: Call) -> Shapes:
+def label(call: BoundCall) -> Shapes:
     """``label(name)``: a name for occlusion queries; nothing here asks."""
     call.text(call.arguments[0])
     return call.shapes

@@ -13,7 +13,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls.calls import BlockOperation, Call, Head, Part, selected
+from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, selected
 from grammarlab.derivation.calls.pivots import with_pivot
 from grammarlab.derivation.functions.geometry import local_meshes, oriented
 from grammarlab.derivation.state.meshes import add_faces, normalized
@@ -90,7 +90,7 @@ class AbstractComponents(ABC):
 class _BoxFaces(AbstractComponents):
     """The six faces of boxes, or the one face of rectangles."""
 
-    def __init__(self, call: Call, shapes: Shapes, kind: int) -> None:
+    def __init__(self, call: BoundCall, shapes: Shapes, kind: int) -> None:
         self._call, self._shapes, self._kind = call, shapes, kind
         self._faces = np.arange(6) if kind == BOX else np.array([TOP if kind == FOOTPRINT else 0])
         self.row = np.repeat(np.arange(shapes.num), len(self._faces))
@@ -137,7 +137,7 @@ class _BoxFaces(AbstractComponents):
 class _MeshComponents(AbstractComponents):
     """Components of any kind, of any geometry."""
 
-    def __init__(self, call: Call, shapes: Shapes, kind: str) -> None:
+    def __init__(self, call: BoundCall, shapes: Shapes, kind: str) -> None:
         self._call, self._shapes, self._kind = call, shapes, kind
         self._meshes: Meshes = local_meshes(shapes, call.workspace)
         self._components = _MAKERS[kind](self._meshes)
@@ -206,7 +206,7 @@ class _MixedComponents(AbstractComponents):
         return Placed(*(column[order] for column in columns))
 
 
-def comp(call: Call, heads: tuple[Head, ...]) -> list[Part]:
+def comp(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     """``comp(f|e|v|fe|fv, zUp|noAlign) { selector : ... | selector = ... | selector =: ... }``: a shape's components.
 
     With ``:`` every component is a shape, with ``=`` all of one shape are one together, with ``=:`` each connected set
@@ -234,7 +234,7 @@ class Taken(NamedTuple):
     """[C] the shape that it is, or is a part of."""
 
 
-def taken_apart(call: Call, heads: tuple[Head, ...]) -> tuple[list[Taken], Rows]:
+def taken_apart(call: BoundCall, heads: tuple[Head, ...]) -> tuple[list[Taken], Rows]:
     """The components that each part of ``comp`` takes, and how many each shape [N] has in all.
 
     Raises:
@@ -252,7 +252,7 @@ def taken_apart(call: Call, heads: tuple[Head, ...]) -> tuple[list[Taken], Rows]
     return found, np.bincount(components.row, minlength=call.shapes.num)
 
 
-def _components(call: Call, kind: str) -> AbstractComponents:
+def _components(call: BoundCall, kind: str) -> AbstractComponents:
     shapes = call.shapes
     if kind != "f":
         return _MeshComponents(call, shapes, kind)
@@ -272,7 +272,7 @@ def _components(call: Call, kind: str) -> AbstractComponents:
     return _MixedComponents(shapes, groups) if groups else _MeshComponents(call, shapes, kind)
 
 
-def _each_taken(call: Call, components: AbstractComponents, heads: Sequence[Head]) -> Iterator[tuple[Head, Rows]]:
+def _each_taken(call: BoundCall, components: AbstractComponents, heads: Sequence[Head]) -> Iterator[tuple[Head, Rows]]:
     """Each part with the components that it takes, of those that no part before it took."""
     available = np.ones(len(components.row), dtype=bool)
     for head in heads:
@@ -281,7 +281,7 @@ def _each_taken(call: Call, components: AbstractComponents, heads: Sequence[Head
         yield head, chosen
 
 
-def _chosen(call: Call, components: AbstractComponents, head: Head, available: Flags) -> Rows:
+def _chosen(call: BoundCall, components: AbstractComponents, head: Head, available: Flags) -> Rows:
     """The available components that the head of a part asks for: by a selector, a condition or a number."""
     if head.condition is not None:
         left = np.flatnonzero(available)
@@ -298,19 +298,19 @@ def _chosen(call: Call, components: AbstractComponents, head: Head, available: F
     return np.flatnonzero(available & (components.index == wanted[components.row]))
 
 
-def _part(call: Call, components: AbstractComponents, chosen: Rows, head: Head) -> Part:
+def _part(call: BoundCall, components: AbstractComponents, chosen: Rows, head: Head) -> BoundPart:
     shapes = call.shapes
     if len(chosen) == 0:
-        return Part(shapes.take(chosen), chosen)
+        return BoundPart(shapes.take(chosen), chosen)
     join: Join = "connected" if head.connected else "all" if head.joined else "each"
     aligned = "noAlign" not in call.words
     placed = components.place(chosen, join, aligned, head.text)
     made = shapes.place(*placed[:5])
     made = with_pivot(made, placed.pivot, made.frame, call.workspace) if aligned else made
-    return Part(_indexed(call, made, placed.row, head), components.index[chosen[placed.first]])
+    return BoundPart(_indexed(call, made, placed.row, head), components.index[chosen[placed.first]])
 
 
-def _indexed(call: Call, made: Shapes, row: Rows, head: Head) -> Shapes:
+def _indexed(call: BoundCall, made: Shapes, row: Rows, head: Head) -> Shapes:
     """Components that know their place, number and selector, where the grammar asks."""
     asked = call.workspace.state_names & {"comp.index", "comp.total", "comp.sel"}
     if not asked:
@@ -325,14 +325,14 @@ def _indexed(call: Call, made: Shapes, row: Rows, head: Head) -> Shapes:
     return made._replace(state={**made.state, **{name: known[name] for name in asked}})
 
 
-def _to_object(call: Call, shapes: Shapes) -> Floats:
+def _to_object(call: BoundCall, shapes: Shapes) -> Floats:
     """[N, 3, 3] from the axes of each shape to those of its model's initial shape."""
     frames = call.workspace.frames
     initial = frames.rotations(call.workspace.roots.frame[shapes.model])
     return np.einsum("nji,njk->nik", initial, frames.rotations(shapes.frame))
 
 
-def edges_of_faces(call: Call) -> tuple[Shapes, Rows]:
+def edges_of_faces(call: BoundCall) -> tuple[Shapes, Rows]:
     """Every edge of every face of shapes as a shape in their axes, and the number of each within its shape."""
     components = _MeshComponents(call, call.shapes, "fe")
     placed = components.place(np.arange(len(components.row)), "each", aligned=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.derivation.calls.calls import Call, Operation
+from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.state.meshes import replaced, turned_over
 from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, FOOTPRINT, Floats, Shapes
@@ -23,7 +23,7 @@ _LYING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 _LYING_CUBE = cube_index(_LYING)
 
 
-def extrude(call: Call) -> Shapes:
+def extrude(call: BoundCall) -> Shapes:
     """``extrude(height)`` or ``extrude(direction, height)``: every face moved, with walls between.
 
     The scope's y axis then runs along the direction, x is kept as far as that allows. A negative height goes the
@@ -37,7 +37,7 @@ def extrude(call: Call) -> Shapes:
     return turned_over(solid, below, call.workspace.meshes, call.workspace.frames) if below.any() else solid
 
 
-def _extruded(call: Call, heights: Floats) -> Shapes:
+def _extruded(call: BoundCall, heights: Floats) -> Shapes:
     """The solids, in scopes of positive height."""
     direction = call.words[0] if call.words else "face.normal"
     shapes = call.shapes
@@ -52,7 +52,7 @@ def _extruded(call: Call, heights: Floats) -> Shapes:
     return _general(call, shapes, heights, direction)
 
 
-def _one_by_one(call: Call, heights: Floats, kinds: tuple[np.ndarray, ...]) -> Shapes:
+def _one_by_one(call: BoundCall, heights: Floats, kinds: tuple[np.ndarray, ...]) -> Shapes:
     """The operation on each kind of geometry by itself, put together again."""
     rest = ~np.logical_or.reduce(kinds)
     rows = [np.flatnonzero(kind) for kind in (*kinds, rest)]
@@ -63,12 +63,12 @@ def _one_by_one(call: Call, heights: Floats, kinds: tuple[np.ndarray, ...]) -> S
     return call.shapes._replace(**joined)
 
 
-def _narrowed(call: Call, rows: np.ndarray) -> Call:
+def _narrowed(call: BoundCall, rows: np.ndarray) -> BoundCall:
     arguments = tuple(a._replace(value=a.value[rows]) if isinstance(a.value, np.ndarray) else a for a in call.arguments)
     return call._replace(shapes=call.shapes.take(rows), arguments=arguments)
 
 
-def _raised(call: Call, shapes: Shapes, heights: Floats) -> Shapes:
+def _raised(call: BoundCall, shapes: Shapes, heights: Floats) -> Shapes:
     """Rectangles on the ground become boxes."""
     size = shapes.size.copy()
     size[:, 1] = np.abs(heights)
@@ -80,7 +80,7 @@ def _raised(call: Call, shapes: Shapes, heights: Floats) -> Shapes:
     return shapes._replace(position=position, size=size, mesh=mesh)
 
 
-def _deepened(call: Call, shapes: Shapes, heights: Floats) -> Shapes:
+def _deepened(call: BoundCall, shapes: Shapes, heights: Floats) -> Shapes:
     """Rectangles in a wall become boxes whose y axis leads out of the wall."""
     frames = call.workspace.frames
     width, height = shapes.size[:, 0], shapes.size[:, 1]
@@ -93,7 +93,7 @@ def _deepened(call: Call, shapes: Shapes, heights: Floats) -> Shapes:
     return shapes._replace(position=position, size=size, frame=frames.turned(shapes.frame, _LYING_CUBE), mesh=mesh)
 
 
-def _general(call: Call, shapes: Shapes, heights: Floats, direction: str) -> Shapes:
+def _general(call: BoundCall, shapes: Shapes, heights: Floats, direction: str) -> Shapes:
     """Any geometry: computed as a mesh, then the scope is turned so that y runs along the direction."""
     meshes = local_meshes(shapes, call.workspace)
     along = _directions(call, shapes, direction)
@@ -106,7 +106,7 @@ def _general(call: Call, shapes: Shapes, heights: Floats, direction: str) -> Sha
     return stood_up(call, solid, along)
 
 
-def stood_up(call: Call, solid: Meshes, along: Floats) -> Shapes:
+def stood_up(call: BoundCall, solid: Meshes, along: Floats) -> Shapes:
     """Shapes with other geometry and a scope whose y axis runs along a direction.
 
     Args:
@@ -120,7 +120,7 @@ def stood_up(call: Call, solid: Meshes, along: Floats) -> Shapes:
     return replaced(shapes._replace(frame=frames.rotated(shapes.frame, rotation)), turned, pool, frames)
 
 
-def _directions(call: Call, shapes: Shapes, direction: str) -> Floats:
+def _directions(call: BoundCall, shapes: Shapes, direction: str) -> Floats:
     """[N, 3] unit vectors in scope axes: the direction asked for, or the normal of the first face."""
     if direction in _ALONG:
         axis = np.broadcast_to(np.eye(3)[_ALONG[direction]], (shapes.num, 3))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.derivation.calls.calls import Call, Operation
+from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.calls.texture_transfer import without_maps
 from grammarlab.derivation.state.meshes import mirrored, upright
 from grammarlab.derivation.state.shapes import BOX, FOOTPRINT, Floats, Ids, Shapes
@@ -17,7 +17,7 @@ _INSERT_WORDS = frozenset(
 _MOST_SIDES = 512
 
 
-def i(call: Call) -> Shapes:
+def i(call: BoundCall) -> Shapes:
     """``i(path, yUp|zUp, mode, cleanup)``: a mesh from the asset folder or a built-in one, mapped onto the scope.
 
     With ``keepSizeAndPosition`` the mesh keeps its size and place, with ``keepSizeAlignPosition`` its size, standing in
@@ -42,13 +42,13 @@ def i(call: Call) -> Shapes:
     return shapes._replace(mesh=mesh, size=size, position=position)
 
 
-def _bare(call: Call) -> Call:
+def _bare(call: BoundCall) -> BoundCall:
     """The call on scopes of positive height, without the texture coordinates of the geometry that is replaced."""
     shapes = upright(call.shapes, call.workspace.meshes, call.workspace.frames)
     return call._replace(shapes=without_maps(shapes, call.workspace))
 
 
-def _inserted(call: Call, shapes: Shapes, path: str) -> Shapes:
+def _inserted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
     mesh, own, low = _asset(call, path)
     if "zUp" in call.words:
         mesh, own, low = _stood_up(call, mesh, own, low)
@@ -59,7 +59,7 @@ def _inserted(call: Call, shapes: Shapes, path: str) -> Shapes:
     return fitted(shapes, mesh, own, low, call)
 
 
-def _asset(call: Call, path: str) -> tuple[int, Floats, Floats]:
+def _asset(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
     """A mesh in the unit cube, and the size [3] and low corner [3] that it has in its file."""
     pool = call.workspace.meshes
     name = path.removesuffix(":notex")
@@ -76,7 +76,7 @@ def _asset(call: Call, path: str) -> tuple[int, Floats, Floats]:
     return pool.named(path, asset.meshes), asset.size, asset.low
 
 
-def _stood_up(call: Call, mesh: int, own: Floats, low: Floats) -> tuple[int, Floats, Floats]:
+def _stood_up(call: BoundCall, mesh: int, own: Floats, low: Floats) -> tuple[int, Floats, Floats]:
     """A mesh whose up axis is z, turned by -90 degrees about x so that y is."""
     size, corner = own[[0, 2, 1]], np.array([low[0], low[2], -low[1] - own[1]])
     if mesh == BOX:
@@ -88,7 +88,7 @@ def _stood_up(call: Call, mesh: int, own: Floats, low: Floats) -> tuple[int, Flo
     return pool.named(f"zUp:{mesh}", unit.with_points(np.stack((x, z, flipped), axis=1))), size, corner
 
 
-def fitted(shapes: Shapes, mesh: int, own: Floats, low: Floats, call: Call) -> Shapes:
+def fitted(shapes: Shapes, mesh: int, own: Floats, low: Floats, call: BoundCall) -> Shapes:
     """Shapes with one mesh of the unit cube, its own size [3] and low corner [3] filling dimensions that are 0."""
     shapes = shapes._replace(mesh=np.full(shapes.num, mesh, dtype=np.int32))
     flat = shapes.size <= 0.0
@@ -109,7 +109,7 @@ def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
     Negative dimensions mirror it, as negative sizes do in ``s``; the reference leaves them open.
     """
 
-    def apply(call: Call) -> Shapes:
+    def apply(call: BoundCall) -> Shapes:
         call = _bare(call)
         numbers = [call.number(argument) for argument in call.arguments]
         dimensions = numbers[num_counts:] if len(numbers) > num_counts else []
@@ -123,7 +123,7 @@ def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
     return Operation(apply, num_arguments=(0, num_counts + num_dimensions))
 
 
-def _mesh(call: Call, name: str, counts: list[float | Floats]) -> Ids:
+def _mesh(call: BoundCall, name: str, counts: list[float | Floats]) -> Ids:
     """[N] the mesh of a primitive with so many sides and divisions."""
     if name in ("cube", "quad"):
         return np.full(call.shapes.num, BOX if name == "cube" else FOOTPRINT, dtype=np.int32)
@@ -137,7 +137,7 @@ def _mesh(call: Call, name: str, counts: list[float | Floats]) -> Ids:
     return np.array(ids, dtype=np.int32)[inverse]
 
 
-def _named(call: Call, name: str, counts: tuple[int, ...]) -> int:
+def _named(call: BoundCall, name: str, counts: tuple[int, ...]) -> int:
     full = ":".join(["primitive", name, *map(str, counts)])
     return call.workspace.meshes.named(full, _MAKERS[name](*counts))
 
@@ -155,7 +155,7 @@ def _extent(name: str, dimensions: list[float | Floats], count: int) -> Floats:
     return np.stack([np.broadcast_to(side, count).astype(np.float64) for side in sides], axis=1)
 
 
-def _standing(call: Call, shapes: Shapes, mesh: Ids, size: Floats) -> Shapes:
+def _standing(call: BoundCall, shapes: Shapes, mesh: Ids, size: Floats) -> Shapes:
     """Shapes whose new geometry stands in the middle of the scope's floor, mirrored along axes of negative size."""
     offset = 0.5 * (shapes.size - size) * [1.0, 0.0, 1.0]
     position = shapes.position + call.workspace.frames.to_world(shapes.frame, offset)

@@ -6,7 +6,7 @@ on how a surface is cut into faces, and on nothing else of this; `grammarlab che
 
 from __future__ import annotations
 
-from grammarlab.derivation.calls.calls import Call, Operation
+from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.state.shapes import Shapes
 from grammarlab.language.vocabulary.keywords import KEYWORDS
 
@@ -15,7 +15,7 @@ _OF_FACES = ("cleanupGeometry", "convexify")
 _OF_LOOKS = ("setNormals", "setupUV", "softenNormals")
 
 
-def unchanged(call: Call) -> Shapes:
+def unchanged(call: BoundCall) -> Shapes:
     """The shapes as they are."""
     return call.shapes
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grammarlab.derivation.calls.calls import Argument, Call
+from grammarlab.derivation.calls.calls import Argument, BoundCall
 from grammarlab.derivation.calls.pivots import pivot_position, with_pivot
 from grammarlab.derivation.calls.texture_transfer import carried
 from grammarlab.derivation.functions.attributes import turn_angles
@@ -18,7 +18,7 @@ PLACEMENT = frozenset(
 _KEPT = Argument(1.0, relative=True)
 
 
-def set_placement(call: Call, name: str, argument: Argument) -> Shapes:
+def set_placement(call: BoundCall, name: str, argument: Argument) -> Shapes:
     """Shapes with one of the numbers changed and the others as they were.
 
     The scope is placed relative to the pivot, so it moves and turns with it.
@@ -34,7 +34,7 @@ def set_placement(call: Call, name: str, argument: Argument) -> Shapes:
     return carried(call.shapes, _placed(call, name, axis, argument), call.workspace)
 
 
-def _placed(call: Call, name: str, axis: int, argument: Argument) -> Shapes:
+def _placed(call: BoundCall, name: str, axis: int, argument: Argument) -> Shapes:
     """Shapes moved or turned, with their pivots or within them."""
     shapes, frames, value = call.shapes, call.workspace.frames, call.column(argument)
     pivot = pivot_position(shapes, call.workspace)

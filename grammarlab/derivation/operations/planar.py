@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import offsets_from_counts, take_rows
-from grammarlab.derivation.calls.calls import BlockOperation, Call, Head, Operation, Part, selected
+from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, Operation, selected
 from grammarlab.derivation.functions.geometry import local_meshes, oriented
 from grammarlab.derivation.operations.components import edges_of_faces
 from grammarlab.derivation.state.meshes import add_faces, normalized, replaced
@@ -36,7 +36,7 @@ _OLDER = {"streetSide": ("street.front",), "noStreetSide": ("street.back", "stre
 _EDGES = frozenset({*ORIENTATIONS, *_OLDER, "all", "remainder"})
 
 
-def offset(call: Call) -> Shapes:
+def offset(call: BoundCall) -> Shapes:
     """``offset(distance, all|inside|border)``: every face replaced by its offset polygons, the ring, or both."""
     keep = cast("Literal['all', 'inside', 'border']", call.words[0] if call.words else "all")
     distance = call.column(call.values[0])
@@ -44,7 +44,7 @@ def offset(call: Call) -> Shapes:
     return replaced(call.shapes, meshes, call.workspace.meshes, call.workspace.frames)
 
 
-def setback(call: Call, heads: tuple[Head, ...]) -> list[Part]:
+def setback(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     """``setback(distance) { selector : ... | remainder : ... }``: strips along edges cut off.
 
     An array holds a distance for each edge of each face, in order; edges beyond its end stay.
@@ -64,7 +64,7 @@ def setback(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     return _parts(call, result, heads, places)
 
 
-def inner_rectangle(call: Call, heads: tuple[Head, ...]) -> list[Part]:
+def inner_rectangle(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     """``innerRectangle(scope|edge) { shape : ... | remainder : ... }``: the largest rectangle inside each face."""
     alignment = cast("Literal['scope', 'edge']", call.words[0] if call.words else "scope")
     result = rectangles.inner_rectangle(local_meshes(call.shapes, call.workspace), alignment)
@@ -72,13 +72,13 @@ def inner_rectangle(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     return _parts(call, result, heads, places)
 
 
-def inner_rect(call: Call) -> Shapes:
+def inner_rect(call: BoundCall) -> Shapes:
     """``innerRect()``: every face replaced by the largest rectangle inside it."""
     meshes = rectangles.inner_rect(local_meshes(call.shapes, call.workspace))
     return replaced(call.shapes, meshes, call.workspace.meshes, call.workspace.frames)
 
 
-def _edges(call: Call, head: Head, meshes: Meshes, outward: NDArray[np.float64], mesh: Rows) -> NDArray[np.bool_]:
+def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.float64], mesh: Rows) -> NDArray[np.bool_]:
     """[C] the edges that the head of a part asks for."""
 
     def picked(selector: str) -> NDArray[np.bool_]:
@@ -104,7 +104,7 @@ def _edges(call: Call, head: Head, meshes: Meshes, outward: NDArray[np.float64],
     return place == index % np.maximum(counts, 1)
 
 
-def _distances(call: Call, meshes: Meshes, mesh: Rows) -> NDArray[np.float64]:
+def _distances(call: BoundCall, meshes: Meshes, mesh: Rows) -> NDArray[np.float64]:
     """[C] how far the edge that leaves each corner is set back."""
     value = call.values[0].value
     if not is_table(value):
@@ -126,7 +126,7 @@ def _distances(call: Call, meshes: Meshes, mesh: Rows) -> NDArray[np.float64]:
 def _wings(name: str, cut: Callable[..., Setback]) -> BlockOperation:
     """An outline with wings along some sides and a remainder."""
 
-    def divide(call: Call, heads: tuple[Head, ...]) -> list[Part]:
+    def divide(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
         depths = [call.column(argument) for argument in call.values]
         result = cut(local_meshes(call.shapes, call.workspace), *depths)
         places = [REMAINDER if head.argument.value == "remainder" else 0 for head in heads]
@@ -136,7 +136,7 @@ def _wings(name: str, cut: Callable[..., Setback]) -> BlockOperation:
     return BlockOperation(divide, frozenset(), (count, count), _PARTS)
 
 
-def _parts(call: Call, result: Setback, heads: Sequence[Head], places: Sequence[int]) -> list[Part]:
+def _parts(call: BoundCall, result: Setback, heads: Sequence[Head], places: Sequence[int]) -> list[BoundPart]:
     """The pieces of each group as shapes: one each, or all of one shape together."""
     owner = result.meshes.mesh_of_face()
     parts = []
@@ -148,11 +148,11 @@ def _parts(call: Call, result: Setback, heads: Sequence[Head], places: Sequence[
             row, counts = np.unique(row, return_counts=True)
         first = np.cumsum(counts) - counts
         number = (faces - result.meshes.mesh_faces[:-1][owner[faces]])[first] if len(faces) else faces
-        parts.append(Part(_pieces(call, result.meshes, faces, counts, row), number))
+        parts.append(BoundPart(_pieces(call, result.meshes, faces, counts, row), number))
     return parts
 
 
-def _pieces(call: Call, meshes: Meshes, faces: Rows, counts: Rows, row: Rows) -> Shapes:
+def _pieces(call: BoundCall, meshes: Meshes, faces: Rows, counts: Rows, row: Rows) -> Shapes:
     """Shapes made of faces, in the axes of the shapes they come from."""
     shapes, frames = call.shapes, call.workspace.frames
     unit, low, size = normalized(_apart(meshes, faces, counts))

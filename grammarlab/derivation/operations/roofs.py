@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls.calls import Argument, Call, Operation
+from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.operations.extrusion import first_normals, stood_up
 from grammarlab.derivation.state.meshes import turned_over
@@ -22,7 +22,7 @@ from grammarlab.geometry.roofs import kinds as roofs
 _WORDS = frozenset({"byAngle", "byHeight"})
 
 
-def roof_hip(call: Call) -> Shapes:
+def roof_hip(call: BoundCall) -> Shapes:
     """``roofHip([byAngle|byHeight,] value, overhang, even)``."""
     value, *rest = call.values
     overhang = call.column(rest[0]) if rest else 0.0
@@ -30,7 +30,7 @@ def roof_hip(call: Call) -> Shapes:
     return _roofed(call, roofs.roof_hip(_faces(call), call.column(value), _by(call), overhang, even))
 
 
-def roof_gable(call: Call) -> Shapes:
+def roof_gable(call: BoundCall) -> Shapes:
     """``roofGable([byAngle|byHeight,] value, overhangX, overhangY, even, index)``."""
     value, *rest = call.values
     overhangs = [call.column(argument) for argument in rest[:2]] + [0.0] * (2 - len(rest[:2]))
@@ -41,24 +41,24 @@ def roof_gable(call: Call) -> Shapes:
     )
 
 
-def roof_pyramid(call: Call) -> Shapes:
+def roof_pyramid(call: BoundCall) -> Shapes:
     """``roofPyramid([byAngle|byHeight,] value)``."""
     return _roofed(call, roofs.roof_pyramid(_faces(call), call.column(call.values[0]), _by(call)))
 
 
-def roof_shed(call: Call) -> Shapes:
+def roof_shed(call: BoundCall) -> Shapes:
     """``roofShed([byAngle|byHeight,] value, index)``."""
     value, *rest = call.values
     index = _index(call, rest[0]) if rest else 0
     return _roofed(call, roofs.roof_shed(_faces(call), call.column(value), _by(call), index))
 
 
-def roof_ridge(call: Call) -> Shapes:
+def roof_ridge(call: BoundCall) -> Shapes:
     """``roofRidge([byAngle|byHeight,] value)``."""
     return _roofed(call, roofs.roof_ridge(_faces(call), call.column(call.values[0]), _by(call)))
 
 
-def taper(call: Call) -> Shapes:
+def taper(call: BoundCall) -> Shapes:
     """``taper(height)``: a pyramid over the first face, its tip over the face's centre of gravity.
 
     A negative height makes ``scope.sy`` negative and the pyramid point the other way, all faces looking outwards.
@@ -73,25 +73,25 @@ def taper(call: Call) -> Shapes:
     return turned_over(standing, below, workspace.meshes, workspace.frames) if below.any() else standing
 
 
-def _faces(call: Call) -> Meshes:
+def _faces(call: BoundCall) -> Meshes:
     return local_meshes(call.shapes, call.workspace)
 
 
-def _by(call: Call) -> Literal["angle", "height"]:
+def _by(call: BoundCall) -> Literal["angle", "height"]:
     return "height" if "byHeight" in call.words else "angle"
 
 
-def _flag(call: Call, argument: Argument) -> bool:
+def _flag(call: BoundCall, argument: Argument) -> bool:
     if isinstance(argument.value, bool):
         return argument.value
     raise call.error(f"{call.name} expects true or false for even, the same for all shapes")
 
 
-def _index(call: Call, argument: Argument) -> NDArray[np.int64]:
+def _index(call: BoundCall, argument: Argument) -> NDArray[np.int64]:
     return np.rint(call.column(argument)).astype(np.int64)
 
 
-def _roofed(call: Call, roof: Meshes) -> Shapes:
+def _roofed(call: BoundCall, roof: Meshes) -> Shapes:
     return stood_up(call, roof, first_normals(call.shapes, call.workspace))
 
 

@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 
 from grammarlab.arrays import index_in_row
-from grammarlab.derivation.calls.calls import BlockOperation, Call, Head, Part
+from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.state.meshes import upright
 from grammarlab.derivation.state.shapes import EMPTY, Floats, Ids, number_column, part_keys
@@ -26,7 +26,7 @@ _NEAR = 1e-6
 """Share of the scope's size up to which a point lies on a surface."""
 
 
-def scatter(call: Call, heads: tuple[Head, ...]) -> list[Part]:
+def scatter(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     """``scatter(surface|scope, n, uniform)``, ``scatter(surface|scope, n, gaussian, mean, deviation) { … }``.
 
     Strews n points, rounded to a whole number. On a surface their y axes are its normals; the scopes turn there the
@@ -61,7 +61,7 @@ def scatter(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     if on_surface:
         frame = _standing(call, meshes, frame, face)
     mesh = np.full(len(rows), EMPTY, dtype=np.int32)
-    return [Part(shapes.place(rows, position, np.zeros((len(rows), 3)), frame, mesh), number)]
+    return [BoundPart(shapes.place(rows, position, np.zeros((len(rows), 3)), frame, mesh), number)]
 
 
 def _draws(key: Keys, attempt: int) -> Floats:
@@ -69,7 +69,7 @@ def _draws(key: Keys, attempt: int) -> Floats:
     return np.stack([uniforms(key, 3 * attempt + axis) for axis in range(3)], axis=1)
 
 
-def _normal(call: Call, meshes: Meshes, rows: Indices, key: Keys, on_surface: bool) -> tuple[Floats, Indices]:
+def _normal(call: BoundCall, meshes: Meshes, rows: Indices, key: Keys, on_surface: bool) -> tuple[Floats, Indices]:
     """Normally distributed points [K, 3], and the faces [K] they lie on."""
     shapes = call.shapes
     size, mean, deviation = shapes.size[rows], _mean(call)[rows], _deviation(call)[rows]
@@ -102,7 +102,7 @@ def _truncated(draws: Floats, size: Floats, mean: Floats, deviation: Floats) -> 
     return np.clip(np.where(deviation > 0.0, drawn, mean), 0.0, size)
 
 
-def _mean(call: Call) -> Floats:
+def _mean(call: BoundCall) -> Floats:
     """[N, 3] the middle of the scope, or of one of its sides."""
     mean = 0.5 * call.shapes.size
     for word in call.words[2:3]:
@@ -112,7 +112,7 @@ def _mean(call: Call) -> Floats:
     return mean
 
 
-def _deviation(call: Call) -> Floats:
+def _deviation(call: BoundCall) -> Floats:
     """[N, 3] standard deviation along each axis in metres."""
     size = call.shapes.size
     if len(call.values) < 2:
@@ -124,7 +124,7 @@ def _deviation(call: Call) -> Floats:
     return given[:, None] * (size if argument.relative else np.ones(3))
 
 
-def _standing(call: Call, meshes: Meshes, frame: Ids, face: Indices) -> Ids:
+def _standing(call: BoundCall, meshes: Meshes, frame: Ids, face: Indices) -> Ids:
     """The frames of points [K], turned the shortest way so that their y axes are the normals of their faces."""
     if len(face) == 0:
         return frame

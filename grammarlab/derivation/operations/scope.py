@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls.calls import Argument, Call, Operation, OperationFunction
+from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation, OperationFunction
 from grammarlab.derivation.calls.pivots import pivot_position
 from grammarlab.derivation.calls.texture_transfer import carried
 from grammarlab.derivation.state.meshes import mirrored
@@ -24,12 +24,12 @@ _SYSTEMS = frozenset({"abs", "rel", "scope", "pivot", "object", "world"})
 _PIVOTS = frozenset({"scopeOrigin", "scopeCenter"})
 
 
-def t(call: Call) -> Shapes:
+def t(call: BoundCall) -> Shapes:
     """``t(x, y, z)``: move along the scope's axes by metres, or ``'`` shares of its size."""
     return call.shapes._replace(position=moved(call, call.arguments))
 
 
-def moved(call: Call, lengths: tuple[Argument, ...]) -> Floats:
+def moved(call: BoundCall, lengths: tuple[Argument, ...]) -> Floats:
     """Positions [N, 3] moved along the scope's axes."""
     position = call.shapes.position
     for axis, argument in enumerate(lengths):
@@ -41,7 +41,7 @@ def moved(call: Call, lengths: tuple[Argument, ...]) -> Floats:
     return position
 
 
-def s(call: Call) -> Shapes:
+def s(call: BoundCall) -> Shapes:
     """``s(x, y, z)``: set the size of the scope; the geometry is scaled with it.
 
     A negative size mirrors the shape along that axis, and its faces look inwards then. The scope has a positive size
@@ -58,18 +58,18 @@ def s(call: Call) -> Shapes:
     return _turned(call, size) if turns else _resized(call, size)
 
 
-def _resized(call: Call, size: Floats) -> Shapes:
+def _resized(call: BoundCall, size: Floats) -> Shapes:
     return carried(call.shapes, call.shapes.resized(size), call.workspace)
 
 
-def _turned(call: Call, size: Floats) -> Shapes:
+def _turned(call: BoundCall, size: Floats) -> Shapes:
     """Shapes of new sizes [N, 3], some negative, mirrored where only the new one is."""
     sunk = call.shapes.size < 0.0
     size = np.where((size < 0.0) & (size > _SMALLEST) & ~sunk, 0.0, size)
     return mirrored(_resized(call, size), (size < 0.0) & ~sunk, call.workspace.meshes, call.workspace.frames)
 
 
-def center(call: Call) -> Shapes:
+def center(call: BoundCall) -> Shapes:
     """``center(axes)``: centre the scope, along these of its axes, in the shape as it came to the sequence."""
     frames, shapes, origin = call.workspace.frames, call.shapes, call.origin
     if shapes.frame is origin.frame and shapes.position is origin.position:
@@ -81,7 +81,7 @@ def center(call: Call) -> Shapes:
     return shapes._replace(position=shapes.position + frames.to_world(shapes.frame, offset * chosen))
 
 
-def _centered(call: Call) -> Floats:
+def _centered(call: BoundCall) -> Floats:
     """Positions [N, 3] of shapes that were sized, but neither moved nor turned, since the sequence began."""
     position = call.shapes.position
     for axis, name in enumerate("xyz"):
@@ -91,7 +91,7 @@ def _centered(call: Call) -> Floats:
     return position
 
 
-def r(call: Call) -> Shapes:
+def r(call: BoundCall) -> Shapes:
     """``r(x, y, z)``: turn about the pivot's axes, around the scope's origin or, with ``scopeCenter``, its centre."""
     shapes, frames = call.shapes, call.workspace.frames
     frame = frames.rotated_about(shapes.frame, shapes.pivot, _turn(call))
@@ -102,13 +102,13 @@ def r(call: Call) -> Shapes:
     return shapes._replace(frame=frame)
 
 
-def _turn(call: Call) -> Floats:
+def _turn(call: BoundCall) -> Floats:
     """The rotation that an operation's three angles in degrees stand for: [3, 3], or [N, 3, 3] where they differ."""
     x, y, z = (call.number(argument) for argument in call.values)
     return euler(x, y, z)
 
 
-def translate(call: Call) -> Shapes:
+def translate(call: BoundCall) -> Shapes:
     """``translate(rel|abs, scope|pivot|object|world, x, y, z)``: move along, or to a place in, a system of axes."""
     mode, system = _mode_and_system(call)
     lengths = np.stack([np.broadcast_to(call.length(a, i), call.shapes.num) for i, a in enumerate(call.values)], axis=1)
@@ -118,7 +118,7 @@ def translate(call: Call) -> Shapes:
     return shapes._replace(position=start + offset)
 
 
-def rotate(call: Call) -> Shapes:
+def rotate(call: BoundCall) -> Shapes:
     """``rotate(rel|abs, scope|pivot|object|world, x, y, z)``: turn about the origin of the scope."""
     mode, system = _mode_and_system(call)
     shapes, frames, turn = call.shapes, call.workspace.frames, _turn(call)
@@ -128,7 +128,7 @@ def rotate(call: Call) -> Shapes:
     return shapes._replace(frame=frames.rotated_about(shapes.frame, axes, turn))
 
 
-def _mode_and_system(call: Call) -> tuple[str, str]:
+def _mode_and_system(call: BoundCall) -> tuple[str, str]:
     words = call.words
     if len(words) != 2 or len(call.values) != 3 or words[0] not in {"abs", "rel"} or words[1] in {"abs", "rel"}:
         raise call.error(
@@ -138,7 +138,7 @@ def _mode_and_system(call: Call) -> tuple[str, str]:
     return words[0], words[1]
 
 
-def _origin(call: Call, system: str) -> Floats:
+def _origin(call: BoundCall, system: str) -> Floats:
     """The origins [N, 3] of a coordinate system, counted as positions are."""
     shapes = call.shapes
     if system == "world":
@@ -148,7 +148,7 @@ def _origin(call: Call, system: str) -> Floats:
     return shapes.position if system == "scope" else pivot_position(shapes, call.workspace)
 
 
-def _axes(call: Call, system: str) -> NDArray[np.int32]:
+def _axes(call: BoundCall, system: str) -> NDArray[np.int32]:
     """The frames [N] of a coordinate system."""
     shapes = call.shapes
     if system == "world":

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls.calls import Call, Head
+from grammarlab.derivation.calls.calls import BoundCall, Head
 from grammarlab.derivation.state.shapes import Floats, Shapes
 from grammarlab.derivation.state.workspace import Workspace
-from grammarlab.derivation.values.splitting import Element, Pieces, Repeat, Size
+from grammarlab.derivation.values.splitting import Element, SplitPieces, SplitRepeat, SplitSize
 
 _INDICES = frozenset({"split.index", "split.total"})
 
@@ -20,25 +20,25 @@ def asked_indices(workspace: Workspace) -> frozenset[str]:
     return workspace.state_names & _INDICES
 
 
-def elements_of(call: Call, heads: Sequence[Head], length: Floats) -> list[Element]:
+def elements_of(call: BoundCall, heads: Sequence[Head], length: Floats) -> list[Element]:
     """The sizes of a split of lengths [N], those of one repeated group together."""
     elements: list[Element] = []
     group = -1
     for head in heads:
         argument = head.argument
         number = call.number(argument)
-        size = Size(number * length if argument.relative else number, argument.floating)
+        size = SplitSize(number * length if argument.relative else number, argument.floating)
         if head.group < 0:
             elements.append(size)
-        elif head.group == group and isinstance(elements[-1], Repeat):
-            elements[-1] = Repeat((*elements[-1].sizes, size))
+        elif head.group == group and isinstance(elements[-1], SplitRepeat):
+            elements[-1] = SplitRepeat((*elements[-1].sizes, size))
         else:
-            elements.append(Repeat((size,)))
+            elements.append(SplitRepeat((size,)))
         group = head.group
     return elements
 
 
-def numbered(pieces: Sequence[Pieces], shapes: Shapes, is_wanted: bool) -> list[NDArray[np.int64]]:
+def numbered(pieces: Sequence[SplitPieces], shapes: Shapes, is_wanted: bool) -> list[NDArray[np.int64]]:
     """For each piece its place along its shape, from 0; only where it is wanted or something draws."""
     counts = [len(piece.row) for piece in pieces]
     if shapes.key is None and not is_wanted:
@@ -55,7 +55,7 @@ def numbered(pieces: Sequence[Pieces], shapes: Shapes, is_wanted: bool) -> list[
 
 def indexed(
     made: Sequence[Shapes],
-    pieces: Sequence[Pieces],
+    pieces: Sequence[SplitPieces],
     numbers: Sequence[NDArray[np.int64]],
     num_shapes: int,
     asked: frozenset[str],

@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls.calls import BlockOperation, Call, Head, Part
+from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.functions.texture_coordinates import SPACES, UV_AXES
 from grammarlab.derivation.operations.split_parts import asked_indices, elements_of, indexed, numbered
 from grammarlab.derivation.operations.texture_splits import split_between_values
 from grammarlab.derivation.state.meshes import normalized, upright
 from grammarlab.derivation.state.shapes import FACE, FOOTPRINT, Floats, Ids, Shapes
-from grammarlab.derivation.values.splitting import Pieces, Row, count_pieces, divide, in_a_row
+from grammarlab.derivation.values.splitting import SplitPieces, SplitRow, count_pieces, divide, in_a_row
 from grammarlab.geometry.cuts.clip import slabs
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 _WORDS = frozenset({*_AXES, "adjust", "noAdjust", *UV_AXES, *SPACES})
 
 
-def split(call: Call, heads: tuple[Head, ...]) -> list[Part]:
+def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     """``split(x|y|z, adjust|noAdjust) { size : ... | ... }*``: slabs of the sizes asked for, see `splitting`.
 
     Boxes and rectangles stay what they are; any other geometry is clipped, cuts through closed meshes are closed, and
@@ -52,20 +52,20 @@ def split(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     made = [_part(call, axis, piece, along, general) for piece in pieces]
     if asked:
         made = indexed(made, pieces, numbers, shapes.num, asked)
-    return [Part(part, number) for part, number in zip(made, numbers, strict=True)]
+    return [BoundPart(part, number) for part, number in zip(made, numbers, strict=True)]
 
 
-def _slabs(shapes: Shapes, axis: int, row: Row, along: Floats) -> list[Part]:
+def _slabs(shapes: Shapes, axis: int, row: SplitRow, along: Floats) -> list[BoundPart]:
     """The parts of a split in which every shape has one piece of each size, and none needs clipping: all at once."""
     frame, mesh = shapes.frame, shapes.mesh
     position = shapes.position + along * row.start[:, :, None]
     size = shapes.size[None].repeat(len(position), axis=0)
     size[:, :, axis] = row.extent
     number = np.arange(len(position))[:, None].repeat(len(frame), axis=1)
-    return [Part(shapes.rescoped(p, s, frame, mesh), n) for p, s, n in zip(position, size, number, strict=True)]
+    return [BoundPart(shapes.rescoped(p, s, frame, mesh), n) for p, s, n in zip(position, size, number, strict=True)]
 
 
-def _part(call: Call, axis: int, piece: Pieces, along: Floats, general: NDArray[np.bool_] | None) -> Shapes:
+def _part(call: BoundCall, axis: int, piece: SplitPieces, along: Floats, general: NDArray[np.bool_] | None) -> Shapes:
     """The shapes of one size of the split.
 
     Args:
@@ -101,9 +101,9 @@ def _needs_clipping(mesh: Ids, axis: int) -> NDArray[np.bool_]:
 
 
 def _clipped(
-    call: Call,
+    call: BoundCall,
     axis: int,
-    piece: Pieces,
+    piece: SplitPieces,
     general: NDArray[np.int64],
     position: Floats,
     size: Floats,

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls.calls import Call, Head, Part
+from grammarlab.derivation.calls.calls import BoundCall, BoundPart, Head
 from grammarlab.derivation.functions.geometry import local_meshes
 from grammarlab.derivation.functions.texture_coordinates import SPACES, UV_AXES, Range, range_of, uv_set_of
 from grammarlab.derivation.operations.split_parts import asked_indices, elements_of, indexed, numbered
 from grammarlab.derivation.state.meshes import add_faces, normalized
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
 from grammarlab.derivation.state.texture_maps import map_ids
-from grammarlab.derivation.values.splitting import Pieces, count_pieces, divide
+from grammarlab.derivation.values.splitting import SplitPieces, count_pieces, divide
 from grammarlab.geometry.cuts.clip import slabs
 from grammarlab.geometry.meshes.vectors import cross, dot, norm, unit
 
@@ -25,7 +25,7 @@ _LIES_ALONG = {BOX: (0, 1, 2), FOOTPRINT: (0, 2), FACE: (0, 1)}
 """The axes along which a mesh that is scope only extends."""
 
 
-def split_between_values(call: Call, heads: tuple[Head, ...]) -> list[Part]:
+def split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     """``split(u|v, uvSpace|unitSpace, set) { size : ... | ... }*``: parts from the smallest value to the largest.
 
     Sizes are differences of the coordinate, or with ``unitSpace`` metres on the surface. Boxes and rectangles that are
@@ -55,10 +55,10 @@ def split_between_values(call: Call, heads: tuple[Head, ...]) -> list[Part]:
     made = [_part(call, found, unit_length, piece) for piece in pieces]
     if asked:
         made = indexed(made, pieces, numbers, call.shapes.num, asked)
-    return [Part(part, number) for part, number in zip(made, numbers, strict=True)]
+    return [BoundPart(part, number) for part, number in zip(made, numbers, strict=True)]
 
 
-def _part(call: Call, found: Range, unit_length: Floats, piece: Pieces) -> Shapes:
+def _part(call: BoundCall, found: Range, unit_length: Floats, piece: SplitPieces) -> Shapes:
     """The shapes [K] of one size of a split of shapes [N].
 
     Args:
@@ -104,7 +104,9 @@ def _scope_axes(mesh: Ids, direction: Floats) -> tuple[Rows, NDArray[np.bool_]]:
     return axis, (others.max(axis=1) < _STRAIGHT) & extends[np.minimum(mesh, FACE + 1), axis]
 
 
-def _between(call: Call, shapes: Shapes, direction: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Ids]:
+def _between(
+    call: BoundCall, shapes: Shapes, direction: Floats, low: Floats, high: Floats
+) -> tuple[Floats, Floats, Ids]:
     """Positions, sizes and meshes of shapes [K] clipped between planes across a direction [K, 3].
 
     Args:

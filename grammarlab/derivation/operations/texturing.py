@@ -7,17 +7,17 @@ from typing import TypeAlias
 
 import numpy as np
 
-from grammarlab.derivation.calls.calls import Argument, Call, Operation
+from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
 from grammarlab.derivation.functions.texture_coordinates import Range, range_of, uv_set_of
 from grammarlab.derivation.state.shapes import Floats, Ids, Shapes, number_column
 from grammarlab.derivation.state.texture_maps import NONE, map_ids, projection_name, with_maps
 from grammarlab.language.vocabulary.keywords import KEYWORDS
 
-Change: TypeAlias = Callable[[Call, Shapes, tuple[Floats, ...], Floats], Floats]
+Change: TypeAlias = Callable[[BoundCall, Shapes, tuple[Floats, ...], Floats], Floats]
 """New maps [N, 2, 4] from the operation, shapes [N], its numbers [N] and their maps [N, 2, 4]."""
 
 
-def setup_projection(call: Call) -> Shapes:
+def setup_projection(call: BoundCall) -> Shapes:
     """``setupProjection(set, axes, width, height, uOffset, vOffset, uwFactor)``: what ``projectUV`` will project by.
 
     u is the place along the first axis, plus the offset and `uwFactor` times the place along the third axis, in
@@ -47,19 +47,19 @@ def setup_projection(call: Call) -> Shapes:
     return shapes._replace(state={**shapes.state, projection_name(uv_set): ids})
 
 
-def project(call: Call) -> Shapes:
+def project(call: BoundCall) -> Shapes:
     """``projectUV(set)``: coordinates by the projection that was set up; without one they stay as they are."""
     uv_set = _uv_set(call, 0)
     projection: Ids = np.asarray(call.shapes.state[projection_name(uv_set)])
     return with_maps(call.shapes, uv_set, np.where(projection >= 0, projection, map_ids(call.shapes, uv_set)))
 
 
-def delete(call: Call) -> Shapes:
+def delete(call: BoundCall) -> Shapes:
     """``deleteUV(set)``: no coordinates from here on."""
     return with_maps(call.shapes, _uv_set(call, 0), np.full(call.shapes.num, NONE, dtype=np.int32))
 
 
-def copy(call: Call) -> Shapes:
+def copy(call: BoundCall) -> Shapes:
     """``copyUV(from, to)``: the coordinates of one set for another."""
     ids = map_ids(call.shapes, _uv_set(call, 0)).copy()
     known = np.flatnonzero(ids >= 0)
@@ -67,17 +67,17 @@ def copy(call: Call) -> Shapes:
     return with_maps(call.shapes, _uv_set(call, 1), ids)
 
 
-def _uv_set(call: Call, place: int) -> int:
+def _uv_set(call: BoundCall, place: int) -> int:
     argument = call.arguments[place]
     return uv_set_of(argument.value, call.name, call.location)
 
 
-def _made(call: Call, maps: Floats) -> Ids:
+def _made(call: BoundCall, maps: Floats) -> Ids:
     """Ids [N] of maps [N, 2, 4] that an operation made."""
     return call.workspace.texture_maps.add(maps, np.zeros(len(maps), dtype=bool))
 
 
-def _tile(call: Call, argument: Argument, length: Floats) -> Floats:
+def _tile(call: BoundCall, argument: Argument, length: Floats) -> Floats:
     """[N] the size of one texture: as it is, a share of a length [N], or about so large that a whole number fits."""
     size = number_column(call.number(argument), len(length))
     if argument.relative:
@@ -95,7 +95,7 @@ def _reciprocal(size: Floats) -> Floats:
 def _changing(change: Change, num_arguments: int, keywords: frozenset[str] = frozenset()) -> Operation:
     """An operation that makes new maps for the shapes that have some in the set of its first argument."""
 
-    def apply(call: Call) -> Shapes:
+    def apply(call: BoundCall) -> Shapes:
         uv_set = _uv_set(call, 0)
         numbers = tuple(call.column(argument) for argument in call.values[1:])
         ids = map_ids(call.shapes, uv_set).copy()
@@ -110,25 +110,25 @@ def _changing(change: Change, num_arguments: int, keywords: frozenset[str] = fro
     return Operation(apply, keywords, (num_arguments, num_arguments))
 
 
-def _translated(call: Call, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
+def _translated(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
     """``translateUV(set, u, v)``, in older files ``offsetUV``: added to all coordinates."""
     maps[:, :, 3] += np.stack(numbers, axis=1)
     return maps
 
 
-def _scaled(call: Call, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
+def _scaled(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
     """``scaleUV(set, u, v)``: factors of all coordinates."""
     return maps * np.stack(numbers, axis=1)[:, :, None]
 
 
-def _rotated(call: Call, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
+def _rotated(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
     """``rotateUV(set, degrees)``: the coordinates turned about u = v = 0, from u towards v."""
     angle = np.radians(numbers[0])[:, None]
     u, v = maps[:, 0], maps[:, 1]
     return np.stack([np.cos(angle) * u - np.sin(angle) * v, np.sin(angle) * u + np.cos(angle) * v], axis=1)
 
 
-def _tiled(call: Call, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
+def _tiled(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
     """``tileUV(set, width, height)``: scaled so that a texture has this size in metres on the surface.
 
     ``'x`` is a share of the surface, ``~x`` a size of which a whole number fills it, a negative one mirrors the image,
@@ -142,7 +142,7 @@ def _tiled(call: Call, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats
     return maps
 
 
-def _normalized(call: Call, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
+def _normalized(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
     """``normalizeUV(set, uv|uvUniform|u|v, type)``: moved and scaled to 0..1, ``uvUniform`` with one factor for both.
 
     Faces are never normalized one by one: a shape has one map.
@@ -158,7 +158,7 @@ def _normalized(call: Call, shapes: Shapes, numbers: tuple[Floats, ...], maps: F
     return maps
 
 
-def _range(call: Call, shapes: Shapes, axis: int) -> Range:
+def _range(call: BoundCall, shapes: Shapes, axis: int) -> Range:
     return range_of(shapes, _uv_set(call, 0), axis, call.workspace)
 
 

@@ -28,7 +28,7 @@ _MOST_REPEATS = 2**31
 _NOTHING = 1e-200
 
 
-class Size(NamedTuple):
+class SplitSize(NamedTuple):
     """One size of a split, for N lengths."""
 
     value: Amount
@@ -36,16 +36,16 @@ class Size(NamedTuple):
     floating: bool = False
 
 
-class Repeat(NamedTuple):
+class SplitRepeat(NamedTuple):
     """Sizes that stand in braces with a star."""
 
-    sizes: tuple[Size, ...]
+    sizes: tuple[SplitSize, ...]
 
 
-Element: TypeAlias = Size | Repeat
+Element: TypeAlias = SplitSize | SplitRepeat
 
 
-class Pieces(NamedTuple):
+class SplitPieces(NamedTuple):
     """The pieces that one size of the split makes: K pieces, by length and then along it."""
 
     row: Ints
@@ -58,7 +58,7 @@ class Pieces(NamedTuple):
     """Whether these are one piece of every length, so that `row` is 0, 1, 2, …"""
 
 
-class Row(NamedTuple):
+class SplitRow(NamedTuple):
     """What P sizes without repeats make of N lengths."""
 
     start: Floats
@@ -71,22 +71,23 @@ class Row(NamedTuple):
         """Whether every length has a piece of every size."""
         return bool(self.extent.min(initial=np.inf) > TOLERANCE)
 
-    def pieces(self) -> list[Pieces]:
+    def pieces(self) -> list[SplitPieces]:
         """The same without what is left out."""
         everyone = np.arange(self.start.shape[1])
         keep = self.extent > TOLERANCE
         if keep.all():
             return [
-                Pieces(everyone, start, extent, True) for start, extent in zip(self.start, self.extent, strict=True)
+                SplitPieces(everyone, start, extent, True)
+                for start, extent in zip(self.start, self.extent, strict=True)
             ]
         return [
-            Pieces(everyone[kept], start[kept], extent[kept], bool(kept.all()))
+            SplitPieces(everyone[kept], start[kept], extent[kept], bool(kept.all()))
             for kept, start, extent in zip(keep, self.start, self.extent, strict=True)
         ]
 
 
-def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
-    """The pieces of lengths [N], one `Pieces` for each size in the order of the text.
+def divide(length: Floats, elements: Sequence[Element]) -> list[SplitPieces]:
+    """The pieces of lengths [N], one `SplitPieces` for each size in the order of the text.
 
     >>> front, tiles = divide(np.array([7.0]), [Size(1.0), Repeat((Size(2.9, floating=True),))])
     >>> front.extent.tolist(), tiles.start.tolist(), tiles.extent.tolist()
@@ -101,9 +102,9 @@ def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
     turns = iter(times)
     start: Amount = 0.0
     everyone = np.arange(len(length))
-    pieces: list[Pieces] = []
+    pieces: list[SplitPieces] = []
     for element in elements:
-        if isinstance(element, Size):
+        if isinstance(element, SplitSize):
             extent = _extent(element, scale)
             pieces.append(_within(everyone, start, extent, length, reach, is_one_each=True))
             start = start + extent
@@ -115,22 +116,22 @@ def divide(length: Floats, elements: Sequence[Element]) -> list[Pieces]:
     return pieces
 
 
-def in_a_row(length: Floats, elements: Sequence[Element]) -> Row | None:
+def in_a_row(length: Floats, elements: Sequence[Element]) -> SplitRow | None:
     """What becomes of lengths [N] where nothing repeats; None where something does.
 
     All at once, from sums made beforehand: with few lengths the number of array calls is what a split costs.
     """
-    if any(isinstance(element, Repeat) for element in elements):
+    if any(isinstance(element, SplitRepeat) for element in elements):
         return None
-    metres, shares = _sums(cast("Sequence[Size]", elements))
+    metres, shares = _sums(cast("Sequence[SplitSize]", elements))
     end = metres
     if shares is not None:
         end = metres + shares * np.maximum(length - metres[-1], 0.0)
     end = np.where(end >= _reach(length), length, end)
-    return Row(end[:-1], end[1:] - end[:-1])
+    return SplitRow(end[:-1], end[1:] - end[:-1])
 
 
-def _sums(sizes: Sequence[Size]) -> tuple[Floats, Floats | None]:
+def _sums(sizes: Sequence[SplitSize]) -> tuple[Floats, Floats | None]:
     """Sums of the first 0 to P sizes, [P + 1, 1] or [P + 1, N].
 
     Returns:
@@ -147,7 +148,7 @@ def _sums(sizes: Sequence[Size]) -> tuple[Floats, Floats | None]:
 
 
 @lru_cache(maxsize=4096)
-def _constant_sums(sizes: tuple[Size, ...]) -> tuple[Floats, Floats | None]:
+def _constant_sums(sizes: tuple[SplitSize, ...]) -> tuple[Floats, Floats | None]:
     values = np.array([0.0, *(_positive(size.value) for size in sizes)])[:, None]
     floating = np.array([False, *(size.floating for size in sizes)])[:, None]
     metres, weights = np.cumsum(values * ~floating, axis=0), np.cumsum(values * floating, axis=0)
@@ -156,25 +157,25 @@ def _constant_sums(sizes: tuple[Size, ...]) -> tuple[Floats, Floats | None]:
 
 def count_pieces(length: Floats, elements: Sequence[Element]) -> int:
     """How many pieces `divide` would make in all, before empty ones are left out."""
-    outside = sum(isinstance(element, Size) for element in elements) * len(length)
-    groups = [element for element in elements if isinstance(element, Repeat)]
+    outside = sum(isinstance(element, SplitSize) for element in elements) * len(length)
+    groups = [element for element in elements if isinstance(element, SplitRepeat)]
     times = _repeats(length, elements)
     return outside + sum(int(count.sum()) * len(group.sizes) for group, count in zip(groups, times, strict=True))
 
 
 def _repeats(length: Floats, elements: Sequence[Element]) -> list[Ints]:
     """How often each repeated group is used [N], in the order of the text."""
-    groups = [element for element in elements if isinstance(element, Repeat)]
+    groups = [element for element in elements if isinstance(element, SplitRepeat)]
     if not groups:
         return []
-    fixed, floats = _totals([element for element in elements if isinstance(element, Size)])
+    fixed, floats = _totals([element for element in elements if isinstance(element, SplitSize)])
     inner = [_totals(group.sizes) for group in groups]
     period = _sum([f + w for f, w in inner])
     ideal = len(groups) * (length - fixed - floats) / np.maximum(period, TOLERANCE)
     ideal = np.where(period > TOLERANCE, np.clip(np.nan_to_num(ideal), 0.0, _MOST_REPEATS), 0.0)
-    if not any(size.floating for e in elements for size in (e.sizes if isinstance(e, Repeat) else (e,))):
+    if not any(size.floating for e in elements for size in (e.sizes if isinstance(e, SplitRepeat) else (e,))):
         return _share(ideal, len(groups))
-    least = 0 if any(isinstance(e, Size) and e.floating for e in elements) else 1
+    least = 0 if any(isinstance(e, SplitSize) and e.floating for e in elements) else 1
     best = _share(np.full(len(length), float(least)), len(groups))
     smallest = np.full(len(length), np.inf)
     # The factor falls as the total grows; groups that differ move the place where it passes 1 by less than one round.
@@ -207,8 +208,8 @@ def _factor(
 
 def _stretch(length: Floats, elements: Sequence[Element], times: Sequence[Ints]) -> Floats:
     """What floating sizes are multiplied by, [N]; 0 where the fixed sizes leave no room."""
-    groups = [_totals(element.sizes) for element in elements if isinstance(element, Repeat)]
-    fixed, floats = _totals([element for element in elements if isinstance(element, Size)])
+    groups = [_totals(element.sizes) for element in elements if isinstance(element, SplitRepeat)]
+    fixed, floats = _totals([element for element in elements if isinstance(element, SplitSize)])
     for count, (f, w) in zip(times, groups, strict=True):
         fixed, floats = fixed + count * f, floats + count * w
     wanted = np.maximum(floats, _NOTHING) if isinstance(floats, np.ndarray) else max(floats, _NOTHING)
@@ -220,7 +221,9 @@ def _reach(length: Floats) -> Floats:
     return length * (1.0 - TOLERANCE)
 
 
-def _repeated(extents: Sequence[Amount], times: Ints, start: Amount, length: Floats, reach: Floats) -> list[Pieces]:
+def _repeated(
+    extents: Sequence[Amount], times: Ints, start: Amount, length: Floats, reach: Floats
+) -> list[SplitPieces]:
     row = np.repeat(np.arange(len(length)), times)
     turn = np.arange(len(row)) - np.repeat(np.cumsum(times) - times, times)
     whole = length[row]
@@ -234,7 +237,7 @@ def _repeated(extents: Sequence[Amount], times: Ints, start: Amount, length: Flo
     return pieces
 
 
-def _within(row: Ints, start: Amount, wanted: Amount, length: Floats, reach: Floats, is_one_each: bool) -> Pieces:
+def _within(row: Ints, start: Amount, wanted: Amount, length: Floats, reach: Floats, is_one_each: bool) -> SplitPieces:
     """Pieces cut at the end of their length, without the empty ones; what ends next to the end ends there."""
     first: Floats = np.asarray(start, np.float64) if isinstance(start, np.ndarray) else np.zeros(len(row)) + start
     end = start + wanted
@@ -242,16 +245,16 @@ def _within(row: Ints, start: Amount, wanted: Amount, length: Floats, reach: Flo
     extent: Floats = end - first
     keep = extent > TOLERANCE
     if keep.all():
-        return Pieces(row, first, extent, is_one_each)
-    return Pieces(row[keep], first[keep], extent[keep], is_one_each=False)
+        return SplitPieces(row, first, extent, is_one_each)
+    return SplitPieces(row[keep], first[keep], extent[keep], is_one_each=False)
 
 
-def _extent(size: Size, scale: Floats) -> Amount:
+def _extent(size: SplitSize, scale: Floats) -> Amount:
     value = _positive(size.value)
     return value * scale if size.floating else value
 
 
-def _totals(sizes: Sequence[Size]) -> tuple[Amount, Amount]:
+def _totals(sizes: Sequence[SplitSize]) -> tuple[Amount, Amount]:
     """Sums of the fixed and of the floating sizes."""
     fixed = _sum([_positive(size.value) for size in sizes if not size.floating])
     return fixed, _sum([_positive(size.value) for size in sizes if size.floating])

@@ -23,7 +23,7 @@ Unit = Literal["metres", "pixels", "parts"]
 
 
 @dataclass(frozen=True, slots=True)
-class Annotation:
+class BoxAnnotation:
     """N boxes that may overlap, leave gaps or nearly touch; x to the right, y up."""
 
     low: Floats
@@ -60,17 +60,17 @@ def annotate(
     picture: str = "",
     wall: Floats | None = None,
     notes: Sequence[str] = (),
-) -> Annotation:
+) -> BoxAnnotation:
     """Boxes that are checked, those without size left out, those that jut out cut off.
 
     Args:
         boxes: [N, 4] left, bottom, right, top.
         names: [N]
         unit: of the numbers.
-        outlines: [N] as in `Annotation`; none for rectangles only.
+        outlines: [N] as in `BoxAnnotation`; none for rectangles only.
         bounds: [2, 2] where boxes may be: the picture, or the box around the wall; anywhere when left out.
         picture: file name of the picture that fills the bounds.
-        wall: as in `Annotation`; where there is one, the facade is all of the bounds, else what the boxes span.
+        wall: as in `BoxAnnotation`; where there is one, the facade is all of the bounds, else what the boxes span.
         notes: what is known already.
 
     Raises:
@@ -94,7 +94,7 @@ def annotate(
         frame = np.stack([low.min(axis=0), high.max(axis=0)])
     else:
         raise FacadeError("There is no box with a width and a height in this file.")
-    return Annotation(
+    return BoxAnnotation(
         low,
         high,
         names=tuple(names[each] for each in kept.tolist()),

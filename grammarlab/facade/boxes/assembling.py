@@ -9,7 +9,7 @@ import shapely
 
 from grammarlab.arrays import offsets_from_counts
 from grammarlab.errors import FacadeError
-from grammarlab.facade.boxes.annotation import BACKGROUND, Annotation
+from grammarlab.facade.boxes.annotation import BACKGROUND, BoxAnnotation
 from grammarlab.facade.boxes.cutting import cut
 from grammarlab.facade.boxes.filling import WALL, PinwheelError, fill
 from grammarlab.facade.boxes.overlaps import Pieces, uncovered
@@ -41,7 +41,7 @@ class Assembled:
 
 
 def assemble(
-    annotation: Annotation,
+    annotation: BoxAnnotation,
     *,
     width: float | None = None,
     height: float | None = None,
@@ -111,7 +111,7 @@ def _told_split(source: Ints, pieces: Pieces, names: list[str], number: Ints) ->
 
 
 def _scale(
-    annotation: Annotation, width: float | None, height: float | None, pixels: tuple[int, int] | None
+    annotation: BoxAnnotation, width: float | None, height: float | None, pixels: tuple[int, int] | None
 ) -> tuple[Floats, list[str]]:
     """Metres [2] per unit along x and y.
 

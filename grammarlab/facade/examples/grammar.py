@@ -15,8 +15,8 @@ from grammarlab.facade.looks import look_of
 from grammarlab.facade.tree import LEAF
 from grammarlab.facade.writing.cells import Cell
 from grammarlab.facade.writing.family import Range, WrittenFamily, write_pattern
-from grammarlab.facade.writing.kinds import Pattern
-from grammarlab.facade.writing.kinds import Sequence as Lines
+from grammarlab.facade.writing.kinds import KindPattern
+from grammarlab.facade.writing.kinds import KindSequence as Lines
 from grammarlab.facade.writing.rule_text import number
 
 _DIGITS = 6
@@ -68,7 +68,7 @@ def write_label_family(grid: LabelGrid, units: Units, widths: Range, heights: Ra
     names = [_unit_name(name, label) for label, name in enumerate(grid.names)]
     cells = tuple(tuple(Cell(names[labels[r, c]], LEAF, ()) for c in column) for r in row)
     bodies = dict(zip(names, units.bodies, strict=True))
-    return write_pattern(Pattern(columns, rows, cells), widths, heights, bodies.__getitem__)
+    return write_pattern(KindPattern(columns, rows, cells), widths, heights, bodies.__getitem__)
 
 
 def _unit_name(name: str, label: int) -> str:

@@ -32,7 +32,7 @@ class NothingFitsError(FacadeError):
 
 
 @dataclass(frozen=True, slots=True)
-class Fit:
+class CandidateFit:
     """One word for each pattern, and how well they fit."""
 
     counters: Mapping[str, int]
@@ -73,7 +73,7 @@ class Fits:
         """
         self.design, self.canvas = design, (width, height)
         self.rows = _rows(design)
-        self._found: dict[float, list[Fit] | None] = {}
+        self._found: dict[float, list[CandidateFit] | None] = {}
         self.covering = _covering(self.rows)
         self._known: dict[tuple[frozenset[str] | None, tuple[tuple[str, int], ...], tuple[int, ...], str], Word] = {}
         self.problem = _Problem(design, self.canvas, self.rows, 1.0 + _USUAL)
@@ -82,7 +82,7 @@ class Fits:
         """Candidates whose words miss the canvas by so much at most, metres, in the order of their bounds."""
         return map(self._candidate, self.within(tolerance) or ())
 
-    def within(self, tolerance: float) -> list[Fit] | None:
+    def within(self, tolerance: float) -> list[CandidateFit] | None:
         """Words that miss the canvas by so much at most, by their bounds; None when there are more than `MOST`."""
         if tolerance > _USUAL * max(self.canvas) and self.problem.stretch < STRETCH:
             self.problem = _Problem(self.design, self.canvas, self.rows, STRETCH)
@@ -100,7 +100,7 @@ class Fits:
         longest = max(self.canvas)
         largest = max((symbol.size or 0.0 for symbol in self.design.symbols.values()), default=0.0)
         growing = [part * longest for part in _PARTS if part * longest > largest or part >= _USUAL]
-        found: list[Fit] | None = []
+        found: list[CandidateFit] | None = []
         for place, tolerance in enumerate(growing):
             more = self.within(tolerance)
             if more is None and not found:
@@ -116,7 +116,7 @@ class Fits:
                 return tuple(each for each in growing[place:] if each <= max(tolerance, _USUAL * longest))
         raise NothingFitsError(_explained(self.design, self.canvas, self.rows))
 
-    def _candidate(self, fit: Fit) -> Candidate:
+    def _candidate(self, fit: CandidateFit) -> Candidate:
         words: dict[tuple[int, str], list[Word]] = {}
         for number, row in enumerate(self.rows):
             words.setdefault(row.group, []).append(self._word(number, fit.words[row.pattern]))
@@ -194,9 +194,9 @@ class _Problem:
         symbols = self.design.symbols
         return (each for each in self.design.patterns[row.pattern].symbols() if symbols[each].size is not None)
 
-    def within(self, tolerance: float) -> list[Fit] | None:
+    def within(self, tolerance: float) -> list[CandidateFit] | None:
         """Words that miss their canvas by a tolerance at most; None when there are too many."""
-        found: list[Fit] = []
+        found: list[CandidateFit] = []
         for chosen in self._joined(tolerance):
             fit = self._fit(chosen, tolerance)
             if fit is not None:
@@ -237,7 +237,7 @@ class _Problem:
                     counts[name] = counts.get(name, 0) + often
         return counts
 
-    def _fit(self, chosen: Mapping[str, Instance], tolerance: float) -> Fit | None:
+    def _fit(self, chosen: Mapping[str, Instance], tolerance: float) -> CandidateFit | None:
         gaps, bounds = 0.0, dict[tuple[int, str], float]()
         for group, rows in self.groups.items():
             key = group, tuple(id(chosen[row.pattern]) for row in rows)
@@ -249,7 +249,7 @@ class _Problem:
                 return None
             gaps = max(gaps, gap)
         counters = {name: value for name in self.names for name, value in chosen[name].counters}
-        return Fit(counters, chosen, sum(max(bounds[of] for of in groups) for groups in self.shared), gaps)
+        return CandidateFit(counters, chosen, sum(max(bounds[of] for of in groups) for groups in self.shared), gaps)
 
     def _missed(self, row: _Row, chosen: Mapping[str, Instance]) -> tuple[float, float]:
         """Metres by which a word misses the canvas, and what it costs at least."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from grammarlab.facade.layers.designs.design import Counter, Design, Layer, Symbol
 from grammarlab.facade.layers.designs.parsing import parse_pattern
-from grammarlab.facade.layers.designs.patterns import Choice, Linear, Node, Pattern, Power, Row, Sign
+from grammarlab.facade.layers.designs.patterns import Alternatives, Linear, Node, Pattern, Power, Row, Sign
 
 _FLAGS = {"attached": False, "unoccludable": False, "transparent": False, "opaque": True}
 _AXES = ("x", "y")
@@ -152,7 +152,7 @@ class _Renamed:
                 return replace(node, base=self._node(node.base), count=Linear(node.count.constant, terms))
             case Row():
                 return Row(tuple(self._node(part) for part in node.parts))
-            case Choice():
+            case Alternatives():
                 return replace(node, options=tuple(self._node(option) for option in node.options))
 
     def _symbol(self, name: str) -> str:

@@ -9,14 +9,14 @@ from functools import cached_property
 
 from grammarlab.facade.layers.alignment.align import Aligned, Alignment, align, problem_of
 from grammarlab.facade.layers.alignment.naming import Element
-from grammarlab.facade.layers.alignment.pairs import Problem
+from grammarlab.facade.layers.alignment.pairs import PairProblem
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.sizing.demands import Demands, demands
 from grammarlab.facade.layers.weights import Weights
 
 
 @dataclass
-class Budget:
+class SearchBudget:
     """Steps that searches may still take."""
 
     left: int
@@ -37,7 +37,7 @@ class Shelf:
     canvas: float
     weights: Weights
     tolerance: float
-    budget: Budget
+    budget: SearchBudget
     sizing: float
     """Weight of strains."""
     gaps: bool
@@ -80,7 +80,7 @@ class Shelf:
         return place < len(self.known.best) or exhausted
 
     @cached_property
-    def _problem(self) -> Problem:
+    def _problem(self) -> PairProblem:
         return problem_of(
             self.words, self.canvas, self.weights, tolerance=self.tolerance, sizing=self.sizing, gaps=self.gaps
         )

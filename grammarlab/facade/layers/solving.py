@@ -13,7 +13,7 @@ import numpy as np
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.alignment.align import Alignment
 from grammarlab.facade.layers.letters import Word
-from grammarlab.facade.layers.shelves import Budget, Shelf
+from grammarlab.facade.layers.shelves import SearchBudget, Shelf
 from grammarlab.facade.layers.sizing.demands import demands_alone, least_error
 from grammarlab.facade.layers.sizing.sizes import Sizing, size_letters
 from grammarlab.facade.layers.weights import Weights
@@ -101,11 +101,11 @@ def solve(
         if tired and tolerance < max(tolerances):  # with more room there is a layout sooner
             continue
         given = tuple(candidates(tolerance))
-        whole = _Branches(given, canvas, weights, count, tolerance, gaps, Budget(effort // 2, stop))
+        whole = _Branches(given, canvas, weights, count, tolerance, gaps, SearchBudget(effort // 2, stop))
         best = whole.layouts()
         # Where effort ran out, layouts within a part of the tolerance are found sooner.
         for part in _PARTS if whole.budget.is_spent else ():
-            narrow = _Branches(given, canvas, weights, count, part * tolerance, gaps, Budget(effort // 8, stop))
+            narrow = _Branches(given, canvas, weights, count, part * tolerance, gaps, SearchBudget(effort // 8, stop))
             found = narrow.layouts()
             if len(found) > len(best):
                 best = [whole.judged(layout) for layout in found]
@@ -139,7 +139,7 @@ class _Branches:
     count: int
     tolerance: float
     gaps: bool
-    budget: Budget
+    budget: SearchBudget
     shelves: dict[tuple[int, tuple[Word, ...], int], Shelf] = field(default_factory=dict)
     opened: dict[int, _Opened] = field(default_factory=dict)
     sized: dict[tuple[int, Places], Sizing | None] = field(default_factory=dict)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.boxes.annotation import Annotation
+from grammarlab.facade.boxes.annotation import BoxAnnotation
 from grammarlab.facade.reading.citygml import read_citygml
 from grammarlab.facade.reading.cmp import read_cmp
 from grammarlab.facade.reading.coco import read_coco
@@ -18,7 +18,7 @@ _HEAD = 64 * 1024
 """Bytes within which an XML file says what it is."""
 
 
-def read_annotation(path: Path, wall: str = "") -> Annotation:
+def read_annotation(path: Path, wall: str = "") -> BoxAnnotation:
     """The boxes of a file, by whichever reader it is for.
 
     Args:
@@ -47,14 +47,14 @@ def read_annotation(path: Path, wall: str = "") -> Annotation:
         raise UsageError(f"{path.name}: {error}") from error
 
 
-def _only(annotation: Annotation, wall: str) -> Annotation:
+def _only(annotation: BoxAnnotation, wall: str) -> BoxAnnotation:
     """The facade of a file that has no more than that."""
     if wall:
         raise UsageError("this file has one facade only: leave out --wall.")
     return annotation
 
 
-def _read_json(content: bytes, wall: str) -> Annotation:
+def _read_json(content: bytes, wall: str) -> BoxAnnotation:
     document = parse_json(content)
     keys = set(document) if isinstance(document, dict) else set()
     if {"images", "annotations"} <= keys:

@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.boxes.annotation import Annotation, annotate
+from grammarlab.facade.boxes.annotation import BoxAnnotation, annotate
 from grammarlab.facade.reading.gml import Polygon, Polygons, identity
 from grammarlab.facade.reading.markup import Node, local_name, parse_xml
 from grammarlab.facade.reading.polygons import outline_of
@@ -50,7 +50,7 @@ class _Wall:
     openings: list[_Opening] = field(default_factory=list)
 
 
-def read_citygml(content: bytes, wall: str = "") -> Annotation:
+def read_citygml(content: bytes, wall: str = "") -> BoxAnnotation:
     """The openings of one wall.
 
     Args:
@@ -147,7 +147,7 @@ def _flat(polygons: Sequence[Polygon], origin: Floats, axes: Floats) -> Floats:
     return np.vstack([(polygon[0] - origin) @ axes[:2].T for polygon in polygons])
 
 
-def _annotation(wall: _Wall) -> Annotation:
+def _annotation(wall: _Wall) -> BoxAnnotation:
     origin, axes = _plane(wall)
     if not axes.any():
         raise FacadeError(f"The wall {wall.name} has no area, or lies flat.")

@@ -7,13 +7,13 @@ from pathlib import PurePath
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.boxes.annotation import Annotation, annotate, check_count
+from grammarlab.facade.boxes.annotation import BoxAnnotation, annotate, check_count
 from grammarlab.facade.reading.markup import Node, parse_xml
 
 UNIT_SQUARE = np.array([[0.0, 0.0], [1.0, 1.0]])
 
 
-def read_cmp(content: bytes, name: str) -> Annotation:
+def read_cmp(content: bytes, name: str) -> BoxAnnotation:
     """Boxes as parts of the picture; its file has the same name, and ends in `.jpg`.
 
     Args:

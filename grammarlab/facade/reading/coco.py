@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from grammarlab.errors import UsageError
-from grammarlab.facade.boxes.annotation import MOST_BOXES, Annotation, annotate
+from grammarlab.facade.boxes.annotation import MOST_BOXES, BoxAnnotation, annotate
 from grammarlab.facade.reading.polygons import outline_of
 from grammarlab.facade.tree import Floats
 from grammarlab.facade.values import a_list, a_number, a_text, an_object, numbers, shown
@@ -16,7 +16,7 @@ _MOST_OF_ALL = 10_000_000
 """Entries of a list that covers many images."""
 
 
-def read_coco(document: dict[str, Any], image: str = "") -> Annotation:
+def read_coco(document: dict[str, Any], image: str = "") -> BoxAnnotation:
     """The boxes of one image.
 
     Args:

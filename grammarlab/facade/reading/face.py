@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.boxes.annotation import Annotation, annotate
+from grammarlab.facade.boxes.annotation import BoxAnnotation, annotate
 from grammarlab.facade.tree import Floats, Ints
 from grammarlab.scene import TriangleBatch, realize, triangles
 from grammarlab.scene.instances import chosen, leaf_order
@@ -33,7 +33,7 @@ _RECTANGULAR = 0.995
 class Face:
     """A side of a building."""
 
-    annotation: Annotation
+    annotation: BoxAnnotation
     """Its boxes in metres from the left and the ground."""
     shapes: TriangleBatch
     """What stands on it, as one model, whose picture from the front fills the wall."""

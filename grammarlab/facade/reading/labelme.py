@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.boxes.annotation import MOST_BOXES, Annotation, annotate
+from grammarlab.facade.boxes.annotation import MOST_BOXES, BoxAnnotation, annotate
 from grammarlab.facade.reading.polygons import outline_of
 from grammarlab.facade.tree import Floats
 from grammarlab.facade.values import a_list, a_number, a_text, an_object, numbers, shown
@@ -16,7 +16,7 @@ _SHAPES = ("rectangle", "polygon")
 _MOST_POINTS = 10_000
 
 
-def read_labelme(document: dict[str, Any]) -> Annotation:
+def read_labelme(document: dict[str, Any]) -> BoxAnnotation:
     """The boxes of a file; polygons are outlines within their box.
 
     Raises:

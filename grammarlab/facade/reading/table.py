@@ -9,13 +9,13 @@ from itertools import islice
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.boxes.annotation import MOST_BOXES, Annotation, annotate, check_count
+from grammarlab.facade.boxes.annotation import MOST_BOXES, BoxAnnotation, annotate, check_count
 from grammarlab.facade.values import shown
 
 CORNER, SIDES = ("x", "y", "width", "height"), ("left", "bottom", "right", "top")
 
 
-def read_table(content: bytes) -> Annotation:
+def read_table(content: bytes) -> BoxAnnotation:
     """The boxes of a file.
 
     With `x,y,width,height` the corner is the upper left one and y runs down, as in pictures. With

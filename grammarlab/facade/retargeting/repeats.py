@@ -20,7 +20,7 @@ from grammarlab.facade.variations.single import Variation
 
 
 @dataclass(frozen=True, slots=True)
-class Band:
+class RepeatedBand:
     """A node whose parts are, in their order: a margin, columns with gaps between them, and a margin."""
 
     node: int
@@ -50,7 +50,7 @@ class Repeats:
     """What is edited."""
     grid: str
     along: int
-    bands: tuple[Band, ...]
+    bands: tuple[RepeatedBand, ...]
     """Those that hold all columns, at least one."""
     kind: Ints
     """[C] number of each column's kind; columns of one kind are equal, and kinds are numbered as they first occur."""
@@ -111,7 +111,7 @@ def _columns(grid: Grid, along: int) -> Ints:
     return grid.column if along == X else grid.num_rows - 1 - grid.row
 
 
-def _band(facade: Facade, grid: Grid, column: Ints, num: int, node: int, along: int) -> Band | None:
+def _band(facade: Facade, grid: Grid, column: Ints, num: int, node: int, along: int) -> RepeatedBand | None:
     """A node as a band; None when it is not divided like one."""
     if facade.axis[node] != along:
         return None
@@ -128,10 +128,10 @@ def _band(facade: Facade, grid: Grid, column: Ints, num: int, node: int, along: 
     gaps = [part[end:low] for end, low in zip(ends, first.tolist(), strict=False)]
     before, after = gaps[0], part[ends[-1] :]
     gaps[0] = gaps[1] if num > 1 else after
-    return Band(node, before, tuple(gaps), columns, after)
+    return RepeatedBand(node, before, tuple(gaps), columns, after)
 
 
-def _look(before: Variation, band: Band, column: int) -> tuple[object, ...]:
+def _look(before: Variation, band: RepeatedBand, column: int) -> tuple[object, ...]:
     """What is the same for equal columns."""
     facade = before.facade
     nodes = np.concatenate([np.arange(part, facade.end[part]) for part in (*band.gaps[column], *band.columns[column])])

@@ -11,7 +11,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.retargeting.counts import Box, Found, Rows, fewest
 from grammarlab.facade.retargeting.repeats import Repeats, find_repeats
 from grammarlab.facade.retargeting.springs import springs
-from grammarlab.facade.sizes.axes import Origin, Weights, build_axis, leaf_weights
+from grammarlab.facade.sizes.axes import LineOrigin, Weights, build_axis, leaf_weights
 from grammarlab.facade.sizes.lines import Sums
 from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH, build_model
 from grammarlab.facade.sizes.solve import Resized, resize
@@ -30,7 +30,7 @@ Build = Callable[[Repeats, Sequence[int]], Variation]
 
 
 @dataclass(frozen=True, eq=False)
-class Choice:
+class Repetition:
     """Which columns of a grid there are along x, or which of its rows along y, counted from the bottom."""
 
     grid: str
@@ -66,7 +66,7 @@ class Retargeted:
     """Where its nodes come from; laid out, not solved."""
     resized: Resized
     """The facade itself."""
-    choices: tuple[Choice, ...]
+    choices: tuple[Repetition, ...]
     """What was repeated; none for an axis that nothing can be repeated along."""
 
 
@@ -117,14 +117,14 @@ def retarget(
     return Retargeted(variation, resized, tuple(choices))
 
 
-def origin_of(facade: Facade, variation: Variation) -> Origin:
+def origin_of(facade: Facade, variation: Variation) -> LineOrigin:
     """What the nodes of a variation would like to be: as large as wanted, and where their sources in the facade are."""
-    return Origin(facade.position[variation.source], variation.wanted, facade.size[0])
+    return LineOrigin(facade.position[variation.source], variation.wanted, facade.size[0])
 
 
 def _chosen(
     options: Sequence[Repeats], facade: Facade, wish: Size, weights: Weights, build: Build, most_tries: int
-) -> tuple[Choice, Variation]:
+) -> tuple[Repetition, Variation]:
     """The best numbers of one grid's columns, and the facade that has them."""
     rows = [_rows(each, facade, wish, weights) for each in options]
     unchanged = [np.bincount(each.kind) for each in options]
@@ -156,7 +156,7 @@ def _chosen(
         found = found if np.isfinite(found.cost) else best(held)
     repeats = options[found.owner]
     columns = repeats.spread(found.counts)
-    choice = Choice(
+    choice = Repetition(
         grid=repeats.grid,
         along=wish.axis,
         columns=columns,
@@ -169,7 +169,7 @@ def _chosen(
     return choice, build(repeats, columns)
 
 
-def _energy(facade: Facade, origin: Origin, wish: Size, weights: Weights, held: Sequence[int]) -> float:
+def _energy(facade: Facade, origin: LineOrigin, wish: Size, weights: Weights, held: Sequence[int]) -> float:
     """Energy of the best sizes along one axis under these kinds of rows; infinite when there are none."""
     leaf, scale = facade.leaves, max(facade.width, facade.height)
     weight = leaf_weights(origin.size[leaf], origin.whole, weights)[:, wish.axis]

@@ -21,7 +21,7 @@ _CAP = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
+class LineOrigin:
     """Sizes and places that the nodes of a facade had where they come from, and would like to have again."""
 
     position: Floats
@@ -68,7 +68,7 @@ def leaf_weights(size: Floats, whole: Floats, weights: Weights) -> Floats:
     return 1.0 / np.maximum(size, _LIGHTEST * whole.max())
 
 
-def build_axis(facade: Facade, along: int, origin: Origin, weight: Floats, scale: float) -> Axis:
+def build_axis(facade: Facade, along: int, origin: LineOrigin, weight: Floats, scale: float) -> Axis:
     """One axis of a facade.
 
     Args:

@@ -14,7 +14,7 @@ from scipy import sparse
 from scipy.optimize import linprog
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH, Model
+from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH, SizeModel
 from grammarlab.facade.sizes.wishes import Wish, in_words
 from grammarlab.facade.tree import Facade, Floats, X
 
@@ -39,7 +39,7 @@ class Compromise:
     """What gave way, and by how many metres at most."""
 
 
-def compromise(model: Model, value: Floats, facade: Facade, wishes: Sequence[Wish]) -> Compromise:
+def compromise(model: SizeModel, value: Floats, facade: Facade, wishes: Sequence[Wish]) -> Compromise:
     """The places that miss wishes least, then alignment, then symmetry, each in the sum over its rows.
 
     Args:
@@ -68,7 +68,7 @@ def compromise(model: Model, value: Floats, facade: Facade, wishes: Sequence[Wis
     return Compromise(place if solved is None else solved, conflict, tuple(relaxed))
 
 
-def _ties(model: Model) -> list[Tie]:
+def _ties(model: SizeModel) -> list[Tie]:
     """All that may give way, what gives way first first."""
     rows = np.unique(np.stack([model.kind, model.along, model.source], axis=1), axis=0)
     aspects = np.unique(model.bound_source[model.bound_source >= 0])
@@ -77,7 +77,7 @@ def _ties(model: Model) -> list[Tie]:
     ]
 
 
-def _members(model: Model, ties: Sequence[Tie]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _members(model: SizeModel, ties: Sequence[Tie]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """[R] whether each row is one of these ties, and [K] whether each bound is."""
     row, bound = np.zeros(len(model.kind), dtype=bool), np.zeros(len(model.bound_source), dtype=bool)
     for kind, along, source in ties:
@@ -86,7 +86,7 @@ def _members(model: Model, ties: Sequence[Tie]) -> tuple[NDArray[np.bool_], NDAr
     return row, bound
 
 
-def _irreducible(model: Model, value: Floats, ties: list[Tie]) -> list[Tie]:
+def _irreducible(model: SizeModel, value: Floats, ties: list[Tie]) -> list[Tie]:
     """Ties that contradict each other, and without any one of them would not, by leaving out one after the other."""
     kinds = [[tie for tie in ties if tie[0] == kind] for kind in (SYMMETRY, ALIGNMENT)]
     kept = ties
@@ -98,7 +98,7 @@ def _irreducible(model: Model, value: Floats, ties: list[Tie]) -> list[Tie]:
 
 
 def _least_slack(
-    model: Model, value: Floats, ties: Sequence[Tie], stages: Sequence[Sequence[Tie]]
+    model: SizeModel, value: Floats, ties: Sequence[Tie], stages: Sequence[Sequence[Tie]]
 ) -> tuple[Floats, float]:
     """[V] the places that hold all bounds of leaves and of these ties as much as they can, and what they miss in all.
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from grammarlab.facade.sizes.axes import Axis
 from grammarlab.facade.sizes.lines import Sums, stacked
-from grammarlab.facade.sizes.program import Program
+from grammarlab.facade.sizes.program import QuadraticProgram
 from grammarlab.facade.sizes.wishes import Aspect, Position, Size, Wish
 from grammarlab.facade.tree import Facade, Floats, Ints, X, Y
 
@@ -25,11 +25,11 @@ _NONE = Sums(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2)))
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class SizeModel:
     """R equations and K bounds over the M lines of one axis, or of both, and where each comes from."""
 
     axes: tuple[Axis, ...]
-    program: Program
+    program: QuadraticProgram
     scale: float
     """Metres that count as 1."""
     value: Floats
@@ -60,7 +60,7 @@ class Model:
         return value
 
 
-def build_model(axes: Sequence[Axis], wishes: Sequence[Wish], scale: float) -> Model:
+def build_model(axes: Sequence[Axis], wishes: Sequence[Wish], scale: float) -> SizeModel:
     """The programme of these axes under the wishes that concern them.
 
     Args:
@@ -87,7 +87,7 @@ def build_model(axes: Sequence[Axis], wishes: Sequence[Wish], scale: float) -> M
     kind = np.repeat([*(kind for kind, *_ in ties), WISH], counts)
     value = np.concatenate([*(tie.value for _, tie, _, _ in ties), _values([wishes[at] for at, _ in lengths], scale)])
     rows = stacked([_NONE, *(tie.sums.shifted(first) for _, tie, _, first in ties), *(row for _, row in lengths)])
-    program = Program(
+    program = QuadraticProgram(
         num_lines=firsts[-1],
         parts=stacked([sizes, pins]),
         weight=np.append(weight, np.full(len(axes), weight.max())),
@@ -97,7 +97,7 @@ def build_model(axes: Sequence[Axis], wishes: Sequence[Wish], scale: float) -> M
         bounds=stacked([sizes, *ranges]),
         least=np.concatenate([*(axis.least for axis in axes), np.zeros(2 * len(aspects))]),
     )
-    return Model(
+    return SizeModel(
         axes=tuple(axes),
         program=program,
         scale=scale,

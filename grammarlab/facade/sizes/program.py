@@ -32,7 +32,7 @@ _MOST_REFINEMENTS = 30
 
 
 @dataclass(frozen=True, eq=False)
-class Program:
+class QuadraticProgram:
     """Minimise the sum of (weight (part - target))^2 over places of M lines.
 
     Subject to rows = value and bounds >= least. Lengths are parts of the facade's size.
@@ -78,7 +78,7 @@ class Program:
         return missed if np.isfinite(place).all() else np.inf
 
     @cached_property
-    def _merged(self) -> tuple[Program, Ints, Ints]:
+    def _merged(self) -> tuple[QuadraticProgram, Ints, Ints]:
         """The same over lines that rows do not keep on each other, [M] which of these each line is, and its rows."""
         line = np.arange(self.num_lines)
         fixed = Sums(self.rows.line[self.still], self.rows.factor[self.still])

@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.sizes.axes import Origin, Weights, build_axis, leaf_weights
+from grammarlab.facade.sizes.axes import LineOrigin, Weights, build_axis, leaf_weights
 from grammarlab.facade.sizes.conflicts import compromise
-from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH, Model, build_model
+from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH, SizeModel, build_model
 from grammarlab.facade.sizes.wishes import Aspect, Wish, checked
 from grammarlab.facade.tree import Facade, Floats, X, Y, decomposition_misses
 
@@ -57,12 +57,12 @@ class Sizing:
 
     facade: Facade
     wishes: tuple[Wish, ...]
-    origin: Origin
+    origin: LineOrigin
     weight: Floats
     """[L, 2] of leaves, for metres."""
 
     @cached_property
-    def models(self) -> tuple[Model, ...]:
+    def models(self) -> tuple[SizeModel, ...]:
         """A programme for each axis; one for both when a wish ties them."""
         scale = max(self.facade.width, self.facade.height)
         axes = [build_axis(self.facade, along, self.origin, self.weight[:, along], scale) for along in (X, Y)]
@@ -116,7 +116,7 @@ class Sizing:
 
 
 def prepare(
-    facade: Facade, wishes: Sequence[Wish], wanted: Origin | None = None, weights: Weights = "default"
+    facade: Facade, wishes: Sequence[Wish], wanted: LineOrigin | None = None, weights: Weights = "default"
 ) -> Sizing:
     """A facade that is about to be solved for several times, for wishes that differ in metres only.
 
@@ -129,7 +129,7 @@ def prepare(
     Raises:
         FacadeError: for wishes that mean nothing for this facade.
     """
-    origin = wanted or Origin(facade.position, facade.size, facade.size[0])
+    origin = wanted or LineOrigin(facade.position, facade.size, facade.size[0])
     if origin.size.shape != facade.size.shape or not (np.isfinite(origin.size).all() and (origin.size > 0.0).all()):
         raise FacadeError(f"Wanted sizes: expected {facade.size.shape} finite numbers above 0.")
     weight = leaf_weights(origin.size[facade.leaves], origin.whole, weights)
@@ -137,7 +137,7 @@ def prepare(
 
 
 def resize(
-    facade: Facade, wishes: Sequence[Wish], wanted: Origin | None = None, weights: Weights = "default"
+    facade: Facade, wishes: Sequence[Wish], wanted: LineOrigin | None = None, weights: Weights = "default"
 ) -> Resized:
     """The facade under these wishes.
 

@@ -19,7 +19,7 @@ from enum import Enum
 from grammarlab.errors import FacadeError
 from grammarlab.facade.tree import LEAF
 from grammarlab.facade.variations.copies import NEW
-from grammarlab.facade.variations.parts import Part, Wall
+from grammarlab.facade.variations.parts import FacadePart, Wall
 
 _OUTSIDE = -1
 """Stands for a row around the whole facade, which is its only part."""
@@ -64,7 +64,7 @@ def unreachable(wall: Wall, insertion: Insertion) -> bool:
     return parent != _OUTSIDE and wall.axis[parent] != wall.along
 
 
-def inserted(wall: Wall, insertions: Sequence[Insertion]) -> Part:
+def inserted(wall: Wall, insertions: Sequence[Insertion]) -> FacadePart:
     """The wall with copies of all sources, their surroundings and the gaps beside them.
 
     Args:
@@ -99,7 +99,7 @@ def _part_with(wall: Wall, parts: Sequence[int], node: int) -> int:
     return next(place for place, part in enumerate(parts) if part <= node < wall.end[part])
 
 
-def _widened(wall: Wall, node: int, slots: Mapping[int, Mapping[_Slot, list[Insertion]]]) -> Part:
+def _widened(wall: Wall, node: int, slots: Mapping[int, Mapping[_Slot, list[Insertion]]]) -> FacadePart:
     if node != _OUTSIDE and not wall.has(node, slots):
         return wall.whole(node)
     children = [0] if node == _OUTSIDE else wall.children[node]
@@ -116,7 +116,7 @@ def _widened(wall: Wall, node: int, slots: Mapping[int, Mapping[_Slot, list[Inse
     return wall.joined(NEW if node == _OUTSIDE else node, axis, [part for row in parts for part in row])
 
 
-def _repeated(wall: Wall, children: Sequence[int], slot: _Slot, insertions: Sequence[Insertion]) -> list[Part]:
+def _repeated(wall: Wall, children: Sequence[int], slot: _Slot, insertions: Sequence[Insertion]) -> list[FacadePart]:
     """The copy of the surroundings with the sources, and the gap between it and the next anchor."""
     gap = [part for child in _gap(wall, children, slot) if (part := _copied(wall, child, {})) is not None]
     block = _surroundings(wall, children, slot, insertions)
@@ -131,7 +131,7 @@ def _gap(wall: Wall, children: Sequence[int], slot: _Slot) -> Sequence[int]:
     return [child for child in beside if not wall.has_elements(child)][:1]
 
 
-def _surroundings(wall: Wall, children: Sequence[int], slot: _Slot, insertions: Sequence[Insertion]) -> Part:
+def _surroundings(wall: Wall, children: Sequence[int], slot: _Slot, insertions: Sequence[Insertion]) -> FacadePart:
     """A copy of what surrounds the sources, if one part of the same row holds them all; otherwise the anchors.
 
     The own surroundings of a source fit it, and are as high as the row.
@@ -168,7 +168,9 @@ def _extent(wall: Wall, holder: int, swap: Mapping[int, int], lead: float, trail
     return start, stop
 
 
-def _copied(wall: Wall, node: int, swap: Mapping[int, int], extent: tuple[float, float] | None = None) -> Part | None:
+def _copied(
+    wall: Wall, node: int, swap: Mapping[int, int], extent: tuple[float, float] | None = None
+) -> FacadePart | None:
     """A copy of what lies in an extent of a node; its elements are left out unless they are swapped for others.
 
     Grids that are not edited keep their elements, so none of those may come with the surroundings.
@@ -194,8 +196,8 @@ def _copied(wall: Wall, node: int, swap: Mapping[int, int], extent: tuple[float,
 
 
 def stretched(
-    wall: Wall, node: int, children: Sequence[int], parts: Sequence[Part | None], *, fresh: bool
-) -> Part | None:
+    wall: Wall, node: int, children: Sequence[int], parts: Sequence[FacadePart | None], *, fresh: bool
+) -> FacadePart | None:
     """The parts of a node less those that are None; across the edited axis, leaves beside take over their place."""
     left = list(parts)
     if wall.axis[node] != wall.along and None in left:
@@ -212,5 +214,5 @@ def stretched(
     return wall.joined(node, wall.axis[node], row, fresh=fresh) if row else None
 
 
-def _grown(wall: Wall, part: Part | None, more: float) -> Part | None:
+def _grown(wall: Wall, part: FacadePart | None, more: float) -> FacadePart | None:
     return None if part is None else replace(part, scale=part.scale + more / wall.height[part.source])

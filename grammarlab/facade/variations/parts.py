@@ -18,14 +18,14 @@ Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class FacadePart:
     """A node with everything in it: a subtree of the wall as it is, or other parts in a row."""
 
     source: int
     """Node of the wall that it is or copies; `NEW` for none."""
     axis: int
     """Along which it is divided."""
-    parts: tuple[Part, ...] | None = None
+    parts: tuple[FacadePart, ...] | None = None
     """What it is divided into; None for the subtree of the source as it is."""
     fresh: bool = False
     """Whether it is a copy: the source itself stays where it is."""
@@ -101,11 +101,11 @@ class Wall:
         """Whether any element of a grid lies within a node, or is it."""
         return self.elements_before[self.end[node]] > self.elements_before[node]
 
-    def whole(self, node: int, *, fresh: bool = False) -> Part:
+    def whole(self, node: int, *, fresh: bool = False) -> FacadePart:
         """The subtree of a node as it is."""
-        return Part(node, self.axis[node], fresh=fresh)
+        return FacadePart(node, self.axis[node], fresh=fresh)
 
-    def joined(self, source: int, axis: int, parts: Iterable[Part], *, fresh: bool = False) -> Part:
+    def joined(self, source: int, axis: int, parts: Iterable[FacadePart], *, fresh: bool = False) -> FacadePart:
         """Parts in a row; what is divided along the same axis is opened, and one alone needs no row.
 
         Raises:
@@ -113,10 +113,10 @@ class Wall:
         """
         row = [inner for part in parts for inner in (self._opened(part) if part.axis == axis else [part])]
         if len(row) > 1:
-            return Part(source, axis, tuple(row), fresh)
+            return FacadePart(source, axis, tuple(row), fresh)
         return row[0] if fresh or source == NEW else replace(row[0], instead=(*row[0].instead, source))
 
-    def _opened(self, part: Part) -> list[Part]:
+    def _opened(self, part: FacadePart) -> list[FacadePart]:
         # A copy of an element is an element to be: it stands on its own like an original.
         if part.source in self.element or self.element & set(part.instead):
             raise FacadeError(
@@ -129,7 +129,7 @@ class Wall:
 
 
 @dataclass(frozen=True, slots=True)
-class Assembled:
+class JoinedParts:
     """A tree made from parts, as columns of its N nodes."""
 
     parent: Ints
@@ -141,19 +141,19 @@ class Assembled:
     shown: Floats
     """[N, 2] from where to where it shows its source along the edited axis."""
     scale: Floats
-    """[N] as in `Part`."""
+    """[N] as in `FacadePart`."""
     changed: NDArray[np.bool_]
     """[N] whether something within it came or went."""
     kept: Ints
     """[M] of each node of the wall what it is now; -1 for what is gone."""
 
 
-def assembled(wall: Wall, top: Part) -> Assembled:
+def assembled(wall: Wall, top: FacadePart) -> JoinedParts:
     """The columns of a part and everything in it."""
     rows: list[tuple[int, int, int, bool, float, float, float, bool]] = []
     kept = np.full(len(wall.facade), -1, dtype=np.int64)
 
-    def emit(part: Part, above: int) -> None:
+    def emit(part: FacadePart, above: int) -> None:
         here = len(rows)
         rows.append(
             (above, part.axis, part.source, part.fresh, part.low, part.high, part.scale, part.parts is not None)
@@ -177,10 +177,10 @@ def assembled(wall: Wall, top: Part) -> Assembled:
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     parent, axis, source, fresh, low, high, scale, changed = columns
     shown = np.stack([low, high], axis=1).astype(np.float64)
-    return Assembled(parent, axis.astype(np.int8), source, fresh, shown, scale, changed, kept)
+    return JoinedParts(parent, axis.astype(np.int8), source, fresh, shown, scale, changed, kept)
 
 
-def reaching(wall: Wall, tree: Assembled, wanted: Floats) -> Floats:
+def reaching(wall: Wall, tree: JoinedParts, wanted: Floats) -> Floats:
     """[N] sizes along the edited axis, where what reaches over a change is as large as what was changed.
 
     A band over a row of windows would like to be as long as the row, however many windows that gets. Where a band holds

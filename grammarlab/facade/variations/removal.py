@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence, Set
 
 from grammarlab.facade.variations.insertion import stretched
-from grammarlab.facade.variations.parts import Part, Wall
+from grammarlab.facade.variations.parts import FacadePart, Wall
 
 
-def removed(wall: Wall, gone: Set[int], *, last: bool) -> Part | None:
+def removed(wall: Wall, gone: Set[int], *, last: bool) -> FacadePart | None:
     """The wall without some elements of its grids; None when nothing is left.
 
     A part of a row that holds no other element goes as a whole, with the gap up to the next element: what insertion
@@ -23,7 +23,7 @@ def removed(wall: Wall, gone: Set[int], *, last: bool) -> Part | None:
     return _reduced(wall, 0, gone, -1 if last else 1)
 
 
-def _reduced(wall: Wall, node: int, gone: Set[int], step: int) -> Part | None:
+def _reduced(wall: Wall, node: int, gone: Set[int], step: int) -> FacadePart | None:
     if node in gone:
         return None
     if not wall.has(node, gone):

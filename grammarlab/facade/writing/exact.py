@@ -12,7 +12,7 @@ from grammarlab.facade.looks import THICKNESS, look_of
 from grammarlab.facade.tree import LEAF, Facade, X
 from grammarlab.facade.writing.leaf_error import leaf_error
 from grammarlab.facade.writing.pictures import Shown, projection, shown
-from grammarlab.facade.writing.rule_text import Names, leaf_body, number, rule_name, split_body
+from grammarlab.facade.writing.rule_text import RuleNames, leaf_body, number, rule_name, split_body
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 
@@ -82,7 +82,7 @@ def _text(facade: Facade, digits: int, *, repeats: bool) -> tuple[str, dict[str,
     """The grammar, and the label that each of its leaf rules stands for."""
     shows = shown(facade)
     part, kinds = _parts(facade, shows, digits)
-    names, used = [""] * len(kinds), Names()
+    names, used = [""] * len(kinds), RuleNames()
     first: dict[int, int] = {}
     for node in range(len(facade)):
         first.setdefault(int(part[node]), node)

@@ -11,12 +11,12 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.looks import THICKNESS, is_door, look_of
 from grammarlab.facade.tree import LEAF, Facade
 from grammarlab.facade.writing.cells import Cell
-from grammarlab.facade.writing.kinds import Pattern, pattern_of
+from grammarlab.facade.writing.kinds import KindPattern, pattern_of
 from grammarlab.facade.writing.leaf_error import thing_error
 from grammarlab.facade.writing.member import own_member
-from grammarlab.facade.writing.rule_text import Names, leaf_body, number, rule_name, split_body
+from grammarlab.facade.writing.rule_text import RuleNames, leaf_body, number, rule_name, split_body
 from grammarlab.facade.writing.storeys import Storeys, storeys_of
-from grammarlab.facade.writing.walks import LONGEST, State, Walks, shortest, walks
+from grammarlab.facade.writing.walks import LONGEST, Walks, WalkState, shortest, walks
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 
@@ -69,7 +69,7 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
 
 
 def write_pattern(
-    pattern: Pattern, widths: Range, heights: Range, leaf: Callable[[str], str] = leaf_body
+    pattern: KindPattern, widths: Range, heights: Range, leaf: Callable[[str], str] = leaf_body
 ) -> WrittenFamily:
     """The family of a pattern of columns and rows.
 
@@ -85,7 +85,7 @@ def write_pattern(
     return _Writer(pattern, *_ways(pattern, widths, heights), leaf).write()
 
 
-def _ways(pattern: Pattern, widths: Range, heights: Range) -> tuple[Storeys, Walks]:
+def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys, Walks]:
     """Of rows and of columns of these sizes."""
     storeys = storeys_of(pattern.rows, *heights)
     found = walks(pattern.columns, *widths)
@@ -100,7 +100,7 @@ def _ways(pattern: Pattern, widths: Range, heights: Range) -> tuple[Storeys, Wal
     return storeys, found
 
 
-def _own_error(facade: Facade, pattern: Pattern, storeys: Storeys, found: Walks) -> float | None:
+def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, found: Walks) -> float | None:
     member = own_member(pattern, storeys, found)
     if member is None:
         return None
@@ -114,11 +114,11 @@ def _own_error(facade: Facade, pattern: Pattern, storeys: Storeys, found: Walks)
 class _Writer:
     """The text of a family, rule by rule."""
 
-    pattern: Pattern
+    pattern: KindPattern
     storeys: Storeys
     walks: Walks
     leaf: Callable[[str], str]
-    names: Names = field(default_factory=Names)
+    names: RuleNames = field(default_factory=RuleNames)
     lines: list[str] = field(default_factory=list)
     cells: dict[Cell, str] = field(default_factory=dict)
 
@@ -158,7 +158,7 @@ class _Writer:
             ways.append(f"{settings}s('1, {number(height, _DIGITS)}, 0) Columns")
         self.lines.append(_choice("Storeys", [1.0 / len(ways)] * len(ways), ways))
 
-    def _add_state(self, state: State, name: str, states: dict[State, str], columns: dict[int, str]) -> None:
+    def _add_state(self, state: WalkState, name: str, states: dict[WalkState, str], columns: dict[int, str]) -> None:
         ways = [
             f"{self._placed(columns, step.gap, step.to.kind)} {states[step.to]}" for step in self.walks.steps[state]
         ]
@@ -192,7 +192,7 @@ class _Writer:
                 found[cells] = self.names.new(self._name(cells, "Column") if stands else "Pier")
         return {kind: found[tuple(row[kind] for row in self.pattern.cells)] for kind in kinds}
 
-    def _state_name(self, state: State) -> str:
+    def _state_name(self, state: WalkState) -> str:
         """After how many columns a walk goes on, and whether a door is among them."""
         if not state.doors:
             return f"After{state.columns}"

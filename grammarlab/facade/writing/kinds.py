@@ -16,7 +16,7 @@ WALL_STRETCH = 1.0 / 3.0
 
 
 @dataclass(frozen=True, slots=True)
-class Sequence:
+class KindSequence:
     """The bands of a facade along one axis."""
 
     kind: tuple[int, ...]
@@ -32,17 +32,17 @@ class Sequence:
 
 
 @dataclass(frozen=True, slots=True)
-class Pattern:
+class KindPattern:
     """A facade as columns and rows of kinds."""
 
-    columns: Sequence
-    rows: Sequence
+    columns: KindSequence
+    rows: KindSequence
     """From the bottom up."""
     cells: tuple[tuple[Cell, ...], ...]
     """[row kinds][column kinds] what stands where they meet."""
 
 
-def pattern_of(facade: Facade, stretch: float) -> Pattern:
+def pattern_of(facade: Facade, stretch: float) -> KindPattern:
     """The pattern of a facade.
 
     Args:
@@ -59,7 +59,7 @@ def pattern_of(facade: Facade, stretch: float) -> Pattern:
     rows = _kinds(up, stretch, lambda a, b: all(map(alike, cells[a], cells[b], [stretch] * len(across))))
     first_column = [columns.index(kind) for kind in range(max(columns) + 1)]
     first_row = [rows.index(kind) for kind in range(max(rows) + 1)]
-    return Pattern(
+    return KindPattern(
         _sequence(columns, across, [[row[place] for row in cells] for place in first_column]),
         _sequence(rows, up, [cells[place] for place in first_row]),
         tuple(tuple(cells[row][column] for column in first_column) for row in first_row),
@@ -112,7 +112,7 @@ def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) 
     return kinds
 
 
-def _sequence(kinds: list[int], found: list[Band], cells: list[list[Cell]]) -> Sequence:
+def _sequence(kinds: list[int], found: list[Band], cells: list[list[Cell]]) -> KindSequence:
     """The bands as kinds, with the cells of the first of each."""
     size, stands = [], []
     for kind in range(max(kinds) + 1):
@@ -120,4 +120,4 @@ def _sequence(kinds: list[int], found: list[Band], cells: list[list[Cell]]) -> S
         stands.append(those[0].stands)
         size.append(those[0].size if those[0].stands else sum(band.size for band in those) / len(those))
     doors = [any(is_door(thing) for cell in column for thing in cell.things()) for column in cells]
-    return Sequence(tuple(kinds), tuple(size), tuple(stands), tuple(doors))
+    return KindSequence(tuple(kinds), tuple(size), tuple(stands), tuple(doors))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from grammarlab.facade.writing.kinds import Pattern, Sequence
+from grammarlab.facade.writing.kinds import KindPattern, KindSequence
 from grammarlab.facade.writing.storeys import Storeys
-from grammarlab.facade.writing.walks import State, Step, Walks
+from grammarlab.facade.writing.walks import Walks, WalkState, WalkStep
 
 
-def own_member(pattern: Pattern, storeys: Storeys, walks: Walks) -> tuple[Storeys, Walks] | None:
+def own_member(pattern: KindPattern, storeys: Storeys, walks: Walks) -> tuple[Storeys, Walks] | None:
     """The choices of a family narrowed to those of the facade that it is the family of; None if it is not in it."""
     times = tuple(run.turns for run in storeys.runs)
     walk = _own_walk(pattern.columns, walks)
@@ -18,17 +18,19 @@ def own_member(pattern: Pattern, storeys: Storeys, walks: Walks) -> tuple[Storey
     return Storeys(storeys.runs, (times,), (storeys.heights[storeys.times.index(times)],)), walk
 
 
-def _own_walk(columns: Sequence, walks: Walks) -> Walks | None:
+def _own_walk(columns: KindSequence, walks: Walks) -> Walks | None:
     states, gaps, gap, doors = [], [], -1, 0
     for kind in columns.kind:
         if not columns.stands[kind]:
             gap = kind
             continue
         doors += columns.doors[kind]
-        states.append(State(kind, doors, len(states) + 1))
+        states.append(WalkState(kind, doors, len(states) + 1))
         gaps.append(gap)
         gap = -1
-    steps = {state: (Step(1.0, between, to),) for (state, to), between in zip(pairwise(states), gaps[1:], strict=True)}
+    steps = {
+        state: (WalkStep(1.0, between, to),) for (state, to), between in zip(pairwise(states), gaps[1:], strict=True)
+    }
     known = {(state, step.gap, step.to) for state, found in walks.steps.items() for step in found}
     if states[-1] not in walks.end or any((state, step.gap, step.to) not in known for state, (step,) in steps.items()):
         return None

@@ -32,7 +32,7 @@ def rule_name(label: str) -> str:
     return name if name[:1].isalpha() else f"Part{name}"
 
 
-class Names:
+class RuleNames:
     """Names of rules, each given once."""
 
     def __init__(self) -> None:

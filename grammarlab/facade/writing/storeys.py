@@ -7,7 +7,7 @@ from math import floor
 from typing import NamedTuple
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.writing.kinds import Sequence
+from grammarlab.facade.writing.kinds import KindSequence
 from grammarlab.facade.writing.repeats import Repeat, find_repeats
 
 MOST_TIMES = 100
@@ -27,7 +27,7 @@ class Storeys(NamedTuple):
     """Metres of the facade for each of these."""
 
 
-def storeys_of(rows: Sequence, low: float, high: float) -> Storeys:
+def storeys_of(rows: KindSequence, low: float, high: float) -> Storeys:
     """The storeys that facades within a range of heights have.
 
     Runs of equal rows come any number of times; where there are none, the highest row without a door does. All other
@@ -68,7 +68,7 @@ def storeys_of(rows: Sequence, low: float, high: float) -> Storeys:
     return Storeys(runs, tuple(times for times, _ in found), tuple(height for _, height in found))
 
 
-def _runs(rows: Sequence) -> tuple[Repeat, ...]:
+def _runs(rows: KindSequence) -> tuple[Repeat, ...]:
     """Runs of rows without doors, at first those that the facade has."""
     found: list[Repeat] = []
     kinds = list(rows.kind)
@@ -93,10 +93,10 @@ def _runs(rows: Sequence) -> tuple[Repeat, ...]:
     return (Repeat(place - with_gap, 1 + with_gap, 1),)
 
 
-def _turn(rows: Sequence, run: Repeat) -> tuple[int, ...]:
+def _turn(rows: KindSequence, run: Repeat) -> tuple[int, ...]:
     return rows.kind[run.start : run.start + run.period]
 
 
-def _is_storey(rows: Sequence, place: int) -> bool:
+def _is_storey(rows: KindSequence, place: int) -> bool:
     """Whether a band is neither at the top nor at the bottom, as cornices and bases are."""
     return 0 < place < len(rows.kind) - 1 or len(rows.kind) == 1

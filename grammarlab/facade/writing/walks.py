@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from grammarlab.facade.writing.kinds import Sequence
+from grammarlab.facade.writing.kinds import KindSequence
 
 LONGEST = 60
 """Columns of a walk at most."""
 
 
-class State(NamedTuple):
+class WalkState(NamedTuple):
     """A place in a walk."""
 
     kind: int
@@ -29,13 +29,13 @@ class State(NamedTuple):
     """Columns so far."""
 
 
-class Step(NamedTuple):
+class WalkStep(NamedTuple):
     """A column that may come next."""
 
     probability: float
     gap: int
     """Kind of the pier before it; -1 for none."""
-    to: State
+    to: WalkState
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,10 +46,10 @@ class Walks:
     """Kind of the pier before the first column; -1 for none."""
     after: int
     """Kind of the pier after the last one; -1 for none."""
-    start: State
-    steps: dict[State, tuple[Step, ...]]
+    start: WalkState
+    steps: dict[WalkState, tuple[WalkStep, ...]]
     """By state, those that come first in a walk first."""
-    end: dict[State, float]
+    end: dict[WalkState, float]
     """How likely a walk ends in a state."""
     sizes: dict[int, tuple[float, float]]
     """Of each number of columns the least and the largest width in metres."""
@@ -77,7 +77,7 @@ class _Reach(NamedTuple):
     walks: float
 
 
-def walks(columns: Sequence, low: float, high: float) -> Walks | None:
+def walks(columns: KindSequence, low: float, high: float) -> Walks | None:
     """The walks whose width is certainly within a range; None where there are none.
 
     A column follows itself if it does so in the facade, or if there were nothing to choose otherwise.
@@ -93,13 +93,13 @@ def walks(columns: Sequence, low: float, high: float) -> Walks | None:
     return found
 
 
-def shortest(columns: Sequence, up_to: float) -> list[float]:
+def shortest(columns: KindSequence, up_to: float) -> list[float]:
     """Metres of the narrowest walk of each number of columns, not much longer than a length; for messages."""
     found = _walks(columns, _with_repeats(columns), 0.0, max(up_to, sum(columns.size[kind] for kind in columns.kind)))
     return [] if found is None else [least for least, _ in found.sizes.values()]
 
 
-def _moves(columns: Sequence) -> dict[int, Counter[_Move]]:
+def _moves(columns: KindSequence) -> dict[int, Counter[_Move]]:
     """How often each kind follows each in the facade, with which pier between them."""
     found: dict[int, Counter[_Move]] = {kind: Counter() for kind in columns.kind if columns.stands[kind]}
     last, gap = -1, -1
@@ -113,11 +113,11 @@ def _moves(columns: Sequence) -> dict[int, Counter[_Move]]:
     return found
 
 
-def _move(columns: Sequence, gap: int, kind: int) -> _Move:
+def _move(columns: KindSequence, gap: int, kind: int) -> _Move:
     return _Move(gap, kind, columns.size[kind] + (columns.size[gap] if gap >= 0 else 0.0))
 
 
-def _with_repeats(columns: Sequence) -> dict[int, Counter[_Move]]:
+def _with_repeats(columns: KindSequence) -> dict[int, Counter[_Move]]:
     """The same, and every column without a door follows itself, but for one that belongs to an end."""
     found = _moves(columns)
     usual = Counter(move.gap for moves in found.values() for move in moves).most_common(1)
@@ -129,13 +129,13 @@ def _with_repeats(columns: Sequence) -> dict[int, Counter[_Move]]:
     return found
 
 
-def _walks(columns: Sequence, moves: dict[int, Counter[_Move]], low: float, high: float) -> Walks | None:
+def _walks(columns: KindSequence, moves: dict[int, Counter[_Move]], low: float, high: float) -> Walks | None:
     standing = [kind for kind in columns.kind if columns.stands[kind]]
     if not standing:
         return None
     before, after = (kind if not columns.stands[kind] else -1 for kind in (columns.kind[0], columns.kind[-1]))
     fixed = standing[0], *(kind for kind in (before, after) if kind >= 0)
-    start = State(standing[0], int(columns.doors[standing[0]]), 1)
+    start = WalkState(standing[0], int(columns.doors[standing[0]]), 1)
     following = _following(moves, [kind for kind in standing if columns.doors[kind]], columns.doors)
     slack = 1e-9 * max(high, 1.0)
     first, limit = sum(columns.size[kind] for kind in fixed), high + slack
@@ -149,16 +149,16 @@ def _walks(columns: Sequence, moves: dict[int, Counter[_Move]], low: float, high
     if not fits:
         return None
 
-    def going_on(state: State) -> list[tuple[_Move, int, State]]:
+    def going_on(state: WalkState) -> list[tuple[_Move, int, WalkState]]:
         return [each for each in following(state) if reached[state].least + each[0].length <= limit]
 
-    future: dict[State, float] = {}
+    future: dict[WalkState, float] = {}
     for state in reversed(reached):  # later states lead to no earlier ones
         ends = 1.0 / fits[state].weight if state in fits else 0.0
         future[state] = ends + sum(often * future.get(to, 0.0) for _, often, to in going_on(state))
     steps = {
         state: tuple(
-            Step(often * future[to] / future[state], move.gap, to)
+            WalkStep(often * future[to] / future[state], move.gap, to)
             for move, often, to in going_on(state)
             if future.get(to, 0.0) > 0.0
         )
@@ -170,27 +170,27 @@ def _walks(columns: Sequence, moves: dict[int, Counter[_Move]], low: float, high
     return Walks(before, after, start, steps, end, sizes, sum(reach.walks for reach in fits.values()))
 
 
-_Following = Callable[[State], Iterator[tuple[_Move, int, State]]]
+_Following = Callable[[WalkState], Iterator[tuple[_Move, int, WalkState]]]
 
 
 def _following(moves: dict[int, Counter[_Move]], doors: list[int], is_door: tuple[bool, ...]) -> _Following:
     """The moves from a state, how often each is in the facade and where it leads: doors come in their order."""
 
-    def following(state: State) -> Iterator[tuple[_Move, int, State]]:
+    def following(state: WalkState) -> Iterator[tuple[_Move, int, WalkState]]:
         for move, often in moves[state.kind].items():
             if not is_door[move.kind]:
-                yield move, often, State(move.kind, state.doors, state.columns + 1)
+                yield move, often, WalkState(move.kind, state.doors, state.columns + 1)
             elif doors[state.doors : state.doors + 1] == [move.kind]:
-                yield move, often, State(move.kind, state.doors + 1, state.columns + 1)
+                yield move, often, WalkState(move.kind, state.doors + 1, state.columns + 1)
 
     return following
 
 
-def _reached(start: State, following: _Following, first: float, high: float) -> dict[State, _Reach]:
+def _reached(start: WalkState, following: _Following, first: float, high: float) -> dict[WalkState, _Reach]:
     """The states that walks of at most this width come to, those of fewer columns first."""
     reached = layer = {start: _Reach(first, first, 1.0, 1.0)}
     for _ in range(LONGEST):
-        after: dict[State, _Reach] = {}
+        after: dict[WalkState, _Reach] = {}
         for state, reach in layer.items():
             for move, often, to in following(state):
                 least, most = reach.least + move.length, reach.most + move.length

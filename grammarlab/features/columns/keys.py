@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
-from grammarlab.features.counting.node_labels import Key, Labels
+from grammarlab.features.counting.node_labels import Key, NodeLabels
 from grammarlab.features.patterns.pattern import Below, Draw, Feature, Pattern
 
 Steps: TypeAlias = tuple[tuple[int, int], ...]
@@ -23,7 +23,7 @@ Steps: TypeAlias = tuple[tuple[int, int], ...]
 class Meaning:
     """Keys of one table in terms of labels."""
 
-    def __init__(self, labels: Labels, keys: Sequence[Key], extra: Sequence[Feature]) -> None:
+    def __init__(self, labels: NodeLabels, keys: Sequence[Key], extra: Sequence[Feature]) -> None:
         self._labels = labels
         self._keys = keys
         self._extra = extra

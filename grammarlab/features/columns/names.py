@@ -12,14 +12,14 @@ from collections.abc import Callable
 from functools import cache
 
 from grammarlab.features.columns.keys import Meaning, Steps
-from grammarlab.features.counting.node_labels import Key, Labels
+from grammarlab.features.counting.node_labels import Key, NodeLabels
 from grammarlab.features.patterns.pattern import Feature, Present
 
 
-class Names:
+class ColumnNames:
     """Words for the keys and groups of one table."""
 
-    def __init__(self, labels: Labels, meaning: Meaning) -> None:
+    def __init__(self, labels: NodeLabels, meaning: Meaning) -> None:
         self._labels = labels
         self._meaning = meaning
         self.branch: Callable[[int], str] = cache(self._branch)

@@ -16,14 +16,14 @@ import numpy as np
 
 from grammarlab.arrays import Ints, distinct
 from grammarlab.features.columns.paths import Tally, compact, tally
-from grammarlab.features.counting.node_labels import KeyIndex, Labels
+from grammarlab.features.counting.node_labels import KeyIndex, NodeLabels
 from grammarlab.features.counting.trees import Trees
 
 _MOST_STEPS = 200
 """How far above a choice an edge may be."""
 
 
-def count_far_pairs(trees: Trees, labels: Labels, index: KeyIndex, grow: bool) -> Tally:
+def count_far_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
     """How often each edge has each choice below it, the child of the edge itself left out."""
     label = trees.labels(labels)
     children = int(trees.forest.nodes.child.max(initial=0)) + 1
@@ -43,7 +43,7 @@ def count_far_pairs(trees: Trees, labels: Labels, index: KeyIndex, grow: bool) -
     return tally(trees, np.concatenate(rows), number, [columns], len(index))
 
 
-def choices_below(trees: Trees, labels: Labels) -> list[tuple[int, int]]:
+def choices_below(trees: Trees, labels: NodeLabels) -> list[tuple[int, int]]:
     """Different (label of a node, label of a choice below it)."""
     label = trees.labels(labels)
     size = labels.unknown + 1
@@ -52,7 +52,7 @@ def choices_below(trees: Trees, labels: Labels) -> list[tuple[int, int]]:
     return list(zip(upper.tolist(), below.tolist(), strict=True))
 
 
-def _ancestors_of_choices(trees: Trees, label: Ints, labels: Labels) -> Iterator[tuple[Ints, Ints]]:
+def _ancestors_of_choices(trees: Trees, label: Ints, labels: NodeLabels) -> Iterator[tuple[Ints, Ints]]:
     """Nodes that are choices, beside their parents, then beside the parents of those, and so on."""
     lower = np.flatnonzero(labels.chosen[label])
     middle = trees.parent[lower]
@@ -65,7 +65,7 @@ def _ancestors_of_choices(trees: Trees, label: Ints, labels: Labels) -> Iterator
         middle = trees.parent[middle]
 
 
-def count_adjacent_pairs(trees: Trees, labels: Labels, index: KeyIndex, grow: bool) -> Tally:
+def count_adjacent_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
     """How often each choice is followed by each choice among siblings."""
     label = trees.labels(labels)
     chosen = labels.chosen[label]

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from grammarlab.arrays import Ints, distinct, distinct_counts, offsets_from_counts
-from grammarlab.features.counting.node_labels import KeyIndex, Labels
+from grammarlab.features.counting.node_labels import KeyIndex, NodeLabels
 from grammarlab.features.counting.trees import Trees
 
 
@@ -62,7 +62,7 @@ class Tally(NamedTuple):
     """[len(index)] whether geometry repeats what is counted (`Trees.repeated`) in some of these models."""
 
 
-def count_paths(trees: Trees, labels: Labels, length: int, index: KeyIndex, grow: bool) -> Tally:
+def count_paths(trees: Trees, labels: NodeLabels, length: int, index: KeyIndex, grow: bool) -> Tally:
     """How often each path of up to ``length`` edges occurs, a rule at the end counting as an edge.
 
     Args:
@@ -81,8 +81,8 @@ def count_paths(trees: Trees, labels: Labels, length: int, index: KeyIndex, grow
     return tally(trees, slice(None), number, columns, len(index))
 
 
-def count_symbols(trees: Trees, labels: Labels, index: KeyIndex, grow: bool) -> Tally:
-    """How often each symbol occurs, rewritten or not; a key ("symbol", index into `Labels.symbols`) each."""
+def count_symbols(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
+    """How often each symbol occurs, rewritten or not; a key ("symbol", index into `NodeLabels.symbols`) each."""
     number = labels.symbol_numbers[trees.labels(labels)] + 1
     keys = (("symbol", symbol) for symbol in range(len(labels.symbols)))
     columns = np.concatenate(([-1], index.columns(keys, grow)))
@@ -144,7 +144,9 @@ def compact(values: Ints, limit: int) -> tuple[Ints, Ints]:
     return rank[values], found
 
 
-def _number_nodes(trees: Trees, labels: Labels, length: int, index: KeyIndex, grow: bool) -> tuple[Ints, list[_Level]]:
+def _number_nodes(
+    trees: Trees, labels: NodeLabels, length: int, index: KeyIndex, grow: bool
+) -> tuple[Ints, list[_Level]]:
     """The sequence [N] of each node at the last level, and levels 0 to ``length``, fewer where no path is as long."""
     kinds = _find_kinds(trees, labels)
     number, levels = trees.labels(labels), [_labels_alone(kinds, labels, index, grow)]
@@ -159,7 +161,7 @@ def _number_nodes(trees: Trees, labels: Labels, length: int, index: KeyIndex, gr
     return number, levels
 
 
-def _find_kinds(trees: Trees, labels: Labels) -> _Kinds:
+def _find_kinds(trees: Trees, labels: NodeLabels) -> _Kinds:
     child = trees.forest.nodes.child
     children = int(child.max(initial=0)) + 1
     number = trees.labels(labels) * children
@@ -168,7 +170,7 @@ def _find_kinds(trees: Trees, labels: Labels) -> _Kinds:
     return _Kinds(number, *np.divmod(found, children))
 
 
-def _labels_alone(kinds: _Kinds, labels: Labels, index: KeyIndex, grow: bool) -> _Level:
+def _labels_alone(kinds: _Kinds, labels: NodeLabels, index: KeyIndex, grow: bool) -> _Level:
     label = np.arange(labels.unknown + 1)
     none = np.full(len(label), -1)
     met = np.zeros(len(label), dtype=bool)

@@ -31,12 +31,12 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.features.columns.draws import columns_of, count_branches, measure_draws
 from grammarlab.features.columns.keys import Meaning
-from grammarlab.features.columns.names import Names
+from grammarlab.features.columns.names import ColumnNames
 from grammarlab.features.columns.pairs import count_adjacent_pairs, count_far_pairs
 from grammarlab.features.columns.paths import Tally, count_paths, count_symbols
 from grammarlab.features.columns.table import FeatureTable, distinguishable, size_of
 from grammarlab.features.counting.counts import count
-from grammarlab.features.counting.node_labels import Key, KeyIndex, Labels
+from grammarlab.features.counting.node_labels import Key, KeyIndex, NodeLabels
 from grammarlab.features.counting.trees import Trees
 from grammarlab.features.patterns.pattern import Draw, Feature, Pattern, Present
 
@@ -79,7 +79,7 @@ class Vocabulary:
     """The columns of tables."""
 
     options: Options
-    labels: Labels
+    labels: NodeLabels
     index: KeyIndex
     """All columns that were met."""
     columns: Ints
@@ -147,7 +147,7 @@ def _listed(forests: Forest | Sequence[Forest]) -> tuple[Forest, ...]:
 
 def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sparse.csr_array]:
     """A vocabulary, and the counts [models, len(index)] that it was found on."""
-    labels, index = Labels.of(forests), KeyIndex()
+    labels, index = NodeLabels.of(forests), KeyIndex()
     tallies = [_collect(forest, labels, options, index, grow=True) for forest in forests]
     counts, repeated = _stacked(tallies, len(index))
     present = repeated & (options.repeats == "present")
@@ -157,7 +157,7 @@ def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sp
     columns = distinguishable(flat, np.array(order, dtype=np.int64))
     keys = [index.keys[column] for column in columns]
     features = tuple(_wrapped(meaning.feature(key), bool(present[c])) for key, c in zip(keys, columns, strict=True))
-    names = Names(labels, meaning)
+    names = ColumnNames(labels, meaning)
     groups = [meaning.group(key) for key in keys]
     numbers = {group: number for number, group in enumerate(dict.fromkeys(groups))}
     vocabulary = Vocabulary(
@@ -213,7 +213,7 @@ def _flattened(counts: sparse.csr_array, present: NDArray[np.bool_]) -> sparse.c
     return sparse.csr_array((data, counts.indices, counts.indptr), shape=size_of(counts))
 
 
-def _collect(forest: Forest, labels: Labels, options: Options, index: KeyIndex, grow: bool) -> Tally:
+def _collect(forest: Forest, labels: NodeLabels, options: Options, index: KeyIndex, grow: bool) -> Tally:
     """All columns for the models of one forest."""
     trees = Trees(forest)
     tallies = [count_paths(trees, labels, options.length, index, grow)]

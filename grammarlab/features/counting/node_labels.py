@@ -17,7 +17,7 @@ from grammarlab.derivation.forest import Forest, RuleName
 
 
 @dataclass(frozen=True)
-class Labels:
+class NodeLabels:
     """The label of a node is the rule that rewrote it, or its symbol where none did.
 
     Labels are numbered: rules first, then symbols, last what is not known.
@@ -34,7 +34,7 @@ class Labels:
     """For each rule, how likely its draws were on average; NaN where none were seen."""
 
     @classmethod
-    def of(cls, forests: Sequence[Forest]) -> Labels:
+    def of(cls, forests: Sequence[Forest]) -> NodeLabels:
         """All that nodes of some forests can be."""
         rules: dict[tuple, RuleName] = {}
         for forest in forests:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Ints, offsets_from_counts
 from grammarlab.derivation.forest import Forest, NodeIds
 from grammarlab.errors import UsageError
-from grammarlab.features.counting.node_labels import Labels
+from grammarlab.features.counting.node_labels import NodeLabels
 
 Floats = NDArray[np.float64]
 
@@ -41,9 +41,9 @@ class Trees:
         self.parent = forest.nodes.parent.astype(np.int64)  # what numpy indexes with, four times as fast
         self.num_models = forest.num_models
         self._scratch = np.zeros(len(forest.nodes))
-        self._labelled: tuple[Labels, Ints] | None = None
+        self._labelled: tuple[NodeLabels, Ints] | None = None
 
-    def labels(self, labels: Labels) -> Ints:
+    def labels(self, labels: NodeLabels) -> Ints:
         """[N] the label of each node; worked out once for the same labels."""
         if self._labelled is None or self._labelled[0] is not labels:
             self._labelled = labels, labels.numbers(self.forest)

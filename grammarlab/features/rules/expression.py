@@ -39,7 +39,7 @@ MAX_FEATURES = 500
 
 
 @dataclass(frozen=True, slots=True)
-class Constant:
+class ConstantTerm:
     """A number."""
 
     value: float
@@ -62,7 +62,7 @@ class Apply:
     """Numbers of earlier steps."""
 
 
-Step: TypeAlias = Constant | Measure | Apply
+Step: TypeAlias = ConstantTerm | Measure | Apply
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +126,7 @@ class Expression:
         columns = {feature: values[:, i].astype(np.float64) for i, feature in enumerate(self.features)}
         results: list[Floats] = []
         for step in self.steps:
-            if isinstance(step, Constant):
+            if isinstance(step, ConstantTerm):
                 results.append(np.full(len(values), step.value))
             elif isinstance(step, Measure):
                 results.append(columns[step.feature])
@@ -209,9 +209,9 @@ class _Program:
     def apply(self, operation: str, *operands: int) -> int:
         """An operation; computed at once where all operands are constants."""
         steps = [self.steps[i] for i in operands]
-        constants = [np.array([step.value]) for step in steps if isinstance(step, Constant)]
+        constants = [np.array([step.value]) for step in steps if isinstance(step, ConstantTerm)]
         if len(constants) == len(steps):
-            return self.add(Constant(float(_apply(operation, constants)[0])))
+            return self.add(ConstantTerm(float(_apply(operation, constants)[0])))
         return self.add(Apply(operation, operands))
 
     def include(self, expression: Expression) -> int:
@@ -225,11 +225,11 @@ class _Program:
     def compare(self, left: int, sign: str, right: int) -> int:
         """A comparison; that of a draw with a constant reads a threshold, so that it has finitely many states."""
         match self.steps[left], self.steps[right]:
-            case Constant(), Measure(Draw(_, None)) if sign in _MIRRORED:
+            case ConstantTerm(), Measure(Draw(_, None)) if sign in _MIRRORED:
                 return self.compare(right, _MIRRORED[sign], left)
-            case Measure(Draw(site, None)), Constant(bound) if sign in _MIRRORED:
+            case Measure(Draw(site, None)), ConstantTerm(bound) if sign in _MIRRORED:
                 bound = bound if sign in {"<", ">="} else float(np.nextafter(bound, np.inf))
-                below = self.apply(">", self.add(Measure(Threshold(site, bound))), self.add(Constant(0.0)))
+                below = self.apply(">", self.add(Measure(Threshold(site, bound))), self.add(ConstantTerm(0.0)))
                 return below if sign in {"<", "<="} else self.apply("not", below)
         return self.apply(sign, left, right)
 
@@ -274,7 +274,7 @@ class _Builder(Transformer_NonRecursive):
         value = float(token)
         if not np.isfinite(value):
             raise self._wrong(token, f"{token} is too large for a number")
-        return self._program.add(Constant(value))
+        return self._program.add(ConstantTerm(value))
 
     def pattern(self, token: Token) -> int:
         try:
@@ -306,7 +306,7 @@ class _Builder(Transformer_NonRecursive):
         return self._program.apply(str(sign), left, right)
 
     def sign(self, sign: Token, operand: int) -> int:
-        return operand if sign == "+" else self._program.apply("-", self._program.add(Constant(0.0)), operand)
+        return operand if sign == "+" else self._program.apply("-", self._program.add(ConstantTerm(0.0)), operand)
 
     def comparison(self, first: int, *rest: Token | int) -> int:
         chain = [first, *rest]

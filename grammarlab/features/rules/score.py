@@ -19,7 +19,7 @@ MAX_CASES = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class ScoreCase:
     """One line of a preference: what a model is worth when a condition holds."""
 
     value: float
@@ -35,11 +35,11 @@ class Score:
 
     expression: Expression
     """The score before it is cut to 0 to 100."""
-    cases: tuple[Case, ...] = ()
+    cases: tuple[ScoreCase, ...] = ()
     """What it was made of, where it is a list of cases; the first that holds counts, 0 where none does."""
 
     @classmethod
-    def of_cases(cls, cases: Sequence[Case]) -> Score:
+    def of_cases(cls, cases: Sequence[ScoreCase]) -> Score:
         """The value of the first case that holds, 0 where none does.
 
         Raises:

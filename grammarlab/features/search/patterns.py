@@ -16,7 +16,7 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.features.columns.keys import Meaning
 from grammarlab.features.columns.pairs import choices_below, count_adjacent_pairs
 from grammarlab.features.counting.counts import count
-from grammarlab.features.counting.node_labels import KeyIndex, Labels
+from grammarlab.features.counting.node_labels import KeyIndex, NodeLabels
 from grammarlab.features.counting.trees import Trees
 from grammarlab.features.patterns.pattern import Below, Feature, Pattern
 
@@ -51,7 +51,7 @@ class _Search:
     def __init__(self, forests: Sequence[Forest], residuals: Floats) -> None:
         self._trees = [Trees(forest) for forest in forests]
         self._residuals = residuals - (residuals.mean() if len(residuals) else 0.0)
-        labels = Labels.of(forests)
+        labels = NodeLabels.of(forests)
         index = KeyIndex()
         for trees in self._trees:
             count_adjacent_pairs(trees, labels, index, grow=True)

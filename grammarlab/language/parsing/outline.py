@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from grammarlab.errors import Finding
 from grammarlab.language.parsing.backwards import expression_start
 from grammarlab.language.parsing.nesting import MAX_DEPTH, Nesting, too_deep
-from grammarlab.language.parsing.tokens import Token, Words
+from grammarlab.language.parsing.tokens import Token, TokenStream
 
 _OPENERS = {"_LPAR": "(", "_LBRACE": "{", "_LBRACKET": "["}
 _PARTNERS = {"RPAR": "_LPAR", "CLOSE": "_LBRACE", "RBRACKET": "_LBRACKET"}
@@ -45,7 +45,7 @@ class Outline:
     findings: tuple[Finding, ...]
 
 
-def outline(words: Words) -> Outline:
+def outline(words: TokenStream) -> Outline:
     """Splits the tokens of a rule file into definitions."""
     scan = _Scan(words.tokens)
     scan.run()

@@ -83,7 +83,7 @@ class Comment:
 
 
 @dataclass(frozen=True, slots=True)
-class Words:
+class TokenStream:
     """A rule file taken apart."""
 
     tokens: tuple[Token, ...]
@@ -91,7 +91,7 @@ class Words:
     findings: tuple[Finding, ...]
 
 
-def tokenize(text: str, file: str = "<text>") -> Words:
+def tokenize(text: str, file: str = "<text>") -> TokenStream:
     """The tokens, comments and lexical mistakes of a rule file.
 
     Args:
@@ -133,7 +133,7 @@ def tokenize(text: str, file: str = "<text>") -> Words:
                 tokens.append(repaired)
         else:
             tokens.append(token)
-    return Words(tuple(tokens), tuple(comments), tuple(findings))
+    return TokenStream(tuple(tokens), tuple(comments), tuple(findings))
 
 
 def _stopped(location: Location) -> Finding:

@@ -54,7 +54,7 @@ _MOST_VALUES = 128
 
 
 @dataclass(frozen=True)
-class Factor:
+class SimplifiedFactor:
     """One liked factor of a preference."""
 
     name: str
@@ -69,7 +69,7 @@ class Factor:
 class Predicted:
     """What is expected of the designs of a pool."""
 
-    factors: tuple[Factor, ...]
+    factors: tuple[SimplifiedFactor, ...]
     scores: Floats
     """[m] all factors together, 0 to 100, one at least above 0."""
     shares: Floats
@@ -240,12 +240,12 @@ class _Path:
         return none if none.scores.any() and self.distance(none) <= bound else few
 
 
-def _factor(name: str, num_labels: int, preference: AbstractPreference, table: Table, pool: Floats) -> Factor:
+def _factor(name: str, num_labels: int, preference: AbstractPreference, table: Table, pool: Floats) -> SimplifiedFactor:
     predicted = np.clip(preference.predict(pool).mean, 0.0, MAX_SCORE)
     numbers = [str(number) for number in range(len(table.group_names))]
     shares = {int(found.name): found for found in preference.explain(numbers)}
     relevances = tuple(replace(shares[number], name=name) for number, name in enumerate(table.group_names))
-    return Factor(name, num_labels, relevances, predicted)
+    return SimplifiedFactor(name, num_labels, relevances, predicted)
 
 
 def _above_the_lowest(preference: AbstractPreference, pool: Floats) -> Floats:

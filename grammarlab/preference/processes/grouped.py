@@ -34,7 +34,7 @@ from grammarlab.preference.processes.grouped_search import (
     AMPLITUDE,
     NOISE,
     Kernel,
-    Problem,
+    KernelProblem,
     hyperparameters,
     problem_of,
     scales_of,
@@ -175,7 +175,7 @@ def _warm_starts(warm: AbstractPreference | None, num_columns: int, groups: Ints
     return [explanation.kernel for explanation in warm.explanations[:NUM_WARM_STARTS]]
 
 
-def _best(problem: Problem, starts: list[Kernel]) -> list[Kernel]:
+def _best(problem: KernelProblem, starts: list[Kernel]) -> list[Kernel]:
     """Where the searches end, each end once, best first."""
     ends = sorted((search(problem, start) for start in starts), key=lambda kernel: kernel.energy)
     different: list[Kernel] = []
@@ -190,7 +190,7 @@ def _alike(first: Kernel, second: Kernel) -> bool:
     return abs(first.energy - second.energy) < 0.1 and bool(np.allclose(first.weights, second.weights, atol=0.05))
 
 
-def _indifferent(problem: Problem) -> Kernel:
+def _indifferent(problem: KernelProblem) -> Kernel:
     """All groups that vary matter alike, so that two typical models are nearly unlike."""
     rows = problem.observations.looked_at
     spread = 2.0 * float(np.sum(np.var(rows, axis=0)))

@@ -64,7 +64,7 @@ class Kernel:
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class KernelProblem:
     """Labels as the search sees them."""
 
     observations: Observations
@@ -82,7 +82,7 @@ def scales_of(rows: Floats) -> Floats:
     return np.where(ranges > 0.0, ranges, 1.0)
 
 
-def problem_of(observations: Observations, groups: Ints, scales: Floats, highest: float) -> Problem:
+def problem_of(observations: Observations, groups: Ints, scales: Floats, highest: float) -> KernelProblem:
     """The search's view of labels.
 
     Args:
@@ -95,10 +95,10 @@ def problem_of(observations: Observations, groups: Ints, scales: Floats, highest
     num_groups = int(groups.max(initial=-1)) + 1
     varies = np.ptp(observations.looked_at, axis=0) > 0.0
     varying = np.bincount(groups[varies], minlength=num_groups) > 0
-    return Problem(scaled, groups, num_groups, varying.astype(np.float64))
+    return KernelProblem(scaled, groups, num_groups, varying.astype(np.float64))
 
 
-def starting_kernels(problem: Problem, seed: int, num_random: int, continuous: Floats) -> list[Kernel]:
+def starting_kernels(problem: KernelProblem, seed: int, num_random: int, continuous: Floats) -> list[Kernel]:
     """Where searches begin: all groups a little relevant, all more so, counts alone, and random halves of the groups.
 
     Args:
@@ -117,7 +117,7 @@ def starting_kernels(problem: Problem, seed: int, num_random: int, continuous: F
     return [Kernel(weight, *middle) for weight in weights]
 
 
-def search(problem: Problem, start: Kernel) -> Kernel:
+def search(problem: KernelProblem, start: Kernel) -> Kernel:
     """The best kernel that L-BFGS meets on its way from a start; groups without a weight there stay without."""
     kernel = replace(start, weights=np.where(problem.varying > 0.0, start.weights, 0.0))
     for iterations in _STAGES:
@@ -131,7 +131,7 @@ def hyperparameters(kernel: Kernel, groups: Ints, scales: Floats, highest: float
     return Hyperparameters(kernel.amplitude * size, kernel.weights[groups] / scales**2, kernel.noise * size)
 
 
-def _stage(problem: Problem, kernel: Kernel, iterations: int) -> Kernel:
+def _stage(problem: KernelProblem, kernel: Kernel, iterations: int) -> Kernel:
     active = np.flatnonzero(kernel.weights > 0.0)
     columns = np.flatnonzero(np.isin(problem.groups, active))
     data, groups, num_weights = _on_device(problem, columns, active)
@@ -163,7 +163,7 @@ def _without_irrelevant(minimum: Minimum, energy: Callable[[Floats], float]) -> 
     return minimum.point, minimum.value
 
 
-def _on_device(problem: Problem, columns: Ints, active: Ints) -> tuple[Data, jax.Array, int]:
+def _on_device(problem: KernelProblem, columns: Ints, active: Ints) -> tuple[Data, jax.Array, int]:
     """The active columns and their groups, padded to few sizes: compiling for one takes as long as many searches."""
     full = padded_size(len(problem.groups), 4)
     size = _FEW_COLUMNS if len(columns) <= _FEW_COLUMNS < full else full

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
 from grammarlab.rendering.camera import Camera
-from grammarlab.rendering.light.surfaces import Model
+from grammarlab.rendering.light.surfaces import ShadedModel
 from grammarlab.scene import TriangleBatch
 
 Floats = NDArray[np.floating]
@@ -45,7 +45,7 @@ class Painter:
         model: the same, in the unit sphere.
     """
 
-    def __init__(self, pyrender: ModuleType, platform: str, batch: TriangleBatch, model: Model) -> None:
+    def __init__(self, pyrender: ModuleType, platform: str, batch: TriangleBatch, model: ShadedModel) -> None:
         self._gl, self._platform = pyrender, platform
         self._scene = pyrender.Scene(bg_color=(0.5, 0.5, 0.5, 1.0))
         self._group_material = batch.group_material
@@ -79,7 +79,7 @@ class Painter:
             self._renderer.delete()
             self._renderer = None
 
-    def _add_group(self, batch: TriangleBatch, model: Model, group: int) -> Any:
+    def _add_group(self, batch: TriangleBatch, model: ShadedModel, group: int) -> Any:
         vertices = slice(*batch.group_vertices[group : group + 2])
         triangles = slice(*batch.group_triangles[group : group + 2])
         indices = batch.triangles[triangles] - np.uint32(vertices.start)
@@ -117,7 +117,7 @@ class Painter:
 
 
 @contextmanager
-def painter(platform: str, batch: TriangleBatch, model: Model) -> Iterator[Painter]:
+def painter(platform: str, batch: TriangleBatch, model: ShadedModel) -> Iterator[Painter]:
     """A painter for one model; what it holds is freed at the end.
 
     Raises:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grammarlab.rendering.light.look import Look, ambient, mirrored_surroundings, mixed
 from grammarlab.rendering.light.rays import Tracer
-from grammarlab.rendering.light.surfaces import Model, Surfaces, dot
+from grammarlab.rendering.light.surfaces import ShadedModel, Surfaces, dot
 
 Floats = NDArray[np.floating]
 
@@ -97,7 +97,7 @@ class Exposure:
 
 
 def shade(
-    model: Model, seen: Surfaces, exposure: Exposure, directions: Floats, sun: Floats, look: Look
+    model: ShadedModel, seen: Surfaces, exposure: Exposure, directions: Floats, sun: Floats, look: Look
 ) -> tuple[Floats, Floats]:
     """Light [N, 3] that surfaces send along rays to the eye, and how much of what is behind shows through [N].
 
@@ -132,7 +132,7 @@ def shade(
 def _mirrored(
     seen: Surfaces,
     directions: Floats,
-    model: Model,
+    model: ShadedModel,
     sun: Floats,
     look: Look,
     exposure: Exposure,

@@ -19,7 +19,7 @@ SEE_THROUGH = 0.99
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class ShadedModel:
     """T triangles, moved and scaled to fit a unit sphere about the origin."""
 
     vertices: Floats
@@ -68,7 +68,7 @@ class Surfaces:
     """[N]."""
 
 
-def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> Model:
+def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> ShadedModel:
     """A batch of one model with at least one triangle, ready for shading, and for rays if wanted.
 
     Raises:
@@ -88,7 +88,7 @@ def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> Model:
     tracer = Tracer(points, corners_of_rays)
     opaque = opacity[material] >= SEE_THROUGH
     corners = vertices.take(batch.triangles, axis=0)
-    return Model(
+    return ShadedModel(
         vertices,
         unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])),
         batch.normals.take(batch.triangles, axis=0),
@@ -107,7 +107,7 @@ def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> Model:
     )
 
 
-def surfaces(model: Model, origins: Floats, directions: Floats, hits: Hits) -> Surfaces:
+def surfaces(model: ShadedModel, origins: Floats, directions: Floats, hits: Hits) -> Surfaces:
     """The surfaces at hits that all met a triangle, for rays [N, 3]."""
     flat = model.flat_normals.take(hits.triangle, axis=0)
     flat *= side_of_viewer(flat, directions)

@@ -29,7 +29,7 @@ MOST_FORMS = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class DerivationTrace:
     """One model and the numbering of its grammar."""
 
     name: str
@@ -55,7 +55,7 @@ def trace_model(
     start_rule: str = "",
     footprint: str = "",
     assets: Path | None = None,
-) -> Trace:
+) -> DerivationTrace:
     """Derives one model as `grammarlab.runs.sampling.sample.sample_run` does.
 
     Args:
@@ -85,7 +85,7 @@ def trace_model(
     nodes = forest.nodes
     order = np.lexsort((nodes.repeat, nodes.child, nodes.parent))
     children = _by_node(nodes.parent[order], order)
-    return Trace(
+    return DerivationTrace(
         source.name,
         forest,
         number_grammar(rules),
@@ -96,7 +96,7 @@ def trace_model(
     )
 
 
-def as_values(trace: Trace) -> dict[str, Any]:
+def as_values(trace: DerivationTrace) -> dict[str, Any]:
     """The model as plain values, one row a node."""
     forest, nodes = trace.forest, trace.forest.nodes
     rows = []
@@ -126,7 +126,7 @@ def as_values(trace: Trace) -> dict[str, Any]:
     }
 
 
-def as_lines(trace: Trace, everything: bool = False) -> Iterator[str]:
+def as_lines(trace: DerivationTrace, everything: bool = False) -> Iterator[str]:
     """The model as an indented tree.
 
     Args:
@@ -148,11 +148,11 @@ def as_lines(trace: Trace, everything: bool = False) -> Iterator[str]:
             waiting += reversed([(child, depth + 1, note) for child, note in below])
 
 
-def _all(trace: Trace, node: int) -> list[tuple[int, str]]:
+def _all(trace: DerivationTrace, node: int) -> list[tuple[int, str]]:
     return [(child, "") for child in trace.children[node]]
 
 
-def _shortened(trace: Trace, node: int, forms: Sequence[int]) -> list[tuple[int, str]]:
+def _shortened(trace: DerivationTrace, node: int, forms: Sequence[int]) -> list[tuple[int, str]]:
     """The children to list, each with how many are like it; -1 stands for those left out."""
     nodes = trace.forest.nodes
     found: list[tuple[int, str]] = []
@@ -169,7 +169,7 @@ def _shortened(trace: Trace, node: int, forms: Sequence[int]) -> list[tuple[int,
     return found
 
 
-def _forms(trace: Trace) -> list[int]:
+def _forms(trace: DerivationTrace) -> list[int]:
     """For each node a number that is the same where the same branches were taken below it."""
     nodes = trace.forest.nodes
     known: dict[object, int] = {}
@@ -180,7 +180,7 @@ def _forms(trace: Trace) -> list[int]:
     return forms
 
 
-def _depth_first(trace: Trace) -> Iterator[tuple[int, int]]:
+def _depth_first(trace: DerivationTrace) -> Iterator[tuple[int, int]]:
     waiting = [(0, 0)]
     while waiting:
         node, depth = waiting.pop()
@@ -188,7 +188,7 @@ def _depth_first(trace: Trace) -> Iterator[tuple[int, int]]:
         waiting += reversed([(child, depth + 1) for child in trace.children[node]])
 
 
-def _line(trace: Trace, node: int, depth: int, note: str) -> str:
+def _line(trace: DerivationTrace, node: int, depth: int, note: str) -> str:
     origin = origin_of(trace.forest, trace.numbering, node)
     made, rule = (f"{place.line}:{place.column}" if place else "-" for place in (origin.made_at, origin.rule_at))
     sizes = [trace.forest.leaves.size[leaf].tolist() for leaf in trace.leaves.get(node, ())]
@@ -206,7 +206,7 @@ def _drawn(site: Site, value: float) -> str:
     return f"{site.name} = {value:.6g}" if site.kind == "uniform" else f"{site.name}: item {int(value) + 1}"
 
 
-def _draws(trace: Trace, node: int) -> Iterator[tuple[Site, float, Location]]:
+def _draws(trace: DerivationTrace, node: int) -> Iterator[tuple[Site, float, Location]]:
     draws = trace.forest.draws
     for row in trace.draws.get(node, ()):
         site = int(draws.site[row])

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from grammarlab.evaluation.curves import Curve
 from grammarlab.runs.disk.results import Progress, made
 from grammarlab.runs.evaluate.store import CurveRecord, curves_in
-from grammarlab.runs.evaluate.task import Task
+from grammarlab.runs.evaluate.task import CurveTask
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
 Store: TypeAlias = dict[str, dict[int, CurveRecord]]
@@ -18,8 +18,8 @@ Store: TypeAlias = dict[str, dict[int, CurveRecord]]
 
 
 def run_tasks(
-    work: Callable[[Task], CurveRecord],
-    tasks: Sequence[Task],
+    work: Callable[[CurveTask], CurveRecord],
+    tasks: Sequence[CurveTask],
     folder: Path,
     *,
     executor: AbstractExecutor = SERIAL,
@@ -61,7 +61,7 @@ def run_tasks(
     )
 
 
-def _missing(tasks: Sequence[Task], store: Store) -> list[Task]:
+def _missing(tasks: Sequence[CurveTask], store: Store) -> list[CurveTask]:
     """The curves to make: each once, longer ones first, since they may serve for shorter ones; scenario by scenario."""
     planned = {key: dict(curves) for key, curves in store.items()}
     missing = []
@@ -77,7 +77,7 @@ def _add(store: Store, record: CurveRecord) -> None:
     store.setdefault(record.key, {})[record.max_labels] = record
 
 
-def _usable(task: Task, store: Store) -> CurveRecord | None:
+def _usable(task: CurveTask, store: Store) -> CurveRecord | None:
     """The task's curve when it, or a longer one that begins with it, is there."""
     for max_labels, record in sorted(store.get(task.key, {}).items()):
         # Where the last round of the shorter curve is cut, the longer one does not begin with it.

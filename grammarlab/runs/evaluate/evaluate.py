@@ -31,7 +31,7 @@ from grammarlab.runs.evaluate.reporting.sections import copied_beside
 from grammarlab.runs.evaluate.request import EvaluationRequest
 from grammarlab.runs.evaluate.samples import draw_models
 from grammarlab.runs.evaluate.table import DensityRow, density_rows, density_tables
-from grammarlab.runs.evaluate.task import Task, make_curve
+from grammarlab.runs.evaluate.task import CurveTask, make_curve
 from grammarlab.runs.sampling.sources import load_source
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
@@ -151,10 +151,12 @@ def _persons(request: EvaluationRequest, cache: Path) -> list[Person]:
 
 def _tasks(
     path: Path, methods: Sequence[Method], person: Respondent, seeds: int, max_labels: int, cache: Path
-) -> list[Task]:
+) -> list[CurveTask]:
     key = load_source(path).key
-    return [Task(path, key, method, seed, max_labels, cache, person) for method in methods for seed in range(seeds)]
+    return [
+        CurveTask(path, key, method, seed, max_labels, cache, person) for method in methods for seed in range(seeds)
+    ]
 
 
-def _figure_tasks(figure: PlannedFigure, seeds: int, cache: Path) -> list[list[Task]]:
+def _figure_tasks(figure: PlannedFigure, seeds: int, cache: Path) -> list[list[CurveTask]]:
     return [_tasks(curve.scenario, (curve.method,), EXACT, seeds, figure.max_labels, cache) for curve in figure.curves]

@@ -12,7 +12,7 @@ from grammarlab.evaluation.names import chosen_one
 from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
 from grammarlab.preference.labels.files import save_labels
 from grammarlab.preference.labels.table import OVERALL, Labels
-from grammarlab.runs.evaluate.task import Task, run_protocol
+from grammarlab.runs.evaluate.task import CurveTask, run_protocol
 from grammarlab.runs.sampling.sources import load_source
 from grammarlab.runs.work.workers import one_thread
 
@@ -56,12 +56,12 @@ def label_models_of(
     file.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         save_labels(Labels(), Path(scratch, file.name))  # a wrong suffix is better told before the work than after it
-        labels, curve = labels_of(Task(scenario, key, way, seed, num_labels, cache or Path(scratch), respondent))
+        labels, curve = labels_of(CurveTask(scenario, key, way, seed, num_labels, cache or Path(scratch), respondent))
     save_labels(labels, file)
     return LabelResult(file, labels, curve)
 
 
-def labels_of(task: Task) -> tuple[Labels, Curve]:
+def labels_of(task: CurveTask) -> tuple[Labels, Curve]:
     """What the simulated person of a task says, and how well each round of it was learned from."""
     with one_thread():
         material, state, curve = run_protocol(task)

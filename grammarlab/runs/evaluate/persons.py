@@ -17,7 +17,7 @@ from grammarlab.evaluation.scenario import Scenario
 from grammarlab.runs.disk.results import Progress, made
 from grammarlab.runs.evaluate.label import labels_of
 from grammarlab.runs.evaluate.measurements import digest, measurements_in
-from grammarlab.runs.evaluate.task import Task
+from grammarlab.runs.evaluate.task import CurveTask
 from grammarlab.runs.learn.labels import learn_from_labels
 from grammarlab.runs.learn.measure import LabelledSet
 from grammarlab.runs.markdown import table
@@ -104,7 +104,7 @@ def row_of(person: Person) -> dict[str, Any]:
     scenario, method = load_source(person.path), METHODS[METHOD]
     source = scenario.for_person(person.seed)
     labels, curve = labels_of(
-        Task(person.path, scenario.key, method, person.seed, person.labels, person.cache, person.respondent)
+        CurveTask(person.path, scenario.key, method, person.seed, person.labels, person.cache, person.respondent)
     )
     with tempfile.TemporaryDirectory() as scratch:
         result = learn_from_labels(

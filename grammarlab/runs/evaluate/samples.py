@@ -15,7 +15,7 @@ from grammarlab.evaluation.material import Material
 from grammarlab.randomness import derived_seed
 from grammarlab.runs.disk.results import Progress, made
 from grammarlab.runs.evaluate.measurements import measurements_in
-from grammarlab.runs.evaluate.task import Task, run_protocol
+from grammarlab.runs.evaluate.task import CurveTask, run_protocol
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
 STORE = "samples"
@@ -26,7 +26,7 @@ LANE = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Sample:
+class CurveSample:
     """Models drawn from a density, each on its own."""
 
     js: float
@@ -45,14 +45,14 @@ class BeforeAfter:
     """Of the person."""
     labels: int
     """That the person gave."""
-    before: Sample
+    before: CurveSample
     """Of the grammar as it is."""
-    after: Sample
+    after: CurveSample
     """Of what was learned from all labels."""
 
 
 def draw_models(
-    tasks: Sequence[Task],
+    tasks: Sequence[CurveTask],
     folder: Path,
     *,
     executor: AbstractExecutor = SERIAL,
@@ -88,7 +88,7 @@ def choose(weights: NDArray[np.float64], num_models: int, seed: int) -> list[int
     return random.choice(len(weights), num_models, p=weights / weights.sum()).tolist()
 
 
-def _made(task: Task) -> dict[str, Any]:
+def _made(task: CurveTask) -> dict[str, Any]:
     """The samples of a task."""
     material, state, curve = run_protocol(task)
     learned = material.weights * protocol.learned(material, state)
@@ -97,13 +97,14 @@ def _made(task: Task) -> dict[str, Any]:
     return asdict(BeforeAfter(task.seed, state.num_answers, before, after))
 
 
-def _sample(material: Material, weights: NDArray[np.float64], js: float, seed: int) -> Sample:
+def _sample(material: Material, weights: NDArray[np.float64], js: float, seed: int) -> CurveSample:
     models = choose(weights, NUM_MODELS, seed)
-    return Sample(js, tuple(models), tuple(100 * float(material.target[model]) for model in models))
+    return CurveSample(js, tuple(models), tuple(100 * float(material.target[model]) for model in models))
 
 
 def _parsed(values: Mapping[str, Any]) -> BeforeAfter:
     before, after = (
-        Sample(part["js"], tuple(part["models"]), tuple(part["scores"])) for part in (values["before"], values["after"])
+        CurveSample(part["js"], tuple(part["models"]), tuple(part["scores"]))
+        for part in (values["before"], values["after"])
     )
     return BeforeAfter(values["seed"], values["labels"], before, after)

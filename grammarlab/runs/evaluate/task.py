@@ -21,7 +21,7 @@ from grammarlab.runs.sampling.sources import load_source
 
 
 @dataclass(frozen=True, slots=True)
-class Task:
+class CurveTask:
     """One curve to make."""
 
     scenario: Path
@@ -68,7 +68,7 @@ def load_material(scenario: Path, _source_key: str, settings: Settings, seed: in
     return prepare(load_source(scenario).for_person(seed), settings)
 
 
-def run_protocol(task: Task) -> tuple[Material, State, Curve]:
+def run_protocol(task: CurveTask) -> tuple[Material, State, Curve]:
     """The simulated person of a task, after all rounds."""
     material = load_material(task.scenario, task.source_key, task.settings, task.seed)
     material = material if task.method.factored else material.as_one_factor()
@@ -77,7 +77,7 @@ def run_protocol(task: Task) -> tuple[Material, State, Curve]:
     return material, state, curve
 
 
-def make_curve(task: Task) -> CurveRecord:
+def make_curve(task: CurveTask) -> CurveRecord:
     """The curve of a task."""
     material, _, curve = run_protocol(task)
     name = load_source(task.scenario).scenario.name

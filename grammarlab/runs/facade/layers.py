@@ -12,7 +12,7 @@ from typing import Any
 from grammarlab.export.save import save
 from grammarlab.facade.layers.designs.design import Design, word_text
 from grammarlab.facade.layers.layouts import layouts
-from grammarlab.facade.layers.showing.family import Variant, WrittenVariants, write_variants
+from grammarlab.facade.layers.showing.family import FamilyVariant, WrittenVariants, write_variants
 from grammarlab.facade.layers.showing.flattening import flattened
 from grammarlab.facade.layers.showing.panels import Panels, panels_of
 from grammarlab.facade.layers.showing.relief import relief
@@ -154,7 +154,7 @@ def family_of(design: Design, widths: Sequence[float], heights: Sequence[float],
             solved = solve_design(design, width, height, count)
             least = solved[0].layout.energy
             variants += [
-                Variant((width, height), each.facade, max(math.exp(least - each.layout.energy), _LEAST))
+                FamilyVariant((width, height), each.facade, max(math.exp(least - each.layout.energy), _LEAST))
                 for each in solved
             ]
     sizes = f"{min(widths):g} to {max(widths):g} m wide and {min(heights):g} to {max(heights):g} m high"

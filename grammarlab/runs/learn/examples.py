@@ -21,7 +21,7 @@ from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.targets.measure import Measured, measured
 from grammarlab.learning.targets.target import check_method
 from grammarlab.runs.learn.example_models import example_models
-from grammarlab.runs.learn.measure import Truth
+from grammarlab.runs.learn.measure import TrueDensity
 from grammarlab.runs.learn.scenario import origin_line, scenario_of, write_learned
 from grammarlab.runs.requests.examples import RuleSource, find_rules
 from grammarlab.runs.sampling.derive_batch import compiled
@@ -60,7 +60,7 @@ class ExamplesResult:
     """The learned density as the wanted one, beside the original one, on a pool of models."""
     seconds: float
     """From the examples to the text of the grammar."""
-    truth: Truth | None = None
+    truth: TrueDensity | None = None
     """How near it comes to a scenario, where one is given to compare with."""
 
 
@@ -109,7 +109,7 @@ def learn_from_files(
         held_out,
         measured(ratio, ratio, made.weights),
         seconds,
-        None if known is None else Truth.of(known, learned),
+        None if known is None else TrueDensity.of(known, learned),
     )
 
 

@@ -15,11 +15,11 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init, step
 from grammarlab.learning.settings import Settings
-from grammarlab.learning.targets.simplification import Factor
+from grammarlab.learning.targets.simplification import SimplifiedFactor
 from grammarlab.learning.targets.target import Learned, LearnedDensity, Making
 from grammarlab.preference.base import Relevance
 from grammarlab.preference.labels.table import Labels
-from grammarlab.runs.learn.measure import Truth
+from grammarlab.runs.learn.measure import TrueDensity
 from grammarlab.runs.learn.scenario import origin_line, scenario_of, write_learned
 from grammarlab.runs.requests.domains import domain_of, opened
 from grammarlab.runs.requests.examples import RuleSource, find_rules
@@ -46,7 +46,7 @@ class LabelsResult:
     """From the labels to the text of the grammar."""
     gain: float | None = None
     """Nats by which 16 more scores are expected to bring the density nearer; None where the method cannot tell."""
-    truth: Truth | None = None
+    truth: TrueDensity | None = None
     """How near it comes to what a simulated person really wanted, where that is known."""
 
     @property
@@ -55,7 +55,7 @@ class LabelsResult:
         return self.density.learned
 
     @property
-    def factors(self) -> tuple[Factor, ...]:
+    def factors(self) -> tuple[SimplifiedFactor, ...]:
         """The liked factors."""
         return self.density.predicted.factors
 
@@ -143,5 +143,5 @@ def learn_from_labels(
         tuple(found.factor for found in answers if not found.is_liked),
         seconds,
         gain,
-        None if known is None else Truth.of(known, learned, respondent),
+        None if known is None else TrueDensity.of(known, learned, respondent),
     )

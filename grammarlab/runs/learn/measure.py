@@ -65,7 +65,7 @@ class LabelledSet:
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
+class TrueDensity:
     """A learned density compared with what a scenario likes, on its labelled set."""
 
     scenario: str
@@ -82,6 +82,6 @@ class Truth:
         return self.measured.before
 
     @classmethod
-    def of(cls, source: Source, learned: Learned[Forest], respondent: Respondent = EXACT) -> Truth:
+    def of(cls, source: Source, learned: Learned[Forest], respondent: Respondent = EXACT) -> TrueDensity:
         """Derives the labelled set and compares."""
         return cls(source.scenario.name, LabelledSet.of(source, respondent).measure(learned))

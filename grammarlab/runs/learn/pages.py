@@ -10,7 +10,7 @@ from grammarlab.learning.asking.stopping import MORE
 from grammarlab.learning.targets.target import Learned
 from grammarlab.runs.learn.examples import ExamplesResult
 from grammarlab.runs.learn.labels import LabelsResult
-from grammarlab.runs.learn.measure import Truth
+from grammarlab.runs.learn.measure import TrueDensity
 from grammarlab.runs.learn.report import Report, compared_rows, cost_facts, nats
 from grammarlab.runs.learn.scenario import LearnResult
 from grammarlab.runs.markdown import table
@@ -116,5 +116,5 @@ def _rules(learned: Learned[Any]) -> tuple[str, str, str]:
     return "rules", f"{learned.rules_before}", f"{learned.rules_after}"
 
 
-def _truth(truth: Truth | None) -> Rows:
+def _truth(truth: TrueDensity | None) -> Rows:
     return () if truth is None else compared_rows(f"scenario {truth.scenario}", truth.measured)

@@ -25,7 +25,7 @@ LARGE, SMALL = 18, 13
 
 
 @dataclass(frozen=True, slots=True)
-class Page:
+class SheetPage:
     """Where everything goes."""
 
     width: int
@@ -48,7 +48,7 @@ class Page:
         return left + self.width + BORDER, top + self.height + CAPTION + BORDER
 
 
-def lay_out(num: int, columns: int, width: int, height: int) -> Page:
+def lay_out(num: int, columns: int, width: int, height: int) -> SheetPage:
     """A page for some pictures of one size.
 
     Args:
@@ -58,7 +58,7 @@ def lay_out(num: int, columns: int, width: int, height: int) -> Page:
         height: pixels of a picture.
     """
     best = min(columns, num) or min(range(1, num + 1), key=lambda count: _awkwardness(num, count, width, height))
-    return Page(width, height, best, math.ceil(num / best))
+    return SheetPage(width, height, best, math.ceil(num / best))
 
 
 def _awkwardness(num: int, columns: int, width: int, height: int) -> float:
@@ -69,7 +69,7 @@ def _awkwardness(num: int, columns: int, width: int, height: int) -> float:
 
 
 def draw_page(
-    page: Page, pictures: Sequence[Picture], captions: Sequence[tuple[str, str]], heading: tuple[str, str]
+    page: SheetPage, pictures: Sequence[Picture], captions: Sequence[tuple[str, str]], heading: tuple[str, str]
 ) -> Picture:
     """The whole page.
 

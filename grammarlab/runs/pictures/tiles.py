@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.rendering.camera import Camera, View, frame, frame_alike, seen_aspect
-from grammarlab.rendering.choice import Choice
+from grammarlab.rendering.choice import RendererChoice
 from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.runs.pictures.sheet_page import Picture
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
@@ -20,7 +20,7 @@ from grammarlab.scene import TriangleBatch
 
 NARROWEST, WIDEST = 0.65, 1.6
 """Width over height of the pictures, as fits the models."""
-_CAST = Choice("cast")
+_CAST = RendererChoice("cast")
 
 
 class _Task(NamedTuple):
@@ -51,7 +51,7 @@ def draw_tiles(
     executor: AbstractExecutor,
     *,
     same_scale: bool = False,
-    choice: Choice = _CAST,
+    choice: RendererChoice = _CAST,
 ) -> Tiles:
     """Draw each model by itself.
 
@@ -84,5 +84,5 @@ def _size(points: Sequence[NDArray[np.float32]], area: int, view: View) -> tuple
     return round(math.sqrt(area * aspect)), round(math.sqrt(area / aspect))
 
 
-def _draw(choice: Choice, options: RenderOptions, task: _Task) -> Picture:
+def _draw(choice: RendererChoice, options: RenderOptions, task: _Task) -> Picture:
     return choice.make().render(task.model, task.camera, options)

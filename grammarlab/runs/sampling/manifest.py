@@ -16,7 +16,7 @@ from grammarlab.about import __version__
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import AssetError
 from grammarlab.files import write_text
-from grammarlab.rendering.choice import Choice
+from grammarlab.rendering.choice import RendererChoice
 from grammarlab.runs.requests.examples import examples_folder
 from grammarlab.runs.requests.request import SampleRequest
 from grammarlab.runs.sampling.records import ModelRecord
@@ -51,7 +51,7 @@ class Manifest:
 def write_manifest(
     folder: Path,
     request: SampleRequest,
-    choice: Choice,
+    choice: RendererChoice,
     asset_files: Mapping[str, str],
     models: Sequence[ModelRecord] = (),
     files: Mapping[str, str] | None = None,
@@ -137,7 +137,7 @@ def current_versions() -> dict[str, str]:
     }
 
 
-def _drawing_versions(choice: Choice) -> dict[str, str]:
+def _drawing_versions(choice: RendererChoice) -> dict[str, str]:
     """What else a picture depends on when OpenGL draws it."""
     return {name: version(name) for name in _GL_LIBRARIES} | {"opengl": choice.driver} if choice.name == "gl" else {}
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.errors import AssetError, Finding, UsageError
 from grammarlab.files import file_hash, remove_parts
-from grammarlab.rendering.choice import Choice, choose
+from grammarlab.rendering.choice import RendererChoice, choose
 from grammarlab.runs.disk.results import Progress
 from grammarlab.runs.models.abstract import models_of
 from grammarlab.runs.requests.asset_files import first_difference, hash_assets
@@ -101,7 +101,7 @@ def sample_run(
     folder = Path(folder)
     # Errors in the rules and options come before anything is written or removed.
     models_of(request).check(request)
-    choice = choose(request.renderer) if request.image else Choice("cast")
+    choice = choose(request.renderer) if request.image else RendererChoice("cast")
     if request.image:
         request = replace(request, renderer=choice.name)
     asset_files = hash_assets(request)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from grammarlab.files import atomic_file
-from grammarlab.rendering.choice import Choice
+from grammarlab.rendering.choice import RendererChoice
 from grammarlab.runs.pictures.sheet_page import draw_page, lay_out
 from grammarlab.runs.pictures.tiles import draw_tiles, seen_points
 from grammarlab.runs.requests.batches import Batch
@@ -30,7 +30,7 @@ def sheet_name(request: SampleRequest) -> str:
 
 
 def draw_sheet(
-    request: SampleRequest, folder: Path, batches: tuple[Batch, ...], executor: AbstractExecutor, choice: Choice
+    request: SampleRequest, folder: Path, batches: tuple[Batch, ...], executor: AbstractExecutor, choice: RendererChoice
 ) -> Path:
     """Draw the models of finished batches onto one picture, `SHEET_MODELS` at most."""
     models = _first_models(request, folder, batches)

@@ -26,7 +26,7 @@ Body = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class GridLayout:
     """How many models are shown, and how."""
 
     grids: int = 2
@@ -40,7 +40,7 @@ class Layout:
 
 
 @dataclass(frozen=True, slots=True)
-class Grid:
+class ModelGrid:
     """Models side by side."""
 
     title: str

@@ -12,7 +12,7 @@ from grammarlab.runs.scoring.grids import PAIRS
 from grammarlab.runs.scoring.shown.desk import Desk
 from grammarlab.runs.scoring.shown.knowledge import ModelPool
 from grammarlab.runs.scoring.shown.populate import WAYS, fresh_samples, number_to_choose
-from grammarlab.runs.scoring.workers.tasks import Choice, Choose, Prepare, Progress, Update
+from grammarlab.runs.scoring.workers.tasks import Choose, ModelChoice, Prepare, Progress, Update
 from grammarlab.runs.scoring.workers.worker_pool import Outcome, WorkerPool
 
 STAYED = "Predictions are new; the models stay, since you went on meanwhile. Populate for others."
@@ -91,7 +91,7 @@ class Learning:
         """Ends the process."""
         self._learners.close()
 
-    def _learn(self, choice: Choice | None) -> None:
+    def _learn(self, choice: ModelChoice | None) -> None:
         record, features = self._desk.record, self._desk.knowledge.features
         known = 0 if features is None else features.version
         self._progress("waiting", 0, 1)
@@ -133,7 +133,7 @@ class Learning:
         if outcome.error:
             self._desk.message = outcome.error
 
-    def _chosen(self, choice: Choice, num_shown: int, outcome: Outcome) -> None:
+    def _chosen(self, choice: ModelChoice, num_shown: int, outcome: Outcome) -> None:
         self._choosing = 0
         self._progress_ended()
         if outcome.value is None:
@@ -150,8 +150,8 @@ class Learning:
         if not self._ticket:
             self.updating = None
 
-    def _choice(self, way: str) -> Choice:
+    def _choice(self, way: str) -> ModelChoice:
         desk = self._desk
         # The product has no comparisons of its own.
         factor = desk.record.active if way == PAIRS else desk.factor
-        return Choice(way, factor, number_to_choose(way, desk.record.layout), desk.seed)
+        return ModelChoice(way, factor, number_to_choose(way, desk.record.layout), desk.seed)

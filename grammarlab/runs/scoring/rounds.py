@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from grammarlab.runs.scoring.files import Result, SessionFiles, answered
-from grammarlab.runs.scoring.grids import PAIRS, Body, Grid
+from grammarlab.runs.scoring.grids import PAIRS, Body, ModelGrid
 from grammarlab.runs.scoring.learning import Learning
 from grammarlab.runs.scoring.record.store import Store
 from grammarlab.runs.scoring.shown.desk import Desk
@@ -76,7 +76,7 @@ class Rounds:
             return
         if after.grids == before.grids and after.rows * after.columns <= before.rows * before.columns:
             size = after.rows * after.columns
-            self.desk.arrange([Grid(grid.title, grid.models[:size]) for grid in record.grids])
+            self.desk.arrange([ModelGrid(grid.title, grid.models[:size]) for grid in record.grids])
         else:
             self.learning.populate(record.way)
 

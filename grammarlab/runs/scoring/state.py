@@ -11,7 +11,7 @@ from grammarlab.runs.scoring.record.said import Scores, compared
 from grammarlab.runs.scoring.rounds import Rounds
 from grammarlab.runs.scoring.shown.desk import Desk
 from grammarlab.runs.scoring.shown.populate import WAYS
-from grammarlab.runs.scoring.workers.tasks import Predicted, Singles
+from grammarlab.runs.scoring.workers.tasks import Predictions, Singles
 from grammarlab.runs.serving.windows import Message
 
 PROTOCOL = 1
@@ -56,7 +56,7 @@ def state_of(rounds: Rounds) -> Message:
     }
 
 
-def _models(desk: Desk, predicted: Predicted | None) -> dict[str, Message]:
+def _models(desk: Desk, predicted: Predictions | None) -> dict[str, Message]:
     """What is known about each model that is shown."""
     record = desk.record
     names = [model for grid in record.grids for model in grid.models]
@@ -107,7 +107,7 @@ def _numbers(values: Singles | None, index: NDArray[np.int64]) -> list[float | N
     return [round(float(values[i]), 2) if i >= 0 else None for i in index]
 
 
-def _relevance(predicted: Predicted | None) -> list[Message]:
+def _relevance(predicted: Predictions | None) -> list[Message]:
     if predicted is None:
         return []
     return [{"name": name, "level": level, "share": share} for name, level, share in predicted.relevance]

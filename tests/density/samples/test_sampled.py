@@ -18,7 +18,7 @@ from grammarlab.features.counting import counts as counting
 from grammarlab.features.patterns import text as pattern_text
 from grammarlab.features.patterns.pattern import Threshold
 from grammarlab.features.rules.expression import Expression
-from grammarlab.features.rules.score import Case, Score
+from grammarlab.features.rules.score import Score, ScoreCase
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.targets.divergence import jensen_shannon
 from tests.density.mixtures.test_choices import cells_taken, contexts_of
@@ -44,7 +44,7 @@ NEW = "{NewWall} and {NewDoor} and {NewRoof}"
 
 
 def score(*cases):
-    return Score.of_cases([Case(value, Expression.parse(when)) for value, when in cases])
+    return Score.of_cases([ScoreCase(value, Expression.parse(when)) for value, when in cases])
 
 
 STYLE = score((40, OLD), (20, NEW))

@@ -8,7 +8,7 @@ from grammarlab.density.targets.drawing import draw
 from grammarlab.density.targets.target import Target
 from grammarlab.errors import GrammarlabError, InexactError
 from grammarlab.features.rules.expression import Expression
-from grammarlab.features.rules.score import Case, Score
+from grammarlab.features.rules.score import Score, ScoreCase
 from grammarlab.language.grammar import Grammar
 
 HOUSE = Grammar.parse(
@@ -18,7 +18,7 @@ HOUSE = Grammar.parse(
 
 
 def score(*cases):
-    return Score.of_cases([Case(value, Expression.parse(when)) for value, when in cases])
+    return Score.of_cases([ScoreCase(value, Expression.parse(when)) for value, when in cases])
 
 
 GLASSY = Target.of_score(HOUSE, score((60, "{Glass} == 1 and {Brick} == 1"), (30, "{Glass} == 2")))

@@ -7,45 +7,60 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from grammarlab.derivation.values.splitting import Repeat, Size, count_pieces, divide
+from grammarlab.derivation.values.splitting import SplitRepeat, SplitSize, count_pieces, divide
 
 
-def about(value: float) -> Size:
-    return Size(value, floating=True)
+def about(value: float) -> SplitSize:
+    return SplitSize(value, floating=True)
 
 
-def extents(length: float, *elements: Size | Repeat) -> list[list[float]]:
+def extents(length: float, *elements: SplitSize | SplitRepeat) -> list[list[float]]:
     return [np.round(piece.extent, 6).tolist() for piece in divide(np.array([length]), elements)]
 
 
 EXAMPLES = [
-    ("fixed sizes around a floating one", 10.0, [Size(3.3), about(3), Size(5)], [[3.3], [1.7], [5.0]]),
+    ("fixed sizes around a floating one", 10.0, [SplitSize(3.3), about(3), SplitSize(5)], [[3.3], [1.7], [5.0]]),
     ("floating sizes share in proportion", 10.0, [about(0.5), about(0.1), about(0.2)], [[6.25], [1.25], [2.5]]),
-    ("what does not fill leaves a gap", 10.0, [Size(5.0), Size(1.0), Size(2.0)], [[5.0], [1.0], [2.0]]),
-    ("what is too much is cut", 10.0, [Size(5.0), Size(6.0), Size(3.0)], [[5.0], [5.0], []]),
+    ("what does not fill leaves a gap", 10.0, [SplitSize(5.0), SplitSize(1.0), SplitSize(2.0)], [[5.0], [1.0], [2.0]]),
+    ("what is too much is cut", 10.0, [SplitSize(5.0), SplitSize(6.0), SplitSize(3.0)], [[5.0], [5.0], []]),
     (
         "sizes of nothing are skipped",
         5.0,
-        [Size(1.5), Size(-2.0), Size(1.5), Size(0.0), Size(4.0)],
+        [SplitSize(1.5), SplitSize(-2.0), SplitSize(1.5), SplitSize(0.0), SplitSize(4.0)],
         [[1.5], [], [1.5], [], [2.0]],
     ),
-    ("floating sizes get nothing when there is no room", 4.0, [Size(3.0), about(1), Size(2.0)], [[3.0], [], [1.0]]),
+    (
+        "floating sizes get nothing when there is no room",
+        4.0,
+        [SplitSize(3.0), about(1), SplitSize(2.0)],
+        [[3.0], [], [1.0]],
+    ),
     (
         "a fixed pattern repeats and its last part is cut",
         10.0,
-        [Repeat((Size(2.0), Size(1.0)))],
+        [SplitRepeat((SplitSize(2.0), SplitSize(1.0)))],
         [[2, 2, 2, 1], [1, 1, 1]],
     ),
-    ("a floating pattern is stretched", 12.2, [Repeat((about(3),))], [[3.05] * 4]),
-    ("never less than one", 0.5, [Repeat((about(3),))], [[0.5]]),
+    ("a floating pattern is stretched", 12.2, [SplitRepeat((about(3),))], [[3.05] * 4]),
+    ("never less than one", 0.5, [SplitRepeat((about(3),))], [[0.5]]),
     (
         "beside fixed sizes",
         10.0,
-        [Size(1.0), Repeat((about(1), Size(0.2), about(1))), Size(1.0)],
+        [SplitSize(1.0), SplitRepeat((about(1), SplitSize(0.2), about(1))), SplitSize(1.0)],
         [[1], [0.9] * 4, [0.2] * 4, [0.9] * 4, [1]],
     ),
-    ("fixed and floating in one pattern", 10.0, [Repeat((Size(1.0), about(2.7))), Size(1.0)], [[1] * 3, [2] * 3, [1]]),
-    ("two groups share the count", 17.35, [Repeat((about(3.55),)), Repeat((about(3.55),))], [[3.47] * 3, [3.47] * 2]),
+    (
+        "fixed and floating in one pattern",
+        10.0,
+        [SplitRepeat((SplitSize(1.0), about(2.7))), SplitSize(1.0)],
+        [[1] * 3, [2] * 3, [1]],
+    ),
+    (
+        "two groups share the count",
+        17.35,
+        [SplitRepeat((about(3.55),)), SplitRepeat((about(3.55),))],
+        [[3.47] * 3, [3.47] * 2],
+    ),
 ]
 
 
@@ -56,17 +71,17 @@ def test_worked_examples(length, elements, expected):
 
 @pytest.mark.parametrize(("length", "count"), [(40.0, 13), (12.2, 4)])
 def test_the_repeat_count_brings_the_stretch_nearest_to_one(length, count):
-    assert len(extents(length, Repeat((about(3.0),)))[0]) == count
+    assert len(extents(length, SplitRepeat((about(3.0),)))[0]) == count
 
 
 def test_a_floating_rest_changes_the_count():
-    tiles, joints, rest = extents(2.15, Repeat((about(0.7167), Size(0.25))), about(0.7167))
+    tiles, joints, rest = extents(2.15, SplitRepeat((about(0.7167), SplitSize(0.25))), about(0.7167))
     assert (len(tiles), len(joints), len(rest)) == (2, 2, 1)
 
 
-sizes = st.builds(Size, st.floats(0.05, 5.0), st.booleans())
+sizes = st.builds(SplitSize, st.floats(0.05, 5.0), st.booleans())
 patterns = st.lists(
-    st.one_of(sizes, st.builds(lambda s: Repeat(tuple(s)), st.lists(sizes, min_size=1, max_size=3))),
+    st.one_of(sizes, st.builds(lambda s: SplitRepeat(tuple(s)), st.lists(sizes, min_size=1, max_size=3))),
     min_size=1,
     max_size=5,
 )
@@ -87,7 +102,7 @@ def test_pieces_lie_within_their_length_without_overlap(lengths, elements):
 
 @given(st.floats(0.2, 60.0), patterns)
 def test_floating_sizes_fill_the_length(length, elements):
-    outside = [e for e in elements if isinstance(e, Size)]
+    outside = [e for e in elements if isinstance(e, SplitSize)]
     assume(any(size.floating for size in outside))
     assume(sum(size.value for size in outside if not size.floating) < 0.9 * length)
     assert sum(piece.extent.sum() for piece in divide(np.array([length]), elements)) == pytest.approx(length)

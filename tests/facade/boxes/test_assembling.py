@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.boxes.annotation import Annotation, Unit, annotate
+from grammarlab.facade.boxes.annotation import BoxAnnotation, Unit, annotate
 from grammarlab.facade.boxes.assembling import OUTSIDE, USUAL_WIDTH, assemble
 from grammarlab.facade.tree import Facade, Picture
 from tests.facade.drawings import drawing
@@ -17,7 +17,7 @@ from tests.facade.tilings import tiling
 AREA = np.array([[0.0, 0.0], [400.0, 200.0]])
 
 
-def annotation(*boxes: tuple[float, ...], names: str = "", unit: Unit = "metres", **more) -> Annotation:
+def annotation(*boxes: tuple[float, ...], names: str = "", unit: Unit = "metres", **more) -> BoxAnnotation:
     labels = names.split() or ["window"] * len(boxes)
     return annotate(np.array(boxes, dtype=np.float64).reshape(-1, 4), labels, unit, **more)
 

@@ -10,7 +10,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.retargeting.repeats import Repeats, find_repeats
 from grammarlab.facade.retargeting.retarget import EVENNESS, GAP, retarget
-from grammarlab.facade.sizes.axes import Origin
+from grammarlab.facade.sizes.axes import LineOrigin
 from grammarlab.facade.sizes.solve import resize
 from grammarlab.facade.sizes.wishes import Size
 from grammarlab.facade.tree import LEAF, Facade, X, Y, check
@@ -106,7 +106,7 @@ def test_no_other_counts_deform_less(factor: float, along: int) -> None:
         except FacadeError:  # Of one storey alone there is no band.
             assert len(columns) < 2
             continue
-        origin = Origin(facade.position[made.source], made.wanted, facade.size[0])
+        origin = LineOrigin(facade.position[made.source], made.wanted, facade.size[0])
         solved = resize(made.facade, [Size(0, along, metres)], origin)
         assert not solved.conflict
         uneven = 0.0

@@ -10,7 +10,7 @@ from scipy import sparse
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.grid import Grid
-from grammarlab.facade.sizes.axes import Origin, leaf_weights
+from grammarlab.facade.sizes.axes import LineOrigin, leaf_weights
 from grammarlab.facade.sizes.solve import Resized, prepare, resize
 from grammarlab.facade.sizes.wishes import Aspect, Position, Size, height, width
 from grammarlab.facade.tree import LEAF, Facade, Floats, X, Y, check, plain
@@ -239,7 +239,7 @@ def test_what_was_inserted_gets_the_sizes_it_came_with() -> None:
     """A tree that was laid out anew: its windows have stretched, but would like to be as before."""
     facade = storeys(4, 3)
     stretched = resize(facade, [width(2.0 * facade.width)]).facade
-    back = resize(stretched, [], Origin(facade.position, facade.size, facade.size[0]))
+    back = resize(stretched, [], LineOrigin(facade.position, facade.size, facade.size[0]))
     np.testing.assert_allclose(back.facade.size, facade.size, atol=1e-9)
     assert max(back.energy) <= 1e-15
 
@@ -250,7 +250,7 @@ def test_every_variation_of_a_grid_is_solved_for_any_size(along: int) -> None:
     found = vary(facade, "windows", along).found
     assert len(found) > 6
     for each in found:
-        came_from = Origin(facade.position[each.source], each.wanted, facade.size[0])
+        came_from = LineOrigin(facade.position[each.source], each.wanted, facade.size[0])
         natural = resize(each.facade, [], came_from)
         assert max(natural.energy) <= 1e-12
         fitted = resize(each.facade, [width(facade.width), height(facade.height)], came_from)

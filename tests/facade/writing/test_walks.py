@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.facade.writing.kinds import Sequence
+from grammarlab.facade.writing.kinds import KindSequence
 from grammarlab.facade.writing.walks import Walks, walks
 
 
@@ -24,8 +24,8 @@ def probabilities(found: Walks) -> dict[tuple[int, ...], float]:
     return result
 
 
-def columns_of(kinds: list[int], sizes: list[float], doors: list[bool]) -> Sequence:
-    return Sequence(tuple(kinds), tuple(sizes), (True,) * len(sizes), tuple(doors))
+def columns_of(kinds: list[int], sizes: list[float], doors: list[bool]) -> KindSequence:
+    return KindSequence(tuple(kinds), tuple(sizes), (True,) * len(sizes), tuple(doors))
 
 
 @given(
@@ -86,4 +86,4 @@ def test_frequent_steps_are_likelier() -> None:
 
 
 def test_nothing_that_stands_has_no_walks() -> None:
-    assert walks(Sequence((0,), (5.0,), (False,), (False,)), 0.0, 10.0) is None
+    assert walks(KindSequence((0,), (5.0,), (False,), (False,)), 0.0, 10.0) is None

@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 from grammarlab.errors import UsageError
 from grammarlab.features.patterns.pattern import Pattern
 from grammarlab.features.rules.expression import Expression
-from grammarlab.features.rules.score import MAX_CASES, Case, Score
+from grammarlab.features.rules.score import MAX_CASES, Score, ScoreCase
 
 COUNTS = st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5)), min_size=1, max_size=8)
 
 
 def case(value, when):
-    return Case(value, Expression.parse(when))
+    return ScoreCase(value, Expression.parse(when))
 
 
 def test_the_first_case_that_holds_counts_and_none_is_zero():

@@ -8,7 +8,7 @@ from grammarlab.evaluation import protocol
 from grammarlab.evaluation.methods import Method
 from grammarlab.runs.evaluate.curves import run_tasks
 from grammarlab.runs.evaluate.store import CurveRecord
-from grammarlab.runs.evaluate.task import Task
+from grammarlab.runs.evaluate.task import CurveTask
 from tests.evaluation.doubles import world
 
 METHODS = (Method("default"), Method("paper", fit="paper", batch=32))
@@ -16,7 +16,7 @@ METHODS = (Method("default"), Method("paper", fit="paper", batch=32))
 
 def tasks(seeds=3, max_labels=32):
     return [
-        Task(Path("F1.toml"), "source", method, seed, max_labels, Path("cache"))
+        CurveTask(Path("F1.toml"), "source", method, seed, max_labels, Path("cache"))
         for method in METHODS
         for seed in range(seeds)
     ]

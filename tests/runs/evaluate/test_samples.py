@@ -10,7 +10,7 @@ from grammarlab.evaluation.preparation import labelled_set
 from grammarlab.features.counting.counts import count
 from grammarlab.runs.evaluate import samples
 from grammarlab.runs.evaluate.samples import NUM_MODELS, STORE, choose, draw_models
-from grammarlab.runs.evaluate.task import Task, make_curve
+from grammarlab.runs.evaluate.task import CurveTask, make_curve
 from grammarlab.runs.sampling.sources import load_source
 from grammarlab.runs.work.executors import executor_of
 
@@ -27,11 +27,11 @@ RULES = "Lot --> 40% : extrude(2) Red else : extrude(3) Blue\nRed --> color(1, 0
 
 
 @pytest.fixture
-def tasks(tmp_path: Path) -> list[Task]:
+def tasks(tmp_path: Path) -> list[CurveTask]:
     (tmp_path / "boxes.cga").write_text(RULES)
     (tmp_path / "boxes.toml").write_text(SCENARIO)
     path = tmp_path / "boxes.toml"
-    return [Task(path, load_source(path).key, METHODS["kde"], seed, 32, tmp_path / "cache") for seed in (0, 1)]
+    return [CurveTask(path, load_source(path).key, METHODS["kde"], seed, 32, tmp_path / "cache") for seed in (0, 1)]
 
 
 def test_samples_have_their_true_scores_and_the_divergences_of_the_curve(tasks, tmp_path):

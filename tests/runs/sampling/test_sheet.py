@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from grammarlab.errors import UsageError
-from grammarlab.rendering.choice import Choice, choose
+from grammarlab.rendering.choice import RendererChoice, choose
 from grammarlab.runs.pictures import tiles
 from grammarlab.runs.pictures.sheet_page import BORDER, PAPER, draw_page, lay_out
 from grammarlab.runs.requests.request import SampleRequest
@@ -140,7 +140,7 @@ def test_ctrl_c_while_drawing_leaves_no_half_picture_and_the_run_goes_on_later(t
 
 
 def test_the_manifest_says_which_renderer_really_drew(tmp_path, monkeypatch):
-    monkeypatch.setattr(sample_module, "choose", lambda _name: Choice("cast"))
+    monkeypatch.setattr(sample_module, "choose", lambda _name: RendererChoice("cast"))
     result = sample_run(request(tmp_path, renderer="auto"), tmp_path / "out")
     manifest = read_manifest(result.manifest)
     assert result.request.renderer == manifest.request.renderer == "cast"

@@ -23,7 +23,7 @@ from grammarlab.runs.scoring.record.store import Store
 from grammarlab.runs.scoring.session import Session
 from grammarlab.runs.scoring.shown.knowledge import ModelPool
 from grammarlab.runs.scoring.workers.learner import learner
-from grammarlab.runs.scoring.workers.tasks import Choice, Choose, Update
+from grammarlab.runs.scoring.workers.tasks import Choose, ModelChoice, Update
 from grammarlab.runs.scoring.workers.worker_pool import Handler
 from tests.runs.scoring.rare import POSTS, SCENARIO, scores_of
 from tests.runs.scoring.windows import Window, shown_models
@@ -67,8 +67,8 @@ def asked_by_session(seed: int) -> list[str]:
     """The models that a session shows, if all of them are scored and then updated, round after round."""
     handler, scores = new_learner(seed), {}
 
-    def choice() -> Choice:
-        return Choice("default", "overall", BATCH, derived_seed(seed, len(scores) // BATCH, 0, 0))
+    def choice() -> ModelChoice:
+        return ModelChoice("default", "overall", BATCH, derived_seed(seed, len(scores) // BATCH, 0, 0))
 
     shown = handler(Choose({"overall": {}}, NUMBERS, choice()), report)
     for _ in range(ROUNDS):
@@ -89,7 +89,7 @@ def test_a_session_asks_about_the_same_models_as_the_protocol(seed: int):
 
 
 def test_widening_that_is_cancelled_at_any_moment_leaves_everything_as_it_was():
-    handler, choice = new_learner(), Choice("uniform", "overall", 12, 5)
+    handler, choice = new_learner(), ModelChoice("uniform", "overall", 12, 5)
     few = Choose({"overall": dict(list(NOTHING_LIKED.items())[:20])}, NUMBERS, choice)
     assert not handler(Update(few.factors, NUMBERS, choice), report).wide
     before = handler(few, report)

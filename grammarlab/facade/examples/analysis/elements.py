@@ -26,7 +26,7 @@ _BESIDE, _ONE_PLACE = 1.0, 0.002
 
 
 @dataclass(frozen=True, slots=True)
-class Elements:
+class WallElements:
     """E elements."""
 
     low: Floats
@@ -56,7 +56,7 @@ def bare_of(wall: Wall) -> Floats:
     return corners
 
 
-def elements_of(wall: Wall, corners: Floats) -> Elements:
+def elements_of(wall: Wall, corners: Floats) -> WallElements:
     """The elements of a wall.
 
     Their sides are those of the points that are seen near them, averaged, so that they are exact where the mesh is and
@@ -71,7 +71,7 @@ def elements_of(wall: Wall, corners: Floats) -> Elements:
     # A plinth or a cornice before the wall takes what adjoins it along: what lies behind the wall is looked at alone.
     beneath, _ = _boxes(long & ~(wall.map.depth > wall.depth), wall, corners)
     boxes = np.array([*boxes, *beneath]).reshape(-1, 2, 2)
-    return Elements(boxes[:, 0], boxes[:, 1])
+    return WallElements(boxes[:, 0], boxes[:, 1])
 
 
 def _boxes(mask: Bools, wall: Wall, corners: Floats) -> tuple[list[Floats], Bools]:

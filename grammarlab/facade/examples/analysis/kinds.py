@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from grammarlab.facade.examples.analysis.elements import Elements, off_plane
+from grammarlab.facade.examples.analysis.elements import WallElements, off_plane
 from grammarlab.facade.examples.analysis.lattice import Lattice
 from grammarlab.facade.examples.analysis.walls import Wall
 from grammarlab.facade.examples.label_grid import LabelGrid
@@ -44,7 +44,7 @@ class _Cell:
     """Metres per pixel."""
 
 
-def label_grid(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) -> LabelGrid:
+def label_grid(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) -> LabelGrid:
     """The label of each cell, with names by what it looks like: window, door, shop, wall, unit."""
     cells = _cells(wall, elements, columns, rows)
     labels = np.zeros((len(rows), len(columns)), dtype=np.int64)
@@ -61,7 +61,7 @@ def label_grid(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) 
     return LabelGrid.of(labels, _names([_name(cell, low, wall) for cell, low in leaders]))
 
 
-def _cells(wall: Wall, elements: Elements, columns: Lattice, rows: Lattice) -> list[list[_Cell]]:
+def _cells(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) -> list[list[_Cell]]:
     off, map_ = off_plane(wall), wall.map
     depth = np.clip(np.where(np.isfinite(map_.depth), map_.depth - wall.depth, -1.0), -1.0, 2.0)
     around = 1 + 2 * int(np.ceil(1.0 + _EDGE_NOISES * wall.noise / map_.step))

@@ -16,7 +16,7 @@ from grammarlab.facade.examples.building.stretching import Stretch
 from grammarlab.facade.examples.building.units import Cut
 from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface
 from grammarlab.facade.examples.mesh.views import VIEWS
-from grammarlab.facade.writing.rule_text import Names, number, rule_name
+from grammarlab.facade.writing.rule_text import RuleNames, number, rule_name
 
 _DIGITS = 6
 
@@ -48,7 +48,7 @@ def building_rules(
     """The rules of one building; its lowest corner lies at the corner of the lot."""
     rest = cut.rest.moved(stretch.points(cut.rest.points))
     origin = rest.points.min(axis=0) if len(rest) else np.zeros(3)
-    names, terminals = Names(), []
+    names, terminals = RuleNames(), []
     start, rules = [], []
     if len(rest):
         start.append(f"[ {names.new('Rest')} ]")
@@ -71,7 +71,7 @@ def _rows(
     rule: str,
     cut: Cut,
     tiling: Tiling,
-    names: Names,
+    names: RuleNames,
     colors: Sequence[tuple[float, float, float, float]],
     terminals: list[Terminal],
 ) -> list[str]:

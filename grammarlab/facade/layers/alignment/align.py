@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.alignment.naming import Element, named_columns
-from grammarlab.facade.layers.alignment.pairs import Prices, Problem
-from grammarlab.facade.layers.alignment.rows import EMPTY, Step, build_rows, unit_of
+from grammarlab.facade.layers.alignment.pairs import PairProblem, Prices
+from grammarlab.facade.layers.alignment.rows import EMPTY, RowStep, build_rows, unit_of
 from grammarlab.facade.layers.alignment.search import Path, column_size, search
 from grammarlab.facade.layers.alignment.strains import Strains
 from grammarlab.facade.layers.letters import Word
@@ -96,7 +96,7 @@ def align(
     cutoff: float = math.inf,
     sizing: float = 0.0,
     gaps: bool = False,
-    problem: Problem | None = None,
+    problem: PairProblem | None = None,
 ) -> Aligned:
     """The best different alignments of some words.
 
@@ -141,16 +141,16 @@ def align(
 
 def problem_of(
     words: Sequence[Word], canvas: float, weights: Weights, *, tolerance: float, sizing: float = 0.0, gaps: bool = False
-) -> Problem:
+) -> PairProblem:
     """What is to be searched, in whole units; arguments as for `align`."""
     unit = unit_of(canvas)
     prices = Prices(round(weights.omega * _PRICE), max(round(weights.merge / unit * _PRICE), 1), sizing * unit * _PRICE)
     least, most = math.floor((canvas - tolerance) / unit), math.ceil((canvas + tolerance) / unit)
-    return Problem(build_rows(words, unit), prices, least, most, math.ceil(tolerance / unit), gaps)
+    return PairProblem(build_rows(words, unit), prices, least, most, math.ceil(tolerance / unit), gaps)
 
 
 def _alignment(
-    problem: Problem, words: tuple[Word, ...], path: Path, canvas: float, unit: float, weights: Weights
+    problem: PairProblem, words: tuple[Word, ...], path: Path, canvas: float, unit: float, weights: Weights
 ) -> Alignment:
     """The matrix that a path stands for, with its numbers."""
     errors, span, elastic = 0, 0, False
@@ -174,7 +174,7 @@ def _alignment(
     return Alignment(words, tuple(cells), omega, width, merged, energy, strain, bound=energy, proven=True)
 
 
-def _elements(steps: Sequence[Step]) -> tuple[Element, ...]:
+def _elements(steps: Sequence[RowStep]) -> tuple[Element, ...]:
     """The letters of the elements of a row."""
     elements: list[Element] = []
     state, part = 0, 0

@@ -6,7 +6,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, Row, Step
+from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, AlignedRow, RowStep
 
 Bounds = list[dict[int, int]]
 """[state of one row][state of the other] the least that is still to pay; what is absent is more than the limit."""
@@ -25,10 +25,10 @@ class Prices:
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class PairProblem:
     """Rows to align."""
 
-    rows: Sequence[Row]
+    rows: Sequence[AlignedRow]
     """m different ones, in the order of their topmost layers."""
     prices: Prices
     least: int
@@ -60,7 +60,7 @@ class Problem:
         return self.most - self.rows[row].left[0]
 
 
-def pair_bounds(problem: Problem, one: int, other: int, limit: int) -> tuple[Bounds, int]:
+def pair_bounds(problem: PairProblem, one: int, other: int, limit: int) -> tuple[Bounds, int]:
     """Bounds for two rows, one < other, on paths of at most a limit, and how many pairs of steps were looked at."""
     pair = _Pair(problem, one, other)
     first, second = pair.first, pair.second
@@ -96,7 +96,7 @@ def pair_bounds(problem: Problem, one: int, other: int, limit: int) -> tuple[Bou
 class _Pair:
     """Two rows of a problem, whose columns are relaxed: any other row may be opaque."""
 
-    def __init__(self, problem: Problem, one: int, other: int) -> None:
+    def __init__(self, problem: PairProblem, one: int, other: int) -> None:
         self.first, self.second = problem.rows[one], problem.rows[other]
         self.prices, self.tolerance = problem.prices, problem.tolerance
         self.alone = len(problem.rows) == 2
@@ -131,7 +131,7 @@ class _Pair:
             for other in (*fixed, *elastic):
                 yield from self._priced(one, other, base, limit)
 
-    def _priced(self, one: Step, other: Step, base: int, limit: int) -> Iterator[tuple[int, int, int]]:
+    def _priced(self, one: RowStep, other: RowStep, base: int, limit: int) -> Iterator[tuple[int, int, int]]:
         if not self._allowed(one, other):
             return
         error = self._error(one, other)
@@ -139,7 +139,7 @@ class _Pair:
         if cost <= limit and error <= self.tolerance:
             yield cost, one.state, other.state
 
-    def _allowed(self, one: Step, other: Step) -> bool:
+    def _allowed(self, one: RowStep, other: RowStep) -> bool:
         if one.kind == EMPTY and (other.kind == EMPTY or other.size > self.slack[0]):
             return False
         if other.kind == EMPTY and one.size > self.slack[1]:
@@ -150,7 +150,7 @@ class _Pair:
             return False
         return not (one.protected and other.kind == PARTIAL and self.over[1])
 
-    def _error(self, one: Step, other: Step) -> int:
+    def _error(self, one: RowStep, other: RowStep) -> int:
         """The least error of a column with these elements, units."""
         if one.kind == EMPTY:
             return 0 if self.excused[0] else other.size

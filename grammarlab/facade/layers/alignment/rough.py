@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from grammarlab.facade.layers.alignment.pairs import Problem
-from grammarlab.facade.layers.alignment.rows import EMPTY, Row, Step
+from grammarlab.facade.layers.alignment.pairs import PairProblem
+from grammarlab.facade.layers.alignment.rows import EMPTY, AlignedRow, RowStep
 
-Path = tuple[tuple[Step, ...], ...]
+Path = tuple[tuple[RowStep, ...], ...]
 """[n][m] the elements of columns."""
 
 
-def rough_paths(problem: Problem) -> Iterator[Path]:
+def rough_paths(problem: PairProblem) -> Iterator[Path]:
     """Paths that may be alignments, with ever wider columns; costs of columns are not looked at together."""
     solid = [all(letter.hides for letter in row.word) for row in problem.rows]
     lead = max(range(len(problem.rows)), key=lambda at: (solid[at], len(problem.rows[at].word)))
@@ -32,9 +32,9 @@ def rough_paths(problem: Problem) -> Iterator[Path]:
             yield tuple(zip(*(path for path in paths if path is not None), strict=True))
 
 
-def _columns(row: Row, together: int) -> list[Step] | None:
+def _columns(row: AlignedRow, together: int) -> list[RowStep] | None:
     """A row with so many letters in each of its elements; None where they may not stand together."""
-    found: list[Step] = []
+    found: list[RowStep] = []
     state = 0
     while state < row.last:
         aim = min(state + 2 * together, row.last)
@@ -47,11 +47,11 @@ def _columns(row: Row, together: int) -> list[Step] | None:
     return found
 
 
-def _followed(problem: Problem, row: Row, widths: Sequence[int]) -> list[Step] | None:
+def _followed(problem: PairProblem, row: AlignedRow, widths: Sequence[int]) -> list[RowStep] | None:
     """The elements of a row that fit some columns best; None where none do."""
-    best: dict[int, tuple[int, tuple[Step, ...]]] = {0: (0, ())}
+    best: dict[int, tuple[int, tuple[RowStep, ...]]] = {0: (0, ())}
     for width in widths:
-        after: dict[int, tuple[int, tuple[Step, ...]]] = {}
+        after: dict[int, tuple[int, tuple[RowStep, ...]]] = {}
         for state, (cost, path) in best.items():
             steps = row.steps(state)
             for step in (*((steps.empty,) if steps.empty else ()), *steps.fixed, *steps.elastic):
@@ -66,7 +66,7 @@ def _followed(problem: Problem, row: Row, widths: Sequence[int]) -> list[Step] |
     return list(best[row.last][1]) if row.last in best else None
 
 
-def _error(step: Step, width: int) -> int:
+def _error(step: RowStep, width: int) -> int:
     """Units by which an element is not as wide as a column."""
     if step.kind == EMPTY or step.fixed:
         return abs(width - step.size)

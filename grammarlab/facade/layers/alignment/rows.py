@@ -18,7 +18,7 @@ EMPTY, TRANSPARENT, OPAQUE, PARTIAL = range(4)
 """Kinds of elements: no letters, none that is seen, only letters that hide what is below, others."""
 
 
-class Step(NamedTuple):
+class RowStep(NamedTuple):
     """An element that a row may have next."""
 
     size: int
@@ -42,15 +42,15 @@ class Step(NamedTuple):
 class Steps(NamedTuple):
     """What a state offers; the lists grow in size."""
 
-    empty: Step | None
-    fixed: tuple[Step, ...]
+    empty: RowStep | None
+    fixed: tuple[RowStep, ...]
     fixed_sizes: tuple[int, ...]
-    elastic: tuple[Step, ...]
+    elastic: tuple[RowStep, ...]
     elastic_sizes: tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class AlignedRow:
     """Layers that have the same word, and so the same elements in all columns."""
 
     word: Word
@@ -87,7 +87,7 @@ def unit_of(canvas: float) -> float:
     return 10.0 ** (math.floor(math.log10(canvas)) - 10)
 
 
-def build_rows(words: Sequence[Word], unit: float) -> list[Row]:
+def build_rows(words: Sequence[Word], unit: float) -> list[AlignedRow]:
     """The different words, in the order of the topmost layer of each."""
     layers: dict[Word, list[int]] = {}
     for layer, word in enumerate(words):
@@ -98,7 +98,7 @@ def build_rows(words: Sequence[Word], unit: float) -> list[Row]:
         left = [0]
         for letter, size in zip(reversed(word), reversed(sizes), strict=True):
             left += [left[-1], left[-1] + (0 if letter.transparent else size)]
-        rows.append(Row(word, tuple(where), sizes, tuple(reversed(left)), len(word) or 1))
+        rows.append(AlignedRow(word, tuple(where), sizes, tuple(reversed(left)), len(word) or 1))
     return rows
 
 
@@ -107,9 +107,9 @@ def may_be_empty(word: Word, read: int) -> bool:
     return not any(letter.attached or letter.transparent for letter in word[max(read - 1, 0) : read + 1])
 
 
-def _steps(row: Row, state: int) -> Steps:
+def _steps(row: AlignedRow, state: int) -> Steps:
     word, read, is_open = row.word, (state + 1) // 2, bool(state % 2)
-    empty = Step(0, state, EMPTY, False, 0) if not is_open and may_be_empty(word, read) else None
+    empty = RowStep(0, state, EMPTY, False, 0) if not is_open and may_be_empty(word, read) else None
     transparent = is_open or (read < len(word) and word[read].transparent)
     found = _transparent(row, read, is_open) if transparent else _seen(row, read)
     found.sort(key=lambda step: (step.size, step.merged, step.state))
@@ -118,28 +118,28 @@ def _steps(row: Row, state: int) -> Steps:
     return Steps(empty, fixed, tuple(step.size for step in fixed), elastic, tuple(step.size for step in elastic))
 
 
-def _transparent(row: Row, read: int, is_open: bool) -> list[Step]:
+def _transparent(row: AlignedRow, read: int, is_open: bool) -> list[RowStep]:
     """Elements of transparent letters, the first and the last of which may be parts."""
-    found: list[Step] = []
+    found: list[RowStep] = []
     size, letters = 0, int(is_open)
     loose: tuple[int, ...] = (read - 1,) if is_open else ()
     if is_open:
-        found += [Step(0, state, TRANSPARENT, False, 0, loose) for state in (2 * read, 2 * read - 1)]
+        found += [RowStep(0, state, TRANSPARENT, False, 0, loose) for state in (2 * read, 2 * read - 1)]
     for at in range(read, len(row.word)):
         if not row.word[at].transparent or letters >= row.most:
             break
         # Open, the letter goes on in the next column; closed, it ends in this one.
-        found.append(Step(size, 2 * at + 1, TRANSPARENT, False, letters, (*loose, at)))
+        found.append(RowStep(size, 2 * at + 1, TRANSPARENT, False, letters, (*loose, at)))
         size += row.sizes[at]
         loose = (*loose, at) if row.word[at].size is None else loose
-        found.append(Step(size, 2 * at + 2, TRANSPARENT, False, letters, loose))
+        found.append(RowStep(size, 2 * at + 2, TRANSPARENT, False, letters, loose))
         letters += 1
     return found
 
 
-def _seen(row: Row, read: int) -> list[Step]:
+def _seen(row: AlignedRow, read: int) -> list[RowStep]:
     """Elements of letters that are not transparent."""
-    found: list[Step] = []
+    found: list[RowStep] = []
     size, kind, protected = 0, OPAQUE, False
     loose: tuple[int, ...] = ()
     for at in range(read, min(len(row.word), read + row.most)):
@@ -149,5 +149,5 @@ def _seen(row: Row, read: int) -> list[Step]:
         size += row.sizes[at]
         kind = kind if letter.hides else PARTIAL
         protected, loose = protected or letter.unoccludable, (*loose, at) if letter.size is None else loose
-        found.append(Step(size, 2 * at + 2, kind, protected, at - read, loose))
+        found.append(RowStep(size, 2 * at + 2, kind, protected, at - read, loose))
     return found

@@ -16,9 +16,9 @@ from itertools import combinations
 from operator import itemgetter
 from typing import NamedTuple
 
-from grammarlab.facade.layers.alignment.pairs import Bounds, Problem
+from grammarlab.facade.layers.alignment.pairs import Bounds, PairProblem
 from grammarlab.facade.layers.alignment.rough import Path, rough_paths
-from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, Row, Step
+from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, AlignedRow, RowStep
 from grammarlab.facade.layers.alignment.spreads import Spreads, Widths
 from grammarlab.facade.layers.alignment.strains import Strains
 
@@ -61,13 +61,13 @@ class _Node(NamedTuple):
     strain: int
     """Units of cost that sizes are at least to be changed for, for the worst column alone; in `cost`."""
     before: _Node | None
-    column: tuple[Step, ...]
+    column: tuple[RowStep, ...]
 
 
 class _Column(NamedTuple):
     """A column, or the upper part of one."""
 
-    steps: tuple[Step, ...]
+    steps: tuple[RowStep, ...]
     low: int
     """Units of the smallest fixed element, 0 for an empty one that nothing explains; -1 before there is any."""
     high: int
@@ -85,7 +85,7 @@ class _Column(NamedTuple):
 _START = _Column((), -1, 0, fixed=False, opaque=False, partial=0, protected=0, price=0)
 
 
-def search(problem: Problem, count: int, effort: int, cutoff: int) -> Found:
+def search(problem: PairProblem, count: int, effort: int, cutoff: int) -> Found:
     """The cheapest paths through the rows, as many as asked for, of those that cost at most `cutoff`."""
     prices, rows = problem.prices, problem.rows
     if any(row.left[0] > problem.most for row in rows):
@@ -109,18 +109,18 @@ def search(problem: Problem, count: int, effort: int, cutoff: int) -> Found:
         limit = min(limit * _GROWTH, ceiling)
 
 
-def _alone(problem: Problem, row: Row) -> Found:
+def _alone(problem: PairProblem, row: AlignedRow) -> Found:
     """One word that hides all that is below: each of its letters is a column, which costs nothing."""
     if row.left[0] < problem.least and all(row.sizes):
         return Found((), 0, done=True)
     path = tuple(
-        (Step(size, 2 * at + 2, OPAQUE, letter.unoccludable, 0, () if size else (at,)),)
+        (RowStep(size, 2 * at + 2, OPAQUE, letter.unoccludable, 0, () if size else (at,)),)
         for at, (letter, size) in enumerate(zip(row.word, row.sizes, strict=True))
     )
     return Found(((0, path),), 0, done=True)
 
 
-def _guess(problem: Problem, ceiling: int) -> tuple[tuple[int, Path], ...]:
+def _guess(problem: PairProblem, ceiling: int) -> tuple[tuple[int, Path], ...]:
     """The cheapest of the rough alignments that are some."""
     tree = _Tree(problem, ceiling, 1, 0)
     found = [(cost, path) for path in rough_paths(problem) if (cost := tree.price(path)) is not None]
@@ -130,7 +130,7 @@ def _guess(problem: Problem, ceiling: int) -> tuple[tuple[int, Path], ...]:
 class _Tree:
     """One search, of what costs at most a limit."""
 
-    def __init__(self, problem: Problem, limit: int, count: int, effort: int) -> None:
+    def __init__(self, problem: PairProblem, limit: int, count: int, effort: int) -> None:
         self.problem, self.limit, self.count, self.effort = problem, limit, count, effort
         self.rows, self.prices = problem.rows, problem.prices
         self.num = len(self.rows)
@@ -319,7 +319,7 @@ class _Tree:
             if node.cost + wider.price + self.prices.error * self._error(wider) + more <= self.limit:
                 yield from self._more(node, wider, after, more, still)
 
-    def _steps(self, node: _Node, column: _Column, at: int) -> Iterator[Step]:
+    def _steps(self, node: _Node, column: _Column, at: int) -> Iterator[RowStep]:
         """Elements of a row whose error is affordable."""
         steps = self.rows[at].steps(node.states[at])
         if steps.empty is not None:
@@ -335,7 +335,7 @@ class _Tree:
         yield from steps.fixed[first:last]
         yield from steps.elastic[:last_elastic]
 
-    def _with(self, column: _Column, step: Step, at: int) -> _Column | None:
+    def _with(self, column: _Column, step: RowStep, at: int) -> _Column | None:
         """A column with one more element; None where that is not allowed."""
         low, bit = column.low, 1 << at
         if step.kind == EMPTY:
@@ -360,7 +360,7 @@ class _Tree:
         )
 
 
-def column_size(column: Sequence[Step]) -> tuple[int, int, bool]:
+def column_size(column: Sequence[RowStep]) -> tuple[int, int, bool]:
     """Error and width of a column, in units, and whether an element of it is fixed."""
     low, high, fixed, opaque = -1, 0, False, False
     for step in column:

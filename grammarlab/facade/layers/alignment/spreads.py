@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import NamedTuple
 
-from grammarlab.facade.layers.alignment.pairs import Problem
-from grammarlab.facade.layers.alignment.rows import Row, Step, may_be_empty
+from grammarlab.facade.layers.alignment.pairs import PairProblem
+from grammarlab.facade.layers.alignment.rows import AlignedRow, RowStep, may_be_empty
 
 Interval = tuple[int, int]
 """Units, at least and at most."""
@@ -47,7 +47,7 @@ class Tracked:
 class Spreads:
     """Which symbols of a problem are to be watched, and in which rows."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: PairProblem) -> None:
         self.problem = problem
         letters = [letter for row in problem.rows for letter in row.word]
         often = Counter(letter.symbol for letter in letters if letter.size is None)
@@ -69,7 +69,7 @@ class Spreads:
         self.bounded = not any(letter.size is None and not letter.transparent for letter in letters)
         self.start = Widths(tuple(start), (_NONE,) * len(problem.rows))
 
-    def after(self, widths: Widths, column: Sequence[Step], high: int, *, elastic: bool, span: int) -> Widths | None:
+    def after(self, widths: Widths, column: Sequence[RowStep], high: int, *, elastic: bool, span: int) -> Widths | None:
         """What is known after one more column of this width; None when letters of a symbol differ too much.
 
         Args:
@@ -109,7 +109,7 @@ class Spreads:
         )
         return after if reaches else None
 
-    def _reaches(self, tracked: Tracked, column: Sequence[Step], widths: Widths, span: int) -> bool:
+    def _reaches(self, tracked: Tracked, column: Sequence[RowStep], widths: Widths, span: int) -> bool:
         """Whether what is left of a row may be as long as what is left of the canvas."""
         row, state = self.problem.rows[tracked.row], column[tracked.row].state
         tolerance = self.problem.tolerance
@@ -128,7 +128,7 @@ class Spreads:
         return not tracked.strict[state] or span + most >= self.problem.least
 
 
-def _strict(row: Row, tracked: dict[int, int]) -> tuple[bool, ...]:
+def _strict(row: AlignedRow, tracked: dict[int, int]) -> tuple[bool, ...]:
     strict = []
     for state in range(row.last + 1):
         read = (state + 1) // 2
@@ -137,6 +137,6 @@ def _strict(row: Row, tracked: dict[int, int]) -> tuple[bool, ...]:
     return tuple(strict)
 
 
-def _apart(row: Row) -> bool:
+def _apart(row: AlignedRow) -> bool:
     runs = [list(run) for _, run in groupby(row.word, key=lambda letter: letter.transparent)]
     return all(sum(letter.transparent or letter.size is None for letter in run) <= 1 for run in runs)

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from grammarlab.facade.layers.alignment.pairs import Problem
-from grammarlab.facade.layers.alignment.rows import EMPTY, PARTIAL, Step
+from grammarlab.facade.layers.alignment.pairs import PairProblem
+from grammarlab.facade.layers.alignment.rows import EMPTY, PARTIAL, RowStep
 
 
 class Strains:
     """Lower bounds on the error of sizes, column by column."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: PairProblem) -> None:
         self.problem = problem
         self.known: dict[tuple[int, int, int, int, int, int], int] = {}
 
-    def of(self, states: Sequence[int], column: Sequence[Step]) -> int:
+    def of(self, states: Sequence[int], column: Sequence[RowStep]) -> int:
         """What the narrowest and the widest fixed element of a column cost at least, where they begin at these states.
 
         Sizes that differ by d in total become equal at least for d^2 / |c|^2, c how often each symbol is in the one
@@ -41,6 +41,6 @@ class Strains:
             found = self.known[key] = int(self.problem.prices.strain * (high - low) ** 2 / square)
         return found
 
-    def _symbols(self, row: int, state: int, step: Step) -> Counter[str]:
+    def _symbols(self, row: int, state: int, step: RowStep) -> Counter[str]:
         word = self.problem.rows[row].word
         return Counter(letter.symbol for letter in word[(state + 1) // 2 : (step.state + 1) // 2])

@@ -11,7 +11,7 @@ from typing import Any, cast
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from grammarlab.facade.layers.designs.patterns import Choice, Linear, Node, Pattern, Power, Row, Sign
+from grammarlab.facade.layers.designs.patterns import Alternatives, Linear, Node, Pattern, Power, Row, Sign
 
 MOST_CHARACTERS = 2_000
 """Of one pattern."""
@@ -173,7 +173,7 @@ class _Builder:
         self.open_choices.append(place)
         options = tuple(self._node(child) for child in tree.children)
         self.open_choices.pop()
-        return Choice(options, number)
+        return Alternatives(options, number)
 
 
 def _linear(exponent: str, place: int) -> Linear:

@@ -58,7 +58,7 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class Alternatives:
     """One of some parts."""
 
     options: tuple[Node, ...]
@@ -66,7 +66,7 @@ class Choice:
     """Of the choice in its pattern, from 0."""
 
 
-Node = Sign | Power | Row | Choice
+Node = Sign | Power | Row | Alternatives
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ class Pattern:
 
     def options(self) -> tuple[int, ...]:
         """How many options each of its choices has."""
-        choices = sorted((node.number, len(node.options)) for node in self.nodes() if isinstance(node, Choice))
+        choices = sorted((node.number, len(node.options)) for node in self.nodes() if isinstance(node, Alternatives))
         return tuple(count for _, count in choices)
 
     def symbols(self) -> tuple[str, ...]:
@@ -118,7 +118,7 @@ def _within(node: Node) -> Iterator[Node]:
         case Row():
             for part in node.parts:
                 yield from _within(part)
-        case Choice():
+        case Alternatives():
             for option in node.options:
                 yield from _within(option)
         case Sign():
@@ -166,7 +166,7 @@ def _expand(node: Node, values: Values, most: int, contents: Mapping[str, Slots]
             return contents.get(node.symbol) or (
                 () if node.symbol in contents else (Slot(node.symbol, placeholder=placeholder),)
             )
-        case Choice():
+        case Alternatives():
             chosen = node.options[values.choices[node.number]]
             return _expand(chosen, values, most, contents, placeholder=placeholder)
         case Row():

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from grammarlab.facade.looks import THICKNESS
 from grammarlab.facade.tree import Facade
 from grammarlab.facade.writing.exact import write_exact
-from grammarlab.facade.writing.rule_text import Names, number
+from grammarlab.facade.writing.rule_text import RuleNames, number
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 
@@ -20,7 +20,7 @@ _START, _FRONT = "Lot", "Facade"
 
 
 @dataclass(frozen=True, eq=False)
-class Variant:
+class FamilyVariant:
     """A layout of a canvas."""
 
     canvas: tuple[float, float]
@@ -41,7 +41,7 @@ class WrittenVariants:
     """Rules that grammars of each layout alone have together."""
 
 
-def write_variants(variants: Sequence[Variant], title: str) -> WrittenVariants:
+def write_variants(variants: Sequence[FamilyVariant], title: str) -> WrittenVariants:
     """First a canvas is drawn, all alike, then one of its layouts; parts that are equal share their rules.
 
     Args:
@@ -51,7 +51,7 @@ def write_variants(variants: Sequence[Variant], title: str) -> WrittenVariants:
     Raises:
         FacadeError: when a facade has parts that are too thin for rules.
     """
-    names, known, lines, alone = Names(), dict[tuple[str, str], str](), list[str](), 0
+    names, known, lines, alone = RuleNames(), dict[tuple[str, str], str](), list[str](), 0
     fronts = []
     for variant in variants:
         rules = _rules(write_exact(variant.facade).text)
@@ -82,7 +82,7 @@ def _rules(text: str) -> dict[str, str]:
     }
 
 
-def _added(rules: Mapping[str, str], names: Names, known: dict[tuple[str, str], str], lines: list[str]) -> str:
+def _added(rules: Mapping[str, str], names: RuleNames, known: dict[tuple[str, str], str], lines: list[str]) -> str:
     """The name of the rule of a facade, after its rules have been added to the lines of all."""
     renamed: dict[str, str] = {}
 

@@ -24,7 +24,7 @@ _MOST_CELLS = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class FacadePlane:
     """A facade as points."""
 
     points: Floats
@@ -33,7 +33,7 @@ class Surface:
     """[Q, 3] points on sharp edges, where a mesh has told them; none of a scan."""
 
 
-def find_boxes(surface: Surface) -> tuple[Floats, Floats]:
+def find_boxes(surface: FacadePlane) -> tuple[Floats, Floats]:
     """Boxes [N, 4] (left, bottom, right, top), and the points [Q, 2] on the outlines of all elements; maybe none.
 
     Elements are connected parts of the facade, larger than 25 cm, in which points lie behind or before the wall, or

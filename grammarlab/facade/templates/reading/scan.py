@@ -11,7 +11,7 @@ import trimesh
 from grammarlab.errors import FacadeError
 from grammarlab.extras import require
 from grammarlab.facade.templates.elements import FARTHEST, MOST_POINTS, Floats
-from grammarlab.facade.templates.reading.boxes import Surface
+from grammarlab.facade.templates.reading.boxes import FacadePlane
 from grammarlab.facade.templates.reading.plane import facades
 
 MESHES = (".ply", ".obj", ".stl", ".glb", ".off")
@@ -24,7 +24,7 @@ _COARSEST = 0.02
 """Metres between neighbouring numbers."""
 
 
-def read_surfaces(path: Path) -> Iterator[Surface]:
+def read_surfaces(path: Path) -> Iterator[FacadePlane]:
     """The facades of a scan, or of a mesh that is sampled, the one of most points first.
 
     Up is z, of GLB files y; where no facade of another mesh is the right one, its y is taken as up.
@@ -41,7 +41,7 @@ def read_surfaces(path: Path) -> Iterator[Surface]:
     for frame in frames[::-1] if path.suffix.lower() == ".glb" else frames:
         try:
             for found in facades(frame):
-                yield Surface(found[: len(found) - num_edges], found[len(found) - num_edges :])
+                yield FacadePlane(found[: len(found) - num_edges], found[len(found) - num_edges :])
         except FacadeError as error:
             complaints.append(error)
     if len(complaints) == len(frames):

@@ -7,7 +7,7 @@ import numpy as np
 from grammarlab.facade.looks import THICKNESS
 from grammarlab.facade.templates.kinds.match import Match
 from grammarlab.facade.templates.template import HEIGHT, WIDTH
-from grammarlab.facade.writing.rule_text import Names, leaf_body, number, rule_name
+from grammarlab.facade.writing.rule_text import RuleNames, leaf_body, number, rule_name
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 
@@ -28,7 +28,7 @@ def write_terminals(match: Match) -> str | None:
     rows = _rows(match)
     if not rows:
         return None
-    names, attributes, lines = Names(), {}, ['version "2023.0"']
+    names, attributes, lines = RuleNames(), {}, ['version "2023.0"']
     rules = [names.new(rule_name(match.name_of(kind))) for kind in range(len(match.values))]
     for kind in range(len(match.values)):
         for place, parameter in enumerate(match.template_of(kind).parameters):

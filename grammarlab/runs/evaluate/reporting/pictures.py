@@ -13,7 +13,7 @@ from grammarlab.runs.evaluate.reporting.grids import draw_grids
 from grammarlab.runs.evaluate.reporting.pages import draw_examples
 from grammarlab.runs.evaluate.reporting.plots import Series, draw_curves
 from grammarlab.runs.evaluate.reporting.report import ScenarioResults
-from grammarlab.runs.evaluate.reporting.sections import Picture, Section
+from grammarlab.runs.evaluate.reporting.sections import ReportPicture, Section
 from grammarlab.runs.evaluate.samples import BeforeAfter
 from grammarlab.runs.evaluate.store import CurveRecord
 from grammarlab.runs.work.executors import AbstractExecutor
@@ -39,7 +39,7 @@ def draw_results(results: Sequence[ScenarioResults], folder: Path) -> list[Secti
         ]
         labels = "labels from the first liked model on" if target.since == "first liked" else "labels"
         png, *_ = draw_curves(folder / item.name, title, series, close=target.js, labels=labels)
-        sections.append(Section(title, ((Picture(png, title),),)))
+        sections.append(Section(title, ((ReportPicture(png, title),),)))
     return sections
 
 
@@ -54,7 +54,7 @@ def draw_figure(figure: PlannedFigure, lines: Sequence[tuple[CurveRecord, ...]],
     series = [Series(curve.label, records) for curve, records in zip(figure.curves, lines, strict=True)]
     png, *_ = draw_curves(folder / f"figure-{figure.name}", figure.title, series)
     title = f"Figure {figure.name}: {figure.title}"
-    return Section(title, ((Picture(png, title),),), figure.paper and f"Paper: {figure.paper}")
+    return Section(title, ((ReportPicture(png, title),),), figure.paper and f"Paper: {figure.paper}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,10 +112,10 @@ def with_samples(section: Section, record: CurveRecord, pictures: SamplePictures
         "before": "samples before learning",
         "after": f"samples after {record.curve.points[-1].labels} labels ({record.method}, seed {record.seed})",
     }
-    examples = Picture(pictures.examples, f"{record.scenario}: models and their scores")
-    grid = tuple(Picture(file, titles[stage]) for stage, file in pictures.grids[smallest].items())
+    examples = ReportPicture(pictures.examples, f"{record.scenario}: models and their scores")
+    grid = tuple(ReportPicture(file, titles[stage]) for stage, file in pictures.grids[smallest].items())
     linked = tuple(
-        Picture(file, f"{size}x{size} samples {stage}")
+        ReportPicture(file, f"{size}x{size} samples {stage}")
         for size in larger
         for stage, file in pictures.grids[size].items()
     )

@@ -11,7 +11,7 @@ from grammarlab.runs.markdown import table
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
+class ReportPicture:
     """A picture for a page."""
 
     file: Path
@@ -24,11 +24,11 @@ class Section:
     """A heading and pictures below it."""
 
     title: str
-    rows: tuple[tuple[Picture, ...], ...]
+    rows: tuple[tuple[ReportPicture, ...], ...]
     """Pictures side by side, row by row."""
     remark: str = ""
     """What stands below them."""
-    linked: tuple[Picture, ...] = ()
+    linked: tuple[ReportPicture, ...] = ()
     """Pictures that are too large to be shown."""
 
 
@@ -46,18 +46,18 @@ def copied_beside(section: Section, page: Path) -> Section:
     return replace(section, rows=rows, linked=tuple(_copied(other, page.with_suffix("")) for other in section.linked))
 
 
-def _row(pictures: tuple[Picture, ...], folder: Path) -> str:
+def _row(pictures: tuple[ReportPicture, ...], folder: Path) -> str:
     shown = [f"![{picture.title}]({_link(picture, folder)})" for picture in pictures]
     if len(shown) == 1:
         return shown[0]
     return table([picture.title for picture in pictures], [shown]).rstrip("\n")
 
 
-def _link(picture: Picture, folder: Path) -> str:
+def _link(picture: ReportPicture, folder: Path) -> str:
     return Path(os.path.relpath(picture.file, folder)).as_posix()
 
 
-def _copied(picture: Picture, folder: Path) -> Picture:
+def _copied(picture: ReportPicture, folder: Path) -> ReportPicture:
     folder.mkdir(parents=True, exist_ok=True)
     with atomic_file(folder / picture.file.name) as part:
         part.write_bytes(picture.file.read_bytes())

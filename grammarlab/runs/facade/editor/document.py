@@ -9,7 +9,7 @@ import numpy as np
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.grids.proposals import with_proposals
-from grammarlab.facade.sizes.axes import Origin
+from grammarlab.facade.sizes.axes import LineOrigin
 from grammarlab.facade.sizes.solve import Resized, Sizing, prepare
 from grammarlab.facade.sizes.wishes import Aspect, Position, Size, Wish, checked
 from grammarlab.facade.tree import Facade, X, Y
@@ -25,7 +25,7 @@ class Document:
     """One state of what is edited; every change makes another one."""
 
     facade: Facade
-    origin: Origin
+    origin: LineOrigin
     """From which deviations count: sizes before any side was dragged, so that a side dragged back undoes it."""
     locks: tuple[Wish, ...] = ()
     """What stays, each at most once per node."""
@@ -52,7 +52,7 @@ class Document:
 def opened(facade: Facade) -> Document:
     """A facade as it is in its file; grids are proposed where it has none."""
     facade = facade if facade.grids else with_proposals(facade)
-    return Document(facade, Origin(facade.position, facade.size, facade.size[0]))
+    return Document(facade, LineOrigin(facade.position, facade.size, facade.size[0]))
 
 
 def is_possible(sizing: Sizing, wishes: Sequence[Wish]) -> bool:
@@ -110,7 +110,7 @@ def varied(document: Document, variation: Variation, along: int) -> tuple[Docume
     """The document of a variation, as long along one axis as that makes it, and how its sizes were solved for."""
     size = document.facade.size[0]
     # Where it comes from is the facade as it is now: a column copies what a person sees.
-    origin = Origin(document.facade.position[variation.source], variation.wanted, size)
+    origin = LineOrigin(document.facade.position[variation.source], variation.wanted, size)
     made = Document(variation.facade, origin, _inherited(document.locks, variation))
     wishes = (Size(0, 1 - along, float(size[1 - along])), *made.locks)
     resized = prepare(made.facade, wishes, origin).resized(wishes)

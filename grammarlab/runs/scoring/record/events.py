@@ -17,8 +17,8 @@ from grammarlab.runs.scoring.grids import (
     MAX_MODELS,
     MAX_NAME,
     Body,
-    Grid,
-    Layout,
+    GridLayout,
+    ModelGrid,
     check_layout,
     check_shown,
     checked_models,
@@ -86,8 +86,8 @@ class Record:
     """Factors that were ever made."""
     active: str = OVERALL
     view: str = "active"
-    layout: Layout = field(default_factory=Layout)
-    grids: tuple[Grid, ...] = ()
+    layout: GridLayout = field(default_factory=GridLayout)
+    grids: tuple[ModelGrid, ...] = ()
     way: str = "default"
     """How the shown models were chosen."""
     num_shown: int = 0
@@ -334,11 +334,11 @@ def _view(record: Record, body: Body) -> None:
 
 
 def _layout(record: Record, body: Body) -> None:
-    record.layout = Layout(body["grids"], body["rows"], body["columns"])
+    record.layout = GridLayout(body["grids"], body["rows"], body["columns"])
 
 
 def _shown(record: Record, body: Body) -> None:
-    record.grids = tuple(Grid(grid["title"], tuple(grid["models"])) for grid in body["grids"])
+    record.grids = tuple(ModelGrid(grid["title"], tuple(grid["models"])) for grid in body["grids"])
     record.way = body["way"]
     record.num_shown += 1
     record.seen |= dict.fromkeys(model for grid in record.grids for model in grid.models)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from grammarlab.errors import Finding, GrammarlabError, UsageError
 from grammarlab.randomness import derived_seed
-from grammarlab.runs.scoring.grids import PAIRS, Body, Grid
+from grammarlab.runs.scoring.grids import PAIRS, Body, ModelGrid
 from grammarlab.runs.scoring.record.events import Record
 from grammarlab.runs.scoring.record.store import Store
 from grammarlab.runs.scoring.shown.knowledge import Knowledge, ModelPool
@@ -117,7 +117,7 @@ class Desk:
         else:
             self.tell("There are no models to show in this way.")
 
-    def arrange(self, grids: Sequence[Grid], way: str = "") -> None:
+    def arrange(self, grids: Sequence[ModelGrid], way: str = "") -> None:
         """Shows models in grids, chosen in some way; in that of before if none is given."""
         self.note("shown", {"way": way or self.record.way, "grids": [grid.as_json() for grid in grids]})
 

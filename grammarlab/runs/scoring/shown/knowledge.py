@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.pool import Pool
-from grammarlab.runs.scoring.workers.tasks import Features, Learned, Predicted
+from grammarlab.runs.scoring.workers.tasks import Features, LearnedUpdate, Predictions
 
 MOST_NAMES = 50
 """Features that one search gives at most."""
@@ -43,13 +43,13 @@ class Knowledge:
     """The latest features and predictions."""
 
     features: Features | None = None
-    learned: Learned | None = None
+    learned: LearnedUpdate | None = None
     judgements: int = -1
     """`Record.judgements` when it was learned."""
     names: Mapping[int, str] = field(default_factory=dict)
     """What the factors were called then, by number."""
 
-    def take(self, learned: Learned, judgements: int, numbers: Mapping[str, int]) -> None:
+    def take(self, learned: LearnedUpdate, judgements: int, numbers: Mapping[str, int]) -> None:
         """What an update found, and `Record.judgements` and `Record.numbers` when it began."""
         self.learned, self.judgements = learned, judgements
         self.names = {number: name for name, number in numbers.items()}
@@ -62,7 +62,7 @@ class Knowledge:
         places = {name: len(pool.names) + number for number, name in enumerate(elsewhere)}
         return np.array([pool.index.get(name, places.get(name, -1)) for name in names], dtype=np.int64)
 
-    def of(self, factor: int) -> Predicted | None:
+    def of(self, factor: int) -> Predictions | None:
         """What is expected of the factor of a number, whatever it is called by now; of the product for 0."""
         if self.learned is None:
             return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from grammarlab.runs.scoring.grids import PAIRS, Grid, Layout
+from grammarlab.runs.scoring.grids import PAIRS, GridLayout, ModelGrid
 from grammarlab.runs.scoring.record.events import Record
 from grammarlab.runs.scoring.shown.knowledge import ModelPool
 
@@ -32,7 +32,7 @@ _TITLES = {
 }
 
 
-def number_to_choose(way: str, layout: Layout) -> int:
+def number_to_choose(way: str, layout: GridLayout) -> int:
     """How many models to choose, so that all grids are filled; of pairs one after the other."""
     if way == PAIRS:
         return 2 * NUM_PAIRS
@@ -40,7 +40,7 @@ def number_to_choose(way: str, layout: Layout) -> int:
     return 2 * layout.models if way == "density" and layout.grids == 1 else layout.models
 
 
-def laid_out(way: str, models: Sequence[str], layout: Layout) -> list[Grid]:
+def laid_out(way: str, models: Sequence[str], layout: GridLayout) -> list[ModelGrid]:
     """Grids of chosen models.
 
     Args:
@@ -50,10 +50,10 @@ def laid_out(way: str, models: Sequence[str], layout: Layout) -> list[Grid]:
     """
     titles, size = _TITLES[way], layout.rows * layout.columns
     if way == PAIRS:
-        return [Grid(title, tuple(models[side : len(models) // 2 * 2 : 2])) for side, title in enumerate(titles)]
+        return [ModelGrid(title, tuple(models[side : len(models) // 2 * 2 : 2])) for side, title in enumerate(titles)]
     half = (len(models) + 1) // 2 if layout.grids == 2 and way in ("default", "density") else size
     parts = (models[:half], models[half:])
-    return [Grid(title, tuple(part[:size])) for title, part in zip(titles[: layout.grids], parts, strict=False)]
+    return [ModelGrid(title, tuple(part[:size])) for title, part in zip(titles[: layout.grids], parts, strict=False)]
 
 
 def fresh_samples(pool: ModelPool, record: Record, num: int) -> list[str]:

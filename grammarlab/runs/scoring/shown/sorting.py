@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import shown
-from grammarlab.runs.scoring.grids import Grid
+from grammarlab.runs.scoring.grids import ModelGrid
 from grammarlab.runs.scoring.record.events import Record
 from grammarlab.runs.scoring.shown.knowledge import Knowledge, ModelPool
 
@@ -33,7 +33,7 @@ class Order:
 
 def sorted_grids(
     order: Order, record: Record, knowledge: Knowledge, pool: ModelPool, factor: str, seed: int
-) -> list[Grid]:
+) -> list[ModelGrid]:
     """The grids, each in a new order; what there is no number for comes last.
 
     Args:
@@ -52,7 +52,7 @@ def sorted_grids(
         raise UsageError(f"by: expected one of {', '.join(ORDERS)}, found {shown(order.by)}.")
     names = [model for grid in record.grids for model in grid.models]
     keys = dict(zip(names, _keys(order, names, record, knowledge, pool, factor, seed).tolist(), strict=True))
-    return [Grid(grid.title, tuple(sorted(grid.models, key=lambda model: keys[model]))) for grid in record.grids]
+    return [ModelGrid(grid.title, tuple(sorted(grid.models, key=lambda model: keys[model]))) for grid in record.grids]
 
 
 def _keys(

@@ -24,7 +24,7 @@ from grammarlab.runs.pictures.tiles import seen_points
 from grammarlab.runs.requests.domains import opened
 from grammarlab.runs.requests.missing_assets import warnings_of
 from grammarlab.runs.scoring.workers.parts import PartFinder
-from grammarlab.runs.scoring.workers.tasks import Begin, Draw, Drawn, FindPart, MakeGlb, Part
+from grammarlab.runs.scoring.workers.tasks import Begin, DrawModels, DrawnModels, FindPart, FoundPart, MakeGlb
 from grammarlab.runs.scoring.workers.worker_pool import Handler, Report
 from grammarlab.scene import TriangleBatch, triangles
 
@@ -36,7 +36,7 @@ MAX_GLB_BYTES = 128 << 20
 
 
 def artist(suffix: str, text: str, name: str, assets: str) -> Handler:
-    """What does `Draw`, `MakeGlb` and `FindPart` tasks for the designs that a text describes."""
+    """What does `DrawModels`, `MakeGlb` and `FindPart` tasks for the designs that a text describes."""
     return _Studio(opened(suffix, text, name, Path(assets)), Path(assets)).do
 
 
@@ -52,7 +52,9 @@ class _Studio:
     warnings: dict[Finding, None] = field(default_factory=dict)
     """About any model so far."""
 
-    def do(self, request: Begin | Draw | MakeGlb | FindPart, _report: Report) -> Drawn | Part | bytes | bool:
+    def do(
+        self, request: Begin | DrawModels | MakeGlb | FindPart, _report: Report
+    ) -> DrawnModels | FoundPart | bytes | bool:
         if isinstance(request, Begin):
             return True
         if isinstance(request, MakeGlb):
@@ -60,7 +62,7 @@ class _Studio:
         if isinstance(request, FindPart):
             return self._part(request)
         pictures = self._draw(request.models, RenderOptions(request.size, request.size, request.samples))
-        return Drawn(tuple(pictures), tuple(self.warnings))
+        return DrawnModels(tuple(pictures), tuple(self.warnings))
 
     def _glb(self, model: str) -> bytes:
         content = merged_glb(self._model(model), model, self.assets)
@@ -68,7 +70,7 @@ class _Studio:
             raise GrammarlabError(f"model {model} is too large to be shown: {len(content) >> 20} MiB.")
         return content
 
-    def _part(self, request: FindPart) -> Part:
+    def _part(self, request: FindPart) -> FoundPart:
         if self.parts is None or self.parts.model != request.model:
             self.parts = PartFinder(request.model, self.space.parts(Address.parse(request.model)))
         return self.parts.find(request.number, request.is_triangle)

@@ -26,7 +26,16 @@ from grammarlab.preference.questions.queries import Way
 from grammarlab.runs.requests.domains import opened
 from grammarlab.runs.scoring.grids import PAIRS
 from grammarlab.runs.scoring.workers.labels import labels_of
-from grammarlab.runs.scoring.workers.tasks import Choice, Choose, Factors, Features, Learned, Predicted, Prepare, Update
+from grammarlab.runs.scoring.workers.tasks import (
+    Choose,
+    Factors,
+    Features,
+    LearnedUpdate,
+    ModelChoice,
+    Predictions,
+    Prepare,
+    Update,
+)
 from grammarlab.runs.scoring.workers.worker_pool import Handler, Report
 
 Floats = NDArray[np.float64]
@@ -86,7 +95,7 @@ class _Learner:
         rows = table.rows[:WARM_UP]
         fit(rows, MAX_SCORE * (np.arange(len(rows)) % 2), groups=table.groups)
 
-    def _update(self, request: Update, report: Report) -> Learned:
+    def _update(self, request: Update, report: Report) -> LearnedUpdate:
         # A pool that has been widened stays wide; it is widened only where new models are to be shown.
         begin = replace(init(self._study), wide=self._state.wide or request.wide)
         state = step(
@@ -103,9 +112,9 @@ class _Learner:
         moved, left_out = self._moved(liked), _left_out(request.factors, state)
         words, gain = self._words(liked), expected_gain(self._study, state)
         features = self._features(request.known)
-        return Learned(features, state.wide, elsewhere, found, liked, left_out, moved, chosen, words, gain)
+        return LearnedUpdate(features, state.wide, elsewhere, found, liked, left_out, moved, chosen, words, gain)
 
-    def _words(self, product: Predicted | None) -> tuple[str, ...]:
+    def _words(self, product: Predictions | None) -> tuple[str, ...]:
         """What is liked and what is not."""
         if product is None:
             return ()
@@ -123,19 +132,19 @@ class _Learner:
         table = self._study.table(self._state)
         return Features(self._version, table.rows.astype(np.float32), table.names)
 
-    def _predicted(self, preference: AbstractPreference, rows: Floats) -> Predicted:
+    def _predicted(self, preference: AbstractPreference, rows: Floats) -> Predictions:
         found = preference.predict(rows)
         weights = _column_weights(preference)
         names = self._study.table(self._state).group_names
         matters = [entry for entry in preference.explain(names)[:MOST_RELEVANCES] if entry.level != "none"]
-        return Predicted(
+        return Predictions(
             found.mean.astype(np.float32),
             found.std.astype(np.float32),
             None if weights is None else weights.astype(np.float32),
             tuple((entry.name, entry.level, round(entry.share, 4)) for entry in matters),
         )
 
-    def _moved(self, product: Predicted | None) -> float:
+    def _moved(self, product: Predictions | None) -> float:
         """How far the density is from that of the update before; at first, from that of the grammar.
 
         It is looked at on the models that there were to choose from then.
@@ -146,7 +155,7 @@ class _Learner:
         self._before = weights, liking
         return jensen_shannon(_density(known, before), _density(known, liking[: len(known)]))
 
-    def _choose(self, request: Update | Choose, choice: Choice) -> tuple[str, ...]:
+    def _choose(self, request: Update | Choose, choice: ModelChoice) -> tuple[str, ...]:
         state = _renamed(self._state, self._numbers, request.numbers)
         state = answered(replace(state, answers={}), _answers(request.factors, self._study.space))
         if choice.way == PAIRS:

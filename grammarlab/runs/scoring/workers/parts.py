@@ -8,7 +8,7 @@ import numpy as np
 
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.design_space import AbstractParts
-from grammarlab.runs.scoring.workers.tasks import Part
+from grammarlab.runs.scoring.workers.tasks import FoundPart
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +19,7 @@ class PartFinder:
     """Address."""
     parts: AbstractParts
 
-    def find(self, number: int, is_triangle: bool) -> Part:
+    def find(self, number: int, is_triangle: bool) -> FoundPart:
         """A part by its number, counted round and round, or by the number of one of its triangles.
 
         Raises:
@@ -33,4 +33,4 @@ class PartFinder:
         num_parts = int(part_of.max()) + 1
         part = int(part_of[number]) if is_triangle else number % num_parts
         triangles = np.flatnonzero(part_of == part)
-        return Part(part, num_parts, (int(triangles[0]), int(triangles[-1]) + 1), self.parts.way_to(part))
+        return FoundPart(part, num_parts, (int(triangles[0]), int(triangles[-1]) + 1), self.parts.way_to(part))

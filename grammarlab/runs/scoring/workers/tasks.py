@@ -36,8 +36,8 @@ class Begin:
 
 
 @dataclass(frozen=True, slots=True)
-class Draw:
-    """Asks for pictures of models: `Drawn`."""
+class DrawModels:
+    """Asks for pictures of models: `DrawnModels`."""
 
     models: tuple[str, ...]
     """Addresses."""
@@ -48,7 +48,7 @@ class Draw:
 
 
 @dataclass(frozen=True, slots=True)
-class Drawn:
+class DrawnModels:
     """Pictures of models."""
 
     pictures: tuple[NDArray[np.uint8], ...]
@@ -67,7 +67,7 @@ class MakeGlb:
 
 @dataclass(frozen=True, slots=True)
 class FindPart:
-    """Asks where a part of a model, one visible shape, comes from: `Part`."""
+    """Asks where a part of a model, one visible shape, comes from: `FoundPart`."""
 
     model: str
     """Address."""
@@ -77,7 +77,7 @@ class FindPart:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class FoundPart:
     """A visible shape of a model."""
 
     number: int
@@ -96,7 +96,7 @@ class Prepare:
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class ModelChoice:
     """How to choose models."""
 
     way: str
@@ -114,17 +114,17 @@ class Choose:
     factors: Factors
     numbers: Mapping[str, int]
     """Of the factors; they stay when a factor is renamed."""
-    choice: Choice
+    choice: ModelChoice
 
 
 @dataclass(frozen=True, slots=True)
 class Update:
-    """Asks to learn from all scores: `Learned`."""
+    """Asks to learn from all scores: `LearnedUpdate`."""
 
     factors: Factors
     numbers: Mapping[str, int]
     """As of `Choose`."""
-    choice: Choice | None
+    choice: ModelChoice | None
     """What to show then; None for nothing new, and to keep the pool as it is."""
     known: int = 0
     """`Features.version` of the features that need not be sent again."""
@@ -134,7 +134,7 @@ class Update:
 
 @dataclass(frozen=True, slots=True)
 class Features:
-    """What models are told apart by: those of the pool, then those of `Learned.elsewhere`."""
+    """What models are told apart by: those of the pool, then those of `LearnedUpdate.elsewhere`."""
 
     version: int
     """1, 2, 3 …"""
@@ -145,8 +145,8 @@ class Features:
 
 
 @dataclass(frozen=True, slots=True)
-class Predicted:
-    """What is expected of the models of the pool, and then of those of `Learned.elsewhere`."""
+class Predictions:
+    """What is expected of the models of the pool, and then of those of `LearnedUpdate.elsewhere`."""
 
     mean: Singles
     """[m + e] 0 to 100, or a little beyond."""
@@ -159,7 +159,7 @@ class Predicted:
 
 
 @dataclass(frozen=True, slots=True)
-class Learned:
+class LearnedUpdate:
     """What an update found."""
 
     features: Features | None
@@ -168,9 +168,9 @@ class Learned:
     """Whether this is about the pool that is widened for rare models."""
     elsewhere: tuple[str, ...]
     """[e] addresses of models that have a score and are not of the pool."""
-    factors: Mapping[str, Predicted]
+    factors: Mapping[str, Predictions]
     """Of the factors that have labels."""
-    product: Predicted | None
+    product: Predictions | None
     """Of the factors that have a score above 0; None where there are none."""
     left_out: tuple[str, ...]
     """Why factors are not part of the product."""

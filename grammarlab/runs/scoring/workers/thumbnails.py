@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from grammarlab.errors import Finding
-from grammarlab.runs.scoring.workers.tasks import Draw
+from grammarlab.runs.scoring.workers.tasks import DrawModels
 from grammarlab.runs.scoring.workers.worker_pool import Outcome, WorkerPool
 from grammarlab.runs.serving.windows import Send
 
@@ -91,21 +91,21 @@ class Thumbnails:
         """What a window that is gone asked for."""
         self._wanted.pop(send, None)
 
-    def _submit(self, draw: Draw) -> None:
+    def _submit(self, draw: DrawModels) -> None:
         keys = [(model, draw.size, draw.samples) for model in draw.models]
         models = tuple(key[0] for key in keys if key not in self._drawing)
         if models:
             self._drawing.update((model, draw.size, draw.samples) for model in models)
-            draw = Draw(models, draw.size, draw.samples)
+            draw = DrawModels(models, draw.size, draw.samples)
             self.pool.submit(draw, partial(self._drawn, draw), is_wanted=partial(self._is_wanted, draw), first=True)
 
-    def _is_wanted(self, draw: Draw) -> bool:
+    def _is_wanted(self, draw: DrawModels) -> bool:
         if any(size == draw.size and not models.isdisjoint(draw.models) for size, models in self._wanted.values()):
             return True
         self._drawing.difference_update((model, draw.size, draw.samples) for model in draw.models)
         return False
 
-    def _drawn(self, draw: Draw, outcome: Outcome) -> None:
+    def _drawn(self, draw: DrawModels, outcome: Outcome) -> None:
         self._drawing.difference_update((model, draw.size, draw.samples) for model in draw.models)
         if outcome.value is None:
             return
@@ -130,9 +130,9 @@ class Thumbnails:
         return self._kept[model, size].picture
 
 
-def _chunks(models: Sequence[str], size: int, samples: int) -> Iterator[Draw]:
+def _chunks(models: Sequence[str], size: int, samples: int) -> Iterator[DrawModels]:
     for start in range(0, len(models), CHUNK):
-        yield Draw(tuple(models[start : start + CHUNK]), size, samples)
+        yield DrawModels(tuple(models[start : start + CHUNK]), size, samples)
 
 
 def _send_sheet(send: Send, size: int, models: Sequence[str], pictures: Sequence[Picture]) -> None:

@@ -41,7 +41,7 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Task:
+class PendingTask:
     """Something to do in another process."""
 
     ticket: int
@@ -63,7 +63,7 @@ class _Worker:
     cancelled: Any
     """Tasks with tickets up to this one are cancelled."""
     listener: Thread = field(default_factory=Thread)
-    task: Task | None = None
+    task: PendingTask | None = None
 
 
 @dataclass
@@ -83,7 +83,7 @@ class WorkerPool:
     recall: Any = None
     """A request that brings a new process to where the one that it replaces was; None for none."""
     _workers: list[_Worker] = field(default_factory=list)
-    _waiting: deque[Task] = field(default_factory=deque)
+    _waiting: deque[PendingTask] = field(default_factory=deque)
     _tickets: count[int] = field(default_factory=lambda: count(1))
     _is_closed: bool = False
 
@@ -97,7 +97,7 @@ class WorkerPool:
             worker.listener.start()
             self._workers.append(worker)
             if self.recall is not None:
-                _give(worker, Task(next(self._tickets), self.recall, _ignore, None, lambda: True))
+                _give(worker, PendingTask(next(self._tickets), self.recall, _ignore, None, lambda: True))
 
     def submit(
         self,
@@ -120,7 +120,7 @@ class WorkerPool:
         Returns:
             A ticket to cancel it by.
         """
-        task = Task(next(self._tickets), request, then, on_progress, is_wanted)
+        task = PendingTask(next(self._tickets), request, then, on_progress, is_wanted)
         (self._waiting.appendleft if first else self._waiting.append)(task)
         self.start()
         self._dispatch()
@@ -199,7 +199,7 @@ class WorkerPool:
             self._dispatch()
 
 
-def _give(worker: _Worker, task: Task) -> None:
+def _give(worker: _Worker, task: PendingTask) -> None:
     worker.task = task
     # A process that is gone is noticed by its listener.
     with suppress(OSError):

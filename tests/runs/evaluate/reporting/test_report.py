@@ -8,7 +8,7 @@ from grammarlab.evaluation.scenario import Target, load
 from grammarlab.runs.evaluate.find import shipped_scenarios
 from grammarlab.runs.evaluate.reporting.plots import FLOOR, Series, draw_curves, quantiles
 from grammarlab.runs.evaluate.reporting.report import ScenarioResults, write_page, write_table
-from grammarlab.runs.evaluate.reporting.sections import Picture, Section
+from grammarlab.runs.evaluate.reporting.sections import ReportPicture, Section
 from grammarlab.runs.evaluate.store import CurveRecord
 
 
@@ -38,7 +38,7 @@ def test_the_page_has_medians_and_spreads_beside_targets_and_the_paper(tmp_path)
     scenario = replace(load(shipped_scenarios()["B3"]), target=Target(0.01, 32, 16))
     results = ScenarioResults(scenario, RECORDS)
     (tmp_path / "docs").mkdir()
-    picture = Section("Plot", ((Picture(tmp_path / "plots" / "a.png", "A picture"),),), "Paper: something.")
+    picture = Section("Plot", ((ReportPicture(tmp_path / "plots" / "a.png", "A picture"),),), "Paper: something.")
     write_page(tmp_path / "docs" / "page.md", [results], [picture], "grammarlab evaluate x")
     text = (tmp_path / "docs" / "page.md").read_text(encoding="utf-8")
     assert "Written by `grammarlab evaluate x`" in text

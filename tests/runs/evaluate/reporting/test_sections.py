@@ -1,12 +1,12 @@
 """Parts of a page with pictures."""
 
-from grammarlab.runs.evaluate.reporting.sections import Picture, Section, copied_beside, markdown
+from grammarlab.runs.evaluate.reporting.sections import ReportPicture, Section, copied_beside, markdown
 
 
 def section(folder):
     for name in "abcd":
         (folder / f"{name}.jpg").write_bytes(name.encode())
-    a, b, c, d = (Picture(folder / f"{name}.jpg", f"the | {name}") for name in "abcd")
+    a, b, c, d = (ReportPicture(folder / f"{name}.jpg", f"the | {name}") for name in "abcd")
     return Section("Title", ((a,), (b, c)), "Remark.", (d,))
 
 
@@ -21,7 +21,7 @@ def test_pictures_stand_alone_or_side_by_side_and_large_ones_are_linked(tmp_path
 
 
 def test_a_heading_needs_nothing_below_its_picture(tmp_path):
-    assert markdown(Section("A", ((Picture(tmp_path / "a", "B"),),)), tmp_path) == "## A\n\n![B](a)\n"
+    assert markdown(Section("A", ((ReportPicture(tmp_path / "a", "B"),),)), tmp_path) == "## A\n\n![B](a)\n"
 
 
 def test_copies_lie_in_a_folder_of_the_name_of_the_page(tmp_path):

@@ -20,7 +20,7 @@ from grammarlab.runs.scoring.shown.knowledge import ModelPool
 from grammarlab.runs.scoring.shown.populate import WAYS
 from grammarlab.runs.scoring.workers.labels import labels_of
 from grammarlab.runs.scoring.workers.learner import learner
-from grammarlab.runs.scoring.workers.tasks import Choice, Choose, Factors, Features, Learned, Prepare, Update
+from grammarlab.runs.scoring.workers.tasks import Choose, Factors, Features, LearnedUpdate, ModelChoice, Prepare, Update
 from grammarlab.runs.scoring.workers.worker_pool import Handler
 from tests.runs.scoring.tower import TOWER, kind_of
 
@@ -43,7 +43,7 @@ def handler() -> Handler:
     return learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
 
 
-def update(handler: Handler, factors: dict[str, dict[str, float]], choice: Choice | None = None) -> Learned:
+def update(handler: Handler, factors: dict[str, dict[str, float]], choice: ModelChoice | None = None) -> LearnedUpdate:
     return handler(Update(said(factors), NUMBERS, choice), report)
 
 
@@ -79,7 +79,9 @@ def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
 )
 def test_any_scores_can_be_learned_from(handler: Handler, pool: ModelPool, scores: list[float]):
     for way in WAYS:
-        found = update(handler, {"overall": dict(zip(pool.names, scores, strict=False))}, Choice(way, "overall", 6, 1))
+        found = update(
+            handler, {"overall": dict(zip(pool.names, scores, strict=False))}, ModelChoice(way, "overall", 6, 1)
+        )
         predicted = found.factors["overall"]
         assert np.isfinite(predicted.mean).all()
         assert (predicted.std >= 0).all()
@@ -93,7 +95,7 @@ def test_any_scores_can_be_learned_from(handler: Handler, pool: ModelPool, score
 def test_factors_without_a_liked_model_are_left_out_of_the_product_in_words(handler: Handler, pool: ModelPool):
     liked = {model: 50.0 + index for index, model in enumerate(pool.names[:9])}
     factors = {"a": liked, "b": dict.fromkeys(pool.names[:9], 0.0), "c": {}}
-    found = update(handler, factors, Choice("default", "", 5, 1))
+    found = update(handler, factors, ModelChoice("default", "", 5, 1))
     assert set(found.factors) == {"a", "b"}
     assert found.product is not None
     assert np.allclose(found.product.mean, np.maximum(found.factors["a"].mean, 0.0))
@@ -113,7 +115,7 @@ def test_nothing_liked_is_told(handler: Handler, pool: ModelPool):
 def test_models_that_are_not_of_the_pool_are_learned_from(handler: Handler):
     elsewhere = [str(Address(flat, 99, index)) for flat in (False, True) for index in range(20)]
     scores = {model: 100.0 * (kind_of(model) == "Flat") for model in elsewhere}
-    found = update(handler, {"overall": scores}, Choice("already ranked", "overall", 50, 1))
+    found = update(handler, {"overall": scores}, ModelChoice("already ranked", "overall", 50, 1))
     predicted, pool = found.factors["overall"], ModelPool(SEED, SIZE)
     flat = np.array([kind_of(model) == "Flat" for model in (*pool.names, *found.elsewhere)])
     assert set(found.elsewhere) == set(elsewhere)
@@ -130,18 +132,18 @@ def test_a_mistake_among_models_that_are_not_of_the_pool_is_shown_first(handler:
     elsewhere = [str(Address(False, 99, index)) for index in range(20)]
     scores = {model: 100.0 * (kind_of(model) == "Flat") for model in (*pool.names[:20], *elsewhere)}
     scores[elsewhere[13]] = 100.0 - scores[elsewhere[13]]
-    choice = Choice("already ranked", "overall", 40, 1)
+    choice = ModelChoice("already ranked", "overall", 40, 1)
     update(handler, {"overall": scores})
     chosen = handler(Choose(said({"overall": scores}), NUMBERS, choice), report)
     assert chosen[0] == elsewhere[13]
     assert set(chosen) == set(scores)
-    others = handler(Choose(said({"overall": scores}), NUMBERS, Choice("default", "overall", SIZE, 1)), report)
+    others = handler(Choose(said({"overall": scores}), NUMBERS, ModelChoice("default", "overall", SIZE, 1)), report)
     assert set(others) == set(pool.names[20:])
 
 
 def test_what_is_learned_depends_on_the_scores_alone(handler: Handler, pool: ModelPool):
     scores = {"overall": {model: float(index % 3) * 50 for index, model in enumerate(pool.names[:20])}}
-    choice = Choice("default", "overall", 8, 7)
+    choice = ModelChoice("default", "overall", 8, 7)
     fresh = update(learner(".cga", TOWER, "tower", ".", SEED, SIZE, False), scores, choice)
     update(handler, {"overall": dict.fromkeys(pool.names[40:60], 80.0)})
     again = update(handler, scores, choice)
@@ -158,7 +160,9 @@ def test_the_density_does_not_move_without_new_scores(handler: Handler, pool: Mo
 def test_models_are_chosen_before_anything_is_learned(pool: ModelPool):
     handler = learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
     for way in WAYS:
-        chosen = handler(Choose(said({"overall": {pool.names[0]: 5.0}}), NUMBERS, Choice(way, "overall", 4, 2)), report)
+        chosen = handler(
+            Choose(said({"overall": {pool.names[0]: 5.0}}), NUMBERS, ModelChoice(way, "overall", 4, 2)), report
+        )
         assert len(chosen) == (1 if way == "already ranked" else 4)
         assert (pool.names[0] in chosen) == (way == "already ranked")
 
@@ -168,7 +172,7 @@ def test_a_renamed_factor_keeps_what_was_learned(handler: Handler, pool: ModelPo
     update(handler, {"a": scores, "b": scores})
 
     def chosen(factors: dict[str, dict[str, float]], numbers: dict[str, int], factor: str) -> list[str]:
-        return handler(Choose(said(factors), numbers, Choice("density", factor, 20, 1)), report)
+        return handler(Choose(said(factors), numbers, ModelChoice("density", factor, 20, 1)), report)
 
     for factor, renamed in (("a", "roofs"), ("", "")):
         before = chosen({"a": scores, "b": scores}, NUMBERS, factor)
@@ -194,7 +198,7 @@ def test_a_label_file_teaches_what_the_session_learns_to_the_last_bit(
     labels = labels_of(factors, study.space.hashes[0])
     save_labels(Labels(labels.rows[::-1]), tmp_path / "all.csv")
     state = step(study, init(study), answers_of(read_labels(tmp_path / "all.csv"), study.space.hashes))
-    found = handler(Update(factors, NUMBERS, Choice("default", "overall", 4, 1)), report)
+    found = handler(Update(factors, NUMBERS, ModelChoice("default", "overall", 4, 1)), report)
     assert set(found.elsewhere) == set(elsewhere)
     rows = study.table(state).rows
     for name in factors:
@@ -209,10 +213,10 @@ def test_comparisons_alone_can_be_learned_from(handler: Handler, pool: ModelPool
     pairs = list(zip(pool.names[:16:2], pool.names[1:16:2], strict=True))
     scores = dict(compared(pair, kind) for pair in pairs)
     for way in WAYS:
-        found = handler(Update({"overall": scores}, NUMBERS, Choice(way, "overall", 6, 1)), report)
+        found = handler(Update({"overall": scores}, NUMBERS, ModelChoice(way, "overall", 6, 1)), report)
         assert np.isfinite(found.factors["overall"].mean).all()
         assert (found.product is None) == (kind == "tie")
         assert len(set(found.chosen)) == (0 if way == "already ranked" else 6)
-    found = handler(Update({"overall": scores}, NUMBERS, Choice("pairs", "overall", 6, 1)), report)
+    found = handler(Update({"overall": scores}, NUMBERS, ModelChoice("pairs", "overall", 6, 1)), report)
     asked = {frozenset(found.chosen[place : place + 2]) for place in (0, 2, 4)}
     assert not asked & {frozenset(pair) for pair in pairs}

@@ -12,7 +12,7 @@ from PIL import Image
 
 from grammarlab.errors import Finding, Location
 from grammarlab.runs.scoring.workers import thumbnails as module
-from grammarlab.runs.scoring.workers.tasks import Draw, Drawn
+from grammarlab.runs.scoring.workers.tasks import DrawModels, DrawnModels
 from grammarlab.runs.scoring.workers.thumbnails import CHUNK, GOOD, QUICK, SHEET, Thumbnails, sprite_sheet
 from grammarlab.runs.scoring.workers.worker_pool import Outcome, WorkerPool
 from grammarlab.runs.serving.windows import Message
@@ -23,8 +23,8 @@ class Easel(WorkerPool):
 
     def __init__(self) -> None:
         super().__init__("", (), 0, lambda _call: None)
-        self.tasks: list[tuple[Draw, Callable[[Outcome], None], Callable[[], bool]]] = []
-        self.drawn: list[Draw] = []
+        self.tasks: list[tuple[DrawModels, Callable[[Outcome], None], Callable[[], bool]]] = []
+        self.drawn: list[DrawModels] = []
 
     def submit(self, request: Any, then: Any, *, is_wanted: Any = None, first: bool = False, **_: Any) -> int:
         assert first
@@ -37,7 +37,7 @@ class Easel(WorkerPool):
             if is_wanted():
                 most -= 1
                 self.drawn.append(draw)
-                then(Outcome(Drawn(tuple(picture_of(model, draw.size) for model in draw.models), (FINDING,))))
+                then(Outcome(DrawnModels(tuple(picture_of(model, draw.size) for model in draw.models), (FINDING,))))
 
 
 def picture_of(model: str, size: int) -> np.ndarray:
