@@ -2,8 +2,8 @@
 
 Three kinds of numbers: how often a pattern occurs in the subtree (`Total`), how many ways there are to lay a part of a
 pattern on its root (`PatternMatch`), and how many to lay a run of siblings anywhere inside it (`Deep`). For each symbol
-only those are kept that can be above zero there and that somebody above asks for: what is asked for is the open prefix of
-a pattern, passed down.
+only those are kept that can be above zero there and that somebody above asks for: what is asked for is the open
+prefix of a pattern, passed down.
 """
 
 from __future__ import annotations
