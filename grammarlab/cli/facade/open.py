@@ -10,6 +10,8 @@ import typer
 from grammarlab.cli.console.report import friendly_errors, say
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from grammarlab.runs.serving.server import Page, Served
 
 
@@ -37,6 +39,8 @@ class _Shown(NamedTuple):
     """What it saves to."""
     desk: _Desk | None
     """None where whatever is said is saved at once."""
+    close: Callable[[], None]
+    """Ends what works for it."""
 
 
 def open_facade(
@@ -84,7 +88,7 @@ def open_facade(
         try:
             _serve(shown, port, browser=browser)
         finally:
-            shown.served.close()
+            shown.close()
             if shown.desk is not None and shown.desk.is_lost:
                 say(f"what was not saved is in {shown.desk.rescue()}")
 
@@ -94,14 +98,14 @@ def _facade(file: Path, output: Path | None) -> _Shown:
     from grammarlab.runs.facade.editor.server import PAGE
 
     editor = Editor(file, output)
-    return _Shown(editor, PAGE, editor.desk.target, editor.desk)
+    return _Shown(editor, PAGE, editor.desk.target, editor.desk, editor.close)
 
 
 def _design(file: Path, output: Path | None) -> _Shown:
     from grammarlab.runs.facade.layers_page.designer import PAGE, Designer
 
     designer = Designer(file, output)
-    return _Shown(designer, PAGE, designer.desk.target, designer.desk)
+    return _Shown(designer, PAGE, designer.desk.target, designer.desk, designer.close)
 
 
 def _building(file: Path, output: Path | None) -> _Shown:
@@ -110,7 +114,7 @@ def _building(file: Path, output: Path | None) -> _Shown:
 
     say("reading the building ...")
     corrector = Corrector(file, output)
-    return _Shown(corrector, PAGE, corrector.desk.target, corrector.desk)
+    return _Shown(corrector, PAGE, corrector.desk.target, corrector.desk, corrector.close)
 
 
 def _scan(file: Path, output: Path | None, templates: str) -> _Shown:
@@ -122,7 +126,8 @@ def _scan(file: Path, output: Path | None, templates: str) -> _Shown:
 
     require("jax")
     target = output or Path(f"{file.stem}.corrections.json")
-    return _Shown(Matcher(ScanDesk(file.name, load_elements(file), named(templates), target)), PAGE, target, None)
+    matcher = Matcher(ScanDesk(file.name, load_elements(file), named(templates), target))
+    return _Shown(matcher, PAGE, target, None, matcher.close)
 
 
 def _serve(shown: _Shown, port: int, *, browser: bool) -> None:

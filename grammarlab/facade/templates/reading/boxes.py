@@ -63,7 +63,7 @@ def find_boxes(surface: FacadePlane) -> tuple[Floats, Floats]:
     found = np.array(boxes).reshape(-1, 4) + _MARGIN * np.array([-1.0, -1.0, 1.0, 1.0])
     if len(surface.edges):
         return found, surface.edges[:, :2]
-    border = ndimage.binary_dilation(empty, iterations=2) & ndimage.binary_dilation(~empty, iterations=2)
+    border = np.logical_and(*(ndimage.binary_dilation(each, iterations=2) for each in (empty, ~empty)))
     near = border[place_of(flat)]
     points, outward = outlines(flat[wall & near], flat[~wall & near], cell)
     # Single points behind the wall are noise: an outline has a hole beyond it.

@@ -16,7 +16,7 @@ def facade(seed: int, labels: str = "abw") -> Facade:
     middle = rng.uniform(1.0, 3.0)
     low = np.array([[x, y] for x in ends[:-1] for y in (0.0, middle)])
     high = np.array([[x, y] for x in ends[1:] for y in (middle, 4.0)])
-    names = [{"w": "wall"}.get(each, each) for each in rng.choice(list(labels), len(low))]
+    names = ["wall" if each == "w" else str(each) for each in rng.choice(list(labels), len(low))]
     return cut(low, high, names)[0]
 
 

@@ -126,7 +126,7 @@ def test_a_shape_with_an_inset_is_in_its_place_and_its_frame_fills_the_rest(scal
     shapes = {("A", "Y"): Shape("wall"), ("B", "Y"): Shape("window", inset=inset, frame="brick")}
     solved = solve_design(replace(made, shapes=shapes))[0]
     low, high = {}, {}
-    area = dict.fromkeys(("wall", "window", "brick"), 0.0)
+    area = {"wall": 0.0, "window": 0.0, "brick": 0.0}
     for leaf in solved.facade.leaves.tolist():
         name, size = solved.facade.name_of(leaf), solved.facade.size[leaf]
         low[name], high[name] = solved.facade.position[leaf], solved.facade.position[leaf] + size
