@@ -41,7 +41,7 @@ def test_example_grammars_derive_as_the_oracle_says(path, seed):
 
 
 @given(rule_files())
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(max_examples=45, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 def test_random_grammars_derive_as_the_oracle_says(text):
     grammar = Grammar.parse(text)
     forest = derive(grammar, 3, 11, footprint=(8.0, 6.0))

@@ -39,6 +39,10 @@ _POLICY = (
 )
 
 
+PLAIN = Path(__file__).with_name("index.html")
+"""An empty page with `base.css`, `page.css` and `page.js`."""
+
+
 @dataclass(frozen=True, slots=True)
 class Page:
     """What a browser gets."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from grammarlab.runs import scoring
-from grammarlab.runs.serving.server import Page
+from grammarlab.runs.serving.server import PLAIN, Page
 
 _FOLDER = Path(__file__).parent / "page"
 # Buttons, colours, the connection and elements are those of the scoring page.
 _SHARED = Path(str(scoring.__file__)).parent / "page"
 PAGE = Page(
-    index=_FOLDER / "index.html",
+    index=PLAIN,
     files={
         "base.css": _SHARED / "page.css",
         "page.css": _FOLDER / "page.css",

@@ -93,5 +93,5 @@ def _mistake(finding: Finding, text: str) -> Message:
         "line": place.line,
         "column": place.column,
         "length": place.length,
-        "shown": "\n".join(finding.render(text).splitlines()[1:]),
+        "shown": "\n".join(finding.render(text.splitlines()).splitlines()[1:]),
     }

@@ -13,14 +13,14 @@ from grammarlab.facade.templates.kinds.corrections import correction_of
 from grammarlab.runs import scoring
 from grammarlab.runs.facade.scan_page.desk import ScanDesk
 from grammarlab.runs.serving.requests import Request, answered
-from grammarlab.runs.serving.server import Page
+from grammarlab.runs.serving.server import PLAIN, Page
 from grammarlab.runs.serving.windows import Message, Send
 
 _FOLDER = Path(__file__).parent / "page"
 # Buttons, colours, the connection and elements are those of the scoring page.
 _SHARED = Path(str(scoring.__file__)).parent / "page"
 PAGE = Page(
-    index=_FOLDER / "index.html",
+    index=PLAIN,
     files={
         "base.css": _SHARED / "page.css",
         "page.css": _FOLDER / "page.css",
