@@ -6,16 +6,16 @@ Needs the extra ``notebook``: ``pip install 'grammarlab[notebook]'``.
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from grammarlab.extras import named_extras
 from grammarlab.preference.labels.table import Labels
 from grammarlab.runs import scoring
 from grammarlab.runs.requests.examples import find_rules
-from grammarlab.runs.scoring.session import Session
+from grammarlab.runs.scoring.session import Session, SessionOptions
 from grammarlab.runs.scoring.workers.labels import read_labels_or_session
 from grammarlab.runs.serving.windows import Message
 
@@ -35,7 +35,7 @@ class _Opened:
     path: Path
     """Resolved."""
     inode: int
-    given: tuple[str, Path, Mapping[str, Any]]
+    given: tuple[str, Path, SessionOptions]
     """Text of the rule file, folder of its assets, and options that it was opened with."""
     newest: str = ""
     """Identifier of the widget that was made last for it."""
@@ -43,7 +43,7 @@ class _Opened:
     """Warnings that were logged."""
 
     @classmethod
-    def of(cls, grammar: str, path: Path, options: Mapping[str, Any]) -> _Opened:
+    def of(cls, grammar: str, path: Path, options: SessionOptions) -> _Opened:
         """The session of a file: the one that is open if it is the same, else one that takes its place."""
         place, source = path.resolve(), find_rules(grammar, options.get("assets"))
         given = source.text(), source.assets.resolve(), options
@@ -86,11 +86,19 @@ another session with processes of its own."""
 class ScoringSession(anywidget.AnyWidget):
     """Models to look at and to score; what was scored is in the session file before the page says so.
 
-    >>> session = ScoringSession("building", path="buildings.db")  # doctest: +SKIP
-    >>> session.labels  # doctest: +SKIP
+    As the last line of a cell, ``ScoringSession("building", path="buildings.db")`` shows the page. What a person can do
+    there, a program can do with `do`. A cell that is run again goes on with the session that is open: widgets of one
+    file share it, until the newest of them is closed.
 
-    The last line of a cell shows it. What a person can do on the page, a program can do with `do`. A cell that is run
-    again goes on with the session that is open: widgets of one file share it, until the newest of them is closed.
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     session = ScoringSession("toy", path=Path(folder) / "towers.db", jobs=0)
+    ...     models = session.do("state")["grids"][0]["models"]
+    ...     _ = session.do("score", models=models[:2], score=80)
+    ...     scores = session.labels.scores
+    ...     session.close()
+    >>> scores.tolist()
+    [80.0, 80.0]
     """
 
     _esm = PAGE / "page.js"
@@ -98,13 +106,13 @@ class ScoringSession(anywidget.AnyWidget):
 
     state = traitlets.Dict(read_only=True, help="What the page shows: factors, models, scores, predictions.")
 
-    def __init__(self, grammar: str, path: Path | str, **options: Any) -> None:
+    def __init__(self, grammar: str, path: Path | str, **options: Unpack[SessionOptions]) -> None:
         """Opens a session file, or begins one.
 
         Args:
             grammar: a rule file or the name of a shipped grammar.
             path: the session file, ends in .db.
-            **options: of `grammarlab.runs.scoring.session.Session`: seed, size, assets, stored_grammar, jobs.
+            **options: as of `grammarlab.runs.scoring.session.Session`.
 
         Raises:
             TypeError: for an option that there is not.

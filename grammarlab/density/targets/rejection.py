@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,8 +62,8 @@ class RejectionSampler(AbstractSampler):
         Raises:
             GrammarlabError: when too few are accepted.
         """
-        options: dict[str, Any] = {"least": self.pilot.bound, "most_proposals": self.most_proposals}
-        found = _thinned(self.target, self.proposal, select_models, num_models, seed, **options)
+        least, most = self.pilot.bound, self.most_proposals
+        found = _thinned(self.target, self.proposal, select_models, num_models, seed, least=least, most_proposals=most)
         forest = join_forests([select_models(models, rows) for models, rows in found.chunks])
         if forest.num_models < num_models:
             raise GrammarlabError(
@@ -146,9 +146,10 @@ def reject(
         GrammarlabError: when no model is accepted.
     """
     most = min(most_proposals, PILOT_PROPOSALS)
-    options: dict[str, Any] = {"most_proposals": most, "on_progress": on_progress}
-    pilot = _thinned(target, proposal, lambda forest, rows: None, num_pilot, seed, **options).acceptance
-    return RejectionSampler(target, proposal, pilot, most_proposals)
+    found = _thinned(
+        target, proposal, lambda forest, rows: None, num_pilot, seed, most_proposals=most, on_progress=on_progress
+    )
+    return RejectionSampler(target, proposal, found.acceptance, most_proposals)
 
 
 def _thinned(
@@ -157,7 +158,10 @@ def _thinned(
     keep: Callable[[Forest, Ints], K],
     num_models: int,
     seed: int,
-    **options: Any,
+    *,
+    most_proposals: int,
+    least: float = 0.0,
+    on_progress: Progress = silent,
 ) -> Thinned[K]:
     if num_models < 1:
         raise UsageError(f"expected at least one model, found {num_models}")
@@ -175,5 +179,15 @@ def _thinned(
         base = 1.0 if target.even is None else target.even.ratio(forest)
         return scores * base / proposal.ratio(forest)
 
-    bound = target.bound if proposal is None else None
-    return thin(propose, weigh, keep, num_models, seed, bound=bound, chunk=target.chunk, **options)
+    return thin(
+        propose,
+        weigh,
+        keep,
+        num_models,
+        seed,
+        bound=target.bound if proposal is None else None,
+        least=least,
+        most_proposals=most_proposals,
+        chunk=target.chunk,
+        on_progress=on_progress,
+    )

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Literal, Self, get_args
+from typing import Any, Literal, Self, TypedDict, Unpack, get_args
 
 import numpy as np
 
@@ -25,6 +25,22 @@ Scale = Literal["same", "each"]
 MAX_MODELS = 10_000_000
 BATCH_MODELS = 64
 """Models that are derived, written and recorded together: few enough to lose little when interrupted."""
+
+
+class RequestOptions(TypedDict, total=False):
+    """What a request may have besides what it makes models of; see `SampleRequest`."""
+
+    num_models: int
+    seed: int
+    attributes: Mapping[str, AttributeValue]
+    start_rule: str
+    file_format: FileFormat
+    single_file: bool
+    instancing: Instancing
+    image: bool
+    columns: int
+    renderer: RendererName
+    scale: Scale
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,14 +100,21 @@ class SampleRequest:
             raise UsageError(f"instancing {self.instancing!r} needs format 'glb', found {self.file_format!r}.")
 
     @classmethod
-    def of(cls, grammar: str | Path, *, footprint: str = "", assets: Path | None = None, **options: Any) -> Self:
+    def of(
+        cls,
+        grammar: str | Path,
+        *,
+        footprint: str = "",
+        assets: Path | None = None,
+        **options: Unpack[RequestOptions],
+    ) -> Self:
         """A request for a file that describes models, or a shipped example.
 
         Args:
             grammar: a path, or a name as ``grammarlab list`` shows them.
             footprint: as in `read_footprints`; the default footprint when empty.
             assets: folder of assets, by default the one beside the rule file.
-            options: the other fields of this class.
+            **options: the other fields of this class.
         """
         source = find_rules(str(grammar), assets)
         footprints = read_footprints(footprint) if footprint else ()

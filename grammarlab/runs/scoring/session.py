@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import Any
+from typing import Any, TypedDict
 
 from grammarlab.errors import GrammarlabError
 from grammarlab.runs.scoring.commands import run
@@ -32,6 +32,16 @@ from grammarlab.runs.work.workers import available_cores
 CLOSED = "The session has been closed; what was scored is saved. Open it again to go on."
 LOOK_EVERY = 0.4
 """Seconds after which the file is looked at for what other processes wrote."""
+
+
+class SessionOptions(TypedDict, total=False):
+    """What a session takes besides a grammar and a file; see `Session`."""
+
+    seed: int
+    size: int
+    assets: Path | None
+    stored_grammar: bool
+    jobs: int | None
 
 
 class Session:
