@@ -12,7 +12,7 @@ from threading import Thread
 from typing import Any
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import FloatRect, Locator, Page, expect
 
 from grammarlab.facade.examples.analysis.correction import corrected
 from grammarlab.facade.examples.analysis.example import analyse
@@ -21,6 +21,7 @@ from grammarlab.runs.facade.example_page.corrector import Corrector
 from grammarlab.runs.facade.example_page.server import PAGE
 from grammarlab.runs.serving.server import serving
 from tests.facade.examples.houses import house
+from tests.waiting import wait_until
 
 
 class CorrectorThread:
@@ -122,6 +123,14 @@ def test_a_building_is_tried_and_mistakes_are_said(opened: Callable[[], Page]) -
     assert all(names)
 
 
+def place(shown: Locator) -> FloatRect:
+    """Where something is; not while it is being drawn anew."""
+    found: list[FloatRect | None] = []
+    wait_until(lambda: found.append(shown.bounding_box()) or found[-1] is not None)
+    assert found[-1]
+    return found[-1]
+
+
 def test_lines_are_dragged_and_walls_left_out(opened: Callable[[], Page], tmp_path: Path) -> None:
     page = opened()
     cells = page.locator(".ex-cell")
@@ -129,9 +138,7 @@ def test_lines_are_dragged_and_walls_left_out(opened: Callable[[], Page], tmp_pa
     # The left border goes half a metre out by the mouse, and back a little by a key.
     line = page.get_by_role("slider", name="Line 0 of columns")
     before = float(line.get_attribute("aria-valuenow") or 0)
-    stage, grip = page.locator(".ex-stage image").bounding_box(), line.bounding_box()
-    assert stage
-    assert grip
+    stage, grip = place(page.locator(".ex-stage image")), place(line)
     x, y = grip["x"] + grip["width"] / 2, grip["y"] + grip["height"] / 2
     page.mouse.move(x, y)
     page.mouse.down()

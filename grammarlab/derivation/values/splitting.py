@@ -89,7 +89,7 @@ class SplitRow(NamedTuple):
 def divide(length: Floats, elements: Sequence[Element]) -> list[SplitPieces]:
     """The pieces of lengths [N], one `SplitPieces` for each size in the order of the text.
 
-    >>> front, tiles = divide(np.array([7.0]), [Size(1.0), Repeat((Size(2.9, floating=True),))])
+    >>> front, tiles = divide(np.array([7.0]), [SplitSize(1.0), SplitRepeat((SplitSize(2.9, floating=True),))])
     >>> front.extent.tolist(), tiles.start.tolist(), tiles.extent.tolist()
     ([1.0], [1.0, 4.0], [3.0, 3.0])
     """
