@@ -54,7 +54,7 @@ def test_a_refused_command_says_why(session):
 
 def test_a_misspelt_option_is_refused(tmp_path):
     with pytest.raises(TypeError, match="sead"):
-        ScoringSession("toy", tmp_path / "toys.db", sead=1)
+        ScoringSession("toy", tmp_path / "toys.db", sead=1)  # pyright: ignore[reportCallIssue]  # a mistake, meant
 
 
 def test_the_scores_of_a_closed_session_are_there_when_it_is_opened_again(session, tmp_path):
