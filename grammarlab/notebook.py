@@ -11,13 +11,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Unpack
 
+from grammarlab import scoring
 from grammarlab.extras import named_extras
 from grammarlab.preference.labels.table import Labels
-from grammarlab.runs import scoring
 from grammarlab.runs.requests.examples import find_rules
-from grammarlab.runs.scoring.session import Session, SessionOptions
-from grammarlab.runs.scoring.workers.labels import read_labels_or_session
 from grammarlab.runs.serving.windows import Message
+from grammarlab.scoring.session import Session, SessionOptions
+from grammarlab.scoring.workers.labels import read_labels_or_session
 
 with named_extras():
     import anywidget
@@ -112,7 +112,7 @@ class ScoringSession(anywidget.AnyWidget):
         Args:
             grammar: a rule file or the name of a shipped grammar.
             path: the session file, ends in .db.
-            **options: as of `grammarlab.runs.scoring.session.Session`.
+            **options: as of `grammarlab.scoring.session.Session`.
 
         Raises:
             TypeError: for an option that there is not.
@@ -137,7 +137,7 @@ class ScoringSession(anywidget.AnyWidget):
         """Does what the page does, and waits for the answer.
 
         Args:
-            command: such as ``score``, ``compare``, ``update``; `grammarlab.runs.scoring.commands` has all.
+            command: such as ``score``, ``compare``, ``update``; `grammarlab.scoring.commands` has all.
             **arguments: of the command: ``session.do("populate", way="uncertainty")``.
 
         Raises:

@@ -9,7 +9,7 @@ from grammarlab.facade.file import VERSION as FACADE
 from grammarlab.facade.templates.reading.document import VERSION as ELEMENTS
 from grammarlab.runs.disk.derivations import FORMAT as DERIVATIONS
 from grammarlab.runs.sampling.manifest import FORMAT as MANIFEST
-from grammarlab.runs.scoring.record.store import STEPS
+from grammarlab.scoring.record.store import STEPS
 
 VERSIONS: Mapping[str, tuple[str, int]] = {
     "grammarlab.facade.file": ("Facade", FACADE),
@@ -17,7 +17,7 @@ VERSIONS: Mapping[str, tuple[str, int]] = {
     "grammarlab.facade.templates.reading.document": ("Elements of a scan", ELEMENTS),
     "grammarlab.runs.disk.derivations": ("Derivations", DERIVATIONS),
     "grammarlab.runs.sampling.manifest": ("Manifest of a run", MANIFEST),
-    "grammarlab.runs.scoring.record.store": ("Scoring session", len(STEPS)),
+    "grammarlab.scoring.record.store": ("Scoring session", len(STEPS)),
 }
 """Name and version of each file that carries one, by the module that writes it."""
 

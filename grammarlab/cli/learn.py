@@ -126,7 +126,7 @@ def learn(
             from grammarlab.learning.designs.pool import Pool
             from grammarlab.learning.targets.target import Making
             from grammarlab.runs.learn.labels import learn_from_labels
-            from grammarlab.runs.scoring.workers.labels import read_labels_or_session
+            from grammarlab.scoring.workers.labels import read_labels_or_session
 
             making = Making(method, base, samples, max_rules)
             table, pool = read_labels_or_session(labels)

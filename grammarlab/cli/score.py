@@ -37,8 +37,8 @@ def score(
 ) -> None:
     """Score models in the browser, in a session file."""
     with friendly_errors():
-        from grammarlab.runs.scoring.server import serve
-        from grammarlab.runs.scoring.session import Session
+        from grammarlab.scoring.server import serve
+        from grammarlab.scoring.session import Session
 
         path = session or Path(f"{Path(grammar).stem}.db")
         opened = Session(grammar, path, seed=seed, assets=assets, stored_grammar=stored_grammar)

@@ -12,7 +12,7 @@ from playwright.sync_api import expect
 
 from tests.browser.driver import settle
 
-PAGE = files("grammarlab.runs.scoring") / "page"
+PAGE = files("grammarlab.scoring") / "page"
 
 LUMINANCE = """
 (element) => {

@@ -11,9 +11,9 @@ import pytest
 from grammarlab.features.counting.counts import count
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.runs.sampling.sources import load_source
-from grammarlab.runs.scoring.session import Session
+from grammarlab.scoring.session import Session
 from tests.browser.driver import Server
-from tests.runs.scoring.windows import Window, shown_models
+from tests.scoring.windows import Window, shown_models
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 ROUNDS = (16, 16)

@@ -16,7 +16,7 @@ from jupyter_client.manager import KernelManager
 from jupyter_client.provisioning.local_provisioner import LocalProvisioner
 
 from tests.runs.processes import descendants, expect_gone
-from tests.runs.scoring.kills import MANY, Acknowledged
+from tests.scoring.kills import MANY, Acknowledged
 from tests.waiting import PATIENCE
 
 KILLS = MANY // 4 or 2

@@ -25,9 +25,9 @@ from grammarlab.runs.learn.pages import page_of_labels
 from grammarlab.runs.learn.report import report_text
 from grammarlab.runs.requests.domains import domain_of, suffix_of
 from grammarlab.runs.requests.examples import find_rules
-from grammarlab.runs.scoring.record.store import Store
-from grammarlab.runs.scoring.session import Session
-from tests.runs.scoring.windows import Window, shown_models
+from grammarlab.scoring.record.store import Store
+from grammarlab.scoring.session import Session
+from tests.scoring.windows import Window, shown_models
 
 TEXT = '{"ranges": {"width": [1, 4], "height": [2, 10], "depth": [1, 4]}}'
 SEED, SIZE = 3, 400

@@ -20,10 +20,10 @@ from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.learn import learn
 from grammarlab.preference.labels.files import save_labels
 from grammarlab.preference.labels.table import OVERALL, Labels
-from grammarlab.runs.scoring.record.said import Said
-from grammarlab.runs.scoring.workers.learner import learner
-from grammarlab.runs.scoring.workers.maker import maker
-from grammarlab.runs.scoring.workers.tasks import LearnGrammar, Update
+from grammarlab.scoring.record.said import Said
+from grammarlab.scoring.workers.learner import learner
+from grammarlab.scoring.workers.maker import maker
+from grammarlab.scoring.workers.tasks import LearnGrammar, Update
 
 RULES = """
 attr floors = 50% : 2 else : 5

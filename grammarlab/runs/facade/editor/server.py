@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from grammarlab.runs import scoring
+from grammarlab import scoring
 from grammarlab.runs.serving.server import PLAIN, Page
 
 _FOLDER = Path(__file__).parent / "page"

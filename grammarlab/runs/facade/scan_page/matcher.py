@@ -9,8 +9,8 @@ from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
 
+from grammarlab import scoring
 from grammarlab.facade.templates.kinds.corrections import correction_of
-from grammarlab.runs import scoring
 from grammarlab.runs.facade.scan_page.desk import ScanDesk
 from grammarlab.runs.serving.requests import Request, answered
 from grammarlab.runs.serving.server import PLAIN, Page

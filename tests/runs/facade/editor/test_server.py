@@ -12,9 +12,9 @@ from importlib.resources import files
 from grammarlab.runs.facade.editor.editor import Editor
 from grammarlab.runs.facade.editor.server import PAGE
 from grammarlab.runs.serving.server import serving
-from tests.runs.scoring.test_server import Page
+from tests.scoring.test_server import Page
 
-SCORING = files("grammarlab.runs.scoring") / "page"
+SCORING = files("grammarlab.scoring") / "page"
 SHARED = ("channel.js", "element.js", "menu.js", "transports.js")
 
 

@@ -26,7 +26,7 @@ from grammarlab.runs.facade.layers_page.solver import Job, Outcome, Solver
 from grammarlab.runs.serving.server import serving
 from tests.facade.layers.samples import RESIDENTIAL, residential
 from tests.runs.facade.editor.windows import RefusedError, Window
-from tests.runs.scoring.test_server import Page
+from tests.scoring.test_server import Page
 from tests.waiting import PATIENCE
 
 

@@ -1,0 +1,81 @@
+"""Files of a session: labels out and in, the learned grammar, samples of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.runs.serving.windows import Answer, Message, Refuse
+from grammarlab.scoring.shown.desk import Desk
+from grammarlab.scoring.workers.tasks import DrawSheet, LearnedFile, LearnGrammar, ReadLabels, WriteLabels
+from grammarlab.scoring.workers.worker_pool import Outcome, WorkerPool
+
+Result = Callable[[Any], tuple[Message, Sequence[bytes]]]
+"""What an answer says of a value, with its buffers."""
+Announce = Callable[[str, str, int, int], None]
+"""Tells all windows what is being done, its stage, and how much of that is done."""
+
+
+class SessionFiles:
+    """Files, made and read in a process beside the session. All methods are for one thread."""
+
+    def __init__(self, desk: Desk, path: Path, makers: WorkerPool, announce: Announce) -> None:
+        """Begins to work for a desk; `path` is that of the session file."""
+        self._desk, self._path, self._makers, self._announce = desk, path, makers, announce
+
+    def export(self, suffix: str, answer: Answer, refuse: Refuse) -> None:
+        """Makes all scores a label file."""
+        file = f"{self._path.stem}{suffix}"
+        done = partial(answered, answer, refuse, lambda content: ({"file": file}, [content]))
+        self._makers.submit(WriteLabels(self._desk.factors, suffix), done)
+
+    def read(self, content: bytes, suffix: str, answer: Answer, refuse: Refuse) -> None:
+        """Adds the scores of a label file; all of them can be undone at once."""
+
+        def add(outcome: Outcome) -> None:
+            try:
+                if outcome.value is None:
+                    raise UsageError(outcome.error)
+                entries = {
+                    name: {subject: said.as_json() for subject, said in scores.items()}
+                    for name, scores in outcome.value.items()
+                }
+                self._desk.do("import", {"scores": entries})
+                answer({"added": sum(map(len, outcome.value.values()))}, ())
+            except GrammarlabError as error:
+                refuse(str(error))
+
+        self._makers.submit(ReadLabels(content, suffix), add)
+
+    def learn_grammar(self, answer: Answer, refuse: Refuse) -> None:
+        """Learns a grammar from all scores, into a file beside the session."""
+
+        def result(found: LearnedFile) -> tuple[Message, Sequence[bytes]]:
+            numbers = {"js": found.js, "rules_before": found.rules_before, "rules_after": found.rules_after}
+            return {"file": found.file, "text": found.text, "notes": list(found.findings), **numbers}, ()
+
+        done = partial(answered, answer, refuse, result)
+        task = LearnGrammar(self._desk.factors, self._desk.record.wide)
+        self._makers.submit(task, done, on_progress=partial(self._announce, "learn"))
+
+    def sheet(self, num: int, answer: Answer, refuse: Refuse) -> None:
+        """Draws samples of the learned grammar."""
+        file = f"{self._path.stem}-learned.png"
+        done = partial(answered, answer, refuse, lambda content: ({"file": file}, [content]))
+        task = DrawSheet(num, self._desk.store.about.seed)
+        self._makers.submit(task, done, on_progress=partial(self._announce, "sheet"))
+
+    def close(self) -> None:
+        """Ends the process."""
+        self._makers.close()
+
+
+def answered(answer: Answer, refuse: Refuse, result: Result, outcome: Outcome) -> None:
+    """Answers a window with what a process found, or says why it found nothing."""
+    if outcome.value is None:
+        refuse(outcome.error or "cancelled.")
+    else:
+        answer(*result(outcome.value))

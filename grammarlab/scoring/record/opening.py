@@ -1,0 +1,91 @@
+"""Opening a session: the rule file, the session file, and whether they belong together."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from grammarlab.errors import UsageError
+from grammarlab.extras import require
+from grammarlab.runs.requests.domains import domain_of
+from grammarlab.runs.requests.examples import find_rules
+from grammarlab.scoring.record.store import SUFFIX, About, Store
+
+NUM_MODELS = 5_000
+"""Models that a new session has to choose from."""
+
+
+@dataclass(frozen=True, slots=True)
+class Opening:
+    """What a session begins with."""
+
+    path: Path
+    about: About
+    store: Store | None
+    """None for a new session, whose file is made once the grammar has been found to be right."""
+    assets: Path
+    """Folder that asset names in the rules are relative to."""
+
+
+def open_session(
+    grammar: str,
+    path: Path,
+    *,
+    seed: int = 0,
+    size: int = NUM_MODELS,
+    assets: Path | None = None,
+    stored_grammar: bool = False,
+) -> Opening:
+    """Opens a session file, or gets ready to begin one.
+
+    Args:
+        grammar: a rule file or the name of a shipped grammar.
+        path: the session file; begun when there is none.
+        seed: of the models of a new session.
+        size: how many models a new session has to choose from.
+        assets: folder of meshes and images, where it is not the one beside the rule file.
+        stored_grammar: use the grammar that the session was begun with, whatever the rule file says now.
+
+    Raises:
+        UsageError: when the session was begun with another grammar, or an argument is out of range.
+        LanguageError: for a rule file that cannot be read.
+        AssetError: for a file that is no session.
+    """
+    _check(path, seed, size)
+    source = find_rules(grammar, assets)
+    title = re.sub(r"[^\w ().-]", "_", source.name)[:200]
+    found = About(title, source.text().removeprefix("\ufeff"), seed, size, source.suffix)
+    if not path.exists():
+        if stored_grammar:
+            raise UsageError(f"{path}: no such session, so it has no stored grammar; leave --stored-grammar out.")
+        return Opening(path, found, None, source.assets)
+    store = Store.open(path, found)
+    try:
+        domain_of(store.about.suffix)
+    except UsageError as error:
+        store.close()
+        raise UsageError(f"{path}: the session is about models of another kind. {error}") from error
+    if (store.about.hash, store.about.suffix) != (found.hash, found.suffix) and not stored_grammar:
+        known = store.about.hash
+        store.close()
+        raise UsageError(
+            f"{path}: this session is about another grammar than {source.path}: expected the text with SHA-256 "
+            f"{known[:16]}…, found {found.hash[:16]}…. Its scores belong to the models of the grammar that it was "
+            "begun with. To go on with that one, give --stored-grammar (in Python, stored_grammar=True), which reads "
+            "the text that the session keeps; to score models of the new one, begin a session with another file name. "
+            "The old scores stay in the file and can be exported from its page."
+        )
+    return Opening(path, store.about, store, source.assets)
+
+
+def _check(path: Path, seed: int, size: int) -> None:
+    require("jax")
+    if path.suffix.lower() != SUFFIX:
+        raise UsageError(f"{path}: expected the name of a session file that ends in {SUFFIX}.")
+    if not path.parent.is_dir():
+        raise UsageError(f"{path}: there is no folder {str(path.parent)!r}; make it first.")
+    if not 0 <= seed < 1 << 64:
+        raise UsageError(f"seed is {seed}; expected 0 <= seed < 2**64.")
+    if not 1 <= size <= 100_000:
+        raise UsageError(f"size is {size}; expected 1 to 100,000 models.")

@@ -1,0 +1,90 @@
+"""Scoring rounds: everything that a session can do, for one thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from grammarlab.runs.serving.windows import Answer, Message, Refuse
+from grammarlab.scoring.files import Result, SessionFiles, answered
+from grammarlab.scoring.grids import PAIRS, Body, ModelGrid
+from grammarlab.scoring.learning import Learning
+from grammarlab.scoring.record.store import Store
+from grammarlab.scoring.shown.desk import Desk
+from grammarlab.scoring.shown.populate import fresh_samples
+from grammarlab.scoring.workers.tasks import FindPart, MakeGlb
+from grammarlab.scoring.workers.thumbnails import Thumbnails
+from grammarlab.scoring.workers.worker_pool import WorkerPool
+
+_HERE = "grammarlab.scoring.workers"
+_LAST = 5
+"""How far pictures go before what takes long anyway."""
+
+
+class Rounds:
+    """A session at work. All methods are for one thread, on which callbacks run, too."""
+
+    def __init__(
+        self, path: Path, store: Store, assets: Path, artists: WorkerPool, tell: Callable[[Message], None]
+    ) -> None:
+        """Begins to work on an open session.
+
+        Args:
+            path: the session file.
+            store: the same, open.
+            assets: folder of meshes and images.
+            artists: what draws.
+            tell: sends a message to all windows.
+        """
+        self.path = path
+        self.desk = desk = Desk(store)
+        about = store.about
+        place, deliver = (about.suffix, about.grammar, about.title, str(assets)), artists.deliver
+        models = about.seed, about.size, desk.record.wide
+        learners = WorkerPool(f"{_HERE}.learner:learner", (*place, *models), 1, deliver, _LAST)
+        makers = WorkerPool(f"{_HERE}.maker:maker", (*place, str(path), about.seed, about.size), 1, deliver, _LAST)
+
+        def announce(what: str, stage: str, done: int, total: int) -> None:
+            tell({"event": "progress", "of": what, "stage": stage, "done": done, "total": total})
+
+        self._artists = artists
+        self.learning = Learning(desk, learners, partial(announce, "update"))
+        self.files = SessionFiles(desk, path, makers, announce)
+        self.thumbnails = Thumbnails(artists, desk.warn)
+        if not desk.record.grids:
+            desk.show("default", fresh_samples(desk.pool, desk.record, desk.record.layout.models))
+
+    def close(self) -> None:
+        """Ends everything."""
+        self.learning.close()
+        self.files.close()
+        self.desk.store.close()
+
+    def layout(self, layout: Body) -> None:
+        """Changes the size of the grids, and fills them; pairs are not shown in grids, and stay.
+
+        Raises:
+            UsageError: when it is out of range.
+        """
+        record = self.desk.record
+        before = record.layout
+        self.desk.do("layout", layout)
+        record = self.desk.record
+        after = record.layout
+        if record.way == PAIRS:
+            return
+        if after.grids == before.grids and after.rows * after.columns <= before.rows * before.columns:
+            size = after.rows * after.columns
+            self.desk.arrange([ModelGrid(grid.title, grid.models[:size]) for grid in record.grids])
+        else:
+            self.learning.populate(record.way)
+
+    def prepare_if_free(self) -> None:
+        """Begins to learn once the first pictures are there."""
+        if self.thumbnails.shows_something and not self.thumbnails.is_hurried:
+            self.learning.prepare()
+
+    def ask_artist(self, task: MakeGlb | FindPart, result: Result, answer: Answer, refuse: Refuse) -> None:
+        """Has a task about one model done before all pictures."""
+        self._artists.submit(task, partial(answered, answer, refuse, result), first=True)

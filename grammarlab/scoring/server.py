@@ -1,0 +1,27 @@
+"""The page of a scoring session over HTTP and a WebSocket."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from grammarlab.runs.serving import server
+from grammarlab.scoring.session import Session
+
+_FOLDER = Path(__file__).parent / "page"
+PAGE = server.Page(
+    index=_FOLDER / "index.html",
+    files={name: _FOLDER / name for name in ("page.js", "page.css")},
+    command="grammarlab score",
+    max_bytes=64 << 20,
+)
+
+
+def serve(session: Session, port: int, on_ready: Callable[[str], None]) -> None:
+    """Serves a session until the process is interrupted; arguments and errors as of `server.serve`."""
+    server.serve(session, PAGE, port, on_ready)
+
+
+async def serving(session: Session, port: int, on_ready: Callable[[str], None]) -> None:
+    """The same on a loop that runs already, until it is cancelled."""
+    await server.serving(session, PAGE, port, on_ready)

@@ -1,0 +1,228 @@
+"""A scoring session, usable by any transport.
+
+Threads: a session has one thread of its own, on which everything happens in order. `handle`, `listen`, `call` and
+`close` may be called from any other thread; all but `call` and `close` return at once. Functions given to a session to
+send messages with are called on its thread, one after the other; they must not block and must not use `call`.
+"""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Thread
+from typing import Any, TypedDict
+
+from grammarlab.errors import GrammarlabError
+from grammarlab.runs.serving.windows import Message, Send
+from grammarlab.runs.work.workers import available_cores
+from grammarlab.scoring.commands import run
+from grammarlab.scoring.record.opening import NUM_MODELS, Opening, open_session
+from grammarlab.scoring.record.store import Store
+from grammarlab.scoring.rounds import Rounds
+from grammarlab.scoring.state import state_of
+from grammarlab.scoring.workers.tasks import Begin
+from grammarlab.scoring.workers.worker_pool import Outcome, WorkerPool
+
+CLOSED = "The session has been closed; what was scored is saved. Open it again to go on."
+LOOK_EVERY = 0.4
+"""Seconds after which the file is looked at for what other processes wrote."""
+
+
+class SessionOptions(TypedDict, total=False):
+    """What a session takes besides a grammar and a file; see `Session`."""
+
+    seed: int
+    size: int
+    assets: Path | None
+    stored_grammar: bool
+    jobs: int | None
+
+
+class Session:
+    """Models to score, the scores, and what is learned from them."""
+
+    def __init__(
+        self,
+        grammar: str,
+        path: Path | str,
+        *,
+        seed: int = 0,
+        size: int = NUM_MODELS,
+        assets: Path | None = None,
+        stored_grammar: bool = False,
+        jobs: int | None = None,
+    ) -> None:
+        """Opens a session file, or begins one.
+
+        Args:
+            grammar: a rule file or the name of a shipped grammar.
+            path: the session file.
+            seed: of the models of a new session, 0 <= seed < 2**64.
+            size: how many models a new session has to choose from.
+            assets: folder of meshes and images, where it is not the one beside the rule file.
+            stored_grammar: use the grammar that the session was begun with, whatever the rule file says now.
+            jobs: processes that draw; one a core when left out, 0 for a session without pictures.
+
+        Raises:
+            UsageError: when the session was begun with another grammar.
+            LanguageError: for a grammar with errors.
+            AssetError: for a file that is no session.
+        """
+        opening = open_session(grammar, Path(path), seed=seed, size=size, assets=assets, stored_grammar=stored_grammar)
+        about = opening.about
+        self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._windows: dict[Send, None] = {}
+        self._is_closed = False
+        place = (about.suffix, about.grammar, about.title, str(opening.assets))
+        size = available_cores() if jobs is None else jobs
+        self._artists = WorkerPool(f"{__package__}.workers.artist:artist", place, size, self._inbox.put)
+        self._artists.start()
+        started: Future[None] = Future()
+        self._thread = Thread(target=self._run, args=(opening, started), daemon=True)
+        self._thread.start()
+        started.result()
+
+    def handle(self, message: object, buffers: Sequence[bytes], send: Send) -> None:
+        """Takes a request of a window; see `grammarlab.scoring.commands`.
+
+        Args:
+            message: anything; what is no request is answered with an error.
+            buffers: that came with it.
+            send: gets the answer, and pictures that are asked for.
+        """
+        self._inbox.put(partial(self._handle, message, buffers, send))
+        if not self._thread.is_alive():
+            self._refuse_rest()
+
+    def listen(self, send: Send) -> Callable[[], None]:
+        """Has a window told whenever something changes, and once at first.
+
+        Returns:
+            What ends it.
+        """
+        self._inbox.put(partial(self._open, send))
+        return lambda: self._inbox.put(partial(self._close, send))
+
+    def call(self, command: str, buffers: Sequence[bytes] = (), **arguments: Any) -> tuple[Message, Sequence[bytes]]:
+        """Does a command and waits for its result, which may take long for some.
+
+        Raises:
+            GrammarlabError: when it is refused; says why.
+        """
+        answered: Future[tuple[Message, Sequence[bytes]]] = Future()
+
+        def receive(message: Message, answer_buffers: Sequence[bytes]) -> None:
+            if "id" not in message:
+                return
+            if message["ok"]:
+                answered.set_result((message["result"], answer_buffers))
+            else:
+                answered.set_exception(GrammarlabError(message["error"]))
+
+        self.handle({"id": 0, "command": command, **arguments}, buffers, receive)
+        return answered.result()
+
+    def close(self) -> None:
+        """Ends the session; what was answered is on disk."""
+        self._inbox.put(None)
+        self._thread.join()
+
+    def _run(self, opening: Opening, started: Future[None]) -> None:
+        store = opening.store
+        try:
+            store = store or self._begin(opening)
+            self._rounds = rounds = Rounds(opening.path, store, opening.assets, self._artists, self._tell)
+        except BaseException as error:  # raised again where the session is made
+            self._artists.close()
+            if store is not None:
+                store.close()
+            started.set_exception(error)
+            return
+        started.set_result(None)
+        looked = time.monotonic()
+        while True:
+            try:
+                job = self._inbox.get(timeout=LOOK_EVERY)
+            except Empty:
+                job = _nothing
+            if job is None:
+                break
+            try:
+                job()
+            except Exception:  # a mistake of ours must not end the session
+                traceback.print_exc()
+            if time.monotonic() - looked > LOOK_EVERY:
+                self._look()
+                looked = time.monotonic()
+            rounds.prepare_if_free()
+            if rounds.desk.is_changed:
+                rounds.desk.is_changed = False
+                self._tell({"event": "state", "state": state_of(rounds)})
+        self._tell({"event": "closed", "message": CLOSED})
+        rounds.close()
+        self._artists.close()
+        self._is_closed = True
+        self._refuse_rest()
+
+    def _refuse_rest(self) -> None:
+        """Answers those who came too late."""
+        with suppress(Empty):
+            while True:
+                if job := self._inbox.get_nowait():
+                    job()
+
+    def _begin(self, opening: Opening) -> Store:
+        """A new session file; none is made for a grammar with errors."""
+        if self._artists.size:
+            # They have to read the grammar in any case, and this process need not load what that takes.
+            found: list[Outcome] = []
+            self._artists.submit(Begin(), found.append)
+            while not found:
+                job = self._inbox.get()
+                if job is not None:
+                    job()
+            if found[0].error:
+                raise GrammarlabError(found[0].error)
+        return Store.open(opening.path, opening.about)
+
+    def _look(self) -> None:
+        try:
+            self._rounds.desk.poll()
+        except GrammarlabError as error:
+            if self._rounds.desk.message != str(error):
+                self._rounds.desk.tell(str(error))
+
+    def _handle(self, message: object, buffers: Sequence[bytes], send: Send) -> None:
+        if self._is_closed:
+            number = message.get("id") if isinstance(message, dict) else None
+            send({"id": number, "ok": False, "error": CLOSED}, ())
+            return
+        run(self._rounds, message, buffers, send)
+
+    def _open(self, send: Send) -> None:
+        if self._is_closed:
+            return
+        self._windows[send] = None
+        send({"event": "state", "state": state_of(self._rounds)}, ())
+
+    def _close(self, send: Send) -> None:
+        self._windows.pop(send, None)
+        self._rounds.thumbnails.forget(send)
+
+    def _tell(self, message: Message) -> None:
+        for send in tuple(self._windows):
+            try:
+                send(message, ())
+            except Exception:  # a window that cannot be reached must not end the session
+                traceback.print_exc()
+                self._close(send)
+
+
+def _nothing() -> None:
+    """What is done when nothing is to be done."""

@@ -1,0 +1,74 @@
+"""Which models come next, laid out in grids."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from grammarlab.scoring.grids import PAIRS, GridLayout, ModelGrid
+from grammarlab.scoring.record.events import Record
+from grammarlab.scoring.shown.knowledge import ModelPool
+
+NUM_PAIRS = 8
+"""How many are chosen at once."""
+WAYS = {
+    "default": "half may be liked by mistake, half tell most",
+    "uniform": "as unlike each other, and all that was scored, as possible",
+    "grammar": "as the grammar makes them",
+    "density": "as they would be made now, and beside them what would not be",
+    "uncertainty": "of which least is known",
+    "already ranked": "scored before, the most surprising first, to check for mistakes",
+    PAIRS: "two at a time, of which to say which one you would rather have",
+}
+"""The ways of `grammarlab.preference.questions.queries`, and pairs, in words."""
+
+_TITLES = {
+    "default": ("may be liked", "tell most"),
+    "density": ("liked", "not liked"),
+    "uniform": ("unlike each other", ""),
+    "grammar": ("samples", ""),
+    "uncertainty": ("uncertain", ""),
+    "already ranked": ("scored before", ""),
+    PAIRS: ("this one", "that one"),
+}
+
+
+def number_to_choose(way: str, layout: GridLayout) -> int:
+    """How many models to choose, so that all grids are filled; of pairs one after the other."""
+    if way == PAIRS:
+        return 2 * NUM_PAIRS
+    # A density is chosen together with its complement, which one grid has no room for.
+    return 2 * layout.models if way == "density" and layout.grids == 1 else layout.models
+
+
+def laid_out(way: str, models: Sequence[str], layout: GridLayout) -> list[ModelGrid]:
+    """Grids of chosen models.
+
+    Args:
+        way: how they were chosen.
+        models: as many as `number_to_choose` says, or fewer where there were no more.
+        layout: how many grids of what size.
+    """
+    titles, size = _TITLES[way], layout.rows * layout.columns
+    if way == PAIRS:
+        return [ModelGrid(title, tuple(models[side : len(models) // 2 * 2 : 2])) for side, title in enumerate(titles)]
+    half = (len(models) + 1) // 2 if layout.grids == 2 and way in ("default", "density") else size
+    parts = (models[:half], models[half:])
+    return [ModelGrid(title, tuple(part[:size])) for title, part in zip(titles[: layout.grids], parts, strict=False)]
+
+
+def fresh_samples(pool: ModelPool, record: Record, num: int) -> list[str]:
+    """Samples of the grammar that were never shown, then those that were but have no score.
+
+    Args:
+        pool: its samples are independent, so that any of them are as the grammar makes them.
+        record: what was shown and scored.
+        num: how many; fewer where there are no more.
+    """
+    scored = record.known
+    now = {model for grid in record.grids for model in grid.models}
+    kinds: Iterable[Iterable[str]] = (
+        (model for model in pool.samples if model not in record.seen and model not in scored),
+        (model for model in pool.samples if model in record.seen and model not in scored and model not in now),
+    )
+    found = [model for kind in kinds for model in kind]
+    return found[:num]

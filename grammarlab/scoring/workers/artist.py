@@ -1,0 +1,108 @@
+"""Draws models and makes files of them, in a process of its own."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import Finding, GrammarlabError
+from grammarlab.export.glb import merged_glb
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.design_space import AbstractDesignSpace
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.engines.raycast import RaycastRenderer
+from grammarlab.rendering.renderer import RenderOptions
+from grammarlab.runs.pictures.sheet_page import PAPER
+from grammarlab.runs.pictures.tiles import seen_points
+from grammarlab.runs.requests.domains import opened
+from grammarlab.runs.requests.missing_assets import warnings_of
+from grammarlab.scene import TriangleBatch, triangles
+from grammarlab.scoring.workers.parts import PartFinder
+from grammarlab.scoring.workers.tasks import Begin, DrawModels, DrawnModels, FindPart, FoundPart, MakeGlb
+from grammarlab.scoring.workers.worker_pool import Handler, Report
+
+KEPT = 48
+"""Models that are kept in memory, since they are drawn twice: quickly, then well."""
+MAX_VERTICES = 8_000_000
+"""Of these, as long as there are others than those asked for last."""
+MAX_GLB_BYTES = 128 << 20
+
+
+def artist(suffix: str, text: str, name: str, assets: str) -> Handler:
+    """What does `DrawModels`, `MakeGlb` and `FindPart` tasks for the designs that a text describes."""
+    return _Studio(opened(suffix, text, name, Path(assets)), Path(assets)).do
+
+
+@dataclass
+class _Studio:
+    """Models that were looked at last."""
+
+    space: AbstractDesignSpace[Any]
+    assets: Path
+    models: OrderedDict[str, TriangleBatch] = field(default_factory=OrderedDict)
+    parts: PartFinder | None = None
+    """For the model whose parts were asked for last."""
+    warnings: dict[Finding, None] = field(default_factory=dict)
+    """About any model so far."""
+
+    def do(
+        self, request: Begin | DrawModels | MakeGlb | FindPart, _report: Report
+    ) -> DrawnModels | FoundPart | bytes | bool:
+        if isinstance(request, Begin):
+            return True
+        if isinstance(request, MakeGlb):
+            return self._glb(request.model)
+        if isinstance(request, FindPart):
+            return self._part(request)
+        pictures = self._draw(request.models, RenderOptions(request.size, request.size, request.samples))
+        return DrawnModels(tuple(pictures), tuple(self.warnings))
+
+    def _glb(self, model: str) -> bytes:
+        content = merged_glb(self._model(model), model, self.assets)
+        if len(content) > MAX_GLB_BYTES:
+            raise GrammarlabError(f"model {model} is too large to be shown: {len(content) >> 20} MiB.")
+        return content
+
+    def _part(self, request: FindPart) -> FoundPart:
+        if self.parts is None or self.parts.model != request.model:
+            self.parts = PartFinder(request.model, self.space.parts(Address.parse(request.model)))
+        return self.parts.find(request.number, request.is_triangle)
+
+    def _draw(self, models: Sequence[str], options: RenderOptions) -> list[NDArray[np.uint8]]:
+        # A model that cannot be derived is told about when somebody looks at it closely; others are no worse for it.
+        with suppress(GrammarlabError):
+            self._derive([Address.parse(model) for model in models if model not in self.models])
+        return [self._picture(model, options) for model in models]
+
+    def _picture(self, name: str, options: RenderOptions) -> NDArray[np.uint8]:
+        try:
+            model = self._model(name)
+            return RaycastRenderer().render(model, frame(seen_points(model), 1.0, View()), options)
+        except GrammarlabError:
+            return np.full((options.height, options.width, 3), PAPER, np.uint8)
+
+    def _model(self, text: str) -> TriangleBatch:
+        if text not in self.models:
+            self._derive([Address.parse(text)])
+        self.models.move_to_end(text)
+        return self.models[text]
+
+    def _derive(self, addresses: Sequence[Address]) -> None:
+        """Models into memory."""
+        if not addresses:
+            return
+        ordered = sorted(addresses)
+        found = self.space.realize(ordered)
+        self.warnings |= dict.fromkeys(warnings_of(found.missing_assets, self.assets))
+        batch = triangles(found.scene)
+        self.models |= {str(address): batch.model(index) for index, address in enumerate(ordered)}
+        vertices = sum(len(model.vertices) for model in self.models.values())
+        while len(self.models) > KEPT or (vertices > MAX_VERTICES and len(self.models) > len(addresses)):
+            vertices -= len(self.models.popitem(last=False)[1].vertices)

@@ -1,0 +1,81 @@
+"""What a session holds as labels, and label files as what a session may hold."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+
+from grammarlab.errors import UsageError
+from grammarlab.learning.designs.addresses import hashes_of
+from grammarlab.learning.designs.pool import Pool
+from grammarlab.preference.labels.files import read_labels
+from grammarlab.preference.labels.table import Labels
+from grammarlab.scoring.grids import MAX_MODELS
+from grammarlab.scoring.record.said import as_label, of_label
+from grammarlab.scoring.record.store import SUFFIX, Store
+from grammarlab.scoring.workers.tasks import Factors
+
+
+def read_labels_or_session(path: Path) -> tuple[Labels, Pool | None]:
+    """The labels of a label file, or of a session file (.db) with the pool that its models are from.
+
+    Raises:
+        UsageError: when it ends in something else.
+        AssetError: when it is missing, too large or broken.
+    """
+    if path.suffix.lower() != SUFFIX:
+        return read_labels(path), None
+    with closing(Store.open(path)) as store:
+        about = store.about
+        return labels_of(store.record.factors, about.hash), Pool(about.seed, about.size, store.record.wide)
+
+
+def labels_of(factors: Factors, grammar: str) -> Labels:
+    """All scores and comparisons, in the order of factors and models.
+
+    Args:
+        factors: of a session.
+        grammar: SHA-256 of its grammar.
+    """
+    hashes = hashes_of(grammar)
+    return Labels(
+        tuple(
+            as_label(subject, said, factor, hashes)
+            for factor, scores in factors.items()
+            for subject, said in scores.items()
+        )
+    )
+
+
+def scores_of(labels: Labels, grammar: str) -> Factors:
+    """Labels by factor and what they are about; of two about the same for one factor the later one counts.
+
+    Args:
+        labels: any.
+        grammar: SHA-256 of the grammar that they should be about.
+
+    Raises:
+        UsageError: when they are about another grammar, about other footprints or attributes, or too many.
+    """
+    hashes = hashes_of(grammar)
+    if not len(labels):
+        raise UsageError("there are no labels in the file.")
+    if len(labels) > MAX_MODELS:
+        raise UsageError(f"{len(labels):,} labels; {MAX_MODELS:,} can be imported at once. Split the file.")
+    found: Factors = {}
+    for label in labels:
+        places = [place for place in (label.address, label.other_address) if place is not None]
+        foreign = [place[0] for place in places if place[0] not in hashes]
+        if foreign:
+            raise UsageError(
+                f"labels about another grammar: expected {grammar[:16]}…, found {foreign[0][:16]}…. Import labels "
+                "of models of this session's grammar."
+            )
+        if any(place[1:4] != ("", "{}", "") for place in places):
+            raise UsageError(
+                "labels of models with a start rule, attributes or a footprint of their own cannot be imported: a "
+                "session is about models of the rule file as it is."
+            )
+        subject, said = of_label(label, hashes)
+        found.setdefault(label.factor, {})[subject] = said
+    return found

@@ -1,0 +1,119 @@
+"""Makes files of a session and reads them, in a process of its own: labels, learned grammars, pictures of samples."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+from grammarlab.errors import AssetError, UsageError
+from grammarlab.files import write_text
+from grammarlab.learning.designs.pool import Pool
+from grammarlab.preference.labels.files import read_labels, save_labels
+from grammarlab.runs.pictures.sheet_page import draw_page, lay_out
+from grammarlab.runs.pictures.tiles import draw_tiles
+from grammarlab.runs.requests.domains import domain_of, opened
+from grammarlab.runs.work.executors import SERIAL
+from grammarlab.scene import triangles
+from grammarlab.scoring.workers.labels import labels_of, scores_of
+from grammarlab.scoring.workers.tasks import DrawSheet, Factors, LearnedFile, LearnGrammar, ReadLabels, WriteLabels
+from grammarlab.scoring.workers.worker_pool import Handler, Report
+
+TILE_AREA = 240 * 240
+"""Pixels of the picture of one model."""
+
+
+def maker(suffix: str, text: str, name: str, assets: str, session: str, seed: int, size: int) -> Handler:
+    """What makes and reads the files of a session, whose pool is of that seed and size."""
+    return _Maker(suffix, text, name, Path(assets), Path(session), Pool(seed, size)).do
+
+
+@dataclass(frozen=True)
+class _Maker:
+    """Where files go."""
+
+    suffix: str
+    text: str
+    name: str
+    assets: Path
+    session: Path
+    pool: Pool
+
+    @cached_property
+    def hash(self) -> str:
+        """What labels call the models."""
+        return opened(self.suffix, self.text, self.name, self.assets).hashes[0]
+
+    @property
+    def learned(self) -> Path:
+        """The file that is learned."""
+        return self.session.with_name(f"{self.session.stem}-learned{self.suffix}")
+
+    def do(self, request: WriteLabels | ReadLabels | LearnGrammar | DrawSheet, report: Report) -> Any:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, "labels")
+            if isinstance(request, WriteLabels):
+                file = file.with_suffix(request.suffix)
+                save_labels(labels_of(request.factors, self.hash), file)
+                return file.read_bytes()
+            if isinstance(request, ReadLabels):
+                return self._read(request, file)
+            if isinstance(request, LearnGrammar):
+                return self._learn(request, Path(folder), report)
+            return self._sheet(request, report)
+
+    def _read(self, request: ReadLabels, file: Path) -> Factors:
+        file = file.with_suffix(request.suffix)
+        file.write_bytes(request.content)
+        try:
+            labels = read_labels(file)
+        except AssetError as error:
+            # Where it lies for a moment says nothing to anybody.
+            raise AssetError(str(error).replace(str(file), "the file")) from error
+        return scores_of(labels, self.hash)
+
+    def _learn(self, request: LearnGrammar, folder: Path, report: Report) -> LearnedFile:
+        # It loads JAX, which labels and sheets need not wait for.
+        from grammarlab.runs.learn.labels import learn_from_labels  # noqa: PLC0415
+
+        if not any(said.likes for scores in request.factors.values() for said in scores.values()):
+            raise UsageError("nothing is liked yet, so there is nothing to sample: score at least one model above 0.")
+        report("learning the grammar", 0, 1)
+        # The rule file may have changed since the session began, so its own text is learned from.
+        rules = folder / f"{self.name}{self.suffix}"
+        write_text(rules, self.text)
+        (folder / "assets").symlink_to(self.assets.resolve(), target_is_directory=True)
+        result = learn_from_labels(
+            str(rules),
+            labels_of(request.factors, self.hash),
+            self.learned,
+            labels_from=self.session.name,
+            pool=replace(self.pool, wide=request.wide),
+        )
+        learned = result.learned
+        rules = learned.rules_before, learned.rules_after
+        return LearnedFile(
+            self.learned.name, learned.text, result.density.measured.after.js, *rules, tuple(learned.findings)
+        )
+
+    def _sheet(self, request: DrawSheet, report: Report) -> bytes:
+        file = self.learned
+        if not file.is_file():
+            raise UsageError("there is no learned grammar to sample yet; learn it first.")
+        space = opened(self.suffix, domain_of(self.suffix).read(file), file.stem, self.assets)
+        report("drawing samples", 0, 1)
+        batch = triangles(space.scene(request.num, request.seed))
+        models = [batch.model(index) for index in range(request.num)]
+        # The session's other processes have the other cores.
+        tiles = draw_tiles(models, TILE_AREA, SERIAL)
+        page = lay_out(request.num, 0, tiles.width, tiles.height)
+        captions = [(str(index), "") for index in range(request.num)]
+        picture = draw_page(page, tiles.pictures, captions, (file.stem, f"seed {request.seed}"))
+        content = io.BytesIO()
+        Image.fromarray(picture).save(content, "PNG")
+        return content.getvalue()

@@ -1,0 +1,295 @@
+import { element, iconButton } from "../shared/element.js";
+import { textButton } from "../shared/menu.js";
+import { metres } from "../stage/stage.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").What} What */
+
+/**
+ * Sizes and locks of the facade and of what is selected, and the grids.
+ * @param {Page} page
+ * @param {{ toggleLock: (what: What, node?: number) => void, toggleGridding: () => void }} acts
+ */
+export function makePanel(page, acts) {
+  const width = sizeRow(
+    "Width",
+    "width",
+    (value) => resize(value, null),
+    () => acts.toggleLock("width", 0),
+  );
+  const height = sizeRow(
+    "Height",
+    "height",
+    (value) => resize(null, value),
+    () => acts.toggleLock("height", 0),
+  );
+  const tied = element("input", { type: "checkbox", onchange: () => (page.tied = tied.checked) });
+  const grids = element("ul", { class: "fe-grids", "aria-label": "Grids" });
+  const gridding = textButton("Change by clicking", acts.toggleGridding, {
+    title: "A click puts a part into the active grid, or takes it out (G)",
+  });
+  const hint = element("p", { class: "gl-hint" });
+  const part = element("div", { class: "fe-part" });
+  const locks = element("ul", { class: "fe-locks", "aria-label": "Locks" });
+
+  /** @param {number | null} wide @param {number | null} high */
+  function resize(wide, high) {
+    const { width: w, height: h } = page.state.drawing;
+    const factor = page.tied ? (wide !== null ? wide / w : (high ?? h) / h) : 1;
+    return page.ask("resize", { width: wide ?? w * factor, height: high ?? h * factor });
+  }
+
+  function update() {
+    const { state } = page;
+    width.set(state.drawing.width, isLocked(page, 0, "width"));
+    height.set(state.drawing.height, isLocked(page, 0, "height"));
+    gridding.setAttribute("aria-pressed", String(page.gridding));
+    gridding.disabled = !state.active;
+    hint.textContent = page.gridding
+      ? `Click parts to put them into “${state.active}”, or to take them out.`
+      : "Draw a rectangle on the facade to make a grid of what lies in it.";
+    updateGrids();
+    updatePart();
+    locks.replaceChildren(
+      ...state.locks.map(({ node, what, words }) =>
+        element(
+          "li",
+          { class: "gl-row" },
+          textButton(words, () => page.select(node), { class: "gl-choice fe-name" }),
+          iconButton("close", `Unlock: ${words}`, () => void page.ask("unlock", { node, what })),
+        ),
+      ),
+    );
+    locked.hidden = !state.locks.length;
+  }
+
+  let drawnGrids = "";
+  function updateGrids() {
+    const { grids: found, active } = page.state;
+    const now = JSON.stringify([
+      found.map(({ name, rows, columns, nodes }) => [name, rows, columns, nodes.length]),
+      active,
+    ]);
+    if (now === drawnGrids) return;
+    drawnGrids = now;
+    grids.replaceChildren(
+      ...found.map(({ name, rows, columns, nodes }) => {
+        const size = `${rows} × ${columns}`;
+        const empty = rows * columns - nodes.length;
+        const label = `${name}, ${rows} rows, ${columns} columns${empty ? `, ${empty} places empty` : ""}`;
+        return element(
+          "li",
+          { class: "fe-grid" },
+          element(
+            "button",
+            {
+              type: "button",
+              class: "gl-choice fe-choose",
+              "aria-label": label,
+              title: label,
+              "aria-pressed": String(name === active),
+              onclick: () => void page.ask("choose", { grid: name }),
+            },
+            element("b", { class: "fe-name" }, name),
+            element("small", {}, size),
+          ),
+          name === active ? iconButton("more", `Rename ${name}`, () => rename(name)) : null,
+          name === active
+            ? iconButton("close", `Delete grid ${name}`, () => void page.ask("delete", { grid: name }))
+            : null,
+        );
+      }),
+    );
+  }
+
+  /** @param {string} name */
+  function rename(name) {
+    const input = element("input", {
+      class: "gl-input",
+      value: name,
+      maxLength: 100,
+      "aria-label": `New name of ${name}`,
+    });
+    let done = false;
+    const end = async (/** @type {boolean} */ keep) => {
+      if (done) return;
+      done = true;
+      drawnGrids = "";
+      if (keep && input.value.trim() && input.value !== name) await page.ask("rename", { grid: name, to: input.value });
+      updateGrids();
+    };
+    input.addEventListener("keydown", (event) => {
+      if (event.key === "Enter") void end(true);
+      if (event.key === "Escape") void end(false);
+    });
+    input.addEventListener("blur", () => void end(true));
+    const row = [...grids.children][page.state.grids.findIndex((grid) => grid.name === name)];
+    row.replaceChildren(input);
+    input.focus();
+    input.select();
+  }
+
+  let drawnPart = "";
+  function updatePart() {
+    const { state, selected } = page;
+    const now = JSON.stringify([selected, state.revision]);
+    if (now === drawnPart) return;
+    drawnPart = now;
+    if (selected < 0) {
+      part.replaceChildren(
+        element(
+          "p",
+          { class: "gl-hint" },
+          "Click a part to see its size and to lock it; then drag it to move it with all that is aligned.",
+        ),
+      );
+      return;
+    }
+    const [w, h] = state.boxes.subarray(4 * selected + 2, 4 * selected + 4);
+    const set = (/** @type {What} */ what) => (/** @type {number} */ value) =>
+      page.ask("give", { node: selected, what, value });
+    const row = (/** @type {string} */ name, /** @type {What} */ what, /** @type {number} */ value) => {
+      const made = sizeRow(name, `part ${what}`, set(what), () => acts.toggleLock(what));
+      made.set(value, isLocked(page, selected, what));
+      return made.element;
+    };
+    const [left, bottom] = state.boxes.subarray(4 * selected, 4 * selected + 2);
+    const rows = [row("Width", "width", w), row("Height", "height", h)];
+    if (selected) rows.push(row("From the left", "left", left), row("Above ground", "bottom", bottom));
+    const aspect = lockButton("part aspect", () => acts.toggleLock("aspect"));
+    aspect.set(isLocked(page, selected, "aspect"));
+    const grid = state.grids.find(({ name }) => name === state.active);
+    const inside = grid?.nodes.includes(selected);
+    part.replaceChildren(
+      element("p", { class: "fe-label" }, nameOf(page, selected)),
+      ...rows,
+      element(
+        "div",
+        { class: "gl-row" },
+        element("span", { class: "fe-unit" }, "Width to height"),
+        element("span", { class: "gl-space" }),
+        element("span", {}, (w / h).toFixed(2)),
+        aspect.element,
+      ),
+      element(
+        "div",
+        { class: "gl-row gl-wrap" },
+        grid
+          ? textButton(
+              inside ? `Take out of ${grid.name}` : `Put into ${grid.name}`,
+              () => void page.ask("press", { node: selected }),
+            )
+          : null,
+        selected > 0 ? textButton("Part around it", () => page.select(state.parent[selected])) : null,
+      ),
+    );
+  }
+
+  const locked = card("Locks", locks);
+  return {
+    element: element(
+      "section",
+      { class: "gl-side fe-side", "aria-label": "Sizes and grids" },
+      card(
+        "Facade",
+        width.element,
+        height.element,
+        element("label", { class: "gl-check" }, tied, "Keep the shape of the whole"),
+      ),
+      card(
+        "Grids",
+        grids,
+        element(
+          "div",
+          { class: "gl-row gl-wrap" },
+          gridding,
+          textButton("Propose", () => void page.ask("propose"), {
+            title: "Grids from labels, places and sizes, in place of these",
+          }),
+        ),
+        hint,
+      ),
+      card("Selected part", part),
+      locked,
+    ),
+    update,
+  };
+}
+
+/** @param {string} title @param {HTMLElement[]} children */
+function card(title, ...children) {
+  return element("div", { class: "gl-card" }, element("h2", {}, title), ...children);
+}
+
+/**
+ * A length that can be typed and locked.
+ * @param {string} name
+ * @param {string} label for screen readers
+ * @param {(metres: number) => Promise<any>} typed
+ * @param {() => void} lock
+ */
+function sizeRow(name, label, typed, lock) {
+  let now = 0;
+  const input = element("input", {
+    class: "gl-input fe-number",
+    type: "number",
+    min: "0",
+    step: "any",
+    "aria-label": `${label} in metres`,
+  });
+  const apply = async () => {
+    const value = Number(input.value);
+    if (input.value === metres(now)) return;
+    if (!(value >= 0) || !(await typed(value))) input.value = metres(now);
+  };
+  input.addEventListener("change", () => void apply());
+  const button = lockButton(label, lock);
+  return {
+    element: element(
+      "label",
+      { class: "gl-row" },
+      element("span", { class: "fe-unit" }, name),
+      element("span", { class: "gl-space" }),
+      input,
+      "m",
+      button.element,
+    ),
+    /** @param {number} value @param {boolean} locked */
+    set(value, locked) {
+      now = value;
+      if (document.activeElement !== input || input.value === "") input.value = metres(value);
+      button.set(locked);
+    },
+  };
+}
+
+const LOCKED = "M4 7.5h8v6H4zM5.5 7.5V5a2.5 2.5 0 0 1 5 0v2.5";
+const OPEN = "M4 7.5h8v6H4zM5.5 7.5V5a2.5 2.5 0 0 1 4.8-1";
+
+/** @param {string} label @param {() => void} onclick */
+function lockButton(label, onclick) {
+  const button = iconButton("close", `Lock ${label}`, (event) => {
+    event.preventDefault(); // a label would hand the click on to its input
+    onclick();
+  });
+  return {
+    element: button,
+    /** @param {boolean} locked */
+    set(locked) {
+      button.querySelector("path")?.setAttribute("d", locked ? LOCKED : OPEN);
+      button.setAttribute("aria-pressed", String(locked));
+      button.classList.toggle("fe-open", !locked);
+    },
+  };
+}
+
+/** @param {Page} page @param {number} node @param {What} what */
+export function isLocked(page, node, what) {
+  return page.state.locks.some((lock) => lock.node === node && lock.what === what);
+}
+
+/** @param {Page} page @param {number} node */
+function nameOf({ state }, node) {
+  if (node === 0) return "the whole facade";
+  return state.names[node] < 0 ? "part without a name" : state.labels[state.names[node]];
+}

@@ -1,0 +1,205 @@
+import { Cell } from "./cell.js";
+import { element } from "../shared/element.js";
+import { inWords, knownOf } from "./known.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").State} State */
+/** @typedef {{ clientX: number, clientY: number }} Point on the screen */
+/** @typedef {{ anchor: Element, x: number, y: number }} Held a place within an element, as parts of its size */
+
+const SMALLEST = 26;
+const LARGEST = 640;
+const ROOMY = 104; // pixels of a tile from which on numbers fit beside its bars
+const BARS = 12; // pixels that they take below a tile
+const ROOMY_BARS = 27;
+const NARROW = 620; // pixels of width below which grids stand one above the other
+
+/**
+ * The grids of thumbnails, which zoom and pan together.
+ *
+ * Tiles are made once and drawn again: another population, another order or 200 new scores only change what differs.
+ * @param {Page} page
+ */
+export function makeDisplay(page) {
+  /** @type {{ element: HTMLElement, title: HTMLElement, list: HTMLElement, cells: Cell[] }[]} */
+  const grids = [];
+  const board = element("div", { class: "gl-board" });
+  const stage = element("div", { class: "gl-stage" }, board);
+  const about = element("p", { class: "gl-about" });
+  const { pictures } = page;
+  let zoom = 1;
+  let size = 0;
+  let frame = 0;
+
+  const resizes = new ResizeObserver(() => fit());
+  resizes.observe(stage);
+
+  /** @param {State} state */
+  function update(state) {
+    page.selection.show(state.grids.flatMap((grid) => grid.models));
+    while (grids.length < state.grids.length) grids.push(makeGrid(grids.length));
+    // Moving an element takes the keyboard away from what is in it, so only what has to move does.
+    if (board.childElementCount !== state.grids.length) {
+      board.replaceChildren(...state.grids.map((_, index) => grids[index].element));
+    }
+    state.grids.forEach((grid, index) => fill(grids[index], grid.title, grid.models.length));
+    fit();
+    draw();
+  }
+
+  /** @param {typeof grids[number]} grid @param {string} title @param {number} count */
+  function fill({ title: heading, list, cells }, title, count) {
+    heading.textContent = title || "more";
+    while (cells.length < count) cells.push(new Cell());
+    while (list.childElementCount > count) list.lastElementChild?.remove();
+    for (let next = list.childElementCount; next < count; next += 1) list.append(cells[next].element);
+  }
+
+  /** As large as the room allows, times the zoom. */
+  function fit() {
+    const { rows, columns } = page.state.layout;
+    const count = page.state.grids.length;
+    const { clientWidth: width, clientHeight: height } = stage;
+    if (!width) return;
+    const stacked = count > 1 && width < NARROW;
+    const across = stacked ? columns : count * columns;
+    const gap = columns > 6 ? 4 : 8;
+    const wide = (width - 34 - (stacked ? 0 : (count - 1) * 24)) / across - gap;
+    const tall = (height - 56) / rows - gap;
+    const bars = page.preferences.bars ? (tall - ROOMY_BARS >= ROOMY ? ROOMY_BARS : BARS) : 0;
+    const high = tall - bars;
+    const fitting = stacked || height < 260 ? wide : Math.min(wide, high);
+    size = Math.min(Math.max(Math.floor(fitting * zoom), SMALLEST), LARGEST);
+    stage.classList.toggle("gl-stacked", stacked);
+    stage.classList.toggle("gl-roomy", size >= ROOMY);
+    stage.classList.toggle("gl-no-bars", !page.preferences.bars);
+    stage.style.setProperty("--gl-size", `${size}px`);
+    stage.style.setProperty("--gl-gap", `${gap}px`);
+    stage.style.setProperty("--gl-columns", String(columns));
+    pictures.want(page.selection.order, pixelsFor(size));
+  }
+
+  function drawSoon() {
+    frame ||= requestAnimationFrame(() => {
+      frame = 0;
+      draw();
+    });
+  }
+
+  function draw() {
+    if (page.state.pairs) return;
+    let position = 0;
+    page.state.grids.forEach((grid, index) => {
+      const first = position;
+      const here = page.selection.cursor - first;
+      const keyboard = here >= 0 && here < grid.models.length ? here : 0;
+      grid.models.forEach((model, place) => {
+        const chosen = page.selection.chosen.has(model);
+        const [picture, cursor] = [pictures.find(model), place === keyboard];
+        grids[index].cells[place].draw({ ...knownOf(page, model), model, picture, chosen, cursor });
+      });
+      position += grid.models.length;
+    });
+    describe(page.selection.current);
+  }
+
+  /** Says below the grids what is known of a model. @param {string | undefined} model */
+  function describe(model) {
+    about.textContent = model && page.state.models[model] ? inWords(knownOf(page, model)) : "";
+  }
+
+  /**
+   * @param {number} factor to zoom by; 0 fits all again
+   * @param {Point} [to] where what is held comes to lie; the middle if not given
+   * @param {Held} [held] what was there before, if not given
+   */
+  function zoomBy(factor, to = middle(), held = hold(to)) {
+    zoom = factor ? Math.min(Math.max(zoom * factor, 0.5), 10) : 1;
+    fit();
+    const box = held.anchor.getBoundingClientRect();
+    stage.scrollLeft += box.x + held.x * box.width - to.clientX;
+    stage.scrollTop += box.y + held.y * box.height - to.clientY;
+  }
+
+  /**
+   * The place of the models that lies at a point. Gaps do not grow with the tiles, so it is a place of a tile where
+   * there is one.
+   * @param {Point} point
+   * @returns {Held}
+   */
+  function hold({ clientX, clientY }) {
+    const ground = /** @type {Document | ShadowRoot} */ (stage.getRootNode());
+    const anchor = ground.elementFromPoint(clientX, clientY)?.closest(".gl-cell") ?? board;
+    const box = anchor.getBoundingClientRect();
+    return { anchor, x: (clientX - box.x) / box.width, y: (clientY - box.y) / box.height };
+  }
+
+  /** @returns {Point} */
+  function middle() {
+    const { x, y, width, height } = stage.getBoundingClientRect();
+    return { clientX: x + width / 2, clientY: y + height / 2 };
+  }
+
+  /** The position of the tile that an element lies in, or -1. @param {EventTarget | null} target */
+  function positionOf(target) {
+    const tile = target instanceof Element ? target.closest(".gl-cell") : null;
+    return tile ? tiles().indexOf(tile) : -1;
+  }
+
+  /** @returns {Element[]} all tiles, by position */
+  function tiles() {
+    return page.state.grids.flatMap((_, index) => [...grids[index].list.children]);
+  }
+
+  /** Brings the keyboard to where the selection's cursor is. */
+  function focus() {
+    const tile = /** @type {HTMLElement | undefined} */ (tiles()[page.selection.cursor]);
+    tile?.focus({ preventScroll: true });
+    tile?.scrollIntoView({ block: "nearest", inline: "nearest" });
+  }
+
+  function askAgain() {
+    pictures.askAgain();
+    fit();
+  }
+
+  function close() {
+    resizes.disconnect();
+  }
+
+  return {
+    element: stage,
+    about,
+    update,
+    drawSoon,
+    fit,
+    describe,
+    zoomBy,
+    hold,
+    positionOf,
+    tiles,
+    focus,
+    askAgain,
+    close,
+  };
+}
+
+/** @param {number} index */
+function makeGrid(index) {
+  const id = `gl-grid-${Math.random().toString(36).slice(2, 8)}-${index}`;
+  const title = element("h2", { id, class: "gl-title" });
+  const list = element("div", {
+    class: "gl-grid",
+    role: "listbox",
+    "aria-multiselectable": "true",
+    "aria-labelledby": id,
+  });
+  /** @type {Cell[]} */
+  const cells = [];
+  return { element: element("section", { class: "gl-section" }, title, list), title, list, cells };
+}
+
+/** The size of the pictures for tiles of a size on screen. @param {number} size */
+function pixelsFor(size) {
+  return size * Math.min(globalThis.devicePixelRatio || 1, 2) > 200 ? 320 : 160;
+}

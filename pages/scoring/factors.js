@@ -1,0 +1,128 @@
+import { element, iconButton } from "../shared/element.js";
+import { menu, textButton } from "../shared/menu.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").State} State */
+
+/**
+ * The factors: one is active, scores belong to it; the product of all is one more view.
+ * @param {Page} page
+ * @returns {import("./types.js").Part}
+ */
+export function makeFactors(page) {
+  const list = element("div", { class: "gl-factors", role: "group", "aria-label": "Factor that scores belong to" });
+  const edit = menu(
+    iconButton("more", "Rename or delete this factor", () => {}),
+    "This factor",
+    buildEdit,
+  );
+  const create = menu(
+    iconButton("plus", "New factor", () => {}),
+    "New factor",
+    buildCreate,
+  );
+
+  /** @type {ReturnType<typeof makeTab>[]} */
+  const tabs = [];
+  const product = makeTab(() => void page.ask("view", { kind: "product" }));
+  product.element.title = "The score of all factors together; new scores belong to a factor";
+
+  /** Tabs are used again, so that none vanishes under a finger. @param {State} state */
+  function update({ factors, active, view }) {
+    while (tabs.length < factors.length) {
+      const index = tabs.length;
+      tabs.push(makeTab(() => activate(page.state.factors[index])));
+    }
+    factors.forEach(({ name, labels }, index) => tabs[index].set(name, labels, view === "active" && name === active));
+    product.set("product", null, view === "product");
+    const shown = tabs.slice(0, factors.length).map((tab) => tab.element);
+    if (factors.length > 1 || view === "product") shown.push(product.element);
+    if (shown.length !== list.childElementCount) list.replaceChildren(...shown);
+  }
+
+  /** @param {import("./types.js").Factor} factor */
+  async function activate({ id }) {
+    if (id !== page.factor().id) await page.ask("factor_activate", { name: id });
+    if (page.state.view !== "active") await page.ask("view", { kind: "active" });
+  }
+
+  /** @param {() => void} close */
+  function buildCreate(close) {
+    return [
+      element(
+        "p",
+        {},
+        "A factor is one aspect of what you like, such as shape or colour. The density is the product of all factors.",
+      ),
+      nameForm("Create", "", (name) => {
+        close();
+        void page.ask("factor_create", { name });
+      }),
+    ];
+  }
+
+  /** About the factor that is active when the menu opens, and about no other whatever happens while it is open. @param {() => void} close */
+  function buildEdit(close) {
+    const { id, name, labels } = page.factor();
+    const remove = textButton(
+      `Delete “${name}” and its ${labels} scores`,
+      () => {
+        close();
+        void page.ask("factor_delete", { name: id });
+      },
+      { class: "gl-button gl-danger", disabled: page.state.factors.length === 1 },
+    );
+    return [
+      element("p", {}, `Factor “${name}”`),
+      nameForm("Rename", name, (to) => {
+        close();
+        if (to !== name) void page.ask("factor_rename", { name: id, to });
+      }),
+      element("hr"),
+      remove,
+    ];
+  }
+
+  return { element: element("div", { class: "gl-row" }, list, edit, create), update };
+}
+
+/** @param {() => void} onclick */
+function makeTab(onclick) {
+  const [text, count] = [element("span"), element("small")];
+  const tab = element("button", { type: "button", class: "gl-tab", onclick }, text, count);
+  return {
+    element: tab,
+    /** @param {string} name @param {number | null} labels @param {boolean} pressed */
+    set(name, labels, pressed) {
+      text.textContent = name;
+      count.hidden = labels === null;
+      count.textContent = String(labels ?? "");
+      count.ariaLabel = `${labels} scores`;
+      tab.ariaPressed = String(pressed);
+    },
+  };
+}
+
+/** @param {string} verb @param {string} value @param {(name: string) => void} done */
+function nameForm(verb, value, done) {
+  const input = element("input", {
+    class: "gl-input",
+    value,
+    maxLength: 60,
+    required: true,
+    "aria-label": "Name of the factor",
+    placeholder: "name",
+  });
+  return element(
+    "form",
+    {
+      class: "gl-row",
+      onsubmit: (/** @type {Event} */ event) => {
+        event.preventDefault();
+        if (input.value.trim()) done(input.value.trim());
+      },
+    },
+    input,
+    element("button", { class: "gl-button gl-primary" }, verb),
+  );
+}

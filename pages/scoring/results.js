@@ -1,0 +1,138 @@
+import { element } from "../shared/element.js";
+import { choice, menu, textButton } from "../shared/menu.js";
+
+/** @typedef {import("./types.js").Page} Page */
+
+const FORMATS = {
+  csv: "opens in any spreadsheet",
+  jsonl: "one JSON object a line",
+  parquet: "for Arrow, pandas and Polars",
+};
+const SHEET = 16;
+
+/**
+ * What a session is for: a grammar, pictures of its samples, and the scores as a file.
+ * @param {Page} page
+ */
+export function makeResults(page) {
+  const learn = textButton("Learn grammar", () => busyWith(learn, learnGrammar), {
+    title: "Write a grammar that samples what you like",
+  });
+  const sheet = textButton("Check sheet", () => busyWith(sheet, drawSheet), {
+    title: `Pictures of ${SHEET} samples of the learned grammar`,
+  });
+  const picker = element("input", {
+    type: "file",
+    accept: ".csv,.jsonl,.parquet",
+    hidden: true,
+    onchange: importScores,
+  });
+  const give = menu(
+    textButton("Export scores", () => {}, { class: "gl-button gl-chooser" }),
+    "Scores as a file",
+    buildFormats,
+  );
+  const take = textButton("Import scores", () => picker.click(), {
+    title: "A file that was exported, or made by grammarlab label",
+  });
+  const stage = element("p", { class: "gl-hint" });
+  const outcome = element("div", { class: "gl-outcome", role: "status" });
+  const buttons = element("div", { class: "gl-pairs" }, learn, sheet, give, take);
+  const section = element(
+    "section",
+    { class: "gl-card", "aria-label": "Result" },
+    element("h2", {}, "Result"),
+    buttons,
+    stage,
+    outcome,
+    picker,
+  );
+
+  async function learnGrammar() {
+    const { file, js, rules_before: before, rules_after: after, text } = (await page.channel.request("learn")).result;
+    const told = [
+      `${file}: ${before} rules became ${after}`,
+      typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "",
+      ".",
+    ].join("");
+    const link = saveLink(file, [text], "text/plain");
+    outcome.replaceChildren(element("p", {}, told), link);
+    link.click();
+  }
+
+  async function drawSheet() {
+    const { result, buffers } = await page.channel.request("sheet", { num: SHEET });
+    const link = saveLink(result.file, buffers, "image/png");
+    outcome.replaceChildren(element("img", { src: link.href, alt: `${SHEET} samples of the learned grammar` }), link);
+  }
+
+  /** @param {() => void} close */
+  function buildFormats(close) {
+    return Object.entries(FORMATS).map(([format, says]) =>
+      choice(format.toUpperCase(), says, () => {
+        close();
+        void exportScores(format);
+      }),
+    );
+  }
+
+  /** @param {string} format */
+  async function exportScores(format) {
+    try {
+      const { result, buffers } = await page.channel.request("export", { format });
+      const link = saveLink(result.file, buffers, "application/octet-stream");
+      section.append(link); // VS Code saves only what is clicked within its document
+      link.click();
+      link.remove();
+    } catch (error) {
+      page.complain(error);
+    }
+  }
+
+  async function importScores() {
+    const [file] = picker.files ?? [];
+    picker.value = "";
+    if (!file) return;
+    try {
+      const format = file.name.split(".").pop()?.toLowerCase();
+      const { result } = await page.channel.request("import", { format }, [await file.arrayBuffer()]);
+      page.say(`${result.added} scores imported`);
+    } catch (error) {
+      page.complain(error);
+    }
+  }
+
+  /** @param {HTMLButtonElement} button @param {() => Promise<void>} work */
+  async function busyWith(button, work) {
+    button.disabled = true;
+    button.classList.add("gl-working");
+    try {
+      await work();
+    } catch (error) {
+      page.complain(error);
+    } finally {
+      button.disabled = false;
+      button.classList.remove("gl-working");
+      stage.textContent = "";
+    }
+  }
+
+  /** @type {string[]} */
+  const urls = [];
+
+  /** @param {string} file @param {BlobPart[]} content @param {string} type */
+  function saveLink(file, content, type) {
+    const href = URL.createObjectURL(new Blob(content, { type }));
+    urls.push(href);
+    return element("a", { href, download: file }, `Save ${file}`);
+  }
+
+  return {
+    element: section,
+    /** Of what any window asked for; said where it was asked. @param {import("./types.js").Progress} now */
+    progress(now) {
+      if (learn.disabled || sheet.disabled) stage.textContent = `${now.stage}…`;
+    },
+    close: () => urls.forEach((url) => URL.revokeObjectURL(url)),
+  };
+}

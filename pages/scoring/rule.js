@@ -1,0 +1,85 @@
+import { element, iconButton } from "../shared/element.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").ModelPart} ModelPart */
+
+const INVITATION = "Click a part of the model to see the rule that made it.";
+
+/**
+ * Which rule made a part of the model in the 3D view, and the symbols above it.
+ * @param {Page} page
+ * @param {(triangles: [number, number] | null) => void} mark shows which part is meant
+ */
+export function makeRule(page, mark) {
+  let model = "";
+  let asked = 0;
+  /** @type {ModelPart | null} */
+  let part = null;
+  const text = element("div", { class: "gl-rule-text", role: "status" });
+  const panel = element(
+    "section",
+    { class: "gl-row gl-rule", "aria-label": "Rule of a part" },
+    iconButton("previous", "Previous part", () => step(-1), "↑"),
+    iconButton("next", "Next part", () => step(1), "↓"),
+    text,
+  );
+
+  /** @param {string} id */
+  function open(id) {
+    model = id;
+    clear();
+  }
+
+  /** Forgets the part. */
+  function clear() {
+    asked += 1;
+    part = null;
+    mark(null);
+    text.replaceChildren(INVITATION);
+  }
+
+  /** The part that a triangle of the model belongs to; none for null. @param {number | null} triangle */
+  function pick(triangle) {
+    return triangle === null ? clear() : ask({ triangle });
+  }
+
+  /** @param {number} by */
+  function step(by) {
+    return ask({ part: part ? part.number + by : Math.min(by, 0) });
+  }
+
+  /** @param {{ triangle: number } | { part: number }} which */
+  async function ask(which) {
+    const turn = ++asked;
+    if (!part) text.replaceChildren("looking…");
+    try {
+      const { result } = await page.channel.request("part", { model, ...which });
+      if (turn !== asked) return;
+      part = /** @type {ModelPart} */ (result);
+      mark(part.triangles);
+      text.replaceChildren(...inWords(part));
+    } catch (error) {
+      if (turn === asked) text.replaceChildren(`No rule: ${error instanceof Error ? error.message : error}`);
+    }
+  }
+
+  return { element: panel, open, pick, step };
+}
+
+/** @param {ModelPart} part */
+function inWords({ number, count, path }) {
+  const [symbol, place] = path[path.length - 1];
+  return [
+    element("p", {}, element("b", {}, symbol), " ", element("code", {}, place), ` part ${number + 1} of ${count}`),
+    element(
+      "ol",
+      { class: "gl-path", "aria-label": "Symbols above it" },
+      ...path.slice(0, -1).map(([above, where]) => element("li", { title: where }, `${above} `, lineOf(where))),
+    ),
+  ];
+}
+
+/** The line and column of a place, without its file. @param {string} place */
+function lineOf(place) {
+  return element("small", {}, place.split(":").slice(-2).join(":"));
+}

@@ -1,0 +1,204 @@
+import { element, iconButton } from "../shared/element.js";
+import { choice, chooserButton, menu, textButton } from "../shared/menu.js";
+
+/** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("./types.js").State} State */
+/** @typedef {ReturnType<typeof import("./display.js").makeDisplay>} Display */
+
+const SIZES = [
+  { grids: 2, rows: 4, columns: 4, says: "to score" },
+  { grids: 1, rows: 6, columns: 6, says: "to compare" },
+  { grids: 2, rows: 6, columns: 6, says: "to score many" },
+  { grids: 1, rows: 10, columns: 10, says: "to check the result" },
+];
+
+/**
+ * What is shown, and in which order.
+ * @param {Page} page
+ * @param {Display} display
+ * @param {{ pan: (on: boolean) => void }} pointer
+ * @returns {import("./types.js").Part}
+ */
+export function makeToolbar(page, display, pointer) {
+  const way = chooserButton("by");
+  const size = chooserButton("Grid");
+  const again = textButton("New models", () => void page.ask("populate", { way: page.state.way }), {
+    title: "Show other models, chosen as said beside",
+  });
+  const compare = toggleButton("Compare", "Two models at a time: which one would you rather have? (C)", page.pairwise);
+  const sort = element("button", { type: "button", class: "gl-button gl-chooser" }, "Sort");
+  const pan = toggle("hand", "Drag to pan", false, (on) => pointer.pan(on));
+  const bars = toggle("bars", "Bars of predicted score and uncertainty", page.preferences.bars, (on) => {
+    page.preferences.bars = on;
+    display.fit();
+  });
+  const bar = element(
+    "div",
+    { class: "gl-toolbar", role: "toolbar", "aria-label": "Display" },
+    element("span", { class: "gl-joined" }, again, menu(way.button, "How models are chosen", buildWays)),
+    compare,
+    ...ofGrids(
+      menu(sort, "Sort", (close) => buildSort(page, close)),
+      menu(size.button, "Size of the grids", buildSizes),
+      element("span", { class: "gl-space" }),
+      legend(),
+      bars,
+      pan,
+      iconButton("minus", "Zoom out", () => display.zoomBy(0.8)),
+      iconButton("fit", "Show all", () => display.zoomBy(0)),
+      iconButton("plus", "Zoom in", () => display.zoomBy(1.25)),
+    ),
+  );
+
+  /** @param {() => void} close */
+  function buildWays(close) {
+    return page.state.ways.map(({ name, says }) => {
+      const populate = () => {
+        close();
+        void page.ask("populate", { way: name });
+      };
+      return choice(name, says, populate, { checked: name === page.state.way });
+    });
+  }
+
+  /** @param {() => void} close */
+  function buildSizes(close) {
+    const { grids, rows, columns } = page.state.layout;
+    const lay = (/** @type {import("./types.js").Layout} */ layout) => {
+      close();
+      void page.ask("layout", layout);
+    };
+    const [many, high, wide] = [number("grids", grids, 2), number("rows", rows, 10), number("columns", columns, 10)];
+    const own = element(
+      "form",
+      {
+        class: "gl-row",
+        onsubmit: (/** @type {Event} */ event) => {
+          event.preventDefault();
+          lay({ grids: many.valueAsNumber, rows: high.valueAsNumber, columns: wide.valueAsNumber });
+        },
+      },
+      many,
+      "of",
+      high,
+      "×",
+      wide,
+      element("button", { class: "gl-button" }, "Set"),
+    );
+    const presets = SIZES.map((each) => {
+      const checked = each.grids === grids && each.rows === rows && each.columns === columns;
+      return choice(nameOf(each), each.says, () => lay({ grids: each.grids, rows: each.rows, columns: each.columns }), {
+        checked,
+      });
+    });
+    return [...presets, element("hr"), own];
+  }
+
+  /** @param {State} state */
+  function update(state) {
+    way.set(state.way);
+    size.set(nameOf(state.layout));
+    compare.ariaPressed = String(state.pairs !== null);
+  }
+
+  return { element: bar, update };
+}
+
+/** @param {Page} page @param {() => void} close */
+function buildSort(page, close) {
+  const chosen = page.selection.models;
+  const sort = (/** @type {object} */ order) => {
+    close();
+    void page.ask("sort", order);
+  };
+  const found = element("div", { class: "gl-found", role: "group", "aria-label": "Features found" });
+  const query = element("input", {
+    class: "gl-input",
+    type: "search",
+    placeholder: "Search features",
+    "aria-label": "Search features",
+  });
+  let turn = 0;
+  const search = async () => {
+    const mine = (turn += 1);
+    const { features } = (await page.ask("features", { query: query.value })) ?? { features: [] };
+    if (mine !== turn) return;
+    const lines = features.map((/** @type {string} */ feature) =>
+      choice(feature, "", () => sort({ by: "feature", feature })),
+    );
+    found.replaceChildren(...(lines.length ? lines : [element("p", {}, "No feature is called so.")]));
+  };
+  query.addEventListener("input", search);
+  void search();
+  return [
+    choice("Predicted score", "highest first", () => sort({ by: "score" })),
+    choice("Uncertainty", "least known first", () => sort({ by: "uncertainty" })),
+    choice(
+      "Similarity",
+      chosen.length ? `to the ${chosen.length} selected` : "select models first",
+      () => sort({ by: "similarity", models: chosen }),
+      {
+        disabled: !chosen.length,
+      },
+    ),
+    choice("Random", "", () => sort({ by: "random" })),
+    choice("As chosen", "the order they came in", () => sort({ by: "shown" })),
+    element("hr"),
+    query,
+    found,
+  ];
+}
+
+/** Parts that have no meaning where pairs are shown. @param {HTMLElement[]} parts */
+function ofGrids(...parts) {
+  for (const part of parts) part.classList.add("gl-of-grids");
+  return parts;
+}
+
+/** @param {string} text @param {string} title @param {() => void} onclick */
+function toggleButton(text, title, onclick) {
+  const button = textButton(text, onclick, { title });
+  button.ariaPressed = "false";
+  return button;
+}
+
+/** What the bars mean. */
+function legend() {
+  const key = (/** @type {string} */ name, /** @type {string} */ text) =>
+    element("span", { class: `gl-key ${name}` }, element("i"), text);
+  return element("span", { class: "gl-legend" }, key("gl-predicted", "predicted"), key("gl-uncertain", "uncertain"));
+}
+
+/** @param {import("./types.js").Layout} layout */
+function nameOf({ grids, rows, columns }) {
+  return `${grids > 1 ? `${grids} of ` : ""}${rows} × ${columns}`;
+}
+
+/** @param {string} name @param {number} value @param {number} max */
+function number(name, value, max) {
+  return element("input", {
+    class: "gl-input gl-number",
+    type: "number",
+    min: "1",
+    max: String(max),
+    required: true,
+    value: String(value),
+    "aria-label": name,
+  });
+}
+
+/**
+ * @param {Parameters<typeof iconButton>[0]} picture
+ * @param {string} label
+ * @param {boolean} on
+ * @param {(on: boolean) => void} changed
+ */
+function toggle(picture, label, on, changed) {
+  const button = iconButton(picture, label, () => {
+    const now = button.ariaPressed !== "true";
+    button.ariaPressed = String(now);
+    changed(now);
+  });
+  button.ariaPressed = String(on);
+  return button;
+}
