@@ -24,7 +24,7 @@ with named_extras():
     import traitlets
 
 LOG = logging.getLogger(__name__)
-PAGE = Path(scoring.__file__).parent / "page"
+PAGE = Path(scoring.__file__).parent / "static"
 
 
 @dataclass(eq=False)

@@ -1,57 +1,55 @@
 /**
- * Builds page.js from source/ and viewer.js from viewer/ and three.js, and the pages that edit facades and
- * designs of layers from their own source and some modules of others: `npm install && npm run build`.
+ * Builds every page into the package that serves it, and viewer.js from three.js: `npm install && npm run build`.
  *
- * Each built file begins with the hash of what it was built from, so that a test can tell when one was forgotten.
+ * Each built file begins with the folders it was built from and their hash, so that a test can tell when one was
+ * forgotten.
  */
 import { createHash } from "node:crypto";
 import { readdirSync, readFileSync } from "node:fs";
-import { basename } from "node:path";
 import { build } from "esbuild";
 
-const here = new URL(".", import.meta.url);
-process.chdir(here.pathname);
-
-/** What the pages of facades take from others. */
-const SHARED = ["channel.js", "element.js", "menu.js", "transports.js"].map((name) => `source/${name}`);
-const EDITOR = "../../facade/editor/page";
-const DESIGNER = "../../facade/layers_page/page";
-const STAGE = ["drag.js", "gestures.js", "help.js", "notes.js", "paint.js", "stage.js"];
-
-/** @param {string} folder @param {string[]} shared */
-function hashOf(folder, shared) {
-  const files = readdirSync(folder)
-    .sort()
-    .map((file) => `${folder}/${file}`);
-  files.push(...shared);
-  const hash = createHash("sha256");
-  for (const file of [...files, "package.json"]) hash.update(readFileSync(file));
-  return hash.digest("hex").slice(0, 16);
-}
+process.chdir(new URL(".", import.meta.url).pathname);
+const FACADE = "../grammarlab/runs/facade";
 
 /**
- * @param {string} folder
  * @param {string} entry
  * @param {string} outfile
+ * @param {string[]} folders that may be read
  * @param {import("esbuild").BuildOptions} [options]
- * @param {string[]} [shared]
  */
-async function bundle(folder, entry, outfile, options, shared = []) {
-  await build({
-    entryPoints: [`${folder}/${entry}`],
+async function bundle(entry, outfile, folders, options) {
+  const hash = createHash("sha256");
+  for (const folder of folders)
+    for (const name of readdirSync(folder).sort()) hash.update(readFileSync(`${folder}/${name}`));
+  hash.update(readFileSync("package.json"));
+  const banner = `/* Built from ${folders.join(", ")} by pages/bundle.js; do not edit. Source ${hash.digest("hex").slice(0, 16)} */`;
+  const { metafile } = await build({
+    entryPoints: [entry],
     outfile,
     bundle: true,
     format: "esm",
     target: "es2022",
     charset: "utf8",
     logLevel: "info",
-    banner: { js: `/* Built from ${basename(folder)}/ by bundle.js; do not edit. Source ${hashOf(folder, shared)} */` },
+    banner: { js: banner, css: banner },
+    metafile: true,
     ...options,
   });
+  for (const input of Object.keys(metafile.inputs))
+    if (![...folders, "node_modules"].includes(input.split("/")[0])) throw new Error(`${entry} may not read ${input}`);
 }
 
-await bundle("source", "main.js", "page.js");
-await bundle(`${EDITOR}/source`, "main.js", `${EDITOR}/page.js`, {}, SHARED);
-const staged = STAGE.map((name) => `${EDITOR}/source/${name}`);
-await bundle(`${DESIGNER}/source`, "main.js", `${DESIGNER}/page.js`, {}, [...SHARED, ...staged]);
-await bundle("viewer", "viewer.js", "viewer.js", { minify: true, legalComments: "inline" });
+/** @param {string} name @param {string} home package that serves it @param {string[]} shared */
+async function page(name, home, ...shared) {
+  const folders = [...shared, name];
+  await bundle(`${name}/main.js`, `${home}/static/page.js`, folders);
+  await bundle(`${name}/page.css`, `${home}/static/page.css`, folders, { minify: true, target: "esnext" });
+}
+
+await page("scoring", "../grammarlab/scoring", "shared");
+await page("editor", `${FACADE}/editor`, "shared", "stage");
+await page("layers", `${FACADE}/layers_page`, "shared", "stage");
+await page("example", `${FACADE}/example_page`, "shared");
+await page("scan", `${FACADE}/scan_page`, "shared");
+const viewer = { minify: true, legalComments: /** @type {const} */ ("inline") };
+await bundle("viewer/viewer.js", "../grammarlab/scoring/static/viewer.js", ["viewer"], viewer);

@@ -28,7 +28,7 @@ MAX_SHEET = 64
 MAX_FILE_BYTES = 32 << 20
 """Of a label file."""
 FORMATS = ("csv", "jsonl", "parquet")
-VIEWER = Path(__file__).parent / "page" / "viewer.js"
+VIEWER = Path(__file__).parent / "static" / "viewer.js"
 
 Command = Callable[[Rounds, Request], Message | None]
 

@@ -3,18 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 from grammarlab.runs.serving import server
 from grammarlab.scoring.session import Session
 
-_FOLDER = Path(__file__).parent / "page"
-PAGE = server.Page(
-    index=_FOLDER / "index.html",
-    files={name: _FOLDER / name for name in ("page.js", "page.css")},
-    command="grammarlab score",
-    max_bytes=64 << 20,
-)
+PAGE = server.built_page(__file__, "grammarlab score", max_bytes=64 << 20)
 
 
 def serve(session: Session, port: int, on_ready: Callable[[str], None]) -> None:

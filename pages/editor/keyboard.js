@@ -1,4 +1,7 @@
+import { WAYS, listenToKeysOf } from "../stage/keys.js";
+
 /** @typedef {import("./types.js").Page} Page */
+/** @typedef {import("../stage/keys.js").Nudge} Nudge */
 
 /** What the keys do, for the person who asks. */
 export const KEYS = [
@@ -17,53 +20,18 @@ export const KEYS = [
   ["?", "show or hide these keys"],
 ];
 
-/** @type {Record<string, [number, number]>} */
-const WAYS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-
 /**
  * @param {Page} page
- * @param {HTMLElement} root
  * @param {ReturnType<typeof import("../stage/stage.js").makeStage>} stage
  * @param {ReturnType<typeof import("../stage/drag.js").makeDrag>} drag
  * @param {{ save: () => void, toggleLock: (what: import("./types.js").What) => void, toggleGridding: () => void, variations: () => void, help: () => void }} acts
  */
-export function listenToKeys(page, root, stage, drag, acts) {
-  let nudging = false;
-
-  const down = (/** @type {KeyboardEvent} */ event) => {
-    const command = event.ctrlKey || event.metaKey;
-    const typing = event.target instanceof HTMLInputElement && event.target.type !== "checkbox";
-    if (!(command ? withCommand(event, typing) : !typing && plain(event))) return;
-    event.preventDefault();
-  };
-  const up = (/** @type {KeyboardEvent} */ event) => {
-    if (!nudging || !(event.key in WAYS)) return;
-    nudging = false;
-    drag.end();
-  };
-  document.addEventListener("keydown", down);
-  document.addEventListener("keyup", up);
-  addEventListener("blur", () => {
-    if (nudging) drag.end();
-    nudging = false;
-  });
-
-  /** @param {KeyboardEvent} event @param {boolean} typing */
-  function withCommand(event, typing) {
-    const key = event.key.toLowerCase();
-    if (key === "s") acts.save();
-    else if (typing) return false;
-    else if ((key === "z" && event.shiftKey) || key === "y") void page.ask("redo");
-    else if (key === "z") void page.ask("undo");
-    else return false;
-    return true;
-  }
-
-  /** @param {KeyboardEvent} event @returns {boolean} whether the key means something */
-  function plain(event) {
-    const on = event.target instanceof Element ? event.target : root;
-    if (on.closest("dialog, [popover]")) return false;
-    if (event.key in WAYS) return on !== stage.face ? nudge(event, on) : event.altKey ? move(event) : go(event.key);
+export function listenToKeys(page, stage, drag, acts) {
+  listenToKeysOf(page, drag, acts.save, (event, on, nudge) => {
+    if (event.key in WAYS) {
+      if (on !== stage.face) return !on.closest(".fe-strip") && nudge.size(event);
+      return event.altKey ? move(event, nudge) : go(event.key);
+    }
     const key = event.key.toLowerCase();
     if (key === "?") acts.help();
     else if (key === "w") acts.toggleLock("width");
@@ -76,31 +44,15 @@ export function listenToKeys(page, root, stage, drag, acts) {
     else if (key === "escape") page.select(-1);
     else return false;
     return true;
-  }
+  });
 
-  /** @param {KeyboardEvent} event @param {Element} on */
-  function nudge(event, on) {
-    if (on.closest(".fe-strip")) return false;
-    const [x, y] = WAYS[event.key];
-    const step = event.shiftKey ? 1 : event.altKey ? 0.01 : 0.1;
-    const { width, height } = drag.size;
-    nudging = true;
-    const [w, h] = [width + x * step, height + y * step];
-    if (!page.tied) drag.to(w, h);
-    else if (x) drag.to(w, (height * w) / width);
-    else drag.to((width * h) / height, h);
-    return true;
-  }
-
-  /** The selected part a little. @param {KeyboardEvent} event */
-  function move(event) {
+  /** The selected part a little. @param {KeyboardEvent} event @param {Nudge} nudge */
+  function move(event, nudge) {
     if (page.selected <= 0) return false;
     const [x, y] = WAYS[event.key];
     const step = event.shiftKey ? 0.5 : 0.05;
     const [left, bottom] = stage.boxOf(page.selected);
-    nudging = true;
-    drag.move(page.selected, left + x * step, bottom + y * step);
-    return true;
+    return nudge.move(page.selected, left + x * step, bottom + y * step);
   }
 
   /** To the nearest leaf on a side. @param {string} key */
@@ -127,9 +79,4 @@ export function listenToKeys(page, root, stage, drag, acts) {
     if (best >= 0) page.select(best);
     return true;
   }
-
-  return () => {
-    document.removeEventListener("keydown", down);
-    document.removeEventListener("keyup", up);
-  };
 }

@@ -1,22 +1,20 @@
-import { Channel } from "../shared/channel.js";
-import { element, iconButton } from "../shared/element.js";
-import { choice, menu, textButton } from "../shared/menu.js";
-import { socketTransport } from "../shared/transports.js";
-import { makeDrag } from "../stage/drag.js";
-import { listenToPointer } from "../stage/gestures.js";
+import { makeFrame } from "../shared/frame.js";
 import { makeHelp } from "../shared/help.js";
+import { LOST, makeAsk, makeNotes } from "../shared/notes.js";
+import { openPage } from "../shared/open.js";
+import { makeDrag } from "../stage/drag.js";
+import { makeStage } from "../stage/stage.js";
+import { listenToPointer } from "./gestures.js";
 import { KEYS, listenToKeys } from "./keyboard.js";
-import { makeNotes } from "../shared/notes.js";
 import { isLocked, makePanel } from "./panel.js";
 import { Pictures } from "./pictures.js";
-import { makeStage } from "../stage/stage.js";
 import { makeStrip } from "./strip.js";
 
+/** @typedef {import("../shared/channel.js").Channel} Channel */
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").State} State */
 /** @typedef {import("./types.js").What} What */
 
-const PROTOCOL = 1;
 /** @type {Record<string, string>} */
 const KINDS = {
   json: "facade, to open again",
@@ -26,28 +24,6 @@ const KINDS = {
   obj: "model",
   cga: "rules that derive it",
 };
-
-/** @param {HTMLElement} host @param {string} url of the socket */
-function mount(host, url) {
-  const root = element(
-    "div",
-    { class: "gl-page fe-page" },
-    element("p", { class: "gl-wait", role: "status" }, "Opening the facade…"),
-  );
-  host.append(root);
-  const channel = new Channel(socketTransport(url));
-  /** @type {ReturnType<typeof build> | null} */
-  let built = null;
-  channel.on("state", ({ state }, buffers) => {
-    if (state.protocol !== PROTOCOL)
-      return void (root.textContent = "This page and Python speak different versions. Reload the page.");
-    state.drawing.columns = new Float64Array(buffers[0]);
-    state.boxes = new Float64Array(buffers[1]);
-    built ??= build(root, channel, state);
-    built.update(state);
-  });
-  channel.open((connected) => built?.connection(connected));
-}
 
 /** @param {HTMLElement} root @param {Channel} channel @param {State} first */
 function build(root, channel, first) {
@@ -63,16 +39,7 @@ function build(root, channel, first) {
     selected: -1,
     gridding: false,
     tied: false,
-    async ask(command, parameters) {
-      await drag.idle();
-      try {
-        const { result } = await channel.request(command, parameters);
-        notes.calm();
-        return result;
-      } catch (error) {
-        notes.complain(error instanceof Error ? error.message : String(error));
-      }
-    },
+    ask: makeAsk(channel, notes, () => drag.idle()),
     select(node) {
       page.selected = node;
       page.changed();
@@ -112,12 +79,7 @@ function build(root, channel, first) {
   const stage = makeStage(page, drag);
   const strip = makeStrip(page);
   const acts = {
-    async save() {
-      // A length that is being typed counts.
-      if (document.activeElement instanceof HTMLInputElement) document.activeElement.blur();
-      const saved = await page.ask("save");
-      if (saved) page.say(`Saved to ${saved.file}`);
-    },
+    save: () => frame.save(),
     /** @param {What} what @param {number} [node] */
     toggleLock(what, node = page.selected) {
       if (node < 0) return page.say("Select a part first, to lock its size.");
@@ -136,50 +98,17 @@ function build(root, channel, first) {
     "Drag the handles at the right and at the top to change the size. Click a part to select it, draw a rectangle to make a grid. Click a picture below to accept a variation.",
   );
   listenToPointer(page, stage, drag);
-  listenToKeys(page, root, stage, drag, acts);
-
-  const title = element("h1", { class: "gl-name" });
-  const saved = element("span", { class: "gl-saved", role: "status" });
-  const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "Ctrl Z");
-  const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Y");
-  const save = textButton("Save", acts.save, { class: "gl-button gl-primary", title: "Save (Ctrl S)" });
-  const exports = menu(
-    element("button", { type: "button", class: "gl-button gl-chooser" }, "Export"),
-    "Export",
-    (close) =>
-      page.state.formats.map((format) =>
-        choice(format.toUpperCase(), KINDS[format] ?? "", async () => {
-          close();
-          const written = await page.ask("export", { format });
-          if (written) page.say(`Written to ${written.file}`);
-        }),
-      ),
-  );
-
-  root.replaceChildren(
-    element(
-      "header",
-      { class: "gl-header" },
-      title,
-      element("span", { class: "gl-space" }),
-      saved,
-      undo,
-      redo,
-      exports,
-      save,
-      help.button,
-    ),
-    notes.banner,
-    element(
-      "div",
-      { class: "gl-main" },
-      element("div", { class: "gl-left" }, stage.element, strip.element),
-      panel.element,
-    ),
-    notes.element,
-    help.element,
-  );
-  addEventListener("beforeunload", (event) => page.state.lost && event.preventDefault());
+  listenToKeys(page, stage, drag, acts);
+  const frame = makeFrame(root, page, {
+    notes,
+    help,
+    kinds: KINDS,
+    // A length that is being typed counts.
+    settle: () => document.activeElement instanceof HTMLInputElement && document.activeElement.blur(),
+    beside: [],
+    left: [stage.element, strip.element],
+    panel: panel.element,
+  });
 
   return {
     /** @param {State} state */
@@ -193,19 +122,11 @@ function build(root, channel, first) {
       page.changed();
       stage.draw();
       void page.pictures.want(state.pictures);
-      title.textContent = state.title;
-      title.title = state.file;
-      document.title = `${state.title} – grammarlab`;
-      saved.textContent = state.saved && state.revision ? "saved" : state.lost ? "not saved yet" : "";
-      saved.dataset.state = state.lost ? "saving" : "saved";
-      undo.disabled = !state.undo;
-      undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
-      redo.disabled = !state.redo;
-      redo.title = state.redo ? `Redo: ${state.redo} (Ctrl Y)` : "Nothing to redo";
+      frame.update();
     },
     /** @param {boolean} connected */
     connection(connected) {
-      notes.connection(connected);
+      notes.announce(connected ? "" : LOST);
       if (!connected) return void drag.cancel();
       page.pictures.again();
       void page.pictures.want(page.state.pictures);
@@ -214,6 +135,10 @@ function build(root, channel, first) {
   };
 }
 
-const { protocol, host, search } = location;
-const place = document.getElementById("grammarlab");
-if (place) mount(place, `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`);
+/** @param {State} state @param {ArrayBuffer[]} buffers */
+function read(state, buffers) {
+  state.drawing.columns = new Float64Array(buffers[0]);
+  state.boxes = new Float64Array(buffers[1]);
+}
+
+openPage("fe-page", "Opening the facade…", build, read);

@@ -1,6 +1,6 @@
 import { element, iconButton } from "../shared/element.js";
 import { textButton } from "../shared/menu.js";
-import { metres } from "../stage/stage.js";
+import { card, sizeRow } from "../stage/size_row.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").What} What */
@@ -11,13 +11,13 @@ import { metres } from "../stage/stage.js";
  * @param {{ toggleLock: (what: What, node?: number) => void, toggleGridding: () => void }} acts
  */
 export function makePanel(page, acts) {
-  const width = sizeRow(
+  const width = lockableRow(
     "Width",
     "width",
     (value) => resize(value, null),
     () => acts.toggleLock("width", 0),
   );
-  const height = sizeRow(
+  const height = lockableRow(
     "Height",
     "height",
     (value) => resize(null, value),
@@ -149,7 +149,7 @@ export function makePanel(page, acts) {
     const set = (/** @type {What} */ what) => (/** @type {number} */ value) =>
       page.ask("give", { node: selected, what, value });
     const row = (/** @type {string} */ name, /** @type {What} */ what, /** @type {number} */ value) => {
-      const made = sizeRow(name, `part ${what}`, set(what), () => acts.toggleLock(what));
+      const made = lockableRow(name, `part ${what}`, set(what), () => acts.toggleLock(what));
       made.set(value, isLocked(page, selected, what));
       return made.element;
     };
@@ -216,11 +216,6 @@ export function makePanel(page, acts) {
   };
 }
 
-/** @param {string} title @param {HTMLElement[]} children */
-function card(title, ...children) {
-  return element("div", { class: "gl-card" }, element("h2", {}, title), ...children);
-}
-
 /**
  * A length that can be typed and locked.
  * @param {string} name
@@ -228,36 +223,14 @@ function card(title, ...children) {
  * @param {(metres: number) => Promise<any>} typed
  * @param {() => void} lock
  */
-function sizeRow(name, label, typed, lock) {
-  let now = 0;
-  const input = element("input", {
-    class: "gl-input fe-number",
-    type: "number",
-    min: "0",
-    step: "any",
-    "aria-label": `${label} in metres`,
-  });
-  const apply = async () => {
-    const value = Number(input.value);
-    if (input.value === metres(now)) return;
-    if (!(value >= 0) || !(await typed(value))) input.value = metres(now);
-  };
-  input.addEventListener("change", () => void apply());
+function lockableRow(name, label, typed, lock) {
   const button = lockButton(label, lock);
+  const row = sizeRow(name, label, typed, button.element);
   return {
-    element: element(
-      "label",
-      { class: "gl-row" },
-      element("span", { class: "fe-unit" }, name),
-      element("span", { class: "gl-space" }),
-      input,
-      "m",
-      button.element,
-    ),
+    element: row.element,
     /** @param {number} value @param {boolean} locked */
     set(value, locked) {
-      now = value;
-      if (document.activeElement !== input || input.value === "") input.value = metres(value);
+      row.set(value);
       button.set(locked);
     },
   };

@@ -1,5 +1,5 @@
 import { element } from "../shared/element.js";
-import { paint, sharp } from "../stage/paint.js";
+import { paintSmall } from "../stage/paint.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Drawing} Drawing */
@@ -107,21 +107,12 @@ export function makeStrip(page) {
     );
   }
 
-  /** All to one scale, so that a wider one looks wider. */
   function draw() {
-    const [width, height] = [
-      Math.max(...tiles.map((each) => each.variation.width)),
-      Math.max(...tiles.map((each) => each.variation.height)),
-    ];
-    const scale = Math.min(ROOM.width / width, ROOM.height / height);
-    for (const { variation, canvas } of tiles) {
-      const [w, h] = [variation.width * scale, variation.height * scale];
-      canvas.style.width = `${w}px`;
-      canvas.style.height = `${h}px`;
-      const { context, ratio } = sharp(canvas, w, h);
-      const looks = { images: page.pictures.images, colors: page.state.colors };
-      paint(context, variation, looks, { left: 0, bottom: canvas.height, scale: scale * ratio });
-    }
+    const looks = { images: page.pictures.images, colors: page.state.colors };
+    paintSmall(
+      tiles.map(({ variation, canvas }) => ({ canvas, drawing: variation, looks })),
+      ROOM,
+    );
   }
 
   function first() {

@@ -1,27 +1,14 @@
 /**
  * What the page is told; see `state.py` and `columns.py`.
  *
- * @typedef {object} Drawing how to draw a facade
- * @property {number} width metres
- * @property {number} height
- * @property {number[]} label of each leaf, -1 for none
- * @property {number[]} picture of each leaf, -1 for none
- * @property {{ leaf: number, corners: [number, number][] }[]} outlines
- * @property {Float64Array} columns of each leaf left, bottom, width, height in metres; left, bottom, right, top of its part of a picture
+ * @typedef {import("../stage/types.js").Drawing} Drawing
+ * @typedef {import("../stage/types.js").Grid} Grid
+ * @typedef {import("../stage/types.js").What} What
+ * @typedef {import("../stage/types.js").Lock} Lock
+ * @typedef {import("../shared/frame.js").FileState & EditorState} State
  *
- * @typedef {{ name: string, rows: number, columns: number, nodes: number[] }} Grid
- * @typedef {"width" | "height" | "left" | "bottom" | "aspect"} What
- * @typedef {{ node: number, what: What, words: string }} Lock
- *
- * @typedef {object} State
+ * @typedef {object} EditorState
  * @property {number} protocol
- * @property {number} revision
- * @property {string} title
- * @property {string} file that it is saved to
- * @property {boolean} saved whether that file holds what is shown
- * @property {boolean} lost whether no file does
- * @property {string} undo what would be undone, in words
- * @property {string} redo
  * @property {string[]} labels
  * @property {string[]} colors of each label, and last of what has none
  * @property {number[]} leaves node of each leaf
@@ -31,7 +18,6 @@
  * @property {Grid[]} grids
  * @property {string} active name of a grid, or empty
  * @property {Lock[]} locks
- * @property {string[]} formats
  * @property {Drawing} drawing
  * @property {Float64Array} boxes of each node left, bottom, width, height in metres
  *

@@ -1,21 +1,20 @@
-import { Channel } from "../shared/channel.js";
-import { element, iconButton } from "../shared/element.js";
-import { choice, menu, textButton } from "../shared/menu.js";
-import { socketTransport } from "../shared/transports.js";
-import { makeDrag } from "../stage/drag.js";
-import { listenToHandles } from "../stage/gestures.js";
+import { element } from "../shared/element.js";
+import { makeFrame } from "../shared/frame.js";
 import { makeHelp } from "../shared/help.js";
-import { makeNotes } from "../shared/notes.js";
+import { LOST, makeAsk, makeNotes } from "../shared/notes.js";
+import { openPage } from "../shared/open.js";
+import { makeDrag } from "../stage/drag.js";
+import { listenToHandles } from "../stage/handles.js";
 import { makeStage } from "../stage/stage.js";
 import { KEYS, listenToKeys } from "./keyboard.js";
 import { makePanel } from "./panel.js";
 import { makeStrip } from "./strip.js";
 import { makeText } from "./text.js";
 
+/** @typedef {import("../shared/channel.js").Channel} Channel */
 /** @typedef {import("./types.js").State} State */
 /** @typedef {import("./types.js").Layout} Layout */
 
-const PROTOCOL = 1;
 const EMPTY = { label: [], picture: [], outlines: [], columns: new Float64Array(), colors: [""] };
 /** @type {Record<string, string>} */
 const KINDS = {
@@ -26,28 +25,6 @@ const KINDS = {
   obj: "model with the depth of layers",
   cga: "rules that derive it",
 };
-
-/** @param {HTMLElement} host @param {string} url of the socket */
-function mount(host, url) {
-  const root = element(
-    "div",
-    { class: "gl-page fe-page fl-page" },
-    element("p", { class: "gl-wait", role: "status" }, "Opening the design…"),
-  );
-  host.append(root);
-  const channel = new Channel(socketTransport(url));
-  /** @type {ReturnType<typeof build> | null} */
-  let built = null;
-  channel.on("state", ({ state }, buffers) => {
-    if (state.protocol !== PROTOCOL)
-      return void (root.textContent = "This page and Python speak different versions. Reload the page.");
-    withColumns(state.layouts, buffers);
-    built ??= build(root, channel, state);
-    built.update(state);
-  });
-  channel.on("better", () => built?.better());
-  channel.open((connected) => built?.connection(connected));
-}
 
 /** @param {Layout[]} layouts @param {ArrayBuffer[]} buffers */
 function withColumns(layouts, buffers) {
@@ -70,17 +47,7 @@ function build(root, channel, first) {
     get chosen() {
       return (onTheWay ?? page.state).chosen;
     },
-    /** @param {string} command @param {object} [parameters] */
-    async ask(command, parameters) {
-      await drag.idle();
-      try {
-        const { result } = await channel.request(command, parameters);
-        notes.calm();
-        return result;
-      } catch (error) {
-        notes.complain(error instanceof Error ? error.message : String(error));
-      }
-    },
+    ask: makeAsk(channel, notes, () => drag.idle()),
     complain: notes.complain,
     changed() {
       stage.drawSoon();
@@ -122,7 +89,7 @@ function build(root, channel, first) {
       return drag.active ? drag.conflict : page.state.conflict;
     },
   };
-  const stage = makeStage(/** @type {any} */ (face), told);
+  const stage = makeStage(face, told);
   stage.face.tabIndex = -1;
   stage.face.setAttribute("aria-label", "Facade");
   const strip = makeStrip(page);
@@ -133,11 +100,7 @@ function build(root, channel, first) {
     "Drag the handles at the right and at the top: the layers are laid out for each size. Click a picture below to choose a layout.",
   );
   const acts = {
-    async save() {
-      await text.send(); // what is being typed counts
-      const saved = await page.ask("save");
-      if (saved) notes.say(`Saved to ${saved.file}`);
-    },
+    save: () => frame.save(),
     layouts: () => strip.first(),
     text: () => panel.write(),
     help: () => help.open(),
@@ -145,49 +108,17 @@ function build(root, channel, first) {
   listenToHandles(face, stage, drag);
   listenToKeys(page, drag, acts);
 
-  const title = element("h1", { class: "gl-name" });
   const solving = element("span", { class: "gl-count fl-solving", role: "status" });
-  const saved = element("span", { class: "gl-saved", role: "status" });
-  const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "Ctrl Z");
-  const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Y");
-  const save = textButton("Save", acts.save, { class: "gl-button gl-primary", title: "Save (Ctrl S)" });
-  const exports = menu(
-    element("button", { type: "button", class: "gl-button gl-chooser" }, "Export"),
-    "Export",
-    (close) =>
-      page.state.formats.map((format) =>
-        choice(format.toUpperCase(), KINDS[format] ?? "", async () => {
-          close();
-          const written = await page.ask("export", { format });
-          if (written) notes.say(`Written to ${written.file}`);
-        }),
-      ),
-  );
-  root.replaceChildren(
-    element(
-      "header",
-      { class: "gl-header" },
-      title,
-      solving,
-      element("span", { class: "gl-space" }),
-      saved,
-      undo,
-      redo,
-      exports,
-      save,
-      help.button,
-    ),
-    notes.banner,
-    element(
-      "div",
-      { class: "gl-main" },
-      element("div", { class: "gl-left" }, stage.element, strip.element),
-      panel.element,
-    ),
-    notes.element,
-    help.element,
-  );
-  addEventListener("beforeunload", (event) => page.state.lost && event.preventDefault());
+  const frame = makeFrame(root, page, {
+    notes,
+    help,
+    kinds: KINDS,
+    settle: text.send, // what is being typed counts
+    beside: [solving],
+    left: [stage.element, strip.element],
+    panel: panel.element,
+  });
+  channel.on("better", drag.again); // more is known about the size on the way
 
   return {
     /** @param {State} state */
@@ -197,28 +128,16 @@ function build(root, channel, first) {
       if (!drag.active) stage.fit();
       page.changed();
       stage.draw();
-      title.textContent = state.title;
-      title.title = state.file;
-      document.title = `${state.title} – grammarlab`;
+      frame.update();
       solving.classList.toggle("fl-busy", state.solving);
       solving.textContent = state.solving ? "solving…" : "";
-      saved.textContent = state.saved && state.revision ? "saved" : state.lost ? "not saved yet" : "";
-      saved.dataset.state = state.lost ? "saving" : "saved";
-      undo.disabled = !state.undo;
-      undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
-      redo.disabled = !state.redo;
-      redo.title = state.redo ? `Redo: ${state.redo} (Ctrl Y)` : "Nothing to redo";
     },
-    /** More is known about the size on the way. */
-    better: () => drag.again(),
     /** @param {boolean} connected */
     connection(connected) {
-      notes.connection(connected);
+      notes.announce(connected ? "" : LOST);
       if (!connected) drag.cancel();
     },
   };
 }
 
-const { protocol, host, search } = location;
-const place = document.getElementById("grammarlab");
-if (place) mount(place, `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`);
+openPage("fe-page fl-page", "Opening the design…", build, ({ layouts }, buffers) => withColumns(layouts, buffers));

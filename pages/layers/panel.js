@@ -1,5 +1,6 @@
 import { element } from "../shared/element.js";
 import { textButton } from "../shared/menu.js";
+import { card, sizeRow } from "../stage/size_row.js";
 import { countersOf } from "./strip.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -19,8 +20,8 @@ const FLAGS = [
  * @param {ReturnType<typeof import("./text.js").makeText>} text
  */
 export function makePanel(page, text) {
-  const width = sizeRow("Width", (metres) => page.ask("resize", { width: metres, height: page.state.height }));
-  const height = sizeRow("Height", (metres) => page.ask("resize", { width: page.state.width, height: metres }));
+  const width = sizeRow("Width", "width", (width) => page.ask("resize", { width, height: page.state.height }));
+  const height = sizeRow("Height", "height", (height) => page.ask("resize", { width: page.state.width, height }));
   const counters = element("div", { class: "fl-counters", role: "status", "aria-label": "Counters" });
   const energy = element("p", { class: "gl-hint" });
   const layers = element("ul", { class: "fl-list", "aria-label": "Layers" });
@@ -162,36 +163,4 @@ function chip(text, label, pressed, what, onclick) {
   made.setAttribute("aria-pressed", String(pressed));
   made.dataset.what = what;
   return made;
-}
-
-/** @param {string} title @param {HTMLElement[]} children */
-function card(title, ...children) {
-  return element("div", { class: "gl-card" }, element("h2", {}, title), ...children);
-}
-
-/** A length that can be typed. @param {string} name @param {(metres: number) => Promise<any>} typed */
-function sizeRow(name, typed) {
-  let now = "";
-  const label = `${name.toLowerCase()} in metres`;
-  const input = element("input", { class: "gl-input fe-number", type: "number", min: "0", step: "any" });
-  input.setAttribute("aria-label", label);
-  input.addEventListener("change", async () => {
-    if (input.value === now) return;
-    if (!(Number(input.value) > 0) || !(await typed(Number(input.value)))) input.value = now;
-  });
-  return {
-    element: element(
-      "label",
-      { class: "gl-row" },
-      element("span", { class: "fe-unit" }, name),
-      element("span", { class: "gl-space" }),
-      input,
-      "m",
-    ),
-    /** @param {number} metres */
-    set(metres) {
-      now = metres.toFixed(2);
-      if (document.activeElement !== input || input.value === "") input.value = now;
-    },
-  };
 }

@@ -1,5 +1,5 @@
 import { element } from "../shared/element.js";
-import { paint, sharp } from "../stage/paint.js";
+import { paintSmall } from "../stage/paint.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Layout} Layout */
@@ -27,9 +27,6 @@ export function makeStrip(page) {
 
   function update() {
     while (tiles.length < page.layouts.length) makeTile(tiles.length);
-    const widest = Math.max(...page.layouts.map(({ width }) => width));
-    const highest = Math.max(...page.layouts.map(({ height }) => height));
-    const scale = Math.min(ROOM.width / widest, ROOM.height / highest);
     tiles.forEach(({ tile, canvas, words, told }, number) => {
       const layout = page.layouts[number];
       tile.hidden = !layout;
@@ -38,12 +35,15 @@ export function makeStrip(page) {
       words.textContent = countersOf(layout);
       told.textContent = `energy ${layout.energy.toPrecision(3)}`;
       tile.title = `${countersOf(layout)}: energy ${layout.energy.toPrecision(4)}${layout.proven ? ", proven" : ""}`;
-      const [w, h] = [layout.width * scale, layout.height * scale];
-      Object.assign(canvas.style, { width: `${w}px`, height: `${h}px` });
-      const { context, ratio } = sharp(canvas, w, h);
-      const view = { left: 0, bottom: canvas.height, scale: scale * ratio };
-      paint(context, layout, { images: [], colors: layout.colors }, view);
     });
+    paintSmall(
+      page.layouts.map((drawing, number) => ({
+        canvas: tiles[number].canvas,
+        drawing,
+        looks: { images: [], colors: drawing.colors },
+      })),
+      ROOM,
+    );
   }
 
   return {

@@ -27,6 +27,7 @@ export function makeText(page) {
     timer = setTimeout(() => void send(), PAUSE);
   });
   input.addEventListener("blur", () => void send());
+  input.addEventListener("keydown", ({ key }) => key === "Escape" && input.blur());
 
   /** Whatever has been typed is known to Python once this ends. */
   function send() {

@@ -1,7 +1,7 @@
 /**
  * What the page is told; see `state.py`.
  *
- * @typedef {import("../editor/types.js").Drawing} Drawing
+ * @typedef {import("../stage/types.js").Drawing} Drawing
  * @typedef {Drawing & { counters: Record<string, number>, sizes: Record<string, number>, energy: number, proven: boolean, colors: string[], labels: string[] }} Layout
  * @typedef {{ pattern: string, symbols: string[], seen: string[] | null }} Axis
  * @typedef {{ name: string, on: boolean, axes: [Axis, Axis] }} Layer
@@ -9,15 +9,10 @@
  * @typedef {{ name: string, size: number | null } & Record<Flag, boolean>} Symbol
  * @typedef {{ message: string, hint: string, line: number, column: number, length: number, shown: string }} Mistake `shown` is the line with a caret, and a hint
  *
- * @typedef {object} State
+ * @typedef {import("../shared/frame.js").FileState & DesignState} State
+ *
+ * @typedef {object} DesignState
  * @property {number} protocol
- * @property {number} revision
- * @property {string} title
- * @property {string} file that it is saved to
- * @property {boolean} saved whether that file holds the text
- * @property {boolean} lost whether no file does
- * @property {string} undo what would be undone, in words
- * @property {string} redo
  * @property {string} text
  * @property {Mistake[]} mistakes in the text
  * @property {number} width metres, of the canvas
@@ -26,7 +21,6 @@
  * @property {string} conflict why the design has no layouts
  * @property {Layer[]} layers from the top down
  * @property {Symbol[]} symbols
- * @property {string[]} formats
  * @property {number} chosen
  * @property {Layout[]} layouts best first
  *
@@ -34,6 +28,7 @@
  * @property {State} state
  * @property {Layout[]} layouts on the way while a side is dragged, else those of the state
  * @property {number} chosen
+ * @property {boolean} tied
  * @property {(command: string, parameters?: object) => Promise<any>} ask sends a command; a refusal is shown
  */
 export {};

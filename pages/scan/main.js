@@ -1,131 +1,204 @@
-/* The page of `grammarlab facade open ELEMENTS`: fits over points, kinds by colour, and what a person says about them. */
-const shared = (/** @type {string} */ name) => import(`/${name}${location.search}`);
-const [{ Channel }, { element, svg }, { socketTransport }] = await Promise.all(
-  ["channel.js", "element.js", "transports.js"].map(shared),
-);
-const PROTOCOL = 1;
-const SIZES = ["width", "height"];
+import { element, svg } from "../shared/element.js";
+import { textButton } from "../shared/menu.js";
+import { openPage } from "../shared/open.js";
 
-const host = /** @type {HTMLElement} */ (document.getElementById("grammarlab"));
-const channel = new Channel(socketTransport(`ws://${location.host}/socket${location.search}`));
-let state = null;
-/** @type {Set<number>} */
-const chosen = new Set();
-const parts = build();
+/** @typedef {{ elements: number[], template?: string, same?: boolean, ignore?: boolean, share?: string, value?: number }} Correction */
+/** @typedef {{ box: number[], kind: string, sizes: Record<string, number>, uncertain: string, lines: number[][], points: number[][], color: string }} Fit of an element */
 
-channel.on("state", (message) => {
-  if (message.state.protocol !== PROTOCOL)
-    return void (host.textContent = "This page and Python speak different versions. Reload the page.");
-  state = message.state;
-  draw();
-});
-channel.open((connected) => {
-  parts.connection.textContent = connected ? "" : "The connection is lost; try again when it is back.";
-});
+/**
+ * @typedef {object} State what the page is told; see `desk.py`
+ * @property {number} protocol
+ * @property {string} title
+ * @property {string} file that it is saved to
+ * @property {boolean} busy
+ * @property {boolean} undo whether something can be undone
+ * @property {[number, number, number, number]} bounds left, bottom, right, top in metres
+ * @property {Fit[]} elements
+ * @property {string[]} templates
+ * @property {string[]} words about kinds
+ * @property {Correction[]} corrections
+ */
 
-async function ask(command, parameters = {}) {
-  try {
-    await channel.request(command, parameters);
-    parts.error.textContent = "";
-  } catch (error) {
-    parts.error.textContent = error.message;
-  }
-}
-
-function correct(correction) {
-  if (!chosen.size) return void (parts.error.textContent = "Choose elements first: click on them.");
-  return ask("correct", { correction: { elements: [...chosen].sort((a, b) => a - b), ...correction } });
-}
-
-function button(text, onclick) {
-  return element("button", { type: "button", class: "gl-button", onclick }, text);
-}
-
-function build() {
+/**
+ * Fits over points, kinds by colour, and what a person says about them.
+ * @param {HTMLElement} root
+ * @param {import("../shared/channel.js").Channel} channel
+ * @param {State} state
+ */
+function build(root, channel, state) {
+  /** @type {Set<number>} */
+  const chosen = new Set();
+  const stage = svg("svg", { class: "sc-stage", role: "group", "aria-label": "Elements" });
+  const title = element("strong");
+  const status = element("span", { role: "status" });
+  const lost = element("span", { class: "sc-bad", role: "alert" });
+  const refused = element("span", { class: "sc-bad", role: "alert" });
+  const selection = element("div", { "aria-label": "Chosen" });
   const template = element("select", { class: "gl-input", "aria-label": "Template" });
-  const sizes = SIZES.map((name) => {
-    const value = element("input", { type: "number", class: "gl-input", min: "0.01", step: "0.01", placeholder: "any", "aria-label": `${name} in metres` });
-    const share = () => correct(value.value ? { share: name, value: Number(value.value) } : { share: name });
-    return element("div", { class: "sc-row" }, value, button(`Share ${name}`, share));
+  const words = element("ul", { "aria-label": "Kinds" });
+  const doubts = element("ul", { "aria-label": "Uncertain" });
+  const said = element("ul", { "aria-label": "Corrections" });
+  const undo = textButton("Undo", () => ask("undo"));
+  const none = textButton("None", () => {
+    chosen.clear();
+    draw();
   });
-  const made = {
-    stage: svg("svg", { class: "sc-stage", role: "group", "aria-label": "Elements" }),
-    title: element("strong"),
-    status: element("span", { role: "status" }),
-    connection: element("span", { class: "sc-bad", role: "alert" }),
-    error: element("span", { class: "sc-bad", role: "alert" }),
-    selection: element("div", { "aria-label": "Chosen" }),
-    template,
-    words: element("ul", { "aria-label": "Kinds" }),
-    doubts: element("ul", { "aria-label": "Uncertain" }),
-    said: element("ul", { "aria-label": "Corrections" }),
-    undo: button("Undo", () => ask("undo")),
-  };
-  const heading = (text) => element("h2", {}, text);
-  const panel = element(
-    "div", { class: "sc-panel" }, made.title, made.status, made.connection, made.error,
-    heading("Chosen"), made.selection,
-    element("div", { class: "sc-row" }, template, button("Set template", () => correct({ template: template.value }))),
-    element("div", { class: "sc-row" }, button("Same kind", () => correct({ same: true })), button("Ignore", () => correct({ ignore: true })), button("None", () => { chosen.clear(); draw(); })),
-    ...sizes, heading("Corrections"), made.undo, made.said, heading("Kinds"), made.words, heading("Uncertain"), made.doubts,
-  );
-  host.replaceChildren(made.stage, panel);
-  return made;
-}
-
-function toggle(number) {
-  if (!chosen.delete(number)) chosen.add(number);
-  draw();
-}
-
-function draw() {
-  const [left, bottom, right, top] = state.bounds;
-  const room = 0.02 * Math.max(right - left, top - bottom);
-  // Numbers of a drawing have few digits: it counts from the corner of the facade.
-  const x = (value) => (value - left).toFixed(4);
-  const y = (value) => (top - value).toFixed(4);
-  parts.stage.setAttribute("viewBox", `${-room} ${-room} ${right - left + 2 * room} ${top - bottom + 2 * room}`);
-  const focused = document.activeElement?.getAttribute("data-element");
-  parts.stage.replaceChildren(
-    ...state.elements.map((each, number) => {
-      const [l, b, r, t] = each.box;
-      const press = () => toggle(number);
-      const sizes = Object.entries(each.sizes).map(([name, value]) => `${name} ${value}`).join(", ");
-      const says = [`element ${number}`, each.kind, sizes, each.uncertain].filter(Boolean).join(": ");
-      const box = svg("rect", {
-        class: each.uncertain ? "sc-box sc-doubt" : "sc-box", x: x(l), y: y(t), width: r - l, height: t - b,
-        role: "button", tabindex: 0, "aria-pressed": String(chosen.has(number)), "aria-label": says, "data-element": number,
-      }, svg("title"));
-      box.firstChild.textContent = says;
-      box.addEventListener("click", press);
-      box.addEventListener("keydown", (event) => {
-        if (event.key !== "Enter" && event.key !== " ") return;
-        event.preventDefault();
-        press();
-      });
-      const lines = each.lines.map(([a, c, d, e]) => `M${x(a)} ${y(c)}L${x(d)} ${y(e)}`).join("");
-      const dots = each.points.map(([a, c]) => `M${x(a)} ${y(c)}h0`).join("");
-      return svg("g", {}, box, svg("path", { class: "sc-fit", d: lines, stroke: each.color }), svg("path", { class: "sc-points", d: dots }));
-    }),
-  );
-  if (focused) parts.stage.querySelector(`[data-element="${focused}"]`)?.focus();
-  parts.title.textContent = state.title;
-  parts.status.textContent = state.busy ? "matching …" : `saved in ${state.file}`;
-  parts.selection.textContent = chosen.size ? [...chosen].map((each) => `${each} (${state.elements[each].kind || "…"})`).join(", ") : "none";
-  if (parts.template.options.length !== state.templates.length)
-    parts.template.replaceChildren(...state.templates.map((name) => element("option", { value: name }, name)));
-  parts.undo.disabled = !state.undo;
-  parts.words.replaceChildren(...state.words.map((text) => element("li", {}, text)));
-  parts.doubts.replaceChildren(
-    ...state.elements.flatMap((each, number) => (each.uncertain ? [element("li", {}, `element ${number}: ${each.uncertain}`)] : [])),
-  );
-  parts.said.replaceChildren(
-    ...state.corrections.map((each, number) =>
-      element("li", {}, `${told(each)} `, button("Take back", () => ask("remove", { number }))),
+  root.replaceChildren(
+    stage,
+    element(
+      "div",
+      { class: "sc-panel" },
+      ...[title, status, lost, refused],
+      ...[element("h2", {}, "Chosen"), selection],
+      row(
+        template,
+        textButton("Set template", () => correct({ template: template.value })),
+      ),
+      row(
+        textButton("Same kind", () => correct({ same: true })),
+        textButton("Ignore", () => correct({ ignore: true })),
+        none,
+      ),
+      ...["width", "height"].map(shareRow),
+      ...[element("h2", {}, "Corrections"), undo, said],
+      ...[element("h2", {}, "Kinds"), words],
+      ...[element("h2", {}, "Uncertain"), doubts],
     ),
   );
+
+  /** @param {string} share width or height */
+  function shareRow(share) {
+    const value = element("input", {
+      type: "number",
+      class: "gl-input",
+      min: "0.01",
+      step: "0.01",
+      placeholder: "any",
+    });
+    value.setAttribute("aria-label", `${share} in metres`);
+    const act = () => correct(value.value ? { share, value: Number(value.value) } : { share });
+    return row(value, textButton(`Share ${share}`, act));
+  }
+
+  /** @param {string} command @param {object} [parameters] */
+  async function ask(command, parameters) {
+    try {
+      await channel.request(command, parameters);
+      refused.textContent = "";
+    } catch (error) {
+      refused.textContent = error instanceof Error ? error.message : String(error);
+    }
+  }
+
+  /** @param {Omit<Correction, "elements">} correction of what is chosen */
+  function correct(correction) {
+    if (!chosen.size) return void (refused.textContent = "Choose elements first: click on them.");
+    return ask("correct", { correction: { elements: [...chosen].sort((a, b) => a - b), ...correction } });
+  }
+
+  /** @param {number} number */
+  function toggle(number) {
+    if (!chosen.delete(number)) chosen.add(number);
+    draw();
+  }
+
+  function draw() {
+    drawStage();
+    title.textContent = state.title;
+    status.textContent = state.busy ? "matching …" : `saved in ${state.file}`;
+    selection.textContent =
+      [...chosen].map((each) => `${each} (${state.elements[each].kind || "…"})`).join(", ") || "none";
+    if (template.options.length !== state.templates.length)
+      template.replaceChildren(...state.templates.map((name) => element("option", { value: name }, name)));
+    undo.disabled = !state.undo;
+    words.replaceChildren(...state.words.map((text) => element("li", {}, text)));
+    doubts.replaceChildren(
+      ...state.elements.flatMap(({ uncertain }, number) =>
+        uncertain ? [element("li", {}, `element ${number}: ${uncertain}`)] : [],
+      ),
+    );
+    said.replaceChildren(
+      ...state.corrections.map((each, number) =>
+        element(
+          "li",
+          {},
+          `${told(each)} `,
+          textButton("Take back", () => ask("remove", { number })),
+        ),
+      ),
+    );
+  }
+
+  function drawStage() {
+    const [left, bottom, right, top] = state.bounds;
+    const room = 0.02 * Math.max(right - left, top - bottom);
+    // Numbers of a drawing have few digits: it counts from the corner of the facade.
+    const x = (/** @type {number} */ value) => (value - left).toFixed(4);
+    const y = (/** @type {number} */ value) => (top - value).toFixed(4);
+    stage.setAttribute("viewBox", `${-room} ${-room} ${right - left + 2 * room} ${top - bottom + 2 * room}`);
+    const focused = stage.querySelector(":focus")?.getAttribute("data-element");
+    stage.replaceChildren(
+      ...state.elements.map((each, number) => {
+        const lines = each.lines.map(([a, c, d, e]) => `M${x(a)} ${y(c)}L${x(d)} ${y(e)}`).join("");
+        const dots = each.points.map(([a, c]) => `M${x(a)} ${y(c)}h0`).join("");
+        const [l, b, r, t] = each.box;
+        return svg(
+          "g",
+          {},
+          boxOf(each, number, { x: x(l), y: y(t), width: r - l, height: t - b }),
+          svg("path", { class: "sc-fit", d: lines, stroke: each.color }),
+          svg("path", { class: "sc-points", d: dots }),
+        );
+      }),
+    );
+    if (focused) /** @type {SVGElement | null} */ (stage.querySelector(`[data-element="${focused}"]`))?.focus();
+  }
+
+  /** @param {Fit} fit @param {number} number @param {Record<string, string | number>} place */
+  function boxOf({ kind, sizes, uncertain }, number, place) {
+    const measures = Object.entries(sizes).map(([name, value]) => `${name} ${value}`);
+    const says = [`element ${number}`, kind, measures.join(", "), uncertain].filter(Boolean).join(": ");
+    const box = svg(
+      "rect",
+      {
+        class: uncertain ? "sc-box sc-doubt" : "sc-box",
+        ...place,
+        role: "button",
+        tabindex: 0,
+        "aria-pressed": String(chosen.has(number)),
+        "aria-label": says,
+        "data-element": number,
+      },
+      svg("title", {}, new Text(says)),
+    );
+    box.addEventListener("click", () => toggle(number));
+    box.addEventListener("keydown", (event) => {
+      if (event.key !== "Enter" && event.key !== " ") return;
+      event.preventDefault();
+      toggle(number);
+    });
+    return box;
+  }
+
+  return {
+    /** @param {State} now */
+    update(now) {
+      state = now;
+      draw();
+    },
+    /** @param {boolean} connected */
+    connection(connected) {
+      lost.textContent = connected ? "" : "The connection is lost; try again when it is back.";
+    },
+  };
 }
 
+/** @param {HTMLElement[]} children */
+function row(...children) {
+  return element("div", { class: "sc-row" }, ...children);
+}
+
+/** @param {Correction} correction */
 function told(correction) {
   const who = `elements ${correction.elements.join(", ")}`;
   if (correction.template) return `${who}: ${correction.template}`;
@@ -133,3 +206,5 @@ function told(correction) {
   if (correction.ignore) return `${who}: left out`;
   return `${who}: one ${correction.share}${correction.value ? `, ${correction.value} m` : ""}`;
 }
+
+openPage("sc-page", "Opening the elements…", build);

@@ -2,9 +2,10 @@ import { Channel } from "../shared/channel.js";
 import { makeCompare } from "./compare.js";
 import { makeDisplay } from "./display.js";
 import { element, iconButton } from "../shared/element.js";
+import { makeHelp } from "../shared/help.js";
+import { understands, waitingRoot } from "../shared/open.js";
 import { makeFactors } from "./factors.js";
-import { makeHelp } from "./help.js";
-import { listenToKeys } from "./keyboard.js";
+import { KEYS, listenToKeys } from "./keyboard.js";
 import { makeLearning } from "./learning.js";
 import { makeLook } from "./look.js";
 import { Outbox } from "./outbox.js";
@@ -17,13 +18,11 @@ import { makeScoring } from "./scoring.js";
 import { Selection } from "./selection.js";
 import { makeStatus } from "./status.js";
 import { makeToolbar } from "./toolbar.js";
-import { socketTransport, widgetTransport } from "../shared/transports.js";
+import { socketTransport, socketUrl, widgetTransport } from "../shared/transports.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").State} State */
 /** @typedef {import("./types.js").Transport} Transport */
-
-const PROTOCOL = 1;
 
 /** The page as a widget of a notebook. */
 export default {
@@ -33,11 +32,6 @@ export default {
   },
 };
 
-/** The page on its own, over the server of `grammarlab score`. @param {HTMLElement} element @param {string} url of the socket */
-export function connect(element, url) {
-  return mount(element, socketTransport(url));
-}
-
 /**
  * The page itself: waits for the first state, builds, and from then on follows.
  *
@@ -45,13 +39,10 @@ export function connect(element, url) {
  * @param {Transport} transport
  * @returns {() => void} takes the page away
  */
-export function mount(host, transport) {
+function mount(host, transport) {
   // Notebooks have their own meaning for single keys, and must not see those typed here.
-  const root = element(
-    "div",
-    { class: "gl-page", "data-lm-suppress-shortcuts": "true" },
-    element("p", { class: "gl-wait", role: "status" }, "Growing the first models…"),
-  );
+  const root = waitingRoot("", "Growing the first models…");
+  root.dataset.lmSuppressShortcuts = "true";
   root.addEventListener("keydown", (event) => event.stopPropagation());
   host.append(root);
 
@@ -62,8 +53,7 @@ export function mount(host, transport) {
 
   /** @param {State} state */
   function follow(state) {
-    if (state.protocol !== PROTOCOL)
-      return void (root.textContent = "This page and Python speak different versions. Reload the page.");
+    if (!understands(root, state)) return;
     built ??= build(root, channel, state);
     built.update(state);
   }
@@ -143,7 +133,7 @@ function build(root, channel, first) {
   const results = makeResults(page);
   const factors = makeFactors(page);
   const toolbar = makeToolbar(page, display, pointer);
-  const help = makeHelp();
+  const help = makeHelp(KEYS);
   const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "U, Ctrl Z");
   const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
   const title = element("h1", { class: "gl-name" });
@@ -285,7 +275,4 @@ function isAlone() {
 }
 
 const alone = document.getElementById("grammarlab");
-if (alone && isAlone()) {
-  const { protocol, host, search } = location;
-  connect(alone, `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`);
-}
+if (alone && isAlone()) mount(alone, socketTransport(socketUrl()));

@@ -1,9 +1,6 @@
 /**
  * What the page and Python say to each other, and what the parts of the page share.
  *
- * A request is `{id, command, …}`, its answer `{id, ok: true, result}` or `{id, ok: false, error}`; what nobody asked
- * for is `{event, …}`. Bytes travel beside a message, as buffers.
- *
  * @typedef {object} Model
  * @property {number | null} score given for the active factor, 0 to 100
  * @property {Scale | null} kind how it was given
@@ -58,11 +55,7 @@
  * @property {string | null} message
  * @property {string[]} warnings about the models that are shown, all so far
  *
- * @typedef {object} Transport
- * @property {(message: object, buffers: ArrayBuffer[]) => void} send
- * @property {(heard: (message: any, buffers: ArrayBuffer[]) => void) => void} listen
- * @property {(changed: (connected: boolean) => void) => void} watch is told when the connection comes or goes
- * @property {() => void} close
+ * @typedef {import("../shared/types.js").Transport} Transport
  *
  * @typedef {object} Part a part of the page
  * @property {HTMLElement} element

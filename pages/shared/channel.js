@@ -1,4 +1,4 @@
-/** @typedef {import("../scoring/types.js").Transport} Transport */
+/** @typedef {import("./types.js").Transport} Transport */
 
 /** The connection went before the answer came: nobody knows whether the request arrived. */
 export class ConnectionLost extends Error {}

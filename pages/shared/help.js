@@ -1,28 +1,39 @@
 import { element, iconButton } from "./element.js";
 
 /**
- * What the mouse, fingers and keys do, in a dialog.
+ * What the mouse, fingers and keys do: a dialog, opened by a button or by `?`, wherever that lies on the keyboard.
  * @param {string[][]} keys and what each does
- * @param {string} pointing what mouse and fingers do
+ * @param {string} [pointing] what mouse and fingers do
  */
 export function makeHelp(keys, pointing) {
-  const dialog = element("dialog", { class: "gl-help", "aria-label": "Keys" });
-  const list = keys.flatMap(([key, does]) => [element("dt", {}, key), element("dd", {}, does)]);
-  dialog.append(
+  const dialog = element(
+    "dialog",
+    { class: "gl-help", "aria-label": "Keys" },
     element(
-      "div",
+      "header",
       { class: "gl-row" },
       element("h2", {}, "Keys"),
       element("span", { class: "gl-space" }),
-      iconButton("close", "Close", () => dialog.close()),
+      iconButton("close", "Close", () => dialog.close(), "Esc"),
     ),
-    element("p", { class: "gl-hint" }, pointing),
-    element("dl", { class: "gl-keys" }, ...list),
+    pointing ? element("p", { class: "gl-hint" }, pointing) : null,
+    element(
+      "dl",
+      { class: "gl-keys" },
+      ...keys.flatMap(([key, does]) => [element("dt", {}, key), element("dd", {}, does)]),
+    ),
   );
-  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
-  dialog.addEventListener("keydown", (event) => event.key === "?" && dialog.close());
   const open = () => {
     if (!dialog.open) dialog.showModal();
   };
-  return { element: dialog, open, button: iconButton("keys", "Keys", open, "?") };
+  const button = iconButton("keys", "Keys", open, "?");
+  button.setAttribute("aria-haspopup", "dialog");
+  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+  dialog.addEventListener("keydown", (event) => {
+    event.stopPropagation(); // what the keys do is only read here
+    if (event.key === "?") dialog.close();
+    else if (event.key !== "Tab") return; // the one button keeps the focus; without this Tab leads out of the page
+    event.preventDefault();
+  });
+  return { button, element: dialog, open, close: () => dialog.close() };
 }

@@ -2,8 +2,9 @@ import { element, iconButton } from "./element.js";
 
 const PASSING = 6000; // ms that a note stays
 const MOST = 3;
+export const LOST = "The connection to Python is lost. Trying again; is grammarlab still running?";
 
-/** Passing notes, complaints that stay, and a banner while there is no connection. */
+/** Passing notes, complaints that stay, and a banner for what lasts. */
 export function makeNotes() {
   const notes = element("div", { class: "gl-notes", "aria-live": "polite" });
   const complaints = element("div", { class: "gl-notes", role: "alert" });
@@ -25,22 +26,40 @@ export function makeNotes() {
 
   return {
     banner,
-    element: element("div", { class: "gl-corner fe-corner" }, notes, complaints),
+    element: element("div", { class: "gl-corner" }, notes, complaints),
     /** @param {string} text */
     say(text) {
       const box = note(notes, text, "");
       setTimeout(() => box.remove(), PASSING);
     },
-    /** @param {string} text */
-    complain: (text) => void note(complaints, text, "gl-bad"),
+    /** @param {unknown} error or words */
+    complain: (error) => void note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
     /** What is complained about is over. */
     calm: () => complaints.replaceChildren(),
-    /** @param {boolean} connected */
-    connection(connected) {
-      banner.hidden = connected;
-      banner.textContent = connected
-        ? ""
-        : "The connection to Python is lost. Trying again; is grammarlab still running?";
+    /** What lasts; empty for nothing. @param {string} text */
+    announce(text) {
+      banner.hidden = !text;
+      if (banner.textContent !== text) banner.textContent = text;
     },
+  };
+}
+
+/**
+ * Sends commands; a refusal is shown.
+ * @param {import("./channel.js").Channel} channel
+ * @param {ReturnType<typeof makeNotes>} notes
+ * @param {() => Promise<void>} ready
+ * @returns {(command: string, parameters?: object) => Promise<any>}
+ */
+export function makeAsk(channel, notes, ready) {
+  return async (command, parameters) => {
+    await ready();
+    try {
+      const { result } = await channel.request(command, parameters);
+      notes.calm();
+      return result;
+    } catch (error) {
+      notes.complain(error);
+    }
   };
 }

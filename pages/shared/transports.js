@@ -1,10 +1,10 @@
-/** @typedef {import("../scoring/types.js").Transport} Transport */
+/** @typedef {import("./types.js").Transport} Transport */
 
 const SHORTEST_PAUSE = 300;
 const LONGEST_PAUSE = 4000;
 
 /**
- * The server of `grammarlab score`. A message is a text frame that says how many binary frames follow it.
+ * The server of a page. A message is a text frame that says how many binary frames follow it.
  *
  * @param {string} url of the socket
  * @returns {Transport}
@@ -51,6 +51,12 @@ export function socketTransport(url) {
       socket.close();
     },
   };
+}
+
+/** Where the server of this window listens. */
+export function socketUrl() {
+  const { protocol, host, search } = location;
+  return `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`;
 }
 
 /**

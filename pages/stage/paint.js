@@ -1,11 +1,12 @@
-/** @typedef {import("../editor/types.js").Drawing} Drawing */
+/** @typedef {import("./types.js").Drawing} Drawing */
+/** @typedef {{ images: (CanvasImageSource & { width: number, height: number } | undefined)[], colors: string[] }} Looks */
 
 /**
  * Draws a facade, its left lower corner at a place. Sides of leaves lie on whole pixels, so that no seams show.
  *
  * @param {CanvasRenderingContext2D} context whose unit is a pixel of the screen
  * @param {Drawing} drawing
- * @param {{ images: (CanvasImageSource & { width: number, height: number } | undefined)[], colors: string[] }} looks
+ * @param {Looks} looks
  * @param {{ left: number, bottom: number, scale: number }} view pixels, and pixels per metre
  */
 export function paint(context, drawing, { images, colors }, { left, bottom, scale }) {
@@ -33,6 +34,24 @@ export function paint(context, drawing, { images, colors }, { left, bottom, scal
       context.fillStyle = colorOf(leaf);
       context.fillRect(x0, y0, x1 - x0, y1 - y0);
     }
+  }
+}
+
+/**
+ * Small pictures of facades, all to one scale, so that a wider one looks wider.
+ * @param {{ canvas: HTMLCanvasElement, drawing: Drawing, looks: Looks }[]} pictures
+ * @param {{ width: number, height: number }} room pixels of the largest
+ */
+export function paintSmall(pictures, room) {
+  const scale = Math.min(
+    room.width / Math.max(...pictures.map(({ drawing }) => drawing.width)),
+    room.height / Math.max(...pictures.map(({ drawing }) => drawing.height)),
+  );
+  for (const { canvas, drawing, looks } of pictures) {
+    const [width, height] = [drawing.width * scale, drawing.height * scale];
+    Object.assign(canvas.style, { width: `${width}px`, height: `${height}px` });
+    const { context, ratio } = sharp(canvas, width, height);
+    paint(context, drawing, looks, { left: 0, bottom: canvas.height, scale: scale * ratio });
   }
 }
 

@@ -1,7 +1,8 @@
 import { element, svg } from "../shared/element.js";
 import { paint, sharp } from "./paint.js";
+import { metres } from "./size_row.js";
 
-/** @typedef {import("../editor/types.js").Page} Page */
+/** @typedef {import("./types.js").Face} Face */
 /** @typedef {{ left: number, bottom: number, right: number, top: number }} Area in metres */
 
 const MARGIN = { left: 40, right: 84, top: 44, bottom: 56 }; // pixels around the facade, with room to drag into
@@ -9,7 +10,7 @@ const SHARE = 0.93; // part of the rest that it takes
 
 /**
  * The facade, and what lies over it: grid, selection, lasso, measures, handles.
- * @param {Page} page
+ * @param {Face} page
  * @param {{ size: { width: number, height: number }, active: boolean, conflict: string }} drag
  */
 export function makeStage(page, drag) {
@@ -179,11 +180,6 @@ export function makeStage(page, drag) {
     },
     close: () => resizes.disconnect(),
   };
-}
-
-/** @param {number} value */
-export function metres(value) {
-  return value.toFixed(2);
 }
 
 /** @param {string} name */

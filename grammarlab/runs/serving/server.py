@@ -39,22 +39,26 @@ _POLICY = (
 )
 
 
-PLAIN = Path(__file__).with_name("index.html")
-"""An empty page with `base.css`, `page.css` and `page.js`."""
+_INDEX = Path(__file__).with_name("index.html")
+"""An empty page with `page.css` and `page.js`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Page:
     """What a browser gets."""
 
-    index: Path
-    """Names the other files in quotes."""
     files: dict[str, Path]
     """Scripts and style sheets by the name that the page calls them."""
     command: str
     """What prints the address."""
     max_bytes: int
     """Of one message."""
+
+
+def built_page(module: str, command: str, max_bytes: int) -> Page:
+    """The page that `pages/bundle.js` built into the folder `static` beside a module, whose file is given."""
+    static = Path(module).with_name("static")
+    return Page({name: static / name for name in ("page.css", "page.js")}, command, max_bytes)
 
 
 class Served(Protocol):
@@ -171,7 +175,7 @@ class _NothingHandler(_GuardedHandler):
 
 class _IndexHandler(_GuardedHandler):
     def get(self) -> None:
-        text = self.page.index.read_text(encoding="utf-8")
+        text = _INDEX.read_text(encoding="utf-8")
         for name in self.page.files:
             text = text.replace(f'"{name}"', f'"{name}?token={self.token}"')
         self.finish(text)

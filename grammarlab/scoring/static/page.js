@@ -1,6 +1,6 @@
-/* Built from source/ by bundle.js; do not edit. Source 9a2a2a8d4b248e3c */
+/* Built from shared, scoring by pages/bundle.js; do not edit. Source e4a1edcdb52fdffe */
 
-// source/channel.js
+// shared/channel.js
 var ConnectionLost = class extends Error {
 };
 var Refusal = class extends Error {
@@ -68,7 +68,7 @@ var Channel = class {
   }
 };
 
-// source/element.js
+// shared/element.js
 function element(tag, properties = {}, ...children) {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {
@@ -115,7 +115,7 @@ function iconButton(name, label, onclick, keys) {
   );
 }
 
-// source/menu.js
+// shared/menu.js
 function menu(button, label, build2) {
   const panel = element("div", { class: "gl-menu", role: "group", "aria-label": label, popover: "auto" });
   button.setAttribute("aria-haspopup", "true");
@@ -179,7 +179,7 @@ function chooserButton(name) {
   return { button, set: (text) => void (value.textContent = text) };
 }
 
-// source/pictures.js
+// scoring/pictures.js
 var SHEETS_KEPT = 80;
 var Pictures = class {
   #channel;
@@ -266,7 +266,7 @@ function percent(part, whole) {
   return whole ? `${100 * part / whole}%` : "0";
 }
 
-// source/compare.js
+// scoring/compare.js
 var PIXELS = 512;
 var NAMES = { first: "This one", second: "That one", alike: "" };
 var VERDICTS = { ArrowLeft: "first", ArrowRight: "second", ArrowDown: "alike", Delete: null, Backspace: null };
@@ -400,7 +400,7 @@ function mark(button, on, saved) {
   button.classList.toggle("gl-unsaved", on && !saved);
 }
 
-// source/scale.js
+// scoring/scale.js
 var SCALES = {
   score: {
     name: "0–100",
@@ -484,7 +484,7 @@ function makeStep({ score, key, text, label, picture }, give) {
   );
 }
 
-// source/known.js
+// scoring/known.js
 function knownOf(page, model) {
   const { state, outbox } = page;
   const { mean, std, product, label, ...stored2 } = state.models[model];
@@ -500,7 +500,7 @@ function inWords2({ label, score, kind, saved, predicted, uncertain }) {
   return parts.join(", ");
 }
 
-// source/cell.js
+// scoring/cell.js
 var WIDEST = 50;
 var Cell = class {
   #picture = element("div", { class: "gl-picture gl-empty" });
@@ -557,7 +557,7 @@ function bar(name) {
   };
 }
 
-// source/display.js
+// scoring/display.js
 var SMALLEST = 26;
 var LARGEST = 640;
 var ROOMY = 104;
@@ -712,7 +712,129 @@ function pixelsFor(size) {
   return size * Math.min(globalThis.devicePixelRatio || 1, 2) > 200 ? 320 : 160;
 }
 
-// source/factors.js
+// shared/help.js
+function makeHelp(keys, pointing) {
+  const dialog = element(
+    "dialog",
+    { class: "gl-help", "aria-label": "Keys" },
+    element(
+      "header",
+      { class: "gl-row" },
+      element("h2", {}, "Keys"),
+      element("span", { class: "gl-space" }),
+      iconButton("close", "Close", () => dialog.close(), "Esc")
+    ),
+    pointing ? element("p", { class: "gl-hint" }, pointing) : null,
+    element(
+      "dl",
+      { class: "gl-keys" },
+      ...keys.flatMap(([key, does]) => [element("dt", {}, key), element("dd", {}, does)])
+    )
+  );
+  const open = () => {
+    if (!dialog.open) dialog.showModal();
+  };
+  const button = iconButton("keys", "Keys", open, "?");
+  button.setAttribute("aria-haspopup", "dialog");
+  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+  dialog.addEventListener("keydown", (event) => {
+    event.stopPropagation();
+    if (event.key === "?") dialog.close();
+    else if (event.key !== "Tab") return;
+    event.preventDefault();
+  });
+  return { button, element: dialog, open, close: () => dialog.close() };
+}
+
+// shared/transports.js
+var SHORTEST_PAUSE = 300;
+var LONGEST_PAUSE = 4e3;
+function socketTransport(url) {
+  let heard = () => {
+  };
+  let changed = () => {
+  };
+  let socket;
+  let pause = SHORTEST_PAUSE;
+  let timer = 0;
+  function open() {
+    socket = new WebSocket(url);
+    socket.binaryType = "arraybuffer";
+    const take = assembler((message, buffers) => heard(message, buffers));
+    socket.onmessage = ({ data }) => take(data);
+    socket.onopen = () => {
+      pause = SHORTEST_PAUSE;
+      changed(true);
+    };
+    socket.onclose = () => {
+      changed(false);
+      timer = window.setTimeout(open, pause);
+      pause = Math.min(2 * pause, LONGEST_PAUSE);
+    };
+  }
+  return {
+    send(message, buffers) {
+      socket.send(JSON.stringify({ ...message, buffers: buffers.length }));
+      for (const buffer of buffers) socket.send(buffer);
+    },
+    listen: (callback) => void (heard = callback),
+    watch(callback) {
+      changed = callback;
+      open();
+    },
+    close() {
+      clearTimeout(timer);
+      socket.onclose = null;
+      socket.close();
+    }
+  };
+}
+function socketUrl() {
+  const { protocol, host, search } = location;
+  return `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`;
+}
+function assembler(done) {
+  let message = null;
+  let buffers = [];
+  return (frame) => {
+    if (typeof frame === "string") [message, buffers] = [JSON.parse(frame), []];
+    else buffers.push(frame);
+    if (buffers.length === (message.buffers ?? 0)) done(message, buffers);
+  };
+}
+function widgetTransport(model) {
+  let forward = () => {
+  };
+  const callback = (message, buffers) => forward(message, buffers);
+  model.on("msg:custom", callback);
+  return {
+    send: (message, buffers) => model.send(message, void 0, buffers),
+    listen(heard) {
+      forward = (message, buffers) => heard(message, (buffers ?? []).map(bytesOf));
+    },
+    watch: (changed) => changed(true),
+    close: () => model.off("msg:custom", callback)
+  };
+}
+function bytesOf(view) {
+  if (view instanceof ArrayBuffer) return view;
+  return (
+    /** @type {ArrayBuffer} */
+    view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength)
+  );
+}
+
+// shared/open.js
+var PROTOCOL = 1;
+function waitingRoot(style, waiting) {
+  return element("div", { class: `gl-page ${style}` }, element("p", { class: "gl-wait", role: "status" }, waiting));
+}
+function understands(root, { protocol }) {
+  if (protocol !== PROTOCOL) root.textContent = "This page and Python speak different versions. Reload the page.";
+  return protocol === PROTOCOL;
+}
+
+// scoring/factors.js
 function makeFactors(page) {
   const list = element("div", { class: "gl-factors", role: "group", "aria-label": "Factor that scores belong to" });
   const edit = menu(
@@ -818,7 +940,7 @@ function nameForm(verb, value, done) {
   );
 }
 
-// source/keyboard.js
+// scoring/keyboard.js
 var KEYS = [
   ["0 … 9", "score 0 … 90 for all selected models"],
   ["H", "score 100"],
@@ -935,43 +1057,7 @@ function destination({ state, selection }, key) {
   }
 }
 
-// source/help.js
-function makeHelp() {
-  const dialog = element(
-    "dialog",
-    { class: "gl-help", "aria-label": "Keys" },
-    element(
-      "header",
-      { class: "gl-row" },
-      element("h2", {}, "Keys"),
-      element("span", { class: "gl-space" }),
-      iconButton("close", "Close", () => dialog.close(), "Esc")
-    ),
-    element(
-      "dl",
-      { class: "gl-keys" },
-      ...KEYS.flatMap(([keys, says]) => [element("dt", {}, keys), element("dd", {}, says)])
-    )
-  );
-  const button = iconButton("keys", "Keys", () => dialog.showModal(), "?");
-  button.setAttribute("aria-haspopup", "dialog");
-  dialog.addEventListener("keydown", (event) => {
-    event.stopPropagation();
-    if (event.key === "?") dialog.close();
-    else if (event.key !== "Tab") return;
-    event.preventDefault();
-  });
-  return {
-    button,
-    element: dialog,
-    open() {
-      if (!dialog.open) dialog.showModal();
-    },
-    close: () => dialog.close()
-  };
-}
-
-// source/learning.js
+// scoring/learning.js
 var SETTLED = 0.01;
 function makeLearning(page) {
   const start = textButton("Update", () => void page.ask("update"), {
@@ -1079,7 +1165,7 @@ function drawChart(movements) {
   ];
 }
 
-// source/rule.js
+// scoring/rule.js
 var INVITATION = "Click a part of the model to see the rule that made it.";
 function makeRule(page, mark2) {
   let model = "";
@@ -1140,7 +1226,7 @@ function lineOf(place) {
   return element("small", {}, place.split(":").slice(-2).join(":"));
 }
 
-// source/look.js
+// scoring/look.js
 var TURN = Math.PI / 16;
 var MOVEMENTS = {
   "Shift ArrowLeft": [-TURN, 0, 1],
@@ -1261,7 +1347,7 @@ async function loadCode(page) {
   }
 }
 
-// source/outbox.js
+// scoring/outbox.js
 var Outbox = class {
   #channel;
   /** @type {() => void} */
@@ -1357,7 +1443,7 @@ function comparison(models, verdict) {
   return { models: verdict === "second" ? models.toReversed() : models, kind: verdict === "alike" ? "tie" : "rather" };
 }
 
-// source/pointer.js
+// scoring/pointer.js
 var SLACK = 4;
 var LINE = 34;
 var NOTCH = 100;
@@ -1501,7 +1587,7 @@ function apart({ touches }) {
   return { distance, clientX: (a.clientX + b.clientX) / 2, clientY: (a.clientY + b.clientY) / 2 };
 }
 
-// source/preferences.js
+// scoring/preferences.js
 var DEFAULTS = { bars: true, advance: true, scale: "score" };
 function loadPreferences() {
   return new Proxy(
@@ -1526,7 +1612,7 @@ function stored() {
   }
 }
 
-// source/results.js
+// scoring/results.js
 var FORMATS = {
   csv: "opens in any spreadsheet",
   jsonl: "one JSON object a line",
@@ -1643,7 +1729,7 @@ function makeResults(page) {
   };
 }
 
-// source/scoring.js
+// scoring/scoring.js
 function makeScoring(page, backToGrid) {
   const heading = element("h2", {}, "Score");
   const count = element("p", { class: "gl-count", role: "status" });
@@ -1762,7 +1848,7 @@ function sayingOf({ score, kind }) {
   return [`${kind} ${score}`, { score, kind }];
 }
 
-// source/selection.js
+// scoring/selection.js
 var Selection = class {
   /** @type {string[]} */
   order = [];
@@ -1843,14 +1929,51 @@ var Selection = class {
   }
 };
 
-// source/status.js
-var PATIENCE = 8e3;
+// shared/notes.js
 var PASSING = 6e3;
-function makeStatus(page) {
-  const saved = element("span", { class: "gl-saved", role: "status" });
-  const banner = element("div", { class: "gl-banner", role: "alert", hidden: true });
+var MOST = 3;
+var LOST = "The connection to Python is lost. Trying again; is grammarlab still running?";
+function makeNotes() {
   const notes = element("div", { class: "gl-notes", "aria-live": "polite" });
   const complaints = element("div", { class: "gl-notes", role: "alert" });
+  const banner = element("div", { class: "gl-banner", role: "alert", hidden: true });
+  function note(where, text, style) {
+    for (const box2 of where.children) if (box2.textContent === text) box2.remove();
+    const box = element(
+      "div",
+      { class: `gl-note ${style}` },
+      element("span", {}, text),
+      iconButton("close", "Dismiss", () => box.remove())
+    );
+    where.append(box);
+    while (where.childElementCount > MOST) where.firstElementChild?.remove();
+    return box;
+  }
+  return {
+    banner,
+    element: element("div", { class: "gl-corner" }, notes, complaints),
+    /** @param {string} text */
+    say(text) {
+      const box = note(notes, text, "");
+      setTimeout(() => box.remove(), PASSING);
+    },
+    /** @param {unknown} error or words */
+    complain: (error) => void note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
+    /** What is complained about is over. */
+    calm: () => complaints.replaceChildren(),
+    /** What lasts; empty for nothing. @param {string} text */
+    announce(text) {
+      banner.hidden = !text;
+      if (banner.textContent !== text) banner.textContent = text;
+    }
+  };
+}
+
+// scoring/status.js
+var PATIENCE = 8e3;
+function makeStatus(page) {
+  const saved = element("span", { class: "gl-saved", role: "status" });
+  const notes = makeNotes();
   let given = false;
   let lost = false;
   let ended = "";
@@ -1862,36 +1985,22 @@ function makeStatus(page) {
     saved.dataset.state = unsaved ? "saving" : "saved";
     const text = unsaved ? connected && waiting < PATIENCE ? "saving…" : `${unsaved} not saved yet` : given ? "saved" : "";
     if (saved.textContent !== text) saved.textContent = text;
-    tell(bannerOf(connected, unsaved, waiting));
+    notes.announce(bannerOf(connected, unsaved, waiting));
   }
   function bannerOf(connected, unsaved, waiting) {
     const kept = unsaved ? ` ${unsaved} ${unsaved === 1 ? "score is" : "scores are"} not saved yet; keep this page open, they will be sent again.` : "";
     if (ended) return ended;
-    if (!connected && lost)
-      return `The connection to Python is lost. Trying again; is grammarlab still running?${kept}`;
+    if (!connected && lost) return `${LOST}${kept}`;
     if (connected && unsaved && waiting > PATIENCE)
       return `Python does not answer.${kept} It may be busy, or the kernel has stopped.`;
     return "";
   }
-  function tell(text) {
-    banner.hidden = !text;
-    if (banner.textContent !== text) banner.textContent = text;
-  }
-  function note(where, text, style) {
-    const box = element(
-      "div",
-      { class: `gl-note ${style}` },
-      element("span", {}, text),
-      iconButton("close", "Dismiss", () => box.remove())
-    );
-    where.append(box);
-    while (where.childElementCount > 3) where.firstElementChild?.remove();
-    return box;
-  }
   return {
     saved,
-    banner,
-    element: element("div", { class: "gl-corner" }, notes, complaints),
+    banner: notes.banner,
+    element: notes.element,
+    say: notes.say,
+    complain: notes.complain,
     update,
     /** @param {boolean} connected */
     connection(connected) {
@@ -1903,20 +2012,11 @@ function makeStatus(page) {
       ended = text;
       update();
     },
-    /** @param {string} text */
-    say(text) {
-      const box = note(notes, text, "");
-      setTimeout(() => box.remove(), PASSING);
-    },
-    /** @param {unknown} error */
-    complain(error) {
-      note(complaints, error instanceof Error ? error.message : String(error), "gl-bad");
-    },
     close: () => clearInterval(timer)
   };
 }
 
-// source/toolbar.js
+// scoring/toolbar.js
 var SIZES = [
   { grids: 2, rows: 4, columns: 4, says: "to score" },
   { grids: 1, rows: 6, columns: 6, says: "to compare" },
@@ -2080,105 +2180,23 @@ function toggle(picture, label, on, changed) {
   return button;
 }
 
-// source/transports.js
-var SHORTEST_PAUSE = 300;
-var LONGEST_PAUSE = 4e3;
-function socketTransport(url) {
-  let heard = () => {
-  };
-  let changed = () => {
-  };
-  let socket;
-  let pause = SHORTEST_PAUSE;
-  let timer = 0;
-  function open() {
-    socket = new WebSocket(url);
-    socket.binaryType = "arraybuffer";
-    const take = assembler((message, buffers) => heard(message, buffers));
-    socket.onmessage = ({ data }) => take(data);
-    socket.onopen = () => {
-      pause = SHORTEST_PAUSE;
-      changed(true);
-    };
-    socket.onclose = () => {
-      changed(false);
-      timer = window.setTimeout(open, pause);
-      pause = Math.min(2 * pause, LONGEST_PAUSE);
-    };
-  }
-  return {
-    send(message, buffers) {
-      socket.send(JSON.stringify({ ...message, buffers: buffers.length }));
-      for (const buffer of buffers) socket.send(buffer);
-    },
-    listen: (callback) => void (heard = callback),
-    watch(callback) {
-      changed = callback;
-      open();
-    },
-    close() {
-      clearTimeout(timer);
-      socket.onclose = null;
-      socket.close();
-    }
-  };
-}
-function assembler(done) {
-  let message = null;
-  let buffers = [];
-  return (frame) => {
-    if (typeof frame === "string") [message, buffers] = [JSON.parse(frame), []];
-    else buffers.push(frame);
-    if (buffers.length === (message.buffers ?? 0)) done(message, buffers);
-  };
-}
-function widgetTransport(model) {
-  let forward = () => {
-  };
-  const callback = (message, buffers) => forward(message, buffers);
-  model.on("msg:custom", callback);
-  return {
-    send: (message, buffers) => model.send(message, void 0, buffers),
-    listen(heard) {
-      forward = (message, buffers) => heard(message, (buffers ?? []).map(bytesOf));
-    },
-    watch: (changed) => changed(true),
-    close: () => model.off("msg:custom", callback)
-  };
-}
-function bytesOf(view) {
-  if (view instanceof ArrayBuffer) return view;
-  return (
-    /** @type {ArrayBuffer} */
-    view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength)
-  );
-}
-
-// source/main.js
-var PROTOCOL = 1;
+// scoring/main.js
 var main_default = {
   /** @param {{ model: any, el: HTMLElement }} widget */
   render({ model, el }) {
     return mount(el, widgetTransport(model));
   }
 };
-function connect(element2, url) {
-  return mount(element2, socketTransport(url));
-}
 function mount(host, transport) {
-  const root = element(
-    "div",
-    { class: "gl-page", "data-lm-suppress-shortcuts": "true" },
-    element("p", { class: "gl-wait", role: "status" }, "Growing the first models…")
-  );
+  const root = waitingRoot("", "Growing the first models…");
+  root.dataset.lmSuppressShortcuts = "true";
   root.addEventListener("keydown", (event) => event.stopPropagation());
   host.append(root);
   const channel = new Channel(transport);
   let built = null;
   let lost = false;
   function follow(state) {
-    if (state.protocol !== PROTOCOL)
-      return void (root.textContent = "This page and Python speak different versions. Reload the page.");
+    if (!understands(root, state)) return;
     built ??= build(root, channel, state);
     built.update(state);
   }
@@ -2252,7 +2270,7 @@ function build(root, channel, first) {
   const results = makeResults(page);
   const factors = makeFactors(page);
   const toolbar = makeToolbar(page, display, pointer);
-  const help = makeHelp();
+  const help = makeHelp(KEYS);
   const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "U, Ctrl Z");
   const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
   const title = element("h1", { class: "gl-name" });
@@ -2381,12 +2399,7 @@ function isAlone() {
   return document.body.classList.contains("gl-alone");
 }
 var alone = document.getElementById("grammarlab");
-if (alone && isAlone()) {
-  const { protocol, host, search } = location;
-  connect(alone, `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`);
-}
+if (alone && isAlone()) mount(alone, socketTransport(socketUrl()));
 export {
-  connect,
-  main_default as default,
-  mount
+  main_default as default
 };

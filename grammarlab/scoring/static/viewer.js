@@ -1,4 +1,4 @@
-/* Built from viewer/ by bundle.js; do not edit. Source 90240cdd50b18e60 */
+/* Built from viewer by pages/bundle.js; do not edit. Source 12809b10fca81d6d */
 /**
  * @license
  * Copyright 2010-2026 Three.js Authors

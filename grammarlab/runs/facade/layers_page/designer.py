@@ -8,26 +8,15 @@ from pathlib import Path
 from grammarlab.facade.layers.designs.file import MOST_BYTES, load_design
 from grammarlab.runs.facade.editor.exporting import checked_target, stem_of, unused_path
 from grammarlab.runs.facade.editor.history import History
-from grammarlab.runs.facade.editor.server import PAGE as EDITOR
 from grammarlab.runs.facade.layers_page.commands import run
 from grammarlab.runs.facade.layers_page.desk import SUFFIX, Desk
 from grammarlab.runs.facade.layers_page.solver import Outcome, Solver
 from grammarlab.runs.facade.layers_page.state import state_of
 from grammarlab.runs.serving.desktop import Desktop
-from grammarlab.runs.serving.server import Page
+from grammarlab.runs.serving.server import built_page
 
-_FOLDER = Path(__file__).parent / "page"
-PAGE = Page(
-    index=_FOLDER / "index.html",
-    files={
-        "base.css": EDITOR.files["base.css"],
-        "stage.css": EDITOR.files["page.css"],
-        "page.css": _FOLDER / "page.css",
-        "page.js": _FOLDER / "page.js",
-    },
-    command="grammarlab facade open",
-    max_bytes=6 * MOST_BYTES,  # characters of a text may be written as six
-)
+# Characters of a text may be written as six.
+PAGE = built_page(__file__, "grammarlab facade open", max_bytes=6 * MOST_BYTES)
 
 
 class Designer(Desktop[Desk]):

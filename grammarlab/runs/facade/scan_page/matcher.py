@@ -5,31 +5,16 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Sequence
 from functools import partial
-from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
 
-from grammarlab import scoring
 from grammarlab.facade.templates.kinds.corrections import correction_of
 from grammarlab.runs.facade.scan_page.desk import ScanDesk
 from grammarlab.runs.serving.requests import Request, answered
-from grammarlab.runs.serving.server import PLAIN, Page
+from grammarlab.runs.serving.server import built_page
 from grammarlab.runs.serving.windows import Message, Send
 
-_FOLDER = Path(__file__).parent / "page"
-# Buttons, colours, the connection and elements are those of the scoring page.
-_SHARED = Path(str(scoring.__file__)).parent / "page"
-PAGE = Page(
-    index=PLAIN,
-    files={
-        "base.css": _SHARED / "page.css",
-        "page.css": _FOLDER / "page.css",
-        "page.js": _FOLDER / "page.js",
-        **{name: _SHARED / "source" / name for name in ("channel.js", "element.js", "transports.js")},
-    },
-    command="grammarlab facade open",
-    max_bytes=1 << 20,
-)
+PAGE = built_page(__file__, "grammarlab facade open", max_bytes=1 << 20)
 
 
 class Matcher:

@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import hashlib
 import json
-import re
 from contextlib import suppress
-from importlib.resources import files
 
 from grammarlab.runs.facade.editor.editor import Editor
 from grammarlab.runs.facade.editor.server import PAGE
 from grammarlab.runs.serving.server import serving
 from tests.scoring.test_server import Page
-
-SCORING = files("grammarlab.scoring") / "page"
-SHARED = ("channel.js", "element.js", "menu.js", "transports.js")
 
 
 async def visit(editor: Editor) -> None:
@@ -47,14 +41,3 @@ async def visit(editor: Editor) -> None:
 
 def test_the_page_is_served_to_those_who_know_its_address_and_large_messages_end_it(editor: Editor):
     asyncio.run(visit(editor))
-
-
-def test_the_built_page_is_that_of_its_sources():
-    """Else: npm install && npm run build in the folder of the scoring page."""
-    folder = files("grammarlab.runs.facade.editor") / "page"
-    sources = sorted((folder / "source").iterdir(), key=lambda entry: entry.name)
-    shared = [SCORING / "source" / name for name in SHARED]
-    digest = hashlib.sha256(b"".join(each.read_bytes() for each in (*sources, *shared, SCORING / "package.json")))
-    stated = re.search(r"Source ([0-9a-f]{16})", (folder / "page.js").read_text(encoding="utf-8")[:200])
-    assert stated
-    assert stated[1] == digest.hexdigest()[:16]

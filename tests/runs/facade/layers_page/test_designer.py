@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import hashlib
 import math
-import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, suppress
-from importlib.resources import files
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -232,17 +229,3 @@ async def visit(designer: Designer) -> None:
 
 def test_the_page_is_served_to_those_who_know_its_address(designer: Designer):
     asyncio.run(visit(designer))
-
-
-def test_the_built_page_is_that_of_its_sources():
-    """Else: npm install && npm run build in the folder of the scoring page."""
-    folder, editor, scoring = (
-        files(f"grammarlab.runs.{name}") / "page" for name in ("facade.layers_page", "facade.editor", "scoring")
-    )
-    sources = sorted((folder / "source").iterdir(), key=lambda entry: entry.name)
-    shared = [scoring / "source" / f"{name}.js" for name in ("channel", "element", "menu", "transports")]
-    staged = [editor / "source" / f"{name}.js" for name in ("drag", "gestures", "help", "notes", "paint", "stage")]
-    parts = [each.read_bytes() for each in (*sources, *shared, *staged, scoring / "package.json")]
-    stated = re.search(r"Source ([0-9a-f]{16})", (folder / "page.js").read_text(encoding="utf-8")[:200])
-    assert stated
-    assert stated[1] == hashlib.sha256(b"".join(parts)).hexdigest()[:16]

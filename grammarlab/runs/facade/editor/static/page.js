@@ -1,6 +1,257 @@
-/* Built from source/ by bundle.js; do not edit. Source 4ea43089323531c0 */
+/* Built from shared, stage, editor by pages/bundle.js; do not edit. Source 7fec85ac120bcf9b */
 
-// source/channel.js
+// shared/element.js
+function element(tag, properties = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (value === void 0 || value === null) continue;
+    if (name === "class") made.className = value;
+    else if (name in made) Reflect.set(made, name, value);
+    else made.setAttribute(name, value);
+  }
+  made.append(...children.filter((child) => child !== null && child !== void 0));
+  return made;
+}
+function svg(tag, attributes = {}, ...children) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, String(value));
+  made.append(...children);
+  return made;
+}
+var ICONS = {
+  undo: "M6 3 2.5 6.5 6 10M3 6.5h6.5a3.5 3.5 0 0 1 0 7H6",
+  redo: "M10 3l3.5 3.5L10 10M13 6.5H6.5a3.5 3.5 0 0 0 0 7H10",
+  plus: "M8 3v10M3 8h10",
+  minus: "M3 8h10",
+  close: "M4 4l8 8M12 4l-8 8",
+  fit: "M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10",
+  hand: "M5 8V4.2a1 1 0 0 1 2 0V7m0-3.8a1 1 0 0 1 2 0V7m0-2.8a1 1 0 0 1 2 0V8m0-1.8a1 1 0 0 1 2 0V10a4 4 0 0 1-4 4H8.4a3 3 0 0 1-2.3-1.1L3 9.2a1 1 0 0 1 1.5-1.3L5 8.4",
+  bars: "M2.5 5.5h11M2.5 10.5h7",
+  more: "M4 8h.01M8 8h.01M12 8h.01",
+  previous: "M10 3 5 8l5 5",
+  next: "M6 3l5 5-5 5",
+  cube: "M8 2l5.2 3v6L8 14l-5.2-3V5zM8 8l5.2-3M8 8v6M8 8 2.8 5",
+  up: "M5 7v6.5M5 7l2.6-4.8a1.3 1.3 0 0 1 2.3 1.2L9.3 6.5h3.2a1.2 1.2 0 0 1 1.2 1.5l-1.1 4.4a1.5 1.5 0 0 1-1.4 1.1H5M2.3 7H5v6.5H2.3z",
+  down: "M5 9V2.5M5 9l2.6 4.8a1.3 1.3 0 0 0 2.3-1.2L9.3 9.5h3.2a1.2 1.2 0 0 0 1.2-1.5l-1.1-4.4a1.5 1.5 0 0 0-1.4-1.1H5M2.3 9H5V2.5H2.3z",
+  keys: "M2 4.5h12v7H2zM4.5 7h.01M7 7h.01M9.5 7h.01M11.8 7h.01M5 9.3h6"
+};
+function icon(name) {
+  return svg("svg", { class: "gl-icon", viewBox: "0 0 16 16", "aria-hidden": "true" }, svg("path", { d: ICONS[name] }));
+}
+function iconButton(name, label, onclick, keys) {
+  const title = keys ? `${label} (${keys})` : label;
+  return element(
+    "button",
+    { type: "button", class: "gl-button gl-quiet", title, "aria-label": label, onclick },
+    icon(name)
+  );
+}
+
+// shared/menu.js
+function menu(button, label, build2) {
+  const panel = element("div", { class: "gl-menu", role: "group", "aria-label": label, popover: "auto" });
+  button.setAttribute("aria-haspopup", "true");
+  button.setAttribute("aria-expanded", "false");
+  button.addEventListener("click", () => panel.matches(":popover-open") ? close() : open());
+  panel.addEventListener("toggle", (event) => {
+    const closed = (
+      /** @type {ToggleEvent} */
+      event.newState === "closed"
+    );
+    button.setAttribute("aria-expanded", String(!closed));
+    if (closed) panel.replaceChildren();
+  });
+  panel.addEventListener("keydown", (event) => {
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (!step || event.target instanceof HTMLInputElement && event.target.type === "number") return;
+    event.preventDefault();
+    const items = (
+      /** @type {HTMLElement[]} */
+      [...panel.querySelectorAll("button:not(:disabled), input")]
+    );
+    const here = items.indexOf(
+      /** @type {HTMLElement} */
+      event.target
+    );
+    items[(here + step + items.length) % items.length]?.focus();
+  });
+  function open() {
+    panel.replaceChildren(...build2(close).filter((node) => node !== null));
+    panel.showPopover({ source: button });
+    place();
+    panel.querySelector("input, [aria-checked=true], button:not(:disabled)")?.focus();
+  }
+  function close() {
+    panel.hidePopover();
+    button.focus();
+  }
+  function place() {
+    const [from, { width, height }] = [button.getBoundingClientRect(), panel.getBoundingClientRect()];
+    const below = from.bottom + 4 + height <= innerHeight || from.top < height;
+    panel.style.left = `${Math.max(8, Math.min(from.left, innerWidth - width - 8))}px`;
+    panel.style.top = `${below ? Math.max(8, Math.min(from.bottom + 4, innerHeight - height - 8)) : from.top - 4 - height}px`;
+  }
+  return element("span", { class: "gl-holder" }, button, panel);
+}
+function choice(title, says, onclick, { checked, disabled = false } = {}) {
+  const ticked = checked === void 0 ? {} : { role: "radio", "aria-checked": String(checked) };
+  return element(
+    "button",
+    { type: "button", class: "gl-choice", disabled, onclick, ...ticked },
+    element("b", {}, title),
+    says ? element("small", {}, says) : null
+  );
+}
+function textButton(text, onclick, properties = {}) {
+  return element("button", { type: "button", class: "gl-button", onclick, ...properties }, text);
+}
+
+// shared/frame.js
+function makeFrame(root, page, { notes, help, kinds, settle, beside, left, panel }) {
+  const title = element("h1", { class: "gl-name" });
+  const saved = element("span", { class: "gl-saved", role: "status" });
+  const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "Ctrl Z");
+  const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Y");
+  const exports = menu(
+    element("button", { type: "button", class: "gl-button gl-chooser" }, "Export"),
+    "Export",
+    (close) => page.state.formats.map(
+      (format) => choice(format.toUpperCase(), kinds[format] ?? "", async () => {
+        close();
+        const written = await page.ask("export", { format });
+        if (written) notes.say(`Written to ${written.file}`);
+      })
+    )
+  );
+  async function save() {
+    await settle();
+    const written = await page.ask("save");
+    if (written) notes.say(`Saved to ${written.file}`);
+  }
+  root.replaceChildren(
+    element(
+      "header",
+      { class: "gl-header" },
+      title,
+      ...beside,
+      element("span", { class: "gl-space" }),
+      saved,
+      undo,
+      redo,
+      exports,
+      textButton("Save", save, { class: "gl-button gl-primary", title: "Save (Ctrl S)" }),
+      help.button
+    ),
+    notes.banner,
+    element("div", { class: "gl-main" }, element("div", { class: "gl-left" }, ...left), panel),
+    notes.element,
+    help.element
+  );
+  addEventListener("beforeunload", (event) => page.state.lost && event.preventDefault());
+  return {
+    save,
+    update() {
+      const { state } = page;
+      title.textContent = state.title;
+      title.title = state.file;
+      document.title = `${state.title} – grammarlab`;
+      saved.textContent = state.saved && state.revision ? "saved" : state.lost ? "not saved yet" : "";
+      saved.dataset.state = state.lost ? "saving" : "saved";
+      undo.disabled = !state.undo;
+      undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
+      redo.disabled = !state.redo;
+      redo.title = state.redo ? `Redo: ${state.redo} (Ctrl Y)` : "Nothing to redo";
+    }
+  };
+}
+
+// shared/help.js
+function makeHelp(keys, pointing) {
+  const dialog = element(
+    "dialog",
+    { class: "gl-help", "aria-label": "Keys" },
+    element(
+      "header",
+      { class: "gl-row" },
+      element("h2", {}, "Keys"),
+      element("span", { class: "gl-space" }),
+      iconButton("close", "Close", () => dialog.close(), "Esc")
+    ),
+    pointing ? element("p", { class: "gl-hint" }, pointing) : null,
+    element(
+      "dl",
+      { class: "gl-keys" },
+      ...keys.flatMap(([key, does]) => [element("dt", {}, key), element("dd", {}, does)])
+    )
+  );
+  const open = () => {
+    if (!dialog.open) dialog.showModal();
+  };
+  const button = iconButton("keys", "Keys", open, "?");
+  button.setAttribute("aria-haspopup", "dialog");
+  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+  dialog.addEventListener("keydown", (event) => {
+    event.stopPropagation();
+    if (event.key === "?") dialog.close();
+    else if (event.key !== "Tab") return;
+    event.preventDefault();
+  });
+  return { button, element: dialog, open, close: () => dialog.close() };
+}
+
+// shared/notes.js
+var PASSING = 6e3;
+var MOST = 3;
+var LOST = "The connection to Python is lost. Trying again; is grammarlab still running?";
+function makeNotes() {
+  const notes = element("div", { class: "gl-notes", "aria-live": "polite" });
+  const complaints = element("div", { class: "gl-notes", role: "alert" });
+  const banner = element("div", { class: "gl-banner", role: "alert", hidden: true });
+  function note(where, text, style) {
+    for (const box2 of where.children) if (box2.textContent === text) box2.remove();
+    const box = element(
+      "div",
+      { class: `gl-note ${style}` },
+      element("span", {}, text),
+      iconButton("close", "Dismiss", () => box.remove())
+    );
+    where.append(box);
+    while (where.childElementCount > MOST) where.firstElementChild?.remove();
+    return box;
+  }
+  return {
+    banner,
+    element: element("div", { class: "gl-corner" }, notes, complaints),
+    /** @param {string} text */
+    say(text) {
+      const box = note(notes, text, "");
+      setTimeout(() => box.remove(), PASSING);
+    },
+    /** @param {unknown} error or words */
+    complain: (error) => void note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
+    /** What is complained about is over. */
+    calm: () => complaints.replaceChildren(),
+    /** What lasts; empty for nothing. @param {string} text */
+    announce(text) {
+      banner.hidden = !text;
+      if (banner.textContent !== text) banner.textContent = text;
+    }
+  };
+}
+function makeAsk(channel, notes, ready) {
+  return async (command, parameters) => {
+    await ready();
+    try {
+      const { result } = await channel.request(command, parameters);
+      notes.calm();
+      return result;
+    } catch (error) {
+      notes.complain(error);
+    }
+  };
+}
+
+// shared/channel.js
 var ConnectionLost = class extends Error {
 };
 var Refusal = class extends Error {
@@ -68,113 +319,7 @@ var Channel = class {
   }
 };
 
-// source/element.js
-function element(tag, properties = {}, ...children) {
-  const made = document.createElement(tag);
-  for (const [name, value] of Object.entries(properties)) {
-    if (value === void 0 || value === null) continue;
-    if (name === "class") made.className = value;
-    else if (name in made) Reflect.set(made, name, value);
-    else made.setAttribute(name, value);
-  }
-  made.append(...children.filter((child) => child !== null && child !== void 0));
-  return made;
-}
-function svg(tag, attributes = {}, ...children) {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, String(value));
-  made.append(...children);
-  return made;
-}
-var ICONS = {
-  undo: "M6 3 2.5 6.5 6 10M3 6.5h6.5a3.5 3.5 0 0 1 0 7H6",
-  redo: "M10 3l3.5 3.5L10 10M13 6.5H6.5a3.5 3.5 0 0 0 0 7H10",
-  plus: "M8 3v10M3 8h10",
-  minus: "M3 8h10",
-  close: "M4 4l8 8M12 4l-8 8",
-  fit: "M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10",
-  hand: "M5 8V4.2a1 1 0 0 1 2 0V7m0-3.8a1 1 0 0 1 2 0V7m0-2.8a1 1 0 0 1 2 0V8m0-1.8a1 1 0 0 1 2 0V10a4 4 0 0 1-4 4H8.4a3 3 0 0 1-2.3-1.1L3 9.2a1 1 0 0 1 1.5-1.3L5 8.4",
-  bars: "M2.5 5.5h11M2.5 10.5h7",
-  more: "M4 8h.01M8 8h.01M12 8h.01",
-  previous: "M10 3 5 8l5 5",
-  next: "M6 3l5 5-5 5",
-  cube: "M8 2l5.2 3v6L8 14l-5.2-3V5zM8 8l5.2-3M8 8v6M8 8 2.8 5",
-  up: "M5 7v6.5M5 7l2.6-4.8a1.3 1.3 0 0 1 2.3 1.2L9.3 6.5h3.2a1.2 1.2 0 0 1 1.2 1.5l-1.1 4.4a1.5 1.5 0 0 1-1.4 1.1H5M2.3 7H5v6.5H2.3z",
-  down: "M5 9V2.5M5 9l2.6 4.8a1.3 1.3 0 0 0 2.3-1.2L9.3 9.5h3.2a1.2 1.2 0 0 0 1.2-1.5l-1.1-4.4a1.5 1.5 0 0 0-1.4-1.1H5M2.3 9H5V2.5H2.3z",
-  keys: "M2 4.5h12v7H2zM4.5 7h.01M7 7h.01M9.5 7h.01M11.8 7h.01M5 9.3h6"
-};
-function icon(name) {
-  return svg("svg", { class: "gl-icon", viewBox: "0 0 16 16", "aria-hidden": "true" }, svg("path", { d: ICONS[name] }));
-}
-function iconButton(name, label, onclick, keys) {
-  const title = keys ? `${label} (${keys})` : label;
-  return element(
-    "button",
-    { type: "button", class: "gl-button gl-quiet", title, "aria-label": label, onclick },
-    icon(name)
-  );
-}
-
-// source/menu.js
-function menu(button, label, build2) {
-  const panel = element("div", { class: "gl-menu", role: "group", "aria-label": label, popover: "auto" });
-  button.setAttribute("aria-haspopup", "true");
-  button.setAttribute("aria-expanded", "false");
-  button.addEventListener("click", () => panel.matches(":popover-open") ? close() : open());
-  panel.addEventListener("toggle", (event) => {
-    const closed = (
-      /** @type {ToggleEvent} */
-      event.newState === "closed"
-    );
-    button.setAttribute("aria-expanded", String(!closed));
-    if (closed) panel.replaceChildren();
-  });
-  panel.addEventListener("keydown", (event) => {
-    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-    if (!step || event.target instanceof HTMLInputElement && event.target.type === "number") return;
-    event.preventDefault();
-    const items = (
-      /** @type {HTMLElement[]} */
-      [...panel.querySelectorAll("button:not(:disabled), input")]
-    );
-    const here = items.indexOf(
-      /** @type {HTMLElement} */
-      event.target
-    );
-    items[(here + step + items.length) % items.length]?.focus();
-  });
-  function open() {
-    panel.replaceChildren(...build2(close).filter((node) => node !== null));
-    panel.showPopover({ source: button });
-    place2();
-    panel.querySelector("input, [aria-checked=true], button:not(:disabled)")?.focus();
-  }
-  function close() {
-    panel.hidePopover();
-    button.focus();
-  }
-  function place2() {
-    const [from, { width, height }] = [button.getBoundingClientRect(), panel.getBoundingClientRect()];
-    const below = from.bottom + 4 + height <= innerHeight || from.top < height;
-    panel.style.left = `${Math.max(8, Math.min(from.left, innerWidth - width - 8))}px`;
-    panel.style.top = `${below ? Math.max(8, Math.min(from.bottom + 4, innerHeight - height - 8)) : from.top - 4 - height}px`;
-  }
-  return element("span", { class: "gl-holder" }, button, panel);
-}
-function choice(title, says, onclick, { checked, disabled = false } = {}) {
-  const ticked = checked === void 0 ? {} : { role: "radio", "aria-checked": String(checked) };
-  return element(
-    "button",
-    { type: "button", class: "gl-choice", disabled, onclick, ...ticked },
-    element("b", {}, title),
-    says ? element("small", {}, says) : null
-  );
-}
-function textButton(text, onclick, properties = {}) {
-  return element("button", { type: "button", class: "gl-button", onclick, ...properties }, text);
-}
-
-// source/transports.js
+// shared/transports.js
 var SHORTEST_PAUSE = 300;
 var LONGEST_PAUSE = 4e3;
 function socketTransport(url) {
@@ -217,6 +362,10 @@ function socketTransport(url) {
     }
   };
 }
+function socketUrl() {
+  const { protocol, host, search } = location;
+  return `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`;
+}
 function assembler(done) {
   let message = null;
   let buffers = [];
@@ -227,7 +376,31 @@ function assembler(done) {
   };
 }
 
-// ../../facade/editor/page/source/drag.js
+// shared/open.js
+var PROTOCOL = 1;
+function openPage(style, waiting, build2, read2 = () => {
+}) {
+  const root = waitingRoot(style, waiting);
+  document.getElementById("grammarlab")?.append(root);
+  const channel = new Channel(socketTransport(socketUrl()));
+  let built = null;
+  channel.on("state", ({ state }, buffers) => {
+    if (!understands(root, state)) return;
+    read2(state, buffers);
+    built ??= build2(root, channel, state);
+    built.update(state);
+  });
+  channel.open((connected) => built?.connection(connected));
+}
+function waitingRoot(style, waiting) {
+  return element("div", { class: `gl-page ${style}` }, element("p", { class: "gl-wait", role: "status" }, waiting));
+}
+function understands(root, { protocol }) {
+  if (protocol !== PROTOCOL) root.textContent = "This page and Python speak different versions. Reload the page.";
+  return protocol === PROTOCOL;
+}
+
+// stage/drag.js
 function makeDrag(page, { began, show, ended }) {
   let wanted = null;
   let reached = [];
@@ -330,7 +503,326 @@ function round(metres2, now) {
   return Number((Math.round(Math.min(Math.max(metres2, now / 50), now * 50) / step) * step).toPrecision(9));
 }
 
-// ../../facade/editor/page/source/gestures.js
+// stage/paint.js
+function paint(context, drawing, { images, colors }, { left, bottom, scale }) {
+  const { columns, label, picture } = drawing;
+  const outlines = new Map(drawing.outlines.map(({ leaf, corners }) => [leaf, corners]));
+  const colorOf = (leaf) => colors[label[leaf] < 0 ? colors.length - 1 : label[leaf]];
+  context.imageSmoothingQuality = "high";
+  for (let leaf = 0; leaf < label.length; leaf += 1) {
+    const [x, y, width, height, u, v, right, top] = columns.subarray(8 * leaf, 8 * leaf + 8);
+    const [x0, x1] = [Math.round(left + x * scale), Math.round(left + (x + width) * scale)];
+    const [y0, y1] = [Math.round(bottom - (y + height) * scale), Math.round(bottom - y * scale)];
+    const image = images[picture[leaf]];
+    const corners = outlines.get(leaf);
+    if (image && right > u && top > v) {
+      const { width: w, height: h } = image;
+      context.drawImage(image, u * w, (1 - top) * h, (right - u) * w, (top - v) * h, x0, y0, x1 - x0, y1 - y0);
+    } else if (corners && !image) {
+      context.fillStyle = colors[colors.length - 1];
+      context.fillRect(x0, y0, x1 - x0, y1 - y0);
+      context.fillStyle = colorOf(leaf);
+      context.beginPath();
+      for (const [across, up] of corners) context.lineTo(x0 + across * (x1 - x0), y1 - up * (y1 - y0));
+      context.fill();
+    } else {
+      context.fillStyle = colorOf(leaf);
+      context.fillRect(x0, y0, x1 - x0, y1 - y0);
+    }
+  }
+}
+function paintSmall(pictures, room) {
+  const scale = Math.min(
+    room.width / Math.max(...pictures.map(({ drawing }) => drawing.width)),
+    room.height / Math.max(...pictures.map(({ drawing }) => drawing.height))
+  );
+  for (const { canvas, drawing, looks } of pictures) {
+    const [width, height] = [drawing.width * scale, drawing.height * scale];
+    Object.assign(canvas.style, { width: `${width}px`, height: `${height}px` });
+    const { context, ratio } = sharp(canvas, width, height);
+    paint(context, drawing, looks, { left: 0, bottom: canvas.height, scale: scale * ratio });
+  }
+}
+function sharp(canvas, width, height) {
+  const ratio = Math.min(globalThis.devicePixelRatio || 1, 3);
+  const [w, h] = [Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio))];
+  if (canvas.width !== w) canvas.width = w;
+  if (canvas.height !== h) canvas.height = h;
+  const context = (
+    /** @type {CanvasRenderingContext2D} */
+    canvas.getContext("2d")
+  );
+  context.clearRect(0, 0, w, h);
+  return { context, ratio };
+}
+
+// stage/size_row.js
+function card(title, ...children) {
+  return element("div", { class: "gl-card" }, element("h2", {}, title), ...children);
+}
+function metres(value) {
+  return value.toFixed(2);
+}
+function sizeRow(name, label, typed, ...more) {
+  let now = 0;
+  const input = element("input", {
+    class: "gl-input fe-number",
+    type: "number",
+    min: "0",
+    step: "any",
+    "aria-label": `${label} in metres`
+  });
+  input.addEventListener("change", async () => {
+    const value = Number(input.value);
+    if (input.value === metres(now)) return;
+    if (!(value >= 0) || !await typed(value)) input.value = metres(now);
+  });
+  return {
+    element: element(
+      "label",
+      { class: "gl-row" },
+      element("span", { class: "fe-unit" }, name),
+      element("span", { class: "gl-space" }),
+      input,
+      "m",
+      ...more
+    ),
+    /** @param {number} value */
+    set(value) {
+      now = value;
+      if (document.activeElement !== input || input.value === "") input.value = metres(value);
+    }
+  };
+}
+
+// stage/stage.js
+var MARGIN = { left: 40, right: 84, top: 44, bottom: 56 };
+var SHARE = 0.93;
+function makeStage(page, drag) {
+  const canvas = element("canvas", { class: "fe-canvas", "aria-hidden": "true" });
+  const over = svg("svg", { class: "fe-over", "aria-hidden": "true" });
+  const face = element("div", {
+    class: "fe-face",
+    tabIndex: 0,
+    role: "application",
+    "aria-label": "Facade: arrow keys go from part to part"
+  });
+  const handles = { width: handle("Width"), height: handle("Height"), both: corner() };
+  const alert = element("p", { class: "fe-conflict", role: "alert", hidden: true });
+  const stage = element(
+    "div",
+    { class: "fe-stage" },
+    canvas,
+    over,
+    face,
+    handles.width,
+    handles.height,
+    handles.both,
+    alert
+  );
+  const view = { left: 0, bottom: 0, scale: 1 };
+  let lasso = null;
+  let hovered = -1;
+  let frame = 0;
+  const resizes = new ResizeObserver(() => {
+    if (!drag.active) fit();
+    draw();
+  });
+  resizes.observe(stage);
+  function fit() {
+    const { clientWidth, clientHeight } = stage;
+    const { width, height } = page.state.drawing;
+    const room = [clientWidth - MARGIN.left - MARGIN.right, clientHeight - MARGIN.top - MARGIN.bottom];
+    view.scale = Math.max(0.01, SHARE * Math.min(room[0] / width, room[1] / height));
+    view.left = MARGIN.left + (room[0] - width * view.scale) / 2;
+    view.bottom = clientHeight - MARGIN.bottom - Math.max(0, (room[1] - height * view.scale) / 2);
+  }
+  function drawSoon() {
+    frame ||= requestAnimationFrame(draw);
+  }
+  function draw() {
+    frame = 0;
+    const { clientWidth, clientHeight } = stage;
+    if (!clientWidth) return;
+    const { context, ratio } = sharp(canvas, clientWidth, clientHeight);
+    const { drawing, colors } = page.state;
+    const looks = { images: page.pictures.images, colors };
+    const at = { left: view.left * ratio, bottom: view.bottom * ratio, scale: view.scale * ratio };
+    paint(context, drawing, looks, at);
+    const [right, top] = [view.left + drawing.width * view.scale, view.bottom - drawing.height * view.scale];
+    drawOver(right, top);
+    place(handles.width, right, (top + view.bottom) / 2, drawing.width);
+    place(handles.height, (view.left + right) / 2, top, drawing.height);
+    place(handles.both, right, top, 0);
+    stage.classList.toggle("fe-bad", Boolean(drag.conflict));
+    stage.classList.toggle("fe-gridding", page.gridding);
+    alert.hidden = !drag.conflict;
+    if (alert.textContent !== drag.conflict) alert.textContent = drag.conflict;
+  }
+  function drawOver(right, top) {
+    const { state } = page;
+    const grid = state.grids.find(({ name }) => name === state.active);
+    const marks = [
+      svg("line", {
+        class: "fe-ground",
+        x1: 12,
+        x2: stage.clientWidth - 12,
+        y1: view.bottom + 0.5,
+        y2: view.bottom + 0.5
+      }),
+      ...measure(view.left, view.bottom + 22, right, view.bottom + 22, `${metres(state.drawing.width)} m`),
+      ...measure(right + 30, view.bottom, right + 30, top, `${metres(state.drawing.height)} m`)
+    ];
+    for (const node of !drag.active && grid?.nodes || []) marks.push(box(node, "fe-element"));
+    for (const { node } of state.locks) if (node) marks.push(box(node, "fe-locked"));
+    if (hovered >= 0 && hovered < state.parent.length) marks.push(box(hovered, "fe-hovered"));
+    if (page.selected >= 0) marks.push(box(page.selected, "fe-selected"));
+    if (lasso) {
+      const [x, y] = [view.left + lasso.left * view.scale, view.bottom - lasso.top * view.scale];
+      const [width, height] = [(lasso.right - lasso.left) * view.scale, (lasso.top - lasso.bottom) * view.scale];
+      marks.push(svg("rect", { class: "fe-lasso", x, y, width, height }));
+    }
+    over.replaceChildren(...marks);
+  }
+  function box(node, style) {
+    const [x, y, width, height] = boxOf(node);
+    const [left, top] = [view.left + x * view.scale, view.bottom - (y + height) * view.scale];
+    return svg("rect", {
+      class: style,
+      "data-node": node,
+      x: left,
+      y: top,
+      width: width * view.scale,
+      height: height * view.scale,
+      rx: 1.5
+    });
+  }
+  function place(where, x, y, metresNow) {
+    where.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
+    if (!metresNow) return;
+    where.setAttribute("aria-valuenow", metresNow.toFixed(2));
+    where.setAttribute("aria-valuetext", `${metres(metresNow)} metres`);
+  }
+  function leafAt(event) {
+    return page.state.leaves.find((node) => isOn(node, event)) ?? -1;
+  }
+  function isOn(node, event) {
+    const { x, y } = metresAt(event);
+    const [left, bottom, width, height] = boxOf(node);
+    return x >= left && x < left + width && y >= bottom && y < bottom + height;
+  }
+  function boxOf(node) {
+    return page.state.boxes.subarray(4 * node, 4 * node + 4);
+  }
+  function metresAt({ clientX, clientY }) {
+    const room = stage.getBoundingClientRect();
+    return { x: (clientX - room.left - view.left) / view.scale, y: (view.bottom - (clientY - room.top)) / view.scale };
+  }
+  return {
+    element: stage,
+    face,
+    handles,
+    view,
+    fit,
+    draw,
+    drawSoon,
+    leafAt,
+    boxOf,
+    metresAt,
+    /** Whether a place of the screen lies in the selected part, which is not the whole. @param {PointerEvent} event */
+    isOnSelected: (event) => page.selected > 0 && isOn(page.selected, event),
+    /** @param {Area | null} area */
+    lasso(area) {
+      lasso = area;
+      drawSoon();
+    },
+    /** @param {number} node */
+    hover(node) {
+      if (node === hovered) return;
+      hovered = node;
+      drawSoon();
+    },
+    close: () => resizes.disconnect()
+  };
+}
+function handle(name) {
+  return element("div", {
+    class: `fe-handle fe-handle-${name.toLowerCase()}`,
+    tabIndex: 0,
+    role: "slider",
+    "aria-label": name,
+    "aria-orientation": name === "Width" ? "horizontal" : "vertical",
+    "aria-valuemin": "0",
+    title: `${name}: drag, or use the arrow keys. Shift keeps the shape while dragging`
+  });
+}
+function corner() {
+  return element("div", { class: "fe-handle fe-handle-both", title: "Drag to scale", "aria-hidden": "true" });
+}
+function measure(x1, y1, x2, y2, text) {
+  const flat = y1 === y2;
+  const [dx, dy] = flat ? [0, 4] : [4, 0];
+  const [x, y] = [(x1 + x2) / 2, (y1 + y2) / 2];
+  const turned = flat ? {} : { transform: `rotate(-90 ${x + 18} ${y})` };
+  return [
+    svg("path", {
+      class: "fe-measure",
+      d: `M${x1} ${y1}L${x2} ${y2}M${x1 - dx} ${y1 - dy}L${x1 + dx} ${y1 + dy}M${x2 - dx} ${y2 - dy}L${x2 + dx} ${y2 + dy}`
+    }),
+    svg("text", { class: "fe-length", x: flat ? x : x + 18, y: flat ? y + 20 : y + 4, ...turned }, new Text(text))
+  ];
+}
+
+// stage/handles.js
+function listenToHandles(page, stage, drag) {
+  listenToHandle(stage.handles.width, (start, dx, _dy, tied) => scaled(start, start.width + dx, null, tied));
+  listenToHandle(stage.handles.height, (start, _dx, dy, tied) => scaled(start, null, start.height + dy, tied));
+  listenToHandle(stage.handles.both, (start, dx, dy, tied) => {
+    if (!tied) return drag.to(start.width + dx, start.height + dy);
+    scaled(start, start.width + dx, null, true);
+  });
+  function scaled(start, width, height, tied) {
+    const factor = tied ? width !== null ? width / start.width : (height ?? start.height) / start.height : 1;
+    drag.to(width ?? start.width * factor, height ?? start.height * factor);
+  }
+  function listenToHandle(handle2, move) {
+    let held = null;
+    handle2.addEventListener("pointerdown", (event) => {
+      if (event.button) return;
+      event.preventDefault();
+      handle2.focus();
+      handle2.setPointerCapture(event.pointerId);
+      const { width, height } = page.state.drawing;
+      held = { x: event.clientX, y: event.clientY, size: { width, height } };
+    });
+    handle2.addEventListener("pointermove", (event) => {
+      if (!held) return;
+      const { scale } = stage.view;
+      move(held.size, (event.clientX - held.x) / scale, (held.y - event.clientY) / scale, event.shiftKey || page.tied);
+    });
+    for (
+      const end of
+      /** @type {const} */
+      ["pointerup", "lostpointercapture"]
+    ) {
+      handle2.addEventListener(end, () => {
+        if (held) drag.end();
+        held = null;
+      });
+    }
+    handle2.addEventListener("pointercancel", () => {
+      held = null;
+      drag.cancel();
+    });
+    handle2.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape" || !held) return;
+      held = null;
+      drag.cancel();
+    });
+  }
+}
+
+// editor/gestures.js
 var SLACK = 4;
 function listenToPointer(page, stage, drag) {
   const { face } = stage;
@@ -391,78 +883,55 @@ function listenToPointer(page, stage, drag) {
   }
   listenToHandles(page, stage, drag);
 }
-function listenToHandles(page, stage, drag) {
-  listenToHandle(stage.handles.width, (start, dx, _dy, tied) => scaled(start, start.width + dx, null, tied));
-  listenToHandle(stage.handles.height, (start, _dx, dy, tied) => scaled(start, null, start.height + dy, tied));
-  listenToHandle(stage.handles.both, (start, dx, dy, tied) => {
-    if (!tied) return drag.to(start.width + dx, start.height + dy);
-    scaled(start, start.width + dx, null, true);
-  });
-  function scaled(start, width, height, tied) {
-    const factor = tied ? width !== null ? width / start.width : (height ?? start.height) / start.height : 1;
-    drag.to(width ?? start.width * factor, height ?? start.height * factor);
-  }
-  function listenToHandle(handle2, move) {
-    let held = null;
-    handle2.addEventListener("pointerdown", (event) => {
-      if (event.button) return;
-      event.preventDefault();
-      handle2.focus();
-      handle2.setPointerCapture(event.pointerId);
-      const { width, height } = page.state.drawing;
-      held = { x: event.clientX, y: event.clientY, size: { width, height } };
-    });
-    handle2.addEventListener("pointermove", (event) => {
-      if (!held) return;
-      const { scale } = stage.view;
-      move(held.size, (event.clientX - held.x) / scale, (held.y - event.clientY) / scale, event.shiftKey || page.tied);
-    });
-    for (
-      const end of
-      /** @type {const} */
-      ["pointerup", "lostpointercapture"]
-    ) {
-      handle2.addEventListener(end, () => {
-        if (held) drag.end();
-        held = null;
-      });
+
+// stage/keys.js
+var WAYS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+function listenToKeysOf(page, drag, save, plain) {
+  let nudging = false;
+  const nudge = {
+    size(event) {
+      const [x, y] = WAYS[event.key];
+      const step = event.shiftKey ? 1 : event.altKey ? 0.01 : 0.1;
+      const { width, height } = drag.size;
+      const [w, h] = [width + x * step, height + y * step];
+      nudging = true;
+      if (!page.tied) drag.to(w, h);
+      else if (x) drag.to(w, height * w / width);
+      else drag.to(width * h / height, h);
+      return true;
+    },
+    move(node, left, bottom) {
+      nudging = true;
+      drag.move(node, left, bottom);
+      return true;
     }
-    handle2.addEventListener("pointercancel", () => {
-      held = null;
-      drag.cancel();
-    });
-    handle2.addEventListener("keydown", (event) => {
-      if (event.key !== "Escape" || !held) return;
-      held = null;
-      drag.cancel();
-    });
+  };
+  document.addEventListener("keydown", (event) => {
+    const on = event.target instanceof Element ? event.target : document.body;
+    const typing = on instanceof HTMLTextAreaElement || on instanceof HTMLInputElement && on.type !== "checkbox";
+    const means = event.ctrlKey || event.metaKey ? withCommand(event, typing) : !typing && !on.closest("dialog, [popover]") && plain(event, on, nudge);
+    if (means) event.preventDefault();
+  });
+  document.addEventListener("keyup", (event) => {
+    if (event.key in WAYS) end();
+  });
+  addEventListener("blur", end);
+  function end() {
+    if (nudging) drag.end();
+    nudging = false;
+  }
+  function withCommand(event, typing) {
+    const key = event.key.toLowerCase();
+    if (key === "s") save();
+    else if (typing) return false;
+    else if (key === "z" && event.shiftKey || key === "y") void page.ask("redo");
+    else if (key === "z") void page.ask("undo");
+    else return false;
+    return true;
   }
 }
 
-// ../../facade/editor/page/source/help.js
-function makeHelp(keys, pointing) {
-  const dialog = element("dialog", { class: "gl-help", "aria-label": "Keys" });
-  const list = keys.flatMap(([key, does]) => [element("dt", {}, key), element("dd", {}, does)]);
-  dialog.append(
-    element(
-      "div",
-      { class: "gl-row" },
-      element("h2", {}, "Keys"),
-      element("span", { class: "gl-space" }),
-      iconButton("close", "Close", () => dialog.close())
-    ),
-    element("p", { class: "gl-hint" }, pointing),
-    element("dl", { class: "gl-keys" }, ...list)
-  );
-  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
-  dialog.addEventListener("keydown", (event) => event.key === "?" && dialog.close());
-  const open = () => {
-    if (!dialog.open) dialog.showModal();
-  };
-  return { element: dialog, open, button: iconButton("keys", "Keys", open, "?") };
-}
-
-// ../../facade/editor/page/source/keyboard.js
+// editor/keyboard.js
 var KEYS = [
   ["Arrows", "wider, narrower, higher, lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
   ["Tab", "to the facade, its handles, the variations and the panel"],
@@ -478,39 +947,12 @@ var KEYS = [
   ["Escape", "select nothing, end a drag"],
   ["?", "show or hide these keys"]
 ];
-var WAYS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-function listenToKeys(page, root, stage, drag, acts) {
-  let nudging = false;
-  const down = (event) => {
-    const command = event.ctrlKey || event.metaKey;
-    const typing = event.target instanceof HTMLInputElement && event.target.type !== "checkbox";
-    if (!(command ? withCommand(event, typing) : !typing && plain(event))) return;
-    event.preventDefault();
-  };
-  const up = (event) => {
-    if (!nudging || !(event.key in WAYS)) return;
-    nudging = false;
-    drag.end();
-  };
-  document.addEventListener("keydown", down);
-  document.addEventListener("keyup", up);
-  addEventListener("blur", () => {
-    if (nudging) drag.end();
-    nudging = false;
-  });
-  function withCommand(event, typing) {
-    const key = event.key.toLowerCase();
-    if (key === "s") acts.save();
-    else if (typing) return false;
-    else if (key === "z" && event.shiftKey || key === "y") void page.ask("redo");
-    else if (key === "z") void page.ask("undo");
-    else return false;
-    return true;
-  }
-  function plain(event) {
-    const on = event.target instanceof Element ? event.target : root;
-    if (on.closest("dialog, [popover]")) return false;
-    if (event.key in WAYS) return on !== stage.face ? nudge(event, on) : event.altKey ? move(event) : go(event.key);
+function listenToKeys(page, stage, drag, acts) {
+  listenToKeysOf(page, drag, acts.save, (event, on, nudge) => {
+    if (event.key in WAYS) {
+      if (on !== stage.face) return !on.closest(".fe-strip") && nudge.size(event);
+      return event.altKey ? move(event, nudge) : go(event.key);
+    }
     const key = event.key.toLowerCase();
     if (key === "?") acts.help();
     else if (key === "w") acts.toggleLock("width");
@@ -523,27 +965,13 @@ function listenToKeys(page, root, stage, drag, acts) {
     else if (key === "escape") page.select(-1);
     else return false;
     return true;
-  }
-  function nudge(event, on) {
-    if (on.closest(".fe-strip")) return false;
-    const [x, y] = WAYS[event.key];
-    const step = event.shiftKey ? 1 : event.altKey ? 0.01 : 0.1;
-    const { width, height } = drag.size;
-    nudging = true;
-    const [w, h] = [width + x * step, height + y * step];
-    if (!page.tied) drag.to(w, h);
-    else if (x) drag.to(w, height * w / width);
-    else drag.to(width * h / height, h);
-    return true;
-  }
-  function move(event) {
+  });
+  function move(event, nudge) {
     if (page.selected <= 0) return false;
     const [x, y] = WAYS[event.key];
     const step = event.shiftKey ? 0.5 : 0.05;
     const [left, bottom] = stage.boxOf(page.selected);
-    nudging = true;
-    drag.move(page.selected, left + x * step, bottom + y * step);
-    return true;
+    return nudge.move(page.selected, left + x * step, bottom + y * step);
   }
   function go(key) {
     const { leaves } = page.state;
@@ -568,282 +996,17 @@ function listenToKeys(page, root, stage, drag, acts) {
     if (best >= 0) page.select(best);
     return true;
   }
-  return () => {
-    document.removeEventListener("keydown", down);
-    document.removeEventListener("keyup", up);
-  };
 }
 
-// ../../facade/editor/page/source/notes.js
-var PASSING = 6e3;
-var MOST = 3;
-function makeNotes() {
-  const notes = element("div", { class: "gl-notes", "aria-live": "polite" });
-  const complaints = element("div", { class: "gl-notes", role: "alert" });
-  const banner = element("div", { class: "gl-banner", role: "alert", hidden: true });
-  function note(where, text, style) {
-    for (const box2 of where.children) if (box2.textContent === text) box2.remove();
-    const box = element(
-      "div",
-      { class: `gl-note ${style}` },
-      element("span", {}, text),
-      iconButton("close", "Dismiss", () => box.remove())
-    );
-    where.append(box);
-    while (where.childElementCount > MOST) where.firstElementChild?.remove();
-    return box;
-  }
-  return {
-    banner,
-    element: element("div", { class: "gl-corner fe-corner" }, notes, complaints),
-    /** @param {string} text */
-    say(text) {
-      const box = note(notes, text, "");
-      setTimeout(() => box.remove(), PASSING);
-    },
-    /** @param {string} text */
-    complain: (text) => void note(complaints, text, "gl-bad"),
-    /** What is complained about is over. */
-    calm: () => complaints.replaceChildren(),
-    /** @param {boolean} connected */
-    connection(connected) {
-      banner.hidden = connected;
-      banner.textContent = connected ? "" : "The connection to Python is lost. Trying again; is grammarlab still running?";
-    }
-  };
-}
-
-// ../../facade/editor/page/source/paint.js
-function paint(context, drawing, { images, colors }, { left, bottom, scale }) {
-  const { columns, label, picture } = drawing;
-  const outlines = new Map(drawing.outlines.map(({ leaf, corners }) => [leaf, corners]));
-  const colorOf = (leaf) => colors[label[leaf] < 0 ? colors.length - 1 : label[leaf]];
-  context.imageSmoothingQuality = "high";
-  for (let leaf = 0; leaf < label.length; leaf += 1) {
-    const [x, y, width, height, u, v, right, top] = columns.subarray(8 * leaf, 8 * leaf + 8);
-    const [x0, x1] = [Math.round(left + x * scale), Math.round(left + (x + width) * scale)];
-    const [y0, y1] = [Math.round(bottom - (y + height) * scale), Math.round(bottom - y * scale)];
-    const image = images[picture[leaf]];
-    const corners = outlines.get(leaf);
-    if (image && right > u && top > v) {
-      const { width: w, height: h } = image;
-      context.drawImage(image, u * w, (1 - top) * h, (right - u) * w, (top - v) * h, x0, y0, x1 - x0, y1 - y0);
-    } else if (corners && !image) {
-      context.fillStyle = colors[colors.length - 1];
-      context.fillRect(x0, y0, x1 - x0, y1 - y0);
-      context.fillStyle = colorOf(leaf);
-      context.beginPath();
-      for (const [across, up] of corners) context.lineTo(x0 + across * (x1 - x0), y1 - up * (y1 - y0));
-      context.fill();
-    } else {
-      context.fillStyle = colorOf(leaf);
-      context.fillRect(x0, y0, x1 - x0, y1 - y0);
-    }
-  }
-}
-function sharp(canvas, width, height) {
-  const ratio = Math.min(globalThis.devicePixelRatio || 1, 3);
-  const [w, h] = [Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio))];
-  if (canvas.width !== w) canvas.width = w;
-  if (canvas.height !== h) canvas.height = h;
-  const context = (
-    /** @type {CanvasRenderingContext2D} */
-    canvas.getContext("2d")
-  );
-  context.clearRect(0, 0, w, h);
-  return { context, ratio };
-}
-
-// ../../facade/editor/page/source/stage.js
-var MARGIN = { left: 40, right: 84, top: 44, bottom: 56 };
-var SHARE = 0.93;
-function makeStage(page, drag) {
-  const canvas = element("canvas", { class: "fe-canvas", "aria-hidden": "true" });
-  const over = svg("svg", { class: "fe-over", "aria-hidden": "true" });
-  const face = element("div", {
-    class: "fe-face",
-    tabIndex: 0,
-    role: "application",
-    "aria-label": "Facade: arrow keys go from part to part"
-  });
-  const handles = { width: handle("Width"), height: handle("Height"), both: corner() };
-  const alert = element("p", { class: "fe-conflict", role: "alert", hidden: true });
-  const stage = element(
-    "div",
-    { class: "fe-stage" },
-    canvas,
-    over,
-    face,
-    handles.width,
-    handles.height,
-    handles.both,
-    alert
-  );
-  const view = { left: 0, bottom: 0, scale: 1 };
-  let lasso = null;
-  let hovered = -1;
-  let frame = 0;
-  const resizes = new ResizeObserver(() => {
-    if (!drag.active) fit();
-    draw();
-  });
-  resizes.observe(stage);
-  function fit() {
-    const { clientWidth, clientHeight } = stage;
-    const { width, height } = page.state.drawing;
-    const room = [clientWidth - MARGIN.left - MARGIN.right, clientHeight - MARGIN.top - MARGIN.bottom];
-    view.scale = Math.max(0.01, SHARE * Math.min(room[0] / width, room[1] / height));
-    view.left = MARGIN.left + (room[0] - width * view.scale) / 2;
-    view.bottom = clientHeight - MARGIN.bottom - Math.max(0, (room[1] - height * view.scale) / 2);
-  }
-  function drawSoon() {
-    frame ||= requestAnimationFrame(draw);
-  }
-  function draw() {
-    frame = 0;
-    const { clientWidth, clientHeight } = stage;
-    if (!clientWidth) return;
-    const { context, ratio } = sharp(canvas, clientWidth, clientHeight);
-    const { drawing, colors } = page.state;
-    const looks = { images: page.pictures.images, colors };
-    const at = { left: view.left * ratio, bottom: view.bottom * ratio, scale: view.scale * ratio };
-    paint(context, drawing, looks, at);
-    const [right, top] = [view.left + drawing.width * view.scale, view.bottom - drawing.height * view.scale];
-    drawOver(right, top);
-    place2(handles.width, right, (top + view.bottom) / 2, drawing.width);
-    place2(handles.height, (view.left + right) / 2, top, drawing.height);
-    place2(handles.both, right, top, 0);
-    stage.classList.toggle("fe-bad", Boolean(drag.conflict));
-    stage.classList.toggle("fe-gridding", page.gridding);
-    alert.hidden = !drag.conflict;
-    if (alert.textContent !== drag.conflict) alert.textContent = drag.conflict;
-  }
-  function drawOver(right, top) {
-    const { state } = page;
-    const grid = state.grids.find(({ name }) => name === state.active);
-    const marks = [
-      svg("line", {
-        class: "fe-ground",
-        x1: 12,
-        x2: stage.clientWidth - 12,
-        y1: view.bottom + 0.5,
-        y2: view.bottom + 0.5
-      }),
-      ...measure(view.left, view.bottom + 22, right, view.bottom + 22, `${metres(state.drawing.width)} m`),
-      ...measure(right + 30, view.bottom, right + 30, top, `${metres(state.drawing.height)} m`)
-    ];
-    for (const node of !drag.active && grid?.nodes || []) marks.push(box(node, "fe-element"));
-    for (const { node } of state.locks) if (node) marks.push(box(node, "fe-locked"));
-    if (hovered >= 0 && hovered < state.parent.length) marks.push(box(hovered, "fe-hovered"));
-    if (page.selected >= 0) marks.push(box(page.selected, "fe-selected"));
-    if (lasso) {
-      const [x, y] = [view.left + lasso.left * view.scale, view.bottom - lasso.top * view.scale];
-      const [width, height] = [(lasso.right - lasso.left) * view.scale, (lasso.top - lasso.bottom) * view.scale];
-      marks.push(svg("rect", { class: "fe-lasso", x, y, width, height }));
-    }
-    over.replaceChildren(...marks);
-  }
-  function box(node, style) {
-    const [x, y, width, height] = boxOf(node);
-    const [left, top] = [view.left + x * view.scale, view.bottom - (y + height) * view.scale];
-    return svg("rect", {
-      class: style,
-      "data-node": node,
-      x: left,
-      y: top,
-      width: width * view.scale,
-      height: height * view.scale,
-      rx: 1.5
-    });
-  }
-  function place2(where, x, y, metresNow) {
-    where.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
-    if (!metresNow) return;
-    where.setAttribute("aria-valuenow", metresNow.toFixed(2));
-    where.setAttribute("aria-valuetext", `${metres(metresNow)} metres`);
-  }
-  function leafAt(event) {
-    return page.state.leaves.find((node) => isOn(node, event)) ?? -1;
-  }
-  function isOn(node, event) {
-    const { x, y } = metresAt(event);
-    const [left, bottom, width, height] = boxOf(node);
-    return x >= left && x < left + width && y >= bottom && y < bottom + height;
-  }
-  function boxOf(node) {
-    return page.state.boxes.subarray(4 * node, 4 * node + 4);
-  }
-  function metresAt({ clientX, clientY }) {
-    const room = stage.getBoundingClientRect();
-    return { x: (clientX - room.left - view.left) / view.scale, y: (view.bottom - (clientY - room.top)) / view.scale };
-  }
-  return {
-    element: stage,
-    face,
-    handles,
-    view,
-    fit,
-    draw,
-    drawSoon,
-    leafAt,
-    boxOf,
-    metresAt,
-    /** Whether a place of the screen lies in the selected part, which is not the whole. @param {PointerEvent} event */
-    isOnSelected: (event) => page.selected > 0 && isOn(page.selected, event),
-    /** @param {Area | null} area */
-    lasso(area) {
-      lasso = area;
-      drawSoon();
-    },
-    /** @param {number} node */
-    hover(node) {
-      if (node === hovered) return;
-      hovered = node;
-      drawSoon();
-    },
-    close: () => resizes.disconnect()
-  };
-}
-function metres(value) {
-  return value.toFixed(2);
-}
-function handle(name) {
-  return element("div", {
-    class: `fe-handle fe-handle-${name.toLowerCase()}`,
-    tabIndex: 0,
-    role: "slider",
-    "aria-label": name,
-    "aria-orientation": name === "Width" ? "horizontal" : "vertical",
-    "aria-valuemin": "0",
-    title: `${name}: drag, or use the arrow keys. Shift keeps the shape while dragging`
-  });
-}
-function corner() {
-  return element("div", { class: "fe-handle fe-handle-both", title: "Drag to scale", "aria-hidden": "true" });
-}
-function measure(x1, y1, x2, y2, text) {
-  const flat = y1 === y2;
-  const [dx, dy] = flat ? [0, 4] : [4, 0];
-  const [x, y] = [(x1 + x2) / 2, (y1 + y2) / 2];
-  const turned = flat ? {} : { transform: `rotate(-90 ${x + 18} ${y})` };
-  return [
-    svg("path", {
-      class: "fe-measure",
-      d: `M${x1} ${y1}L${x2} ${y2}M${x1 - dx} ${y1 - dy}L${x1 + dx} ${y1 + dy}M${x2 - dx} ${y2 - dy}L${x2 + dx} ${y2 + dy}`
-    }),
-    svg("text", { class: "fe-length", x: flat ? x : x + 18, y: flat ? y + 20 : y + 4, ...turned }, new Text(text))
-  ];
-}
-
-// ../../facade/editor/page/source/panel.js
+// editor/panel.js
 function makePanel(page, acts) {
-  const width = sizeRow(
+  const width = lockableRow(
     "Width",
     "width",
     (value) => resize(value, null),
     () => acts.toggleLock("width", 0)
   );
-  const height = sizeRow(
+  const height = lockableRow(
     "Height",
     "height",
     (value) => resize(null, value),
@@ -963,7 +1126,7 @@ function makePanel(page, acts) {
     const [w, h] = state.boxes.subarray(4 * selected + 2, 4 * selected + 4);
     const set = (what) => (value) => page.ask("give", { node: selected, what, value });
     const row = (name, what, value) => {
-      const made = sizeRow(name, `part ${what}`, set(what), () => acts.toggleLock(what));
+      const made = lockableRow(name, `part ${what}`, set(what), () => acts.toggleLock(what));
       made.set(value, isLocked(page, selected, what));
       return made.element;
     };
@@ -1026,39 +1189,14 @@ function makePanel(page, acts) {
     update
   };
 }
-function card(title, ...children) {
-  return element("div", { class: "gl-card" }, element("h2", {}, title), ...children);
-}
-function sizeRow(name, label, typed, lock) {
-  let now = 0;
-  const input = element("input", {
-    class: "gl-input fe-number",
-    type: "number",
-    min: "0",
-    step: "any",
-    "aria-label": `${label} in metres`
-  });
-  const apply = async () => {
-    const value = Number(input.value);
-    if (input.value === metres(now)) return;
-    if (!(value >= 0) || !await typed(value)) input.value = metres(now);
-  };
-  input.addEventListener("change", () => void apply());
+function lockableRow(name, label, typed, lock) {
   const button = lockButton(label, lock);
+  const row = sizeRow(name, label, typed, button.element);
   return {
-    element: element(
-      "label",
-      { class: "gl-row" },
-      element("span", { class: "fe-unit" }, name),
-      element("span", { class: "gl-space" }),
-      input,
-      "m",
-      button.element
-    ),
+    element: row.element,
     /** @param {number} value @param {boolean} locked */
     set(value, locked) {
-      now = value;
-      if (document.activeElement !== input || input.value === "") input.value = metres(value);
+      row.set(value);
       button.set(locked);
     }
   };
@@ -1088,7 +1226,7 @@ function nameOf({ state }, node) {
   return state.names[node] < 0 ? "part without a name" : state.labels[state.names[node]];
 }
 
-// ../../facade/editor/page/source/pictures.js
+// editor/pictures.js
 var Pictures = class {
   /** @type {(ImageBitmap | undefined)[]} */
   images = [];
@@ -1096,7 +1234,7 @@ var Pictures = class {
   #arrived;
   #asked = 0;
   /**
-   * @param {import("../../../../scoring/page/source/channel.js").Channel} channel
+   * @param {import("../shared/channel.js").Channel} channel
    * @param {() => void} arrived
    */
   constructor(channel, arrived) {
@@ -1120,7 +1258,7 @@ var Pictures = class {
   }
 };
 
-// ../../facade/editor/page/source/strip.js
+// editor/strip.js
 var KINDS = [
   { name: "One column more", axis: "x", change: 1 },
   { name: "One column less", axis: "x", change: -1 },
@@ -1208,19 +1346,11 @@ function makeStrip(page) {
     );
   }
   function draw() {
-    const [width, height] = [
-      Math.max(...tiles.map((each) => each.variation.width)),
-      Math.max(...tiles.map((each) => each.variation.height))
-    ];
-    const scale = Math.min(ROOM.width / width, ROOM.height / height);
-    for (const { variation, canvas } of tiles) {
-      const [w, h] = [variation.width * scale, variation.height * scale];
-      canvas.style.width = `${w}px`;
-      canvas.style.height = `${h}px`;
-      const { context, ratio } = sharp(canvas, w, h);
-      const looks = { images: page.pictures.images, colors: page.state.colors };
-      paint(context, variation, looks, { left: 0, bottom: canvas.height, scale: scale * ratio });
-    }
+    const looks = { images: page.pictures.images, colors: page.state.colors };
+    paintSmall(
+      tiles.map(({ variation, canvas }) => ({ canvas, drawing: variation, looks })),
+      ROOM
+    );
   }
   function first() {
     list.querySelector("button")?.focus();
@@ -1248,8 +1378,7 @@ function makeStrip(page) {
   };
 }
 
-// ../../facade/editor/page/source/main.js
-var PROTOCOL = 1;
+// editor/main.js
 var KINDS2 = {
   json: "facade, to open again",
   svg: "drawing",
@@ -1258,25 +1387,6 @@ var KINDS2 = {
   obj: "model",
   cga: "rules that derive it"
 };
-function mount(host2, url) {
-  const root = element(
-    "div",
-    { class: "gl-page fe-page" },
-    element("p", { class: "gl-wait", role: "status" }, "Opening the facade…")
-  );
-  host2.append(root);
-  const channel = new Channel(socketTransport(url));
-  let built = null;
-  channel.on("state", ({ state }, buffers) => {
-    if (state.protocol !== PROTOCOL)
-      return void (root.textContent = "This page and Python speak different versions. Reload the page.");
-    state.drawing.columns = new Float64Array(buffers[0]);
-    state.boxes = new Float64Array(buffers[1]);
-    built ??= build(root, channel, state);
-    built.update(state);
-  });
-  channel.open((connected) => built?.connection(connected));
-}
 function build(root, channel, first) {
   const notes = makeNotes();
   const page = {
@@ -1289,16 +1399,7 @@ function build(root, channel, first) {
     selected: -1,
     gridding: false,
     tied: false,
-    async ask(command, parameters) {
-      await drag.idle();
-      try {
-        const { result } = await channel.request(command, parameters);
-        notes.calm();
-        return result;
-      } catch (error) {
-        notes.complain(error instanceof Error ? error.message : String(error));
-      }
-    },
+    ask: makeAsk(channel, notes, () => drag.idle()),
     select(node) {
       page.selected = node;
       page.changed();
@@ -1336,11 +1437,7 @@ function build(root, channel, first) {
   const stage = makeStage(page, drag);
   const strip = makeStrip(page);
   const acts = {
-    async save() {
-      if (document.activeElement instanceof HTMLInputElement) document.activeElement.blur();
-      const saved2 = await page.ask("save");
-      if (saved2) page.say(`Saved to ${saved2.file}`);
-    },
+    save: () => frame.save(),
     /** @param {What} what @param {number} [node] */
     toggleLock(what, node = page.selected) {
       if (node < 0) return page.say("Select a part first, to lock its size.");
@@ -1359,47 +1456,17 @@ function build(root, channel, first) {
     "Drag the handles at the right and at the top to change the size. Click a part to select it, draw a rectangle to make a grid. Click a picture below to accept a variation."
   );
   listenToPointer(page, stage, drag);
-  listenToKeys(page, root, stage, drag, acts);
-  const title = element("h1", { class: "gl-name" });
-  const saved = element("span", { class: "gl-saved", role: "status" });
-  const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "Ctrl Z");
-  const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Y");
-  const save = textButton("Save", acts.save, { class: "gl-button gl-primary", title: "Save (Ctrl S)" });
-  const exports = menu(
-    element("button", { type: "button", class: "gl-button gl-chooser" }, "Export"),
-    "Export",
-    (close) => page.state.formats.map(
-      (format) => choice(format.toUpperCase(), KINDS2[format] ?? "", async () => {
-        close();
-        const written = await page.ask("export", { format });
-        if (written) page.say(`Written to ${written.file}`);
-      })
-    )
-  );
-  root.replaceChildren(
-    element(
-      "header",
-      { class: "gl-header" },
-      title,
-      element("span", { class: "gl-space" }),
-      saved,
-      undo,
-      redo,
-      exports,
-      save,
-      help.button
-    ),
-    notes.banner,
-    element(
-      "div",
-      { class: "gl-main" },
-      element("div", { class: "gl-left" }, stage.element, strip.element),
-      panel.element
-    ),
-    notes.element,
-    help.element
-  );
-  addEventListener("beforeunload", (event) => page.state.lost && event.preventDefault());
+  listenToKeys(page, stage, drag, acts);
+  const frame = makeFrame(root, page, {
+    notes,
+    help,
+    kinds: KINDS2,
+    // A length that is being typed counts.
+    settle: () => document.activeElement instanceof HTMLInputElement && document.activeElement.blur(),
+    beside: [],
+    left: [stage.element, strip.element],
+    panel: panel.element
+  });
   return {
     /** @param {State} state */
     update(state) {
@@ -1412,19 +1479,11 @@ function build(root, channel, first) {
       page.changed();
       stage.draw();
       void page.pictures.want(state.pictures);
-      title.textContent = state.title;
-      title.title = state.file;
-      document.title = `${state.title} – grammarlab`;
-      saved.textContent = state.saved && state.revision ? "saved" : state.lost ? "not saved yet" : "";
-      saved.dataset.state = state.lost ? "saving" : "saved";
-      undo.disabled = !state.undo;
-      undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
-      redo.disabled = !state.redo;
-      redo.title = state.redo ? `Redo: ${state.redo} (Ctrl Y)` : "Nothing to redo";
+      frame.update();
     },
     /** @param {boolean} connected */
     connection(connected) {
-      notes.connection(connected);
+      notes.announce(connected ? "" : LOST);
       if (!connected) return void drag.cancel();
       page.pictures.again();
       void page.pictures.want(page.state.pictures);
@@ -1432,6 +1491,8 @@ function build(root, channel, first) {
     }
   };
 }
-var { protocol, host, search } = location;
-var place = document.getElementById("grammarlab");
-if (place) mount(place, `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`);
+function read(state, buffers) {
+  state.drawing.columns = new Float64Array(buffers[0]);
+  state.boxes = new Float64Array(buffers[1]);
+}
+openPage("fe-page", "Opening the facade…", build, read);

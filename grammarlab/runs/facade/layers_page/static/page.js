@@ -1,6 +1,257 @@
-/* Built from source/ by bundle.js; do not edit. Source 051a4069bdea8d08 */
+/* Built from shared, stage, layers by pages/bundle.js; do not edit. Source 14b680c2ac344c24 */
 
-// source/channel.js
+// shared/element.js
+function element(tag, properties = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (value === void 0 || value === null) continue;
+    if (name === "class") made.className = value;
+    else if (name in made) Reflect.set(made, name, value);
+    else made.setAttribute(name, value);
+  }
+  made.append(...children.filter((child) => child !== null && child !== void 0));
+  return made;
+}
+function svg(tag, attributes = {}, ...children) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, String(value));
+  made.append(...children);
+  return made;
+}
+var ICONS = {
+  undo: "M6 3 2.5 6.5 6 10M3 6.5h6.5a3.5 3.5 0 0 1 0 7H6",
+  redo: "M10 3l3.5 3.5L10 10M13 6.5H6.5a3.5 3.5 0 0 0 0 7H10",
+  plus: "M8 3v10M3 8h10",
+  minus: "M3 8h10",
+  close: "M4 4l8 8M12 4l-8 8",
+  fit: "M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10",
+  hand: "M5 8V4.2a1 1 0 0 1 2 0V7m0-3.8a1 1 0 0 1 2 0V7m0-2.8a1 1 0 0 1 2 0V8m0-1.8a1 1 0 0 1 2 0V10a4 4 0 0 1-4 4H8.4a3 3 0 0 1-2.3-1.1L3 9.2a1 1 0 0 1 1.5-1.3L5 8.4",
+  bars: "M2.5 5.5h11M2.5 10.5h7",
+  more: "M4 8h.01M8 8h.01M12 8h.01",
+  previous: "M10 3 5 8l5 5",
+  next: "M6 3l5 5-5 5",
+  cube: "M8 2l5.2 3v6L8 14l-5.2-3V5zM8 8l5.2-3M8 8v6M8 8 2.8 5",
+  up: "M5 7v6.5M5 7l2.6-4.8a1.3 1.3 0 0 1 2.3 1.2L9.3 6.5h3.2a1.2 1.2 0 0 1 1.2 1.5l-1.1 4.4a1.5 1.5 0 0 1-1.4 1.1H5M2.3 7H5v6.5H2.3z",
+  down: "M5 9V2.5M5 9l2.6 4.8a1.3 1.3 0 0 0 2.3-1.2L9.3 9.5h3.2a1.2 1.2 0 0 0 1.2-1.5l-1.1-4.4a1.5 1.5 0 0 0-1.4-1.1H5M2.3 9H5V2.5H2.3z",
+  keys: "M2 4.5h12v7H2zM4.5 7h.01M7 7h.01M9.5 7h.01M11.8 7h.01M5 9.3h6"
+};
+function icon(name) {
+  return svg("svg", { class: "gl-icon", viewBox: "0 0 16 16", "aria-hidden": "true" }, svg("path", { d: ICONS[name] }));
+}
+function iconButton(name, label, onclick, keys) {
+  const title = keys ? `${label} (${keys})` : label;
+  return element(
+    "button",
+    { type: "button", class: "gl-button gl-quiet", title, "aria-label": label, onclick },
+    icon(name)
+  );
+}
+
+// shared/menu.js
+function menu(button, label, build2) {
+  const panel = element("div", { class: "gl-menu", role: "group", "aria-label": label, popover: "auto" });
+  button.setAttribute("aria-haspopup", "true");
+  button.setAttribute("aria-expanded", "false");
+  button.addEventListener("click", () => panel.matches(":popover-open") ? close() : open());
+  panel.addEventListener("toggle", (event) => {
+    const closed = (
+      /** @type {ToggleEvent} */
+      event.newState === "closed"
+    );
+    button.setAttribute("aria-expanded", String(!closed));
+    if (closed) panel.replaceChildren();
+  });
+  panel.addEventListener("keydown", (event) => {
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (!step || event.target instanceof HTMLInputElement && event.target.type === "number") return;
+    event.preventDefault();
+    const items = (
+      /** @type {HTMLElement[]} */
+      [...panel.querySelectorAll("button:not(:disabled), input")]
+    );
+    const here = items.indexOf(
+      /** @type {HTMLElement} */
+      event.target
+    );
+    items[(here + step + items.length) % items.length]?.focus();
+  });
+  function open() {
+    panel.replaceChildren(...build2(close).filter((node) => node !== null));
+    panel.showPopover({ source: button });
+    place();
+    panel.querySelector("input, [aria-checked=true], button:not(:disabled)")?.focus();
+  }
+  function close() {
+    panel.hidePopover();
+    button.focus();
+  }
+  function place() {
+    const [from, { width, height }] = [button.getBoundingClientRect(), panel.getBoundingClientRect()];
+    const below = from.bottom + 4 + height <= innerHeight || from.top < height;
+    panel.style.left = `${Math.max(8, Math.min(from.left, innerWidth - width - 8))}px`;
+    panel.style.top = `${below ? Math.max(8, Math.min(from.bottom + 4, innerHeight - height - 8)) : from.top - 4 - height}px`;
+  }
+  return element("span", { class: "gl-holder" }, button, panel);
+}
+function choice(title, says, onclick, { checked, disabled = false } = {}) {
+  const ticked = checked === void 0 ? {} : { role: "radio", "aria-checked": String(checked) };
+  return element(
+    "button",
+    { type: "button", class: "gl-choice", disabled, onclick, ...ticked },
+    element("b", {}, title),
+    says ? element("small", {}, says) : null
+  );
+}
+function textButton(text, onclick, properties = {}) {
+  return element("button", { type: "button", class: "gl-button", onclick, ...properties }, text);
+}
+
+// shared/frame.js
+function makeFrame(root, page, { notes, help, kinds, settle, beside, left, panel }) {
+  const title = element("h1", { class: "gl-name" });
+  const saved = element("span", { class: "gl-saved", role: "status" });
+  const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "Ctrl Z");
+  const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Y");
+  const exports = menu(
+    element("button", { type: "button", class: "gl-button gl-chooser" }, "Export"),
+    "Export",
+    (close) => page.state.formats.map(
+      (format) => choice(format.toUpperCase(), kinds[format] ?? "", async () => {
+        close();
+        const written = await page.ask("export", { format });
+        if (written) notes.say(`Written to ${written.file}`);
+      })
+    )
+  );
+  async function save() {
+    await settle();
+    const written = await page.ask("save");
+    if (written) notes.say(`Saved to ${written.file}`);
+  }
+  root.replaceChildren(
+    element(
+      "header",
+      { class: "gl-header" },
+      title,
+      ...beside,
+      element("span", { class: "gl-space" }),
+      saved,
+      undo,
+      redo,
+      exports,
+      textButton("Save", save, { class: "gl-button gl-primary", title: "Save (Ctrl S)" }),
+      help.button
+    ),
+    notes.banner,
+    element("div", { class: "gl-main" }, element("div", { class: "gl-left" }, ...left), panel),
+    notes.element,
+    help.element
+  );
+  addEventListener("beforeunload", (event) => page.state.lost && event.preventDefault());
+  return {
+    save,
+    update() {
+      const { state } = page;
+      title.textContent = state.title;
+      title.title = state.file;
+      document.title = `${state.title} – grammarlab`;
+      saved.textContent = state.saved && state.revision ? "saved" : state.lost ? "not saved yet" : "";
+      saved.dataset.state = state.lost ? "saving" : "saved";
+      undo.disabled = !state.undo;
+      undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
+      redo.disabled = !state.redo;
+      redo.title = state.redo ? `Redo: ${state.redo} (Ctrl Y)` : "Nothing to redo";
+    }
+  };
+}
+
+// shared/help.js
+function makeHelp(keys, pointing) {
+  const dialog = element(
+    "dialog",
+    { class: "gl-help", "aria-label": "Keys" },
+    element(
+      "header",
+      { class: "gl-row" },
+      element("h2", {}, "Keys"),
+      element("span", { class: "gl-space" }),
+      iconButton("close", "Close", () => dialog.close(), "Esc")
+    ),
+    pointing ? element("p", { class: "gl-hint" }, pointing) : null,
+    element(
+      "dl",
+      { class: "gl-keys" },
+      ...keys.flatMap(([key, does]) => [element("dt", {}, key), element("dd", {}, does)])
+    )
+  );
+  const open = () => {
+    if (!dialog.open) dialog.showModal();
+  };
+  const button = iconButton("keys", "Keys", open, "?");
+  button.setAttribute("aria-haspopup", "dialog");
+  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+  dialog.addEventListener("keydown", (event) => {
+    event.stopPropagation();
+    if (event.key === "?") dialog.close();
+    else if (event.key !== "Tab") return;
+    event.preventDefault();
+  });
+  return { button, element: dialog, open, close: () => dialog.close() };
+}
+
+// shared/notes.js
+var PASSING = 6e3;
+var MOST = 3;
+var LOST = "The connection to Python is lost. Trying again; is grammarlab still running?";
+function makeNotes() {
+  const notes = element("div", { class: "gl-notes", "aria-live": "polite" });
+  const complaints = element("div", { class: "gl-notes", role: "alert" });
+  const banner = element("div", { class: "gl-banner", role: "alert", hidden: true });
+  function note(where, text, style) {
+    for (const box2 of where.children) if (box2.textContent === text) box2.remove();
+    const box = element(
+      "div",
+      { class: `gl-note ${style}` },
+      element("span", {}, text),
+      iconButton("close", "Dismiss", () => box.remove())
+    );
+    where.append(box);
+    while (where.childElementCount > MOST) where.firstElementChild?.remove();
+    return box;
+  }
+  return {
+    banner,
+    element: element("div", { class: "gl-corner" }, notes, complaints),
+    /** @param {string} text */
+    say(text) {
+      const box = note(notes, text, "");
+      setTimeout(() => box.remove(), PASSING);
+    },
+    /** @param {unknown} error or words */
+    complain: (error) => void note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
+    /** What is complained about is over. */
+    calm: () => complaints.replaceChildren(),
+    /** What lasts; empty for nothing. @param {string} text */
+    announce(text) {
+      banner.hidden = !text;
+      if (banner.textContent !== text) banner.textContent = text;
+    }
+  };
+}
+function makeAsk(channel, notes, ready) {
+  return async (command, parameters) => {
+    await ready();
+    try {
+      const { result } = await channel.request(command, parameters);
+      notes.calm();
+      return result;
+    } catch (error) {
+      notes.complain(error);
+    }
+  };
+}
+
+// shared/channel.js
 var ConnectionLost = class extends Error {
 };
 var Refusal = class extends Error {
@@ -68,113 +319,7 @@ var Channel = class {
   }
 };
 
-// source/element.js
-function element(tag, properties = {}, ...children) {
-  const made = document.createElement(tag);
-  for (const [name, value] of Object.entries(properties)) {
-    if (value === void 0 || value === null) continue;
-    if (name === "class") made.className = value;
-    else if (name in made) Reflect.set(made, name, value);
-    else made.setAttribute(name, value);
-  }
-  made.append(...children.filter((child) => child !== null && child !== void 0));
-  return made;
-}
-function svg(tag, attributes = {}, ...children) {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, String(value));
-  made.append(...children);
-  return made;
-}
-var ICONS = {
-  undo: "M6 3 2.5 6.5 6 10M3 6.5h6.5a3.5 3.5 0 0 1 0 7H6",
-  redo: "M10 3l3.5 3.5L10 10M13 6.5H6.5a3.5 3.5 0 0 0 0 7H10",
-  plus: "M8 3v10M3 8h10",
-  minus: "M3 8h10",
-  close: "M4 4l8 8M12 4l-8 8",
-  fit: "M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10",
-  hand: "M5 8V4.2a1 1 0 0 1 2 0V7m0-3.8a1 1 0 0 1 2 0V7m0-2.8a1 1 0 0 1 2 0V8m0-1.8a1 1 0 0 1 2 0V10a4 4 0 0 1-4 4H8.4a3 3 0 0 1-2.3-1.1L3 9.2a1 1 0 0 1 1.5-1.3L5 8.4",
-  bars: "M2.5 5.5h11M2.5 10.5h7",
-  more: "M4 8h.01M8 8h.01M12 8h.01",
-  previous: "M10 3 5 8l5 5",
-  next: "M6 3l5 5-5 5",
-  cube: "M8 2l5.2 3v6L8 14l-5.2-3V5zM8 8l5.2-3M8 8v6M8 8 2.8 5",
-  up: "M5 7v6.5M5 7l2.6-4.8a1.3 1.3 0 0 1 2.3 1.2L9.3 6.5h3.2a1.2 1.2 0 0 1 1.2 1.5l-1.1 4.4a1.5 1.5 0 0 1-1.4 1.1H5M2.3 7H5v6.5H2.3z",
-  down: "M5 9V2.5M5 9l2.6 4.8a1.3 1.3 0 0 0 2.3-1.2L9.3 9.5h3.2a1.2 1.2 0 0 0 1.2-1.5l-1.1-4.4a1.5 1.5 0 0 0-1.4-1.1H5M2.3 9H5V2.5H2.3z",
-  keys: "M2 4.5h12v7H2zM4.5 7h.01M7 7h.01M9.5 7h.01M11.8 7h.01M5 9.3h6"
-};
-function icon(name) {
-  return svg("svg", { class: "gl-icon", viewBox: "0 0 16 16", "aria-hidden": "true" }, svg("path", { d: ICONS[name] }));
-}
-function iconButton(name, label, onclick, keys) {
-  const title = keys ? `${label} (${keys})` : label;
-  return element(
-    "button",
-    { type: "button", class: "gl-button gl-quiet", title, "aria-label": label, onclick },
-    icon(name)
-  );
-}
-
-// source/menu.js
-function menu(button, label, build2) {
-  const panel = element("div", { class: "gl-menu", role: "group", "aria-label": label, popover: "auto" });
-  button.setAttribute("aria-haspopup", "true");
-  button.setAttribute("aria-expanded", "false");
-  button.addEventListener("click", () => panel.matches(":popover-open") ? close() : open());
-  panel.addEventListener("toggle", (event) => {
-    const closed = (
-      /** @type {ToggleEvent} */
-      event.newState === "closed"
-    );
-    button.setAttribute("aria-expanded", String(!closed));
-    if (closed) panel.replaceChildren();
-  });
-  panel.addEventListener("keydown", (event) => {
-    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-    if (!step || event.target instanceof HTMLInputElement && event.target.type === "number") return;
-    event.preventDefault();
-    const items = (
-      /** @type {HTMLElement[]} */
-      [...panel.querySelectorAll("button:not(:disabled), input")]
-    );
-    const here = items.indexOf(
-      /** @type {HTMLElement} */
-      event.target
-    );
-    items[(here + step + items.length) % items.length]?.focus();
-  });
-  function open() {
-    panel.replaceChildren(...build2(close).filter((node) => node !== null));
-    panel.showPopover({ source: button });
-    place2();
-    panel.querySelector("input, [aria-checked=true], button:not(:disabled)")?.focus();
-  }
-  function close() {
-    panel.hidePopover();
-    button.focus();
-  }
-  function place2() {
-    const [from, { width, height }] = [button.getBoundingClientRect(), panel.getBoundingClientRect()];
-    const below = from.bottom + 4 + height <= innerHeight || from.top < height;
-    panel.style.left = `${Math.max(8, Math.min(from.left, innerWidth - width - 8))}px`;
-    panel.style.top = `${below ? Math.max(8, Math.min(from.bottom + 4, innerHeight - height - 8)) : from.top - 4 - height}px`;
-  }
-  return element("span", { class: "gl-holder" }, button, panel);
-}
-function choice(title, says, onclick, { checked, disabled = false } = {}) {
-  const ticked = checked === void 0 ? {} : { role: "radio", "aria-checked": String(checked) };
-  return element(
-    "button",
-    { type: "button", class: "gl-choice", disabled, onclick, ...ticked },
-    element("b", {}, title),
-    says ? element("small", {}, says) : null
-  );
-}
-function textButton(text, onclick, properties = {}) {
-  return element("button", { type: "button", class: "gl-button", onclick, ...properties }, text);
-}
-
-// source/transports.js
+// shared/transports.js
 var SHORTEST_PAUSE = 300;
 var LONGEST_PAUSE = 4e3;
 function socketTransport(url) {
@@ -217,6 +362,10 @@ function socketTransport(url) {
     }
   };
 }
+function socketUrl() {
+  const { protocol, host, search } = location;
+  return `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`;
+}
 function assembler(done) {
   let message = null;
   let buffers = [];
@@ -227,7 +376,31 @@ function assembler(done) {
   };
 }
 
-// ../../facade/editor/page/source/drag.js
+// shared/open.js
+var PROTOCOL = 1;
+function openPage(style, waiting, build2, read = () => {
+}) {
+  const root = waitingRoot(style, waiting);
+  document.getElementById("grammarlab")?.append(root);
+  const channel = new Channel(socketTransport(socketUrl()));
+  let built = null;
+  channel.on("state", ({ state }, buffers) => {
+    if (!understands(root, state)) return;
+    read(state, buffers);
+    built ??= build2(root, channel, state);
+    built.update(state);
+  });
+  channel.open((connected) => built?.connection(connected));
+}
+function waitingRoot(style, waiting) {
+  return element("div", { class: `gl-page ${style}` }, element("p", { class: "gl-wait", role: "status" }, waiting));
+}
+function understands(root, { protocol }) {
+  if (protocol !== PROTOCOL) root.textContent = "This page and Python speak different versions. Reload the page.";
+  return protocol === PROTOCOL;
+}
+
+// stage/drag.js
 function makeDrag(page, { began, show, ended }) {
   let wanted = null;
   let reached = [];
@@ -330,7 +503,7 @@ function round(metres2, now) {
   return Number((Math.round(Math.min(Math.max(metres2, now / 50), now * 50) / step) * step).toPrecision(9));
 }
 
-// ../../facade/editor/page/source/gestures.js
+// stage/handles.js
 function listenToHandles(page, stage, drag) {
   listenToHandle(stage.handles.width, (start, dx, _dy, tied) => scaled(start, start.width + dx, null, tied));
   listenToHandle(stage.handles.height, (start, _dx, dy, tied) => scaled(start, null, start.height + dy, tied));
@@ -379,69 +552,7 @@ function listenToHandles(page, stage, drag) {
   }
 }
 
-// ../../facade/editor/page/source/help.js
-function makeHelp(keys, pointing) {
-  const dialog = element("dialog", { class: "gl-help", "aria-label": "Keys" });
-  const list = keys.flatMap(([key, does]) => [element("dt", {}, key), element("dd", {}, does)]);
-  dialog.append(
-    element(
-      "div",
-      { class: "gl-row" },
-      element("h2", {}, "Keys"),
-      element("span", { class: "gl-space" }),
-      iconButton("close", "Close", () => dialog.close())
-    ),
-    element("p", { class: "gl-hint" }, pointing),
-    element("dl", { class: "gl-keys" }, ...list)
-  );
-  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
-  dialog.addEventListener("keydown", (event) => event.key === "?" && dialog.close());
-  const open = () => {
-    if (!dialog.open) dialog.showModal();
-  };
-  return { element: dialog, open, button: iconButton("keys", "Keys", open, "?") };
-}
-
-// ../../facade/editor/page/source/notes.js
-var PASSING = 6e3;
-var MOST = 3;
-function makeNotes() {
-  const notes = element("div", { class: "gl-notes", "aria-live": "polite" });
-  const complaints = element("div", { class: "gl-notes", role: "alert" });
-  const banner = element("div", { class: "gl-banner", role: "alert", hidden: true });
-  function note(where, text, style) {
-    for (const box2 of where.children) if (box2.textContent === text) box2.remove();
-    const box = element(
-      "div",
-      { class: `gl-note ${style}` },
-      element("span", {}, text),
-      iconButton("close", "Dismiss", () => box.remove())
-    );
-    where.append(box);
-    while (where.childElementCount > MOST) where.firstElementChild?.remove();
-    return box;
-  }
-  return {
-    banner,
-    element: element("div", { class: "gl-corner fe-corner" }, notes, complaints),
-    /** @param {string} text */
-    say(text) {
-      const box = note(notes, text, "");
-      setTimeout(() => box.remove(), PASSING);
-    },
-    /** @param {string} text */
-    complain: (text) => void note(complaints, text, "gl-bad"),
-    /** What is complained about is over. */
-    calm: () => complaints.replaceChildren(),
-    /** @param {boolean} connected */
-    connection(connected) {
-      banner.hidden = connected;
-      banner.textContent = connected ? "" : "The connection to Python is lost. Trying again; is grammarlab still running?";
-    }
-  };
-}
-
-// ../../facade/editor/page/source/paint.js
+// stage/paint.js
 function paint(context, drawing, { images, colors }, { left, bottom, scale }) {
   const { columns, label, picture } = drawing;
   const outlines = new Map(drawing.outlines.map(({ leaf, corners }) => [leaf, corners]));
@@ -469,6 +580,18 @@ function paint(context, drawing, { images, colors }, { left, bottom, scale }) {
     }
   }
 }
+function paintSmall(pictures, room) {
+  const scale = Math.min(
+    room.width / Math.max(...pictures.map(({ drawing }) => drawing.width)),
+    room.height / Math.max(...pictures.map(({ drawing }) => drawing.height))
+  );
+  for (const { canvas, drawing, looks } of pictures) {
+    const [width, height] = [drawing.width * scale, drawing.height * scale];
+    Object.assign(canvas.style, { width: `${width}px`, height: `${height}px` });
+    const { context, ratio } = sharp(canvas, width, height);
+    paint(context, drawing, looks, { left: 0, bottom: canvas.height, scale: scale * ratio });
+  }
+}
 function sharp(canvas, width, height) {
   const ratio = Math.min(globalThis.devicePixelRatio || 1, 3);
   const [w, h] = [Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio))];
@@ -482,7 +605,46 @@ function sharp(canvas, width, height) {
   return { context, ratio };
 }
 
-// ../../facade/editor/page/source/stage.js
+// stage/size_row.js
+function card(title, ...children) {
+  return element("div", { class: "gl-card" }, element("h2", {}, title), ...children);
+}
+function metres(value) {
+  return value.toFixed(2);
+}
+function sizeRow(name, label, typed, ...more) {
+  let now = 0;
+  const input = element("input", {
+    class: "gl-input fe-number",
+    type: "number",
+    min: "0",
+    step: "any",
+    "aria-label": `${label} in metres`
+  });
+  input.addEventListener("change", async () => {
+    const value = Number(input.value);
+    if (input.value === metres(now)) return;
+    if (!(value >= 0) || !await typed(value)) input.value = metres(now);
+  });
+  return {
+    element: element(
+      "label",
+      { class: "gl-row" },
+      element("span", { class: "fe-unit" }, name),
+      element("span", { class: "gl-space" }),
+      input,
+      "m",
+      ...more
+    ),
+    /** @param {number} value */
+    set(value) {
+      now = value;
+      if (document.activeElement !== input || input.value === "") input.value = metres(value);
+    }
+  };
+}
+
+// stage/stage.js
 var MARGIN = { left: 40, right: 84, top: 44, bottom: 56 };
 var SHARE = 0.93;
 function makeStage(page, drag) {
@@ -538,9 +700,9 @@ function makeStage(page, drag) {
     paint(context, drawing, looks, at);
     const [right, top] = [view.left + drawing.width * view.scale, view.bottom - drawing.height * view.scale];
     drawOver(right, top);
-    place2(handles.width, right, (top + view.bottom) / 2, drawing.width);
-    place2(handles.height, (view.left + right) / 2, top, drawing.height);
-    place2(handles.both, right, top, 0);
+    place(handles.width, right, (top + view.bottom) / 2, drawing.width);
+    place(handles.height, (view.left + right) / 2, top, drawing.height);
+    place(handles.both, right, top, 0);
     stage.classList.toggle("fe-bad", Boolean(drag.conflict));
     stage.classList.toggle("fe-gridding", page.gridding);
     alert.hidden = !drag.conflict;
@@ -584,7 +746,7 @@ function makeStage(page, drag) {
       rx: 1.5
     });
   }
-  function place2(where, x, y, metresNow) {
+  function place(where, x, y, metresNow) {
     where.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
     if (!metresNow) return;
     where.setAttribute("aria-valuenow", metresNow.toFixed(2));
@@ -632,9 +794,6 @@ function makeStage(page, drag) {
     close: () => resizes.disconnect()
   };
 }
-function metres(value) {
-  return value.toFixed(2);
-}
 function handle(name) {
   return element("div", {
     class: `fe-handle fe-handle-${name.toLowerCase()}`,
@@ -663,25 +822,32 @@ function measure(x1, y1, x2, y2, text) {
   ];
 }
 
-// ../../facade/layers_page/page/source/keyboard.js
-var KEYS = [
-  ["Arrows", "wider, narrower, higher, lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
-  ["Tab", "to the handles, the layouts and the panel"],
-  ["L", "to the layouts; Enter chooses one"],
-  ["T", "to the text; Escape leaves it"],
-  ["Ctrl Z, Ctrl Y", "undo, redo"],
-  ["Ctrl S", "save"],
-  ["Escape", "end a drag"],
-  ["?", "show or hide these keys"]
-];
+// stage/keys.js
 var WAYS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-function listenToKeys(page, drag, acts) {
+function listenToKeysOf(page, drag, save, plain) {
   let nudging = false;
+  const nudge = {
+    size(event) {
+      const [x, y] = WAYS[event.key];
+      const step = event.shiftKey ? 1 : event.altKey ? 0.01 : 0.1;
+      const { width, height } = drag.size;
+      const [w, h] = [width + x * step, height + y * step];
+      nudging = true;
+      if (!page.tied) drag.to(w, h);
+      else if (x) drag.to(w, height * w / width);
+      else drag.to(width * h / height, h);
+      return true;
+    },
+    move(node, left, bottom) {
+      nudging = true;
+      drag.move(node, left, bottom);
+      return true;
+    }
+  };
   document.addEventListener("keydown", (event) => {
-    const on = event.target;
+    const on = event.target instanceof Element ? event.target : document.body;
     const typing = on instanceof HTMLTextAreaElement || on instanceof HTMLInputElement && on.type !== "checkbox";
-    if (typing && event.key === "Escape") on.blur();
-    const means = event.ctrlKey || event.metaKey ? withCommand(event, typing) : !typing && plain(event);
+    const means = event.ctrlKey || event.metaKey ? withCommand(event, typing) : !typing && !on.closest("dialog, [popover]") && plain(event, on, nudge);
     if (means) event.preventDefault();
   });
   document.addEventListener("keyup", (event) => {
@@ -694,34 +860,39 @@ function listenToKeys(page, drag, acts) {
   }
   function withCommand(event, typing) {
     const key = event.key.toLowerCase();
-    if (key === "s") acts.save();
+    if (key === "s") save();
     else if (typing) return false;
     else if (key === "z" && event.shiftKey || key === "y") void page.ask("redo");
     else if (key === "z") void page.ask("undo");
     else return false;
     return true;
   }
-  function plain(event) {
-    if (event.target instanceof Element && event.target.closest("dialog, [popover]")) return false;
-    if (event.key in WAYS) return nudge(event);
+}
+
+// layers/keyboard.js
+var KEYS = [
+  ["Arrows", "wider, narrower, higher, lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
+  ["Tab", "to the handles, the layouts and the panel"],
+  ["L", "to the layouts; Enter chooses one"],
+  ["T", "to the text; Escape leaves it"],
+  ["Ctrl Z, Ctrl Y", "undo, redo"],
+  ["Ctrl S", "save"],
+  ["Escape", "end a drag"],
+  ["?", "show or hide these keys"]
+];
+function listenToKeys(page, drag, acts) {
+  listenToKeysOf(page, drag, acts.save, (event, _on, nudge) => {
+    if (event.key in WAYS) return nudge.size(event);
     const key = event.key.toLowerCase();
     if (key === "?") acts.help();
     else if (key === "l") acts.layouts();
     else if (key === "t") acts.text();
     else return false;
     return true;
-  }
-  function nudge(event) {
-    const [x, y] = WAYS[event.key];
-    const step = event.shiftKey ? 1 : event.altKey ? 0.01 : 0.1;
-    const { width, height } = drag.size;
-    nudging = true;
-    drag.to(width + x * step, height + y * step);
-    return true;
-  }
+  });
 }
 
-// ../../facade/layers_page/page/source/strip.js
+// layers/strip.js
 var ROOM = { width: 196, height: 100 };
 function makeStrip(page) {
   const list = element("div", { class: "fe-strip", role: "group", "aria-label": "Layouts, the best first" });
@@ -736,9 +907,6 @@ function makeStrip(page) {
   }
   function update() {
     while (tiles.length < page.layouts.length) makeTile(tiles.length);
-    const widest = Math.max(...page.layouts.map(({ width }) => width));
-    const highest = Math.max(...page.layouts.map(({ height }) => height));
-    const scale = Math.min(ROOM.width / widest, ROOM.height / highest);
     tiles.forEach(({ tile, canvas, words, told }, number) => {
       const layout = page.layouts[number];
       tile.hidden = !layout;
@@ -747,12 +915,15 @@ function makeStrip(page) {
       words.textContent = countersOf(layout);
       told.textContent = `energy ${layout.energy.toPrecision(3)}`;
       tile.title = `${countersOf(layout)}: energy ${layout.energy.toPrecision(4)}${layout.proven ? ", proven" : ""}`;
-      const [w, h] = [layout.width * scale, layout.height * scale];
-      Object.assign(canvas.style, { width: `${w}px`, height: `${h}px` });
-      const { context, ratio } = sharp(canvas, w, h);
-      const view = { left: 0, bottom: canvas.height, scale: scale * ratio };
-      paint(context, layout, { images: [], colors: layout.colors }, view);
     });
+    paintSmall(
+      page.layouts.map((drawing, number) => ({
+        canvas: tiles[number].canvas,
+        drawing,
+        looks: { images: [], colors: drawing.colors }
+      })),
+      ROOM
+    );
   }
   return {
     element: element("section", { class: "fe-variations", "aria-label": "Layouts" }, list),
@@ -767,7 +938,7 @@ function countersOf({ counters }) {
   return Object.entries(counters).map(([name, value]) => `${name} = ${value}`).join(", ");
 }
 
-// ../../facade/layers_page/page/source/panel.js
+// layers/panel.js
 var FLAGS = [
   ["opaque", "opaque", "covers all of its place"],
   ["attached", "attached", "its neighbours stay beside it"],
@@ -775,8 +946,8 @@ var FLAGS = [
   ["transparent", "transp.", "a placeholder that is never seen"]
 ];
 function makePanel(page, text) {
-  const width = sizeRow("Width", (metres2) => page.ask("resize", { width: metres2, height: page.state.height }));
-  const height = sizeRow("Height", (metres2) => page.ask("resize", { width: page.state.width, height: metres2 }));
+  const width = sizeRow("Width", "width", (width2) => page.ask("resize", { width: width2, height: page.state.height }));
+  const height = sizeRow("Height", "height", (height2) => page.ask("resize", { width: page.state.width, height: height2 }));
   const counters = element("div", { class: "fl-counters", role: "status", "aria-label": "Counters" });
   const energy = element("p", { class: "gl-hint" });
   const layers = element("ul", { class: "fl-list", "aria-label": "Layers" });
@@ -902,36 +1073,8 @@ function chip(text, label, pressed, what, onclick) {
   made.dataset.what = what;
   return made;
 }
-function card(title, ...children) {
-  return element("div", { class: "gl-card" }, element("h2", {}, title), ...children);
-}
-function sizeRow(name, typed) {
-  let now = "";
-  const label = `${name.toLowerCase()} in metres`;
-  const input = element("input", { class: "gl-input fe-number", type: "number", min: "0", step: "any" });
-  input.setAttribute("aria-label", label);
-  input.addEventListener("change", async () => {
-    if (input.value === now) return;
-    if (!(Number(input.value) > 0) || !await typed(Number(input.value))) input.value = now;
-  });
-  return {
-    element: element(
-      "label",
-      { class: "gl-row" },
-      element("span", { class: "fe-unit" }, name),
-      element("span", { class: "gl-space" }),
-      input,
-      "m"
-    ),
-    /** @param {number} metres */
-    set(metres2) {
-      now = metres2.toFixed(2);
-      if (document.activeElement !== input || input.value === "") input.value = now;
-    }
-  };
-}
 
-// ../../facade/layers_page/page/source/text.js
+// layers/text.js
 var PAUSE = 350;
 function makeText(page) {
   const input = element("textarea", {
@@ -950,6 +1093,7 @@ function makeText(page) {
     timer = setTimeout(() => void send(), PAUSE);
   });
   input.addEventListener("blur", () => void send());
+  input.addEventListener("keydown", ({ key }) => key === "Escape" && input.blur());
   function send() {
     clearTimeout(timer);
     if (input.value === sent) return sending;
@@ -990,8 +1134,7 @@ function makeText(page) {
   return { element: editing, input, update, send };
 }
 
-// ../../facade/layers_page/page/source/main.js
-var PROTOCOL = 1;
+// layers/main.js
 var EMPTY = { label: [], picture: [], outlines: [], columns: new Float64Array(), colors: [""] };
 var KINDS = {
   json: "facade, to open and to edit",
@@ -1001,25 +1144,6 @@ var KINDS = {
   obj: "model with the depth of layers",
   cga: "rules that derive it"
 };
-function mount(host2, url) {
-  const root = element(
-    "div",
-    { class: "gl-page fe-page fl-page" },
-    element("p", { class: "gl-wait", role: "status" }, "Opening the design…")
-  );
-  host2.append(root);
-  const channel = new Channel(socketTransport(url));
-  let built = null;
-  channel.on("state", ({ state }, buffers) => {
-    if (state.protocol !== PROTOCOL)
-      return void (root.textContent = "This page and Python speak different versions. Reload the page.");
-    withColumns(state.layouts, buffers);
-    built ??= build(root, channel, state);
-    built.update(state);
-  });
-  channel.on("better", () => built?.better());
-  channel.open((connected) => built?.connection(connected));
-}
 function withColumns(layouts, buffers) {
   layouts.forEach((layout, number) => layout.columns = new Float64Array(buffers[number]));
   return layouts;
@@ -1037,17 +1161,7 @@ function build(root, channel, first) {
     get chosen() {
       return (onTheWay ?? page.state).chosen;
     },
-    /** @param {string} command @param {object} [parameters] */
-    async ask(command, parameters) {
-      await drag.idle();
-      try {
-        const { result } = await channel.request(command, parameters);
-        notes.calm();
-        return result;
-      } catch (error) {
-        notes.complain(error instanceof Error ? error.message : String(error));
-      }
-    },
+    ask: makeAsk(channel, notes, () => drag.idle()),
     complain: notes.complain,
     changed() {
       stage.drawSoon();
@@ -1090,11 +1204,7 @@ function build(root, channel, first) {
       return drag.active ? drag.conflict : page.state.conflict;
     }
   };
-  const stage = makeStage(
-    /** @type {any} */
-    face,
-    told
-  );
+  const stage = makeStage(face, told);
   stage.face.tabIndex = -1;
   stage.face.setAttribute("aria-label", "Facade");
   const strip = makeStrip(page);
@@ -1105,59 +1215,25 @@ function build(root, channel, first) {
     "Drag the handles at the right and at the top: the layers are laid out for each size. Click a picture below to choose a layout."
   );
   const acts = {
-    async save() {
-      await text.send();
-      const saved2 = await page.ask("save");
-      if (saved2) notes.say(`Saved to ${saved2.file}`);
-    },
+    save: () => frame.save(),
     layouts: () => strip.first(),
     text: () => panel.write(),
     help: () => help.open()
   };
   listenToHandles(face, stage, drag);
   listenToKeys(page, drag, acts);
-  const title = element("h1", { class: "gl-name" });
   const solving = element("span", { class: "gl-count fl-solving", role: "status" });
-  const saved = element("span", { class: "gl-saved", role: "status" });
-  const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "Ctrl Z");
-  const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Y");
-  const save = textButton("Save", acts.save, { class: "gl-button gl-primary", title: "Save (Ctrl S)" });
-  const exports = menu(
-    element("button", { type: "button", class: "gl-button gl-chooser" }, "Export"),
-    "Export",
-    (close) => page.state.formats.map(
-      (format) => choice(format.toUpperCase(), KINDS[format] ?? "", async () => {
-        close();
-        const written = await page.ask("export", { format });
-        if (written) notes.say(`Written to ${written.file}`);
-      })
-    )
-  );
-  root.replaceChildren(
-    element(
-      "header",
-      { class: "gl-header" },
-      title,
-      solving,
-      element("span", { class: "gl-space" }),
-      saved,
-      undo,
-      redo,
-      exports,
-      save,
-      help.button
-    ),
-    notes.banner,
-    element(
-      "div",
-      { class: "gl-main" },
-      element("div", { class: "gl-left" }, stage.element, strip.element),
-      panel.element
-    ),
-    notes.element,
-    help.element
-  );
-  addEventListener("beforeunload", (event) => page.state.lost && event.preventDefault());
+  const frame = makeFrame(root, page, {
+    notes,
+    help,
+    kinds: KINDS,
+    settle: text.send,
+    // what is being typed counts
+    beside: [solving],
+    left: [stage.element, strip.element],
+    panel: panel.element
+  });
+  channel.on("better", drag.again);
   return {
     /** @param {State} state */
     update(state) {
@@ -1166,27 +1242,15 @@ function build(root, channel, first) {
       if (!drag.active) stage.fit();
       page.changed();
       stage.draw();
-      title.textContent = state.title;
-      title.title = state.file;
-      document.title = `${state.title} – grammarlab`;
+      frame.update();
       solving.classList.toggle("fl-busy", state.solving);
       solving.textContent = state.solving ? "solving…" : "";
-      saved.textContent = state.saved && state.revision ? "saved" : state.lost ? "not saved yet" : "";
-      saved.dataset.state = state.lost ? "saving" : "saved";
-      undo.disabled = !state.undo;
-      undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
-      redo.disabled = !state.redo;
-      redo.title = state.redo ? `Redo: ${state.redo} (Ctrl Y)` : "Nothing to redo";
     },
-    /** More is known about the size on the way. */
-    better: () => drag.again(),
     /** @param {boolean} connected */
     connection(connected) {
-      notes.connection(connected);
+      notes.announce(connected ? "" : LOST);
       if (!connected) drag.cancel();
     }
   };
 }
-var { protocol, host, search } = location;
-var place = document.getElementById("grammarlab");
-if (place) mount(place, `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`);
+openPage("fe-page fl-page", "Opening the design…", build, ({ layouts }, buffers) => withColumns(layouts, buffers));

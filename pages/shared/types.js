@@ -1,0 +1,11 @@
+/**
+ * A request is `{id, command, …}`, its answer `{id, ok: true, result}` or `{id, ok: false, error}`; what nobody asked
+ * for is `{event, …}`. Bytes travel beside a message, as buffers.
+ *
+ * @typedef {object} Transport
+ * @property {(message: object, buffers: ArrayBuffer[]) => void} send
+ * @property {(heard: (message: any, buffers: ArrayBuffer[]) => void) => void} listen
+ * @property {(changed: (connected: boolean) => void) => void} watch is told when the connection comes or goes
+ * @property {() => void} close
+ */
+export {};
