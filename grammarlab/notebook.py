@@ -28,7 +28,7 @@ PAGE = Path(scoring.__file__).parent / "static"
 
 
 @dataclass(eq=False)
-class _Opened:
+class _OpenSession:
     """A session that is open in this process."""
 
     session: Session
@@ -43,7 +43,7 @@ class _Opened:
     """Warnings that were logged."""
 
     @classmethod
-    def of(cls, grammar: str, path: Path, options: SessionOptions) -> _Opened:
+    def of(cls, grammar: str, path: Path, options: SessionOptions) -> _OpenSession:
         """The session of a file: the one that is open if it is the same, else one that takes its place."""
         place, source = path.resolve(), find_rules(grammar, options.get("assets"))
         given = source.text(), source.assets.resolve(), options
@@ -78,7 +78,7 @@ class _Opened:
                 LOG.warning(warning)
 
 
-_OPEN: dict[Path, _Opened] = {}
+_OPEN: dict[Path, _OpenSession] = {}
 """By file. A cell that is run again makes another widget while ipywidgets keeps the one before it, which must not mean
 another session with processes of its own."""
 
@@ -122,7 +122,7 @@ class ScoringSession(anywidget.AnyWidget):
         """
         super().__init__()
         self._path = Path(path)
-        self._opened = _Opened.of(grammar, self._path, options)
+        self._opened = _OpenSession.of(grammar, self._path, options)
         self._opened.newest = self.model_id
         self._session = self._opened.session
         self.on_msg(self._receive)

@@ -113,7 +113,7 @@ def _look_up(folder: Path, meaning: str, path: str) -> tuple[Path, int | None]:
     return file, size
 
 
-class _Neighbours:
+class _AssetFiles:
     """The files that an asset refers to, as trimesh asks for them.
 
     Args:
@@ -145,7 +145,7 @@ def _read(file: Path, name: str, root: Path) -> tuple[NDArray[np.float64], NDArr
     content = file.read_bytes()
     if kind != ".obj":
         check_gltf(content, name, 3 * MAX_FACES)
-    neighbours: Any = _Neighbours(file.parent.relative_to(root.resolve()), root)
+    neighbours: Any = _AssetFiles(file.parent.relative_to(root.resolve()), root)
     try:
         mesh: Any = trimesh.load(
             io.BytesIO(content),

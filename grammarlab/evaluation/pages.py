@@ -25,7 +25,7 @@ BANDS = (80.0, 60.0, 40.0, 20.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class LikedModels:
     """Models that are liked alike, for one reason."""
 
     score: float
@@ -36,7 +36,7 @@ class Group:
     """The first ones of the labelled set; none where it holds none."""
 
 
-def example_models(source: Source, num: int) -> tuple[Group, ...]:
+def example_models(source: Source, num: int) -> tuple[LikedModels, ...]:
     """Models of the labelled set for every case of a scenario, the cases in their order and the others last.
 
     Where the preference is a product of factors, there is a group for each score; where it is an expression, for
@@ -61,7 +61,7 @@ def example_models(source: Source, num: int) -> tuple[Group, ...]:
             models.extend(forest.lots.model[new].tolist())
         if all(len(models) == num for models in found):
             break
-    return tuple(Group(score, means, tuple(models)) for (score, means), models in zip(labels, found, strict=True))
+    return tuple(LikedModels(score, means, tuple(models)) for (score, means), models in zip(labels, found, strict=True))
 
 
 def _grouping(scenario: Scenario) -> tuple[list[tuple[float, str]], Callable[[Forest], NDArray[np.intp]]]:

@@ -64,7 +64,7 @@ class PaperFigures:
 
 
 @dataclass(frozen=True, slots=True)
-class Target:
+class ScenarioGoal:
     """What we want to reach."""
 
     js: float = 0.01
@@ -104,7 +104,7 @@ class Scenario:
     methods: tuple[str, ...] = ("default",)
     """Names of learning methods to compare."""
     paper: PaperFigures = PaperFigures()
-    target: Target = Target()
+    target: ScenarioGoal = ScenarioGoal()
 
     @property
     def score(self) -> Score:
@@ -288,11 +288,11 @@ def _paper(file: TomlFile, table: dict[str, Any]) -> PaperFigures:
     return PaperFigures(original, p_learning, s_learning, labels, kde_labels, file.string(part, "figure", ""))
 
 
-def _target(file: TomlFile, table: dict[str, Any]) -> Target:
+def _target(file: TomlFile, table: dict[str, Any]) -> ScenarioGoal:
     part = file.part(table, "target", ("js", "labels", "aim", "since", "ask"))
     js = file.number(part, "js", MAX_DIVERGENCE)
     labels, aim, ask = (file.integer(part, key, 1, MAX_MODELS) for key in ("labels", "aim", "ask"))
     since = cast(Since, file.one_of(part, "since", ("start", "first liked")))
     if ask is not None and labels is not None and ask < labels:
         raise file.wrong(f"expected to ask for at least the {labels} labels of the target, found ask = {ask}", "ask")
-    return Target(Target().js if js is None else js, labels, aim, since, ask)
+    return ScenarioGoal(ScenarioGoal().js if js is None else js, labels, aim, since, ask)

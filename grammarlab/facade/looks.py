@@ -11,7 +11,7 @@ THICKNESS = 0.35
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class LabelLook:
     """How a thing is drawn."""
 
     color: str
@@ -33,34 +33,34 @@ class Look:
         return 0.12 if self.glazed else 0.8
 
 
-_WINDOW = Look("#2B3A48", -0.18, glazed=True)
-_DOOR = Look("#5B4030", -0.22)
-_CORNICE = Look("#DDD6C6", 0.3)
-_BAND = Look("#DDD6C6", 0.1)
-_PILLAR = Look("#D3CBBB", 0.15)
-_WALL = Look("#CDBFA6", 0.0, gives=True)
-_BASE = Look("#9A958B", 0.06, gives=True)
+_WINDOW = LabelLook("#2B3A48", -0.18, glazed=True)
+_DOOR = LabelLook("#5B4030", -0.22)
+_CORNICE = LabelLook("#DDD6C6", 0.3)
+_BAND = LabelLook("#DDD6C6", 0.1)
+_PILLAR = LabelLook("#D3CBBB", 0.15)
+_WALL = LabelLook("#CDBFA6", 0.0, gives=True)
+_BASE = LabelLook("#9A958B", 0.06, gives=True)
 
 _LOOKS = {
     **dict.fromkeys(("window", "pane", "glass", "light"), _WINDOW),
     **dict.fromkeys(("door", "gate", "portal", "entrance"), _DOOR),
-    "shop": Look("#39424A", -0.12, glazed=True),
-    "balcony": Look("#3A3D40", 0.5),
+    "shop": LabelLook("#39424A", -0.12, glazed=True),
+    "balcony": LabelLook("#3A3D40", 0.5),
     **dict.fromkeys(("cornice", "coping", "eaves"), _CORNICE),
     **dict.fromkeys(("molding", "band", "belt", "frieze"), _BAND),
-    "sill": Look("#D8D2C4", 0.12),
-    "blind": Look("#6F7F6A", -0.06),
-    "shutter": Look("#6F7F6A", 0.06),
+    "sill": LabelLook("#D8D2C4", 0.12),
+    "blind": LabelLook("#6F7F6A", -0.06),
+    "shutter": LabelLook("#6F7F6A", 0.06),
     **dict.fromkeys(("pillar", "pilaster", "column"), _PILLAR),
-    "deco": Look("#C9BFA9", 0.08),
+    "deco": LabelLook("#C9BFA9", 0.08),
     **dict.fromkeys(("base", "plinth"), _BASE),
-    "roof": Look("#5A4A44", -0.1),
+    "roof": LabelLook("#5A4A44", -0.1),
     **dict.fromkeys(("wall", "facade", "background"), _WALL),
-    "outside": Look("#FFFFFF00", 0.01 - THICKNESS, gives=True),
+    "outside": LabelLook("#FFFFFF00", 0.01 - THICKNESS, gives=True),
 }
 
 
-def look_of(label: str) -> Look:
+def look_of(label: str) -> LabelLook:
     """How something of that name is drawn: as the first known word in it, or in a colour of its own.
 
     >>> look_of("Shop window").color == look_of("window").color, look_of("").gives, look_of("clock").gives
@@ -73,7 +73,7 @@ def look_of(label: str) -> Look:
     if known is not None:
         return known
     channels = colorsys.hls_to_rgb(crc32(words.encode()) / 2**32, 0.55, 0.35)
-    return Look("#" + "".join(f"{round(255 * channel):02X}" for channel in channels), 0.05)
+    return LabelLook("#" + "".join(f"{round(255 * channel):02X}" for channel in channels), 0.05)
 
 
 def is_door(label: str) -> bool:

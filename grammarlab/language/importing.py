@@ -32,7 +32,7 @@ def load(path: str | Path, root: str | Path | None = None) -> Grammar:
     path = Path(path)
     grammar = Grammar.parse(read_text(path), str(path))
     folder = path.resolve().parent
-    reader = _Reader(rules_folder(folder) if root is None else Path(root).resolve())
+    reader = _ImportReader(rules_folder(folder) if root is None else Path(root).resolve())
     return reader.with_imports(grammar, folder, (path.resolve(),))
 
 
@@ -41,7 +41,7 @@ def rules_folder(folder: Path) -> Path:
     return next((each for each in (folder, *folder.parents) if each.name.lower() == RULES), folder)
 
 
-class _Reader:
+class _ImportReader:
     """Reads imported files, each once."""
 
     def __init__(self, root: Path) -> None:

@@ -41,7 +41,7 @@ Branch: TypeAlias = tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Vocabulary:
+class EngineWords:
     """The words that an engine carries out; other words in the place of operations are symbols."""
 
     operations: frozenset[str]
@@ -121,7 +121,7 @@ class Numbering:
     """The nodes of each definition of the file, in the order of the tree."""
 
     @classmethod
-    def of(cls, grammar: Grammar, vocabulary: Vocabulary) -> Numbering:
+    def of(cls, grammar: Grammar, vocabulary: EngineWords) -> Numbering:
         """The numbering of a grammar.
 
         Args:
@@ -144,7 +144,7 @@ class Numbering:
         return cls(tuple(symbols), number_branches(grammar, vocabulary), places, nodes)
 
 
-def number_branches(grammar: Grammar, vocabulary: Vocabulary) -> tuple[RuleBranch, ...]:
+def number_branches(grammar: Grammar, vocabulary: EngineWords) -> tuple[RuleBranch, ...]:
     """The branches of a grammar's rules as in its `Numbering`, without a look at the rest of its tree."""
     branches: list[RuleBranch] = []
     for key, rule in grammar.rules.items():
@@ -170,7 +170,7 @@ def _leaves(choice: Choice, path: Branch = ()) -> Iterator[tuple[Branch, Choice]
 class _Reader:
     """Reads the successors and blocks of one branch."""
 
-    def __init__(self, leaf: Choice, vocabulary: Vocabulary, rules: Collection[SymbolKey]) -> None:
+    def __init__(self, leaf: Choice, vocabulary: EngineWords, rules: Collection[SymbolKey]) -> None:
         self._vocabulary = vocabulary
         self._rules = rules
         self.successors: list[Successor] = []

@@ -26,7 +26,7 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs, Floats, Ints
 from grammarlab.learning.designs.made import MadePool
 from grammarlab.learning.designs.pool import Pool
-from grammarlab.learning.designs.tables import Columns, DesignTables, Table
+from grammarlab.learning.designs.tables import Columns, DesignTable, DesignTables
 from grammarlab.learning.growth import path_length
 from grammarlab.learning.settings import Settings
 from grammarlab.preference.base import AbstractPreference
@@ -101,7 +101,7 @@ class Study(Generic[Designs]):
             self._tables[wide] = DesignTables(self.space, made, self.settings.features, self._others)
         return self._tables[wide]
 
-    def table(self, state: State) -> Table:
+    def table(self, state: State) -> DesignTable:
         """The rows that the preferences of a state look at."""
         return self.tables(state.wide).table(state.columns)
 
@@ -233,7 +233,7 @@ def _compared(answers: Answers) -> tuple[Address, ...]:
 
 
 def _fit(
-    table: Table, rows: Ints, answers: Answers, others: Ints, settings: Settings, warm: AbstractPreference | None
+    table: DesignTable, rows: Ints, answers: Answers, others: Ints, settings: Settings, warm: AbstractPreference | None
 ) -> AbstractPreference:
     kinds = answers.kinds or ("score",) * len(rows)
     # In one order, whatever the order in which they were given: sums of floats depend on it.

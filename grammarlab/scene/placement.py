@@ -35,7 +35,7 @@ SHORTEST = 1e-18
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class PlacedTriangles:
     """Vertices and triangles of instances, one instance after the other."""
 
     vertices: NDArray[np.float32]
@@ -52,7 +52,7 @@ def place(
     mesh: Ints,
     vertex_offsets: Ints,
     triangle_offsets: Ints,
-) -> Placed:
+) -> PlacedTriangles:
     """Place every instance of a scene.
 
     Args:
@@ -62,7 +62,7 @@ def place(
         vertex_offsets: [I + 1] where the vertices of each instance go.
         triangle_offsets: [I + 1] likewise for triangles.
     """
-    placed = Placed(
+    placed = PlacedTriangles(
         np.empty((vertex_offsets[-1], 3), np.float32),
         np.empty((vertex_offsets[-1], 3), np.float32),
         np.empty((triangle_offsets[-1], 3), np.uint32),
@@ -115,7 +115,7 @@ class _Template(NamedTuple):
     """[S] likewise for triangles."""
 
 
-def _template(shaded: ShadedMeshes, mesh: int, placed: Placed) -> _Template:
+def _template(shaded: ShadedMeshes, mesh: int, placed: PlacedTriangles) -> _Template:
     vertices = slice(*shaded.mesh_vertices[mesh : mesh + 2])
     corners = shaded.triangles[slice(*shaded.mesh_triangles[mesh : mesh + 2])]
     points, point = _distinct(shaded.points[vertices])
@@ -234,7 +234,7 @@ def _times(axis: Floats, weight: float) -> Floats:
 
 
 def _place_rest(
-    placed: Placed,
+    placed: PlacedTriangles,
     scene: Scene,
     shaded: ShadedMeshes,
     axes: Floats,

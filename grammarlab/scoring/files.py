@@ -9,9 +9,9 @@ from typing import Any
 
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.runs.serving.windows import Answer, Message, Refuse
-from grammarlab.scoring.shown.desk import Desk
+from grammarlab.scoring.shown.desk import SessionDesk
 from grammarlab.scoring.workers.tasks import DrawSheet, LearnedFile, LearnGrammar, ReadLabels, WriteLabels
-from grammarlab.scoring.workers.worker_pool import Outcome, WorkerPool
+from grammarlab.scoring.workers.worker_pool import TaskOutcome, WorkerPool
 
 Result = Callable[[Any], tuple[Message, Sequence[bytes]]]
 """What an answer says of a value, with its buffers."""
@@ -22,7 +22,7 @@ Announce = Callable[[str, str, int, int], None]
 class SessionFiles:
     """Files, made and read in a process beside the session. All methods are for one thread."""
 
-    def __init__(self, desk: Desk, path: Path, makers: WorkerPool, announce: Announce) -> None:
+    def __init__(self, desk: SessionDesk, path: Path, makers: WorkerPool, announce: Announce) -> None:
         """Begins to work for a desk; `path` is that of the session file."""
         self._desk, self._path, self._makers, self._announce = desk, path, makers, announce
 
@@ -35,7 +35,7 @@ class SessionFiles:
     def read(self, content: bytes, suffix: str, answer: Answer, refuse: Refuse) -> None:
         """Adds the scores of a label file; all of them can be undone at once."""
 
-        def add(outcome: Outcome) -> None:
+        def add(outcome: TaskOutcome) -> None:
             try:
                 if outcome.value is None:
                     raise UsageError(outcome.error)
@@ -73,7 +73,7 @@ class SessionFiles:
         self._makers.close()
 
 
-def answered(answer: Answer, refuse: Refuse, result: Result, outcome: Outcome) -> None:
+def answered(answer: Answer, refuse: Refuse, result: Result, outcome: TaskOutcome) -> None:
     """Answers a window with what a process found, or says why it found nothing."""
     if outcome.value is None:
         refuse(outcome.error or "cancelled.")

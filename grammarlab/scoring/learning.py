@@ -9,11 +9,11 @@ from functools import partial
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import shown
 from grammarlab.scoring.grids import PAIRS
-from grammarlab.scoring.shown.desk import Desk
+from grammarlab.scoring.shown.desk import SessionDesk
 from grammarlab.scoring.shown.knowledge import ModelPool
 from grammarlab.scoring.shown.populate import WAYS, fresh_samples, number_to_choose
 from grammarlab.scoring.workers.tasks import Choose, ModelChoice, Prepare, Progress, Update
-from grammarlab.scoring.workers.worker_pool import Outcome, WorkerPool
+from grammarlab.scoring.workers.worker_pool import TaskOutcome, WorkerPool
 
 STAYED = "Predictions are new; the models stay, since you went on meanwhile. Populate for others."
 WIDENED = "What you like is rare, so from now on it is looked for among many more unusual models."
@@ -24,7 +24,7 @@ _UNLEARNED = ("default", "grammar", "density", "uncertainty", PAIRS)
 class Learning:
     """Updates and choices of models. All methods are for one thread, on which callbacks run, too."""
 
-    def __init__(self, desk: Desk, learners: WorkerPool, announce: Callable[[str, int, int], None]) -> None:
+    def __init__(self, desk: SessionDesk, learners: WorkerPool, announce: Callable[[str, int, int], None]) -> None:
         """Begins to work for a desk.
 
         Args:
@@ -101,7 +101,7 @@ class Learning:
         if choice is not None:
             self._ticket = ticket
 
-    def _learned(self, update: Update, revision: tuple[int, int], outcome: Outcome) -> None:
+    def _learned(self, update: Update, revision: tuple[int, int], outcome: TaskOutcome) -> None:
         choice, desk = update.choice, self._desk
         if choice is not None:
             self._ticket = 0
@@ -127,13 +127,13 @@ class Learning:
             else:
                 desk.message = " ".join((STAYED, *widened))
 
-    def _prepared(self, outcome: Outcome) -> None:
+    def _prepared(self, outcome: TaskOutcome) -> None:
         self._desk.knowledge.features = outcome.value
         self._progress_ended()
         if outcome.error:
             self._desk.message = outcome.error
 
-    def _chosen(self, choice: ModelChoice, num_shown: int, outcome: Outcome) -> None:
+    def _chosen(self, choice: ModelChoice, num_shown: int, outcome: TaskOutcome) -> None:
         self._choosing = 0
         self._progress_ended()
         if outcome.value is None:

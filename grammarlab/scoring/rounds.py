@@ -11,7 +11,7 @@ from grammarlab.scoring.files import Result, SessionFiles, answered
 from grammarlab.scoring.grids import PAIRS, Body, ModelGrid
 from grammarlab.scoring.learning import Learning
 from grammarlab.scoring.record.store import Store
-from grammarlab.scoring.shown.desk import Desk
+from grammarlab.scoring.shown.desk import SessionDesk
 from grammarlab.scoring.shown.populate import fresh_samples
 from grammarlab.scoring.workers.tasks import FindPart, MakeGlb
 from grammarlab.scoring.workers.thumbnails import Thumbnails
@@ -38,7 +38,7 @@ class Rounds:
             tell: sends a message to all windows.
         """
         self.path = path
-        self.desk = desk = Desk(store)
+        self.desk = desk = SessionDesk(store)
         about = store.about
         place, deliver = (about.suffix, about.grammar, about.title, str(assets)), artists.deliver
         models = about.seed, about.size, desk.record.wide

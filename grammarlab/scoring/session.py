@@ -27,7 +27,7 @@ from grammarlab.scoring.record.store import Store
 from grammarlab.scoring.rounds import Rounds
 from grammarlab.scoring.state import state_of
 from grammarlab.scoring.workers.tasks import Begin
-from grammarlab.scoring.workers.worker_pool import Outcome, WorkerPool
+from grammarlab.scoring.workers.worker_pool import TaskOutcome, WorkerPool
 
 CLOSED = "The session has been closed; what was scored is saved. Open it again to go on."
 LOOK_EVERY = 0.4
@@ -181,7 +181,7 @@ class Session:
         """A new session file; none is made for a grammar with errors."""
         if self._artists.size:
             # They have to read the grammar in any case, and this process need not load what that takes.
-            found: list[Outcome] = []
+            found: list[TaskOutcome] = []
             self._artists.submit(Begin(), found.append)
             while not found:
                 job = self._inbox.get()

@@ -10,7 +10,7 @@ from grammarlab.runs.serving.windows import Message
 from grammarlab.scoring.grids import PAIRS
 from grammarlab.scoring.record.said import Scores, compared
 from grammarlab.scoring.rounds import Rounds
-from grammarlab.scoring.shown.desk import Desk
+from grammarlab.scoring.shown.desk import SessionDesk
 from grammarlab.scoring.shown.populate import WAYS
 from grammarlab.scoring.workers.tasks import Predictions, Singles
 
@@ -56,7 +56,7 @@ def state_of(rounds: Rounds) -> Message:
     }
 
 
-def _models(desk: Desk, predicted: Predictions | None) -> dict[str, Message]:
+def _models(desk: SessionDesk, predicted: Predictions | None) -> dict[str, Message]:
     """What is known about each model that is shown."""
     record = desk.record
     names = [model for grid in record.grids for model in grid.models]
@@ -82,7 +82,7 @@ def _models(desk: Desk, predicted: Predictions | None) -> dict[str, Message]:
     }
 
 
-def _pairs(desk: Desk) -> list[Message]:
+def _pairs(desk: SessionDesk) -> list[Message]:
     """The pairs that are shown, and what was said of each for the active factor."""
     scores = desk.record.factors[desk.record.active]
     return [

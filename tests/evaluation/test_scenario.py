@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from grammarlab.derivation import compile_grammar
 from grammarlab.errors import UsageError
-from grammarlab.evaluation.scenario import FeatureOptions, PaperFigures, Target, load, parse
+from grammarlab.evaluation.scenario import FeatureOptions, PaperFigures, ScenarioGoal, load, parse
 from grammarlab.evaluation.toml_file import MAX_BYTES
 from grammarlab.features.patterns.pattern import Threshold
 from grammarlab.language.grammar import Grammar
@@ -63,7 +63,7 @@ def test_a_file_becomes_a_value():
     assert (scenario.name, scenario.title, scenario.grammar) == ("small", "Low towers", "toy")
     assert (scenario.num_models, scenario.seed, scenario.base, scenario.draws) == (5000, 0, "grammar", "grammar")
     assert (scenario.features, scenario.methods) == (FeatureOptions(), ("default",))
-    assert (scenario.paper, scenario.target) == (PaperFigures(), Target())
+    assert (scenario.paper, scenario.target) == (PaperFigures(), ScenarioGoal())
     (factor,) = scenario.factors
     assert [case.means for case in factor.score.cases] == ["low and all orange", ""]
     assert factor.score.features[0] == Threshold("h1", 2.0)
@@ -103,7 +103,7 @@ ask = 512
     assert (scenario.base, scenario.draws, scenario.methods) == ("uniform", "flattened", ("a", "b"))
     assert scenario.features == FeatureOptions(4, ("paths", "siblings"))
     assert scenario.paper == PaperFigures(0.3, 0.2, 0.0, 245, 438, "4.11b")
-    assert scenario.target == Target(1e-3, 64, 48, "first liked", 512)
+    assert scenario.target == ScenarioGoal(1e-3, 64, 48, "first liked", 512)
     assert scenario.hash != parse(SMALL).hash
 
 

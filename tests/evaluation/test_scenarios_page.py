@@ -66,7 +66,7 @@ def test_the_page_names_every_key_family_and_bound():
     for key in scenario._KEYS:
         assert key in keys
     values = " ".join(" ".join(cells) for cells in rows("All keys"))
-    for kind in (scenario.FeatureOptions, scenario.PaperFigures, scenario.Target):
+    for kind in (scenario.FeatureOptions, scenario.PaperFigures, scenario.ScenarioGoal):
         for part in fields(kind):
             assert f"`{part.name}`" in values
     for family in scenario.FAMILIES:

@@ -13,7 +13,7 @@ from grammarlab.cli.facade.grammar import metres
 from grammarlab.errors import UsageError
 
 
-class Method(StrEnum):
+class SynthesisMethod(StrEnum):
     """How labels are found."""
 
     exact = "exact"
@@ -60,8 +60,8 @@ def synthesize(
     ] = 0,
     number: Annotated[int, typer.Option("-n", "--number", help="Largest number of results.", min=1, max=50)] = 1,
     method: Annotated[
-        Method, typer.Option("--method", help="exact has a proven bound; em is the method of the paper.")
-    ] = Method.exact,
+        SynthesisMethod, typer.Option("--method", help="exact has a proven bound; em is the method of the paper.")
+    ] = SynthesisMethod.exact,
     up: Annotated[Up, typer.Option("--up", help="Up axis of the file.")] = Up.auto,
     unit: Annotated[Unit, typer.Option("--unit", help="Unit of the coordinates of the file.")] = Unit.m,
     example: Annotated[
@@ -107,12 +107,12 @@ def synthesize(
     """
     with friendly_errors():
         from grammarlab.cli.facade.wishes import wishes_of
-        from grammarlab.runs.facade.synthesize import Task, synthesize_buildings
+        from grammarlab.runs.facade.synthesize import SynthesisRequest, synthesize_buildings
 
         wishes = wishes_of(
             count or (), only or (), fix or (), equal_corners=equal_corners, symmetric=symmetric, keep=keep
         )
-        task = Task(
+        task = SynthesisRequest(
             rows=rows,
             columns=columns,
             box=_box(box),

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from grammarlab.cli.pictures.rule_graph import Placed
+from grammarlab.cli.pictures.rule_graph import PlacedSymbol
 from grammarlab.errors import UsageError
 from grammarlab.files import atomic_file, write_text
 
@@ -30,7 +30,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class _Box:
-    placed: Placed
+    placed: PlacedSymbol
     x: float
     y: float
     width: float
@@ -45,7 +45,7 @@ class _Page:
     """Cubic Bezier curves."""
 
 
-def save_graph(symbols: Sequence[Placed], edges: Iterable[tuple[str, str]], path: Path) -> None:
+def save_graph(symbols: Sequence[PlacedSymbol], edges: Iterable[tuple[str, str]], path: Path) -> None:
     """Draw placed symbols and the edges between them.
 
     Args:
@@ -63,9 +63,9 @@ def _font(scale: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
     return ImageFont.load_default(TEXT * scale)
 
 
-def _lay_out(symbols: Sequence[Placed], edges: Iterable[tuple[str, str]]) -> _Page:
+def _lay_out(symbols: Sequence[PlacedSymbol], edges: Iterable[tuple[str, str]]) -> _Page:
     font = _font(1)
-    legend = [Placed(text, kind, -1, 0) for kind, text in LEGEND.items()]
+    legend = [PlacedSymbol(text, kind, -1, 0) for kind, text in LEGEND.items()]
     text_width = {item: font.getlength(item.symbol) + 16 for item in [*symbols, *legend]}
     num_columns = max((s.column for s in symbols), default=-1) + 1
     widths = [max(text_width[s] for s in symbols if s.column == column) for column in range(num_columns)]

@@ -14,7 +14,7 @@ _SWEEPS = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class PlacedSymbol:
     """A symbol with its place."""
 
     symbol: str
@@ -31,7 +31,7 @@ class RuleGraph:
     """The symbols of a grammar, and what each rule makes."""
 
     kind: Mapping[str, str]
-    """For each symbol, as in `Placed`."""
+    """For each symbol, as in `PlacedSymbol`."""
     edges: Collection[tuple[str, str]]
     """A rule and a symbol that it makes; each pair once."""
 
@@ -65,7 +65,7 @@ def rule_graph(rules: Iterable[Rule], start: str, operations: frozenset[str]) ->
     return RuleGraph(kind, [(symbol, child) for symbol in kind for child in made.get(symbol, ())])
 
 
-def place(graph: RuleGraph) -> list[Placed]:
+def place(graph: RuleGraph) -> list[PlacedSymbol]:
     """Columns by the longest way from the start, rows so that few edges cross (Sugiyama, Tagawa and Toda, 1981)."""
     column = _columns(graph)
     rows: dict[str, float] = {}
@@ -82,7 +82,7 @@ def place(graph: RuleGraph) -> list[Placed]:
             rows.update({symbol: index for index, symbol in enumerate(layer)})
     tallest = max(map(len, layers), default=0)
     return [
-        Placed(symbol, graph.kind[symbol], index, row + (tallest - len(layer)) / 2)
+        PlacedSymbol(symbol, graph.kind[symbol], index, row + (tallest - len(layer)) / 2)
         for index, layer in enumerate(layers)
         for row, symbol in enumerate(layer)
     ]

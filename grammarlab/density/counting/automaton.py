@@ -80,13 +80,13 @@ def count_automaton(components: PatternComponents, max_states: int = 20_000) -> 
         InexactError: when a relevant symbol occurs a number of times that the text does not tell, or there are too
             many states.
     """
-    build = _Build(components, max_states)
+    build = _AutomatonBuild(components, max_states)
     for group in groups(components.calls):
         build.settle(group)
     return Automaton(components, build.states, build.scans)
 
 
-class _Build:
+class _AutomatonBuild:
     def __init__(self, components: PatternComponents, max_states: int) -> None:
         self.components = components
         self.max_states = max_states
@@ -129,7 +129,7 @@ class _Build:
 class _Reading:
     """One alternative: which numbers a scan keeps, and its steps."""
 
-    def __init__(self, build: _Build, key: SymbolKey, alternative: Alternative) -> None:
+    def __init__(self, build: _AutomatonBuild, key: SymbolKey, alternative: Alternative) -> None:
         self.build, self.key, self.alternative = build, key, alternative
         components = build.components
         self.active = components.active[key]

@@ -26,7 +26,7 @@ _DIGITS = 44
 
 
 @dataclass(frozen=True, slots=True)
-class Product:
+class OutsideTerm:
     """A summand: a weight times one future for each child of a scan."""
 
     weight: float
@@ -40,7 +40,7 @@ def snapped(weights: Floats) -> Floats:
     return np.ldexp(np.rint(np.ldexp(mantissa, _DIGITS)), exponent - _DIGITS)
 
 
-def decompose(scan: Scan, future: Floats, max_products: int) -> list[Product]:
+def decompose(scan: Scan, future: Floats, max_products: int) -> list[OutsideTerm]:
     """The joint future of the children of a scan as a sum of products.
 
     A decision diagram over the children is built from the last child to the first; nodes whose branches are
@@ -64,7 +64,7 @@ def decompose(scan: Scan, future: Floats, max_products: int) -> list[Product]:
         first, node = _distinct(weights, below)
         node = np.where(scale > 0.0, node, -1)
         levels.append((weights[first], below[first]))
-    products: list[Product] = []
+    products: list[OutsideTerm] = []
     for product in _paths(levels[::-1], float(scale[0]), int(node[0])):
         products.append(product)
         if len(products) > max_products:
@@ -84,7 +84,7 @@ def _distinct(weights: Floats, below: Ints) -> tuple[Ints, Ints]:
     return first, kind.reshape(-1)
 
 
-def _paths(levels: list[tuple[Floats, Ints]], scale: float, top: int) -> Iterator[Product]:
+def _paths(levels: list[tuple[Floats, Ints]], scale: float, top: int) -> Iterator[OutsideTerm]:
     """The paths of the diagram from a node, depth first."""
     if top < 0:
         return
@@ -92,7 +92,7 @@ def _paths(levels: list[tuple[Floats, Ints]], scale: float, top: int) -> Iterato
     while waiting:
         level, node, futures, weight = waiting.pop()
         if level == len(levels):
-            yield Product(weight, futures)
+            yield OutsideTerm(weight, futures)
             continue
         weights, below = levels[level][0][node], levels[level][1][node]
         for target in sorted({int(t) for t in below if t >= 0}, reverse=True):

@@ -22,7 +22,7 @@ from grammarlab.arrays import Ints
 from grammarlab.density.mixtures.clustering import merged
 from grammarlab.density.mixtures.mixture import Cells, Mixture, dense
 from grammarlab.density.samples.blocks import multiplied
-from grammarlab.density.samples.levels import Levels
+from grammarlab.density.samples.levels import ProbabilityPrior
 from grammarlab.density.samples.sampled import kinds
 from grammarlab.density.samples.shrinkage import Shrinkage, averaged
 
@@ -68,7 +68,7 @@ def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, order
         shrinkage: the choices, each alone.
         counts: [N, A] how often each example took each cell.
         weights: [N] how much each counts, >= 0 and not all 0.
-        ordered: [choices] see `Levels.of`.
+        ordered: [choices] see `ProbabilityPrior.of`.
     """
     cells = shrinkage.cells
     used = weights > 0.0
@@ -80,7 +80,7 @@ def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, order
         candidates = _candidates(strength, open_choices)
         if not len(candidates):
             break
-        search = _Search(shrinkage, counts, weights, ordered, candidates)
+        search = _GateSearch(shrinkage, counts, weights, ordered, candidates)
         best = max(search.gates(), key=lambda gate: gate.gain, default=None)
         if best is None or best.gain <= 0.0:
             break
@@ -143,7 +143,7 @@ def _candidates(strength: Floats, open_choices: Flags) -> Ints:
     return np.array(sorted(chosen), dtype=np.int64)
 
 
-class _Search:
+class _GateSearch:
     """Gates among some choices."""
 
     def __init__(
@@ -153,7 +153,7 @@ class _Search:
         self.cells = np.flatnonzero(np.isin(cells.choice, choices))
         self.own = Cells(cells.original[self.cells], np.searchsorted(choices, cells.choice[self.cells]))
         self.ordered = ordered[choices]
-        self.levels = Levels.of(self.own, self.ordered)
+        self.levels = ProbabilityPrior.of(self.own, self.ordered)
         self.odds = shrinkage.odds[choices]
         self.evidence = shrinkage.evidence[choices]
         self.all = shrinkage.posterior.evidence[0, choices]

@@ -46,7 +46,7 @@ class LevelPosterior:
 
 
 @dataclass(frozen=True)
-class Levels:
+class ProbabilityPrior:
     """The prior of the probabilities of some choices."""
 
     cells: Cells
@@ -62,7 +62,7 @@ class Levels:
     """[P] logarithm of its probability among those of the choice."""
 
     @classmethod
-    def of(cls, cells: Cells, ordered: Flags) -> Levels:
+    def of(cls, cells: Cells, ordered: Flags) -> ProbabilityPrior:
         """The prior for choices.
 
         Args:

@@ -149,7 +149,7 @@ def written(
     )
 
 
-class _Kept(NamedTuple):
+class _KeptModels(NamedTuple):
     """What is kept of accepted models."""
 
     counts: sparse.csr_array
@@ -197,12 +197,12 @@ class _Learner:
                 self.findings.append(f"${name} keeps its density: {error}")
         return found
 
-    def keep(self, models: Candidates, rows: Ints) -> _Kept:
+    def keep(self, models: Candidates, rows: Ints) -> _KeptModels:
         """What is learned from some of the models."""
         counts = self.choices.count(self.target.grammar, select_models(models.forest, rows))
-        return _Kept(counts, models.values[rows])
+        return _KeptModels(counts, models.values[rows])
 
-    def sample(self, chunks: Sequence[tuple[_Kept, Ints]]) -> Sample:
+    def sample(self, chunks: Sequence[tuple[_KeptModels, Ints]]) -> Sample:
         """The models to learn from: some rows of each chunk."""
         target = self.target
         counts = sparse.csr_array(sparse.vstack([kept.counts[rows] for kept, rows in chunks]))

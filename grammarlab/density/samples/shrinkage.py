@@ -16,7 +16,7 @@ from scipy import sparse
 from scipy.special import expit
 
 from grammarlab.density.mixtures.mixture import Cells, dense
-from grammarlab.density.samples.levels import LevelPosterior, Levels
+from grammarlab.density.samples.levels import LevelPosterior, ProbabilityPrior
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -29,7 +29,7 @@ _DOUBTFUL = 0.2
 class Shrinkage:
     """Choices, the prior of each, and all examples together."""
 
-    levels: Levels
+    levels: ProbabilityPrior
     odds: Floats
     """[choices] log of the prior odds that it matters."""
     total: Floats
@@ -43,7 +43,7 @@ class Shrinkage:
 
         Args:
             cells: their branches.
-            ordered: see `Levels.of`.
+            ordered: see `ProbabilityPrior.of`.
             drawn: [choices] which are attributes and which choices of rules; one of each kind is expected to matter.
             counts: [N, A] how often each example took each cell.
             weights: [N] how much each counts, >= 0.
@@ -52,7 +52,7 @@ class Shrinkage:
         spread = _spread(cells, counts, weights)
         made = np.bincount(cells.choice, weights=total, minlength=len(drawn)) > 0.0
         number = np.where(drawn, np.count_nonzero(made & drawn), np.count_nonzero(made & ~drawn))
-        return cls(Levels.of(cells, ordered), -np.log(np.maximum(number, 1.0)), total / spread, spread)
+        return cls(ProbabilityPrior.of(cells, ordered), -np.log(np.maximum(number, 1.0)), total / spread, spread)
 
     @property
     def cells(self) -> Cells:

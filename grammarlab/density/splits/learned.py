@@ -14,7 +14,7 @@ from grammarlab.density.counting.attributes import AttributeParts, parts_taken
 from grammarlab.density.sampler import AbstractSampler
 from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.density.splits.splitting import Base
-from grammarlab.density.splits.tree_density import Start, TreeRatio
+from grammarlab.density.splits.tree_density import StartRule, TreeRatio
 from grammarlab.density.splits.writing import Mixed, Origin
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
@@ -138,7 +138,7 @@ class LearnedGrammar(AbstractSampler):
     @cached_property
     def _trees(self) -> TreeRatio:
         branching = len({component.start for component in self.components}) > 1
-        starts = [Start(self.start, i if branching else None) for i in range(len(self.components))]
+        starts = [StartRule(self.start, i if branching else None) for i in range(len(self.components))]
         learned = TreeGrammar.of(self.grammar, self.start[0])
         return TreeRatio(TreeGrammar.of(self.original), learned, self.origins, starts)
 

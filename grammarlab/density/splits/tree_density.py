@@ -23,7 +23,7 @@ from grammarlab.language.numbering import Branch, SymbolKey
 Floats = NDArray[np.float64]
 
 
-class Start(NamedTuple):
+class StartRule(NamedTuple):
     """The learned rule that a tree begins with, and which of its branches: all, or those of one component."""
 
     key: SymbolKey
@@ -57,7 +57,7 @@ class TreeRatio:
         original: TreeGrammar,
         learned: TreeGrammar,
         origins: Mapping[SymbolKey, Origin],
-        starts: Sequence[Start],
+        starts: Sequence[StartRule],
     ) -> None:
         self._original = original
         self._learned = learned
@@ -68,7 +68,7 @@ class TreeRatio:
         self._slots: dict[tuple[SymbolKey, Branch | None], list[_Production]] = {}
         for start, number in self._numbers.items():
             for origin, ratio, alternative in self._alternatives(start):
-                children = tuple(self._numbers.get(Start(s.key, None), -1) for s in alternative.successors)
+                children = tuple(self._numbers.get(StartRule(s.key, None), -1) for s in alternative.successors)
                 key = self._origin(start.key).key
                 self._slots.setdefault((key, origin), []).append(_Production(number, origin, ratio, children))
 
@@ -102,7 +102,7 @@ class TreeRatio:
         branches = [alternative.branch for alternative in self._learned.alternatives(key)]
         return found or Origin(key, {branch: branch for branch in branches if branch is not None})
 
-    def _alternatives(self, start: Start) -> Iterator[tuple[Branch | None, float, Alternative]]:
+    def _alternatives(self, start: StartRule) -> Iterator[tuple[Branch | None, float, Alternative]]:
         """The learned alternatives of a rule: what each comes from, its ratio, and itself."""
         origin = self._origin(start.key)
         before = _path_probabilities(self._original.body(origin.key))
@@ -117,7 +117,7 @@ class TreeRatio:
             if old > 0.0:
                 yield source, new / old, alternative
 
-    def _differing(self, starts: Sequence[Start]) -> list[Start]:
+    def _differing(self, starts: Sequence[StartRule]) -> list[StartRule]:
         """The learned rules below the starts under which something differs from the original."""
         keys = {start.key: None for start in starts}
         queue = list(keys)
@@ -133,7 +133,7 @@ class TreeRatio:
             more = {key for key in keys if key not in differing and below[key] & differing}
             differing |= more
             grows = bool(more)
-        return [Start(key, None) for key in keys if key in differing]
+        return [StartRule(key, None) for key in keys if key in differing]
 
 
 class _Columns:

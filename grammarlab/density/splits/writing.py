@@ -61,7 +61,7 @@ class Mixed:
 
 
 @dataclass(frozen=True, slots=True)
-class Written:
+class WrittenGrammar:
     """A learned grammar and where it comes from."""
 
     text: str
@@ -81,7 +81,7 @@ def write(
     header: Sequence[str],
     names: Callable[[Splitting, Collection[str]], AbstractNames] = SplitNames,
     step: float = EXACT,
-) -> Written:
+) -> WrittenGrammar:
     """The grammar that a splitting stands for.
 
     Args:
@@ -92,10 +92,10 @@ def write(
         names: finds names for variants, given those that are taken.
         step: what probabilities are multiples of (`grammarlab.density.rounding`).
     """
-    return _Writer(grammar, splitting, weights, names(splitting, _identifiers(grammar)), step).run(header)
+    return _GrammarWriter(grammar, splitting, weights, names(splitting, _identifiers(grammar)), step).run(header)
 
 
-class _Writer:
+class _GrammarWriter:
     def __init__(
         self, grammar: Grammar, splitting: Splitting, weights: InsideWeights, words: AbstractNames, step: float
     ) -> None:
@@ -122,7 +122,7 @@ class _Writer:
         """The attribute that says which component a model is of."""
         self._find_names()
 
-    def run(self, header: Sequence[str]) -> Written:
+    def run(self, header: Sequence[str]) -> WrittenGrammar:
         copies: dict[SymbolKey, list[RuleCopy]] = {}
         origins: dict[SymbolKey, Origin] = {}
         reachable = set(self.tree.reachable)
@@ -142,7 +142,7 @@ class _Writer:
         }
         definitions = [mixture_text(self.mixture, [c.probability for c in self.components])] if self.mixed else []
         text = rewrite(self.grammar, copies, attributes, definitions, header)
-        return Written(text, origins, (self.start_name, 0), self.components)
+        return WrittenGrammar(text, origins, (self.start_name, 0), self.components)
 
     # What occurs
 

@@ -76,17 +76,19 @@ def with_ranges(
     bounds = [read for read in reads if isinstance(read, Threshold)]
     choices = {Draw(name) for name in names if _num_branches(grammar, name)}
     kept = [read for read in reads if read in choices or not _by_value(grammar, read)]
-    axes: list[_Axis] = []
+    axes: list[_AttributeRanges] = []
     for name in names:
         size = _num_branches(grammar, name)
         if size:
-            axes.append(_Axis(np.unique(np.linspace(0, size, number + 1).round()), [kept.index(Draw(name))], True))
+            axes.append(
+                _AttributeRanges(np.unique(np.linspace(0, size, number + 1).round()), [kept.index(Draw(name))], True)
+            )
             continue
         cuts = even_cuts(grammar, name, number, [found for found in bounds if found.site == name])
         kept += [found for found in cuts if found not in kept]
         first, *_, last = range_ends(grammar, name)
         edges = np.array([first, *(found.bound for found in cuts), last])
-        axes.append(_Axis(edges, [kept.index(found) for found in cuts], False))
+        axes.append(_AttributeRanges(edges, [kept.index(found) for found in cuts], False))
     if prod(len(axis.edges) - 1 for axis in axes) > _MOST_BOXES:
         raise InexactError(f"{len(names)} drawn numbers have too many combinations of {number} ranges")
     return tuple(kept), _Means(tuple(reads), tuple(kept), preference, names, tuple(axes))
@@ -110,7 +112,7 @@ def _num_branches(grammar: Grammar, name: str) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class _Axis:
+class _AttributeRanges:
     """The ranges of one attribute."""
 
     edges: Floats
@@ -142,7 +144,7 @@ class _Means:
     preference: Preference
     names: tuple[str, ...]
     """The attributes that were cut."""
-    axes: tuple[_Axis, ...]
+    axes: tuple[_AttributeRanges, ...]
 
     def __call__(self, values: Floats) -> Floats:
         ranges = np.stack([axis.range_of(values) for axis in self.axes], axis=1)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from grammarlab.derivation.functions import BUILTINS
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.numbering import Numbering, Vocabulary
+from grammarlab.language.numbering import EngineWords, Numbering
 
-VOCABULARY = Vocabulary(
+VOCABULARY = EngineWords(
     frozenset(OPERATIONS), frozenset(BLOCKS), frozenset(name for name, builtin in BUILTINS.items() if builtin.random)
 )
 

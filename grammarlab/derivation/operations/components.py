@@ -44,7 +44,7 @@ _CLIMBING = frozenset({"hip", "valley", "ridge"})
 """Selectors of roof edges that lead upwards whatever the face they were met at."""
 
 
-class Placed(NamedTuple):
+class ComponentShapes(NamedTuple):
     """K component shapes: their scopes and geometry."""
 
     row: Rows
@@ -76,7 +76,7 @@ class AbstractComponents(ABC):
         """[K] the components that a selector names."""
 
     @abstractmethod
-    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> Placed:
+    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
         """The shapes that chosen components make.
 
         Args:
@@ -107,7 +107,7 @@ class _BoxFaces(AbstractComponents):
             return np.tile(classify(normals, selector), self._shapes.num)
         return oriented(selector, normals[self.index], self.row, self._shapes, self._call.workspace)
 
-    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> Placed:
+    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
         if join != "each" or not aligned:
             return _MeshComponents(self._call, self._shapes, "f").place(chosen, join, aligned)
         shapes, frames = self._shapes, self._call.workspace.frames
@@ -118,7 +118,7 @@ class _BoxFaces(AbstractComponents):
         each = np.arange(len(chosen))
         if self._kind == FACE:
             position = shapes.position[row]
-            return Placed(row, position, whole * [1.0, 1.0, 0.0], parent, mesh, each, position)
+            return ComponentShapes(row, position, whole * [1.0, 1.0, 0.0], parent, mesh, each, position)
         first = face[0] if len(face) else 0
         if (face == first).all():
             frame = frames.turned(parent, int(_BOX_CUBES[first]))
@@ -131,7 +131,7 @@ class _BoxFaces(AbstractComponents):
         if self._kind == FOOTPRINT:
             origin[:, 1] = 0.0
         position = shapes.position[row] + frames.to_world(parent, origin)
-        return Placed(row, position, size, frame, mesh, each, position)
+        return ComponentShapes(row, position, size, frame, mesh, each, position)
 
 
 class _MeshComponents(AbstractComponents):
@@ -150,7 +150,7 @@ class _MeshComponents(AbstractComponents):
         to_object = _to_object(self._call, shapes) if prefix in ("object", "street") else None
         return select(self._components, selector, to_object, to_world)
 
-    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> Placed:
+    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
         if join == "each":
             taken = self._components.take(chosen)
             return self._placed(upwards(taken) if selector in _CLIMBING else taken, np.arange(len(chosen)), aligned)
@@ -165,7 +165,7 @@ class _MeshComponents(AbstractComponents):
             return self._placed(parts_of.face_sets(self._meshes, faces, sizes), first, aligned)
         return self._placed(joined(self._components.take(chosen), sizes), first, aligned)
 
-    def _placed(self, components: parts_of.Components, first: Rows, aligned: bool) -> Placed:
+    def _placed(self, components: parts_of.ComponentMeshes, first: Rows, aligned: bool) -> ComponentShapes:
         shapes, workspace = self._shapes, self._call.workspace
         components = components if aligned else unaligned(components)
         row = components.mesh
@@ -174,7 +174,7 @@ class _MeshComponents(AbstractComponents):
         unit, _, _ = normalized(components.shapes)
         mesh = add_faces(workspace.meshes, unit)
         corner = shapes.position[row] + workspace.frames.to_world(shapes.frame[row], components.pivot)
-        return Placed(row, position, components.size, frame, mesh, first, corner)
+        return ComponentShapes(row, position, components.size, frame, mesh, first, corner)
 
 
 class _MixedComponents(AbstractComponents):
@@ -190,7 +190,7 @@ class _MixedComponents(AbstractComponents):
     def picked(self, selector: str) -> Flags:
         return np.concatenate([group.picked(selector) for _, group in self._groups])[self._order]
 
-    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> Placed:
+    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
         turn = np.full(len(self.row), -1, np.int64)
         turn[self._order[chosen]] = np.arange(len(chosen))
         placed, start = [], 0
@@ -203,7 +203,7 @@ class _MixedComponents(AbstractComponents):
                 placed.append(part._replace(row=rows[part.row], first=turns[own][part.first]))
         columns = [np.concatenate(column) for column in zip(*placed, strict=True)]
         order = np.argsort(columns[0], kind="stable")
-        return Placed(*(column[order] for column in columns))
+        return ComponentShapes(*(column[order] for column in columns))
 
 
 def comp(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:

@@ -12,7 +12,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.boxes.annotation import BACKGROUND, BoxAnnotation
 from grammarlab.facade.boxes.cutting import cut
 from grammarlab.facade.boxes.filling import WALL, PinwheelError, fill
-from grammarlab.facade.boxes.overlaps import Pieces, uncovered
+from grammarlab.facade.boxes.overlaps import VisiblePieces, uncovered
 from grammarlab.facade.boxes.pinwheels import pinwheel_text
 from grammarlab.facade.boxes.snapping import snap
 from grammarlab.facade.tree import LEAF, Facade, Floats, Ints, Picture, X, Y, check
@@ -100,7 +100,7 @@ def assemble(
     return Assembled(check(facade), snapped.moved, (*annotation.notes, *notes))
 
 
-def _told_split(source: Ints, pieces: Pieces, names: list[str], number: Ints) -> list[str]:
+def _told_split(source: Ints, pieces: VisiblePieces, names: list[str], number: Ints) -> list[str]:
     """Which boxes were cut that should have stayed whole."""
     parts = np.bincount(source[source != WALL], minlength=len(names))
     cut_up = pieces.source[pieces.whole & (parts[pieces.source] > 1)].tolist()

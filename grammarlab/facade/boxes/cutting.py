@@ -37,7 +37,7 @@ def cut(low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:
     """
     _check_area(low, high)
     ranks_low, ranks_high = _ranks(low, high)
-    levels = [_Level(np.zeros(1, np.int64), np.array([len(low)]), np.full(1, -1), LEAF)]
+    levels = [_Depth(np.zeros(1, np.int64), np.array([len(low)]), np.full(1, -1), LEAF)]
     order, at, piece = np.arange(len(low)), np.arange(len(low)), np.zeros(len(low), dtype=np.int64)
     along = Y
     while len(at) and len(low) > 1:
@@ -55,7 +55,7 @@ def cut(low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:
         first = np.flatnonzero(new)
         counts = np.diff(np.append(first, len(at)))
         parents = np.flatnonzero(levels[-1].count > 1)[piece[first]]
-        levels.append(_Level(at[first], counts, parents, along))
+        levels.append(_Depth(at[first], counts, parents, along))
         if len(levels) > MOST_LEVELS:
             raise FacadeError(f"These rectangles need more than {MOST_LEVELS} cuts within each other.")
         kept = np.repeat(counts > 1, counts)
@@ -65,7 +65,7 @@ def cut(low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:
 
 
 @dataclass(frozen=True, slots=True)
-class _Level:
+class _Depth:
     """The K pieces at one depth of a tree."""
 
     start: Ints
@@ -104,7 +104,7 @@ def _check_area(low: Floats, high: Floats) -> None:
         raise FacadeError(f"The rectangles {what}: they cover {covered:.6g} of {whole:.6g} square metres.")
 
 
-def _tree(levels: list[_Level], order: Ints, low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:
+def _tree(levels: list[_Depth], order: Ints, low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:
     """Nodes of all levels, in preorder."""
     sizes = np.array([len(level.start) for level in levels])
     begins = np.concatenate([[0], np.cumsum(sizes)[:-1]])

@@ -14,7 +14,7 @@ import numpy as np
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.boxes.cutting import MOST_LEVELS
-from grammarlab.facade.boxes.overlaps import Pieces
+from grammarlab.facade.boxes.overlaps import VisiblePieces
 from grammarlab.facade.boxes.pinwheels import pinwheel
 from grammarlab.facade.tree import Ints, X, Y
 
@@ -34,7 +34,7 @@ class PinwheelError(FacadeError):
         self.sources = sources
 
 
-def fill(pieces: Pieces, frame: Rectangle, *, split: bool = False) -> tuple[Ints, Ints]:
+def fill(pieces: VisiblePieces, frame: Rectangle, *, split: bool = False) -> tuple[Ints, Ints]:
     """A tiling of the frame [K, 4], and the source [K] of each rectangle: a box, or `WALL`.
 
     Args:

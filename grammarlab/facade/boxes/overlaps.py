@@ -33,7 +33,7 @@ _AT_ONCE = 200
 
 
 @dataclass(frozen=True, slots=True)
-class Pieces:
+class VisiblePieces:
     """What boxes show: M rectangles that do not overlap."""
 
     boxes: Ints
@@ -44,7 +44,7 @@ class Pieces:
     """[M] whether it must not be cut: all of a box that is no band."""
 
 
-def uncovered(boxes: Ints, names: Sequence[str]) -> Pieces:
+def uncovered(boxes: Ints, names: Sequence[str]) -> VisiblePieces:
     """What is to be seen of boxes that overlap.
 
     Args:
@@ -68,7 +68,7 @@ def uncovered(boxes: Ints, names: Sequence[str]) -> Pieces:
         sources.append(np.full(len(rest), loser))
     whole = np.zeros(sum(map(len, pieces)), dtype=bool)
     whole[: len(kept)] = [names[each] not in BANDS for each in kept.tolist()]
-    return Pieces(np.vstack(pieces), np.concatenate(sources), whole)
+    return VisiblePieces(np.vstack(pieces), np.concatenate(sources), whole)
 
 
 def _overlaps(boxes: Ints, names: Sequence[str]) -> tuple[Ints, Ints]:

@@ -62,7 +62,7 @@ class _Row:
         return self.group[0]
 
 
-class Fits:
+class FittingWords:
     """Words that fit a canvas."""
 
     def __init__(self, design: Design, width: float, height: float) -> None:

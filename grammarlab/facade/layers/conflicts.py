@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from grammarlab.facade.layers.designs.design import Counter, Design, Layer, Symbol
 from grammarlab.facade.layers.designs.parsing import parse_pattern
-from grammarlab.facade.layers.designs.patterns import Alternatives, Linear, Node, Pattern, Power, Row, Sign
+from grammarlab.facade.layers.designs.patterns import Alternatives, LayerPattern, Linear, Node, Power, Row, Sign
 
 _FLAGS = {"attached": False, "unoccludable": False, "transparent": False, "opaque": True}
 _AXES = ("x", "y")
@@ -96,7 +96,7 @@ def relaxed(design: Design, kept: Sequence[Statement]) -> Design:
         for name, symbol in design.symbols.items()
     }
     symbols[_ANYTHING], symbols[_ANYTHING * 2] = Symbol(_ANYTHING), Symbol(_ANYTHING * 2)
-    patterns: dict[str, Pattern] = {}
+    patterns: dict[str, LayerPattern] = {}
     counters: dict[str, Counter] = dict(design.counters)
     layers: list[Layer] = []
     for layer in design.visible_layers:
@@ -138,10 +138,10 @@ class _Renamed:
     counters: dict[str, str] = field(default_factory=dict)
     symbols: dict[str, str] = field(default_factory=dict)
 
-    def pattern(self, pattern: Pattern) -> Pattern:
+    def pattern(self, pattern: LayerPattern) -> LayerPattern:
         """The pattern with new names."""
         contents = tuple((sign, self._node(node)) for sign, node in pattern.contents)
-        return Pattern(pattern.text, self._node(pattern.body), contents)
+        return LayerPattern(pattern.text, self._node(pattern.body), contents)
 
     def _node(self, node: Node) -> Node:
         match node:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.layers.candidates import Fits, NothingFitsError
+from grammarlab.facade.layers.candidates import FittingWords, NothingFitsError
 from grammarlab.facade.layers.conflicts import contradiction, in_words
 from grammarlab.facade.layers.designs.design import Design
 from grammarlab.facade.layers.solving import Layout, solve
@@ -48,7 +48,7 @@ def layouts(
 def _solved(
     design: Design, width: float, height: float, count: int, stop: Callable[[], bool] = _never, effort: int = 500_000
 ) -> list[Layout]:
-    fits = Fits(design, width, height)
+    fits = FittingWords(design, width, height)
     return solve(
         fits, (width, height), design.weights, count,
         tolerances=fits.tolerances(enough=count), gaps=design.overhang, effort=effort, stop=stop,

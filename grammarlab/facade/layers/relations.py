@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from grammarlab.facade.layers.designs.patterns import Linear, Node, Pattern, Power, Row, Sign
+from grammarlab.facade.layers.designs.patterns import LayerPattern, Linear, Node, Power, Row, Sign
 
 _ONE = Linear(1, ())
 
@@ -41,7 +41,7 @@ class Relation:
         return " = ".join(" + ".join(side) or "0" for side in sides)
 
 
-def relation(first: Pattern, second: Pattern) -> Relation | None:
+def relation(first: LayerPattern, second: LayerPattern) -> Relation | None:
     """What two patterns say about each other; None when they do not differ, or have choices or copies of copies."""
     if not (_is_plain(first) and _is_plain(second)):
         return None
@@ -59,21 +59,23 @@ def relation(first: Pattern, second: Pattern) -> Relation | None:
     return Relation(terms) if terms else None
 
 
-def _is_plain(pattern: Pattern) -> bool:
+def _is_plain(pattern: LayerPattern) -> bool:
     """Whether how often each symbol occurs is linear in the counters."""
     powers = [node for node in pattern.nodes() if isinstance(node, Power)]
-    copied = {node.symbol for power in powers for node in Pattern("", power.base).nodes() if isinstance(node, Sign)}
+    copied = {
+        node.symbol for power in powers for node in LayerPattern("", power.base).nodes() if isinstance(node, Sign)
+    }
     inner = {
         sign.symbol
         for sign, content in pattern.contents
-        for node in Pattern("", content).nodes()
+        for node in LayerPattern("", content).nodes()
         if isinstance(node, Power)
     }
     reflected = any(factor < 0 for power in powers for _, factor in power.count.terms)
     return not (pattern.options() or inner & copied or reflected)
 
 
-def _items(pattern: Pattern) -> list[tuple[tuple[str, ...], Linear]]:
+def _items(pattern: LayerPattern) -> list[tuple[tuple[str, ...], Linear]]:
     """Runs of letters and how often each is repeated."""
     found: list[tuple[tuple[str, ...], Linear]] = []
 
@@ -100,7 +102,7 @@ def _items(pattern: Pattern) -> list[tuple[tuple[str, ...], Linear]]:
     return found
 
 
-def _letters(node: Node, pattern: Pattern) -> Sequence[str]:
+def _letters(node: Node, pattern: LayerPattern) -> Sequence[str]:
     match node:
         case Sign():
             content = pattern.content_of(node.symbol)

@@ -11,7 +11,7 @@ from grammarlab.facade.layers.alignment.align import Aligned, Alignment, align, 
 from grammarlab.facade.layers.alignment.naming import Element
 from grammarlab.facade.layers.alignment.pairs import PairProblem
 from grammarlab.facade.layers.letters import Word
-from grammarlab.facade.layers.sizing.demands import Demands, demands
+from grammarlab.facade.layers.sizing.demands import SizeEquations, demands
 from grammarlab.facade.layers.weights import Weights
 
 
@@ -46,7 +46,7 @@ class Shelf:
     """How many alignments have been searched for."""
     cutoff: float = -math.inf
     """Up to which energy."""
-    demanded: dict[tuple[tuple[Element, ...], ...], Demands] = field(default_factory=dict)
+    demanded: dict[tuple[tuple[Element, ...], ...], SizeEquations] = field(default_factory=dict)
 
     @property
     def varied(self) -> bool:
@@ -62,7 +62,7 @@ class Shelf:
             return self.known.best[place]
         return None
 
-    def demands(self, place: int) -> Demands:
+    def demands(self, place: int) -> SizeEquations:
         """Those of an alignment that is known."""
         cells = self.known.best[place].cells
         if cells not in self.demanded:

@@ -15,7 +15,7 @@ from grammarlab.facade.layers.alignment.align import Alignment
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.shelves import SearchBudget, Shelf
 from grammarlab.facade.layers.sizing.demands import demands_alone, least_error
-from grammarlab.facade.layers.sizing.sizes import Sizing, size_letters
+from grammarlab.facade.layers.sizing.sizes import SymbolSizes, size_letters
 from grammarlab.facade.layers.weights import Weights
 
 _PARTS = (1 / 8, 1 / 4, 1 / 2)
@@ -52,7 +52,7 @@ class Layout:
 
     candidate: Candidate
     alignments: Mapping[Group, Alignment]
-    sizing: Sizing
+    sizing: SymbolSizes
     energy: float
     bound: float
     """No layout that comes after those before it in the list has less energy than this, within `tolerance`."""
@@ -142,7 +142,7 @@ class _Branches:
     budget: SearchBudget
     shelves: dict[tuple[int, tuple[Word, ...], int], Shelf] = field(default_factory=dict)
     opened: dict[int, _Opened] = field(default_factory=dict)
-    sized: dict[tuple[int, Places], Sizing | None] = field(default_factory=dict)
+    sized: dict[tuple[int, Places], SymbolSizes | None] = field(default_factory=dict)
     best: list[tuple[float, int, Places]] = field(default_factory=list)
     seen: dict[tuple[int, bytes], tuple[float, Places]] = field(default_factory=dict)
     """What `best` looks like: layouts that look the same are one."""
@@ -333,7 +333,7 @@ class _Opened:
         return sum(shelf.energy(place) for shelf, place in zip(self.shelves, places, strict=True))
 
 
-def _look(aligned: Sequence[Alignment], sizing: Sizing) -> bytes:
+def _look(aligned: Sequence[Alignment], sizing: SymbolSizes) -> bytes:
     """Where all letters are that are seen, to 1e-7 of the canvas."""
     places = [
         np.stack([lower[seen], upper[seen]]) / placed.ends[-1]

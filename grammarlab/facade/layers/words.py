@@ -10,7 +10,7 @@ from itertools import product
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.designs.design import Counter, Design
-from grammarlab.facade.layers.designs.patterns import Pattern, Power, Reflection, Values, expand
+from grammarlab.facade.layers.designs.patterns import LayerPattern, Power, Reflection, Values, expand
 from grammarlab.facade.layers.letters import Word
 
 MOST_LETTERS = 400
@@ -140,7 +140,7 @@ def _largest_of(
     return fits
 
 
-def choices_of(pattern: Pattern) -> list[tuple[int, ...]]:
+def choices_of(pattern: LayerPattern) -> list[tuple[int, ...]]:
     """All ways to choose between its alternatives.
 
     Raises:

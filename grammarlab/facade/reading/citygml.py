@@ -15,7 +15,7 @@ import shapely
 
 from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.boxes.annotation import BoxAnnotation, annotate
-from grammarlab.facade.reading.gml import Polygon, Polygons, identity
+from grammarlab.facade.reading.gml import GmlPolygons, Polygon, identity
 from grammarlab.facade.reading.markup import Node, local_name, parse_xml
 from grammarlab.facade.reading.polygons import outline_of
 from grammarlab.facade.tree import Floats
@@ -72,7 +72,7 @@ def read_citygml(content: bytes, wall: str = "") -> BoxAnnotation:
 
 def _walls(root: Node) -> list[_Wall]:
     """All walls that have a polygon, with their openings."""
-    polygons_of = Polygons(root)
+    polygons_of = GmlPolygons(root)
     walls: list[_Wall] = []
     orphans: list[tuple[str, _Opening]] = []
     counts: dict[str, int] = {}
@@ -94,7 +94,7 @@ def _walls(root: Node) -> list[_Wall]:
     return walls
 
 
-def _openings(wall: Node, polygons_of: Polygons) -> list[_Opening]:
+def _openings(wall: Node, polygons_of: GmlPolygons) -> list[_Opening]:
     found = []
     for holder in wall:
         for node in holder if local_name(holder) in ("opening", "fillingSurface") else ():

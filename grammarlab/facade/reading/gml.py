@@ -25,7 +25,7 @@ def identity(node: Node) -> str:
     return next((node.attrib[key] for key in _GML_ID if key in node.attrib), "")
 
 
-class Polygons:
+class GmlPolygons:
     """The polygons of a file, read where they are asked for, as often as other elements refer to them.
 
     Args:

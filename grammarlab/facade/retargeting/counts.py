@@ -25,7 +25,7 @@ _BOXES = 20
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class SpringRows:
     """R rows of springs that get the same size, made of S kinds of springs, each as often in every row."""
 
     length: Floats
@@ -79,7 +79,7 @@ class Rows:
 class Box:
     """Ranges of counts to choose from."""
 
-    rows: Rows
+    rows: SpringRows
     least: Ints
     """[S]"""
     most: Ints
@@ -107,7 +107,7 @@ class Box:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class BestCounts:
     """The best counts, as far as was looked."""
 
     owner: int
@@ -124,7 +124,7 @@ class Found:
 
 def fewest(
     boxes: Sequence[Box], solve: Callable[[int, Ints], float], start: Ints, gap: float, slack: float, most_tries: int
-) -> Found:
+) -> BestCounts:
     """Counts whose cost is within a gap of the least.
 
     Args:
@@ -156,4 +156,4 @@ def fewest(
             number += 1
     else:
         bound = cost
-    return Found(owner, best, cost, min(bound, cost), tries)
+    return BestCounts(owner, best, cost, min(bound, cost), tries)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.retargeting.counts import Box, Found, Rows, fewest
+from grammarlab.facade.retargeting.counts import BestCounts, Box, SpringRows, fewest
 from grammarlab.facade.retargeting.repeats import Repeats, find_repeats
 from grammarlab.facade.retargeting.springs import springs
 from grammarlab.facade.sizes.axes import LineOrigin, Weights, build_axis, leaf_weights
@@ -139,7 +139,7 @@ def _chosen(
 
     slack = GAP**2 * len(facade.leaves)
 
-    def best(held: Sequence[int]) -> Found:
+    def best(held: Sequence[int]) -> BestCounts:
         def solve(owner: int, counts: Ints) -> float:
             try:
                 made = build(options[owner], options[owner].spread(counts))
@@ -185,7 +185,7 @@ def _energy(facade: Facade, origin: LineOrigin, wish: Size, weights: Weights, he
     return float(np.square(weight * (size[leaf] - origin.size[leaf, wish.axis])).sum())
 
 
-def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> list[Rows]:
+def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> list[SpringRows]:
     """The bands as rows of springs, once for each kind that may come first, since the first column brings no gap."""
     before, along, bands = repeats.before, wish.axis, repeats.bands
     leaf, wanted = before.facade.leaves, before.wanted[:, along]
@@ -202,13 +202,13 @@ def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> lis
     whole = np.cumsum(whole)
     price = EVENNESS**2 * _sums(whole[before.facade.end] - whole[:-1], units).sum(axis=0) / occurs
 
-    def rows(first: int) -> Rows:
+    def rows(first: int) -> SpringRows:
         gaps = [band.gaps[first] for band in bands]
         length, give, rest = (
             _sums(values, [margins])[0] - _sums(values, [gaps])[0]
             for values in (spring.length, spring.give, spring.rest)
         )
-        return Rows(
+        return SpringRows(
             length=_sums(spring.length, units),
             give=_sums(spring.give, units),
             rest=_sums(spring.rest, units).sum(axis=0),
@@ -224,7 +224,7 @@ def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> lis
     return [rows(first) for first in columns]
 
 
-def _boxes(repeats: Repeats, rows: Sequence[Rows], others: float, owner: int) -> list[Box]:
+def _boxes(repeats: Repeats, rows: Sequence[SpringRows], others: float, owner: int) -> list[Box]:
     """All counts of columns, one box for each kind that may come first.
 
     Args:

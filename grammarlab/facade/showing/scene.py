@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.functions.colors import parse_color
 from grammarlab.derivation.values.materials import CHANNELS, Materials
-from grammarlab.facade.looks import THICKNESS, Look, look_of
+from grammarlab.facade.looks import THICKNESS, LabelLook, look_of
 from grammarlab.facade.showing.prisms import UPRIGHT, prisms
 from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.facade.writing.pictures import picture_file, shown
@@ -29,7 +29,7 @@ class _Piece(NamedTuple):
     mesh: int
     kind: int
     """`_BOX` or `_PRISM`."""
-    look: Look
+    look: LabelLook
     pictured: bool
 
 
@@ -100,7 +100,7 @@ def _materials(facade: Facade, pieces: list[_Piece]) -> tuple[Materials, NDArray
     return Materials(channels, tuple(texture for _, texture in number)), np.array(material, dtype=np.int32)
 
 
-def _channels(look: Look, *, pictured: bool) -> tuple[float, ...]:
+def _channels(look: LabelLook, *, pictured: bool) -> tuple[float, ...]:
     if pictured:
         return tuple(CHANNELS.values())
     color = parse_color(look.color) or ()

@@ -19,7 +19,7 @@ from enum import Enum
 from grammarlab.errors import FacadeError
 from grammarlab.facade.tree import LEAF
 from grammarlab.facade.variations.copies import NEW
-from grammarlab.facade.variations.parts import FacadePart, Wall
+from grammarlab.facade.variations.parts import AxisView, FacadePart
 
 _OUTSIDE = -1
 """Stands for a row around the whole facade, which is its only part."""
@@ -58,13 +58,13 @@ class _Slot:
     at: At
 
 
-def unreachable(wall: Wall, insertion: Insertion) -> bool:
+def unreachable(wall: AxisView, insertion: Insertion) -> bool:
     """Whether no line parts the anchors of an insertion, so that nothing can be put between them."""
     parent = _common(wall, insertion)
     return parent != _OUTSIDE and wall.axis[parent] != wall.along
 
 
-def inserted(wall: Wall, insertions: Sequence[Insertion]) -> FacadePart:
+def inserted(wall: AxisView, insertions: Sequence[Insertion]) -> FacadePart:
     """The wall with copies of all sources, their surroundings and the gaps beside them.
 
     Args:
@@ -83,7 +83,7 @@ def inserted(wall: Wall, insertions: Sequence[Insertion]) -> FacadePart:
     return _widened(wall, _OUTSIDE if _OUTSIDE in slots else 0, slots)
 
 
-def _common(wall: Wall, insertion: Insertion) -> int:
+def _common(wall: AxisView, insertion: Insertion) -> int:
     """The row of parts in which the anchors of an insertion stand; for a single one the nearest row around it."""
     node = wall.parent[insertion.low]
     if insertion.low == insertion.high:
@@ -95,11 +95,11 @@ def _common(wall: Wall, insertion: Insertion) -> int:
     return node
 
 
-def _part_with(wall: Wall, parts: Sequence[int], node: int) -> int:
+def _part_with(wall: AxisView, parts: Sequence[int], node: int) -> int:
     return next(place for place, part in enumerate(parts) if part <= node < wall.end[part])
 
 
-def _widened(wall: Wall, node: int, slots: Mapping[int, Mapping[_Slot, list[Insertion]]]) -> FacadePart:
+def _widened(wall: AxisView, node: int, slots: Mapping[int, Mapping[_Slot, list[Insertion]]]) -> FacadePart:
     if node != _OUTSIDE and not wall.has(node, slots):
         return wall.whole(node)
     children = [0] if node == _OUTSIDE else wall.children[node]
@@ -116,14 +116,16 @@ def _widened(wall: Wall, node: int, slots: Mapping[int, Mapping[_Slot, list[Inse
     return wall.joined(NEW if node == _OUTSIDE else node, axis, [part for row in parts for part in row])
 
 
-def _repeated(wall: Wall, children: Sequence[int], slot: _Slot, insertions: Sequence[Insertion]) -> list[FacadePart]:
+def _repeated(
+    wall: AxisView, children: Sequence[int], slot: _Slot, insertions: Sequence[Insertion]
+) -> list[FacadePart]:
     """The copy of the surroundings with the sources, and the gap between it and the next anchor."""
     gap = [part for child in _gap(wall, children, slot) if (part := _copied(wall, child, {})) is not None]
     block = _surroundings(wall, children, slot, insertions)
     return [*gap, block] if slot.at is At.AFTER else [block, *gap]
 
 
-def _gap(wall: Wall, children: Sequence[int], slot: _Slot) -> Sequence[int]:
+def _gap(wall: AxisView, children: Sequence[int], slot: _Slot) -> Sequence[int]:
     """The parts between the anchors; for a single anchor a neighbour, if that holds no element."""
     if slot.low != slot.high:
         return children[slot.low + 1 : slot.high]
@@ -131,7 +133,7 @@ def _gap(wall: Wall, children: Sequence[int], slot: _Slot) -> Sequence[int]:
     return [child for child in beside if not wall.has_elements(child)][:1]
 
 
-def _surroundings(wall: Wall, children: Sequence[int], slot: _Slot, insertions: Sequence[Insertion]) -> FacadePart:
+def _surroundings(wall: AxisView, children: Sequence[int], slot: _Slot, insertions: Sequence[Insertion]) -> FacadePart:
     """A copy of what surrounds the sources, if one part of the same row holds them all; otherwise the anchors.
 
     The own surroundings of a source fit it, and are as high as the row.
@@ -152,7 +154,7 @@ def _surroundings(wall: Wall, children: Sequence[int], slot: _Slot, insertions: 
     return block
 
 
-def _extent(wall: Wall, holder: int, swap: Mapping[int, int], lead: float, trail: float) -> tuple[float, float]:
+def _extent(wall: AxisView, holder: int, swap: Mapping[int, int], lead: float, trail: float) -> tuple[float, float]:
     """From where to where a part is copied: all of it, unless it holds other elements than those in question.
 
     Then so far around those that gaps are as wide as they are between the anchors, but not up to other elements.
@@ -169,7 +171,7 @@ def _extent(wall: Wall, holder: int, swap: Mapping[int, int], lead: float, trail
 
 
 def _copied(
-    wall: Wall, node: int, swap: Mapping[int, int], extent: tuple[float, float] | None = None
+    wall: AxisView, node: int, swap: Mapping[int, int], extent: tuple[float, float] | None = None
 ) -> FacadePart | None:
     """A copy of what lies in an extent of a node; its elements are left out unless they are swapped for others.
 
@@ -196,7 +198,7 @@ def _copied(
 
 
 def stretched(
-    wall: Wall, node: int, children: Sequence[int], parts: Sequence[FacadePart | None], *, fresh: bool
+    wall: AxisView, node: int, children: Sequence[int], parts: Sequence[FacadePart | None], *, fresh: bool
 ) -> FacadePart | None:
     """The parts of a node less those that are None; across the edited axis, leaves beside take over their place."""
     left = list(parts)
@@ -214,5 +216,5 @@ def stretched(
     return wall.joined(node, wall.axis[node], row, fresh=fresh) if row else None
 
 
-def _grown(wall: Wall, part: FacadePart | None, more: float) -> FacadePart | None:
+def _grown(wall: AxisView, part: FacadePart | None, more: float) -> FacadePart | None:
     return None if part is None else replace(part, scale=part.scale + more / wall.height[part.source])

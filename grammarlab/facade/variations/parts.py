@@ -39,7 +39,7 @@ class FacadePart:
 
 
 @dataclass(frozen=True)
-class Wall:
+class AxisView:
     """A facade as an edit along one axis sees it."""
 
     facade: Facade
@@ -148,7 +148,7 @@ class JoinedParts:
     """[M] of each node of the wall what it is now; -1 for what is gone."""
 
 
-def assembled(wall: Wall, top: FacadePart) -> JoinedParts:
+def assembled(wall: AxisView, top: FacadePart) -> JoinedParts:
     """The columns of a part and everything in it."""
     rows: list[tuple[int, int, int, bool, float, float, float, bool]] = []
     kept = np.full(len(wall.facade), -1, dtype=np.int64)
@@ -180,7 +180,7 @@ def assembled(wall: Wall, top: FacadePart) -> JoinedParts:
     return JoinedParts(parent, axis.astype(np.int8), source, fresh, shown, scale, changed, kept)
 
 
-def reaching(wall: Wall, tree: JoinedParts, wanted: Floats) -> Floats:
+def reaching(wall: AxisView, tree: JoinedParts, wanted: Floats) -> Floats:
     """[N] sizes along the edited axis, where what reaches over a change is as large as what was changed.
 
     A band over a row of windows would like to be as long as the row, however many windows that gets. Where a band holds

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence, Set
 
 from grammarlab.facade.variations.insertion import stretched
-from grammarlab.facade.variations.parts import FacadePart, Wall
+from grammarlab.facade.variations.parts import AxisView, FacadePart
 
 
-def removed(wall: Wall, gone: Set[int], *, last: bool) -> FacadePart | None:
+def removed(wall: AxisView, gone: Set[int], *, last: bool) -> FacadePart | None:
     """The wall without some elements of its grids; None when nothing is left.
 
     A part of a row that holds no other element goes as a whole, with the gap up to the next element: what insertion
@@ -23,7 +23,7 @@ def removed(wall: Wall, gone: Set[int], *, last: bool) -> FacadePart | None:
     return _reduced(wall, 0, gone, -1 if last else 1)
 
 
-def _reduced(wall: Wall, node: int, gone: Set[int], step: int) -> FacadePart | None:
+def _reduced(wall: AxisView, node: int, gone: Set[int], step: int) -> FacadePart | None:
     if node in gone:
         return None
     if not wall.has(node, gone):
@@ -40,7 +40,7 @@ def _reduced(wall: Wall, node: int, gone: Set[int], step: int) -> FacadePart | N
     return stretched(wall, node, kept, [_reduced(wall, child, gone, step) for child in kept], fresh=False)
 
 
-def _keeps(wall: Wall, node: int, gone: Set[int]) -> bool:
+def _keeps(wall: AxisView, node: int, gone: Set[int]) -> bool:
     """Whether a node holds elements that stay."""
     inside = wall.elements_before[wall.end[node]] - wall.elements_before[node]
     for each in gone:

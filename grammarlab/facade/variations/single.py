@@ -16,7 +16,7 @@ from grammarlab.facade.grids.proposals import unused
 from grammarlab.facade.tree import Facade, X, check
 from grammarlab.facade.variations.copies import NEW, take
 from grammarlab.facade.variations.insertion import At, Insertion, inserted, unreachable
-from grammarlab.facade.variations.parts import FacadePart, JoinedParts, Wall, assembled, reaching
+from grammarlab.facade.variations.parts import AxisView, FacadePart, JoinedParts, assembled, reaching
 from grammarlab.facade.variations.removal import removed
 
 Floats = NDArray[np.float64]
@@ -147,7 +147,7 @@ def applied(before: Variation, edit: Edit) -> Variation:
     return _applied(before, _wall(before.facade, edit.axis), edit)
 
 
-def _wall(facade: Facade, axis: int) -> Wall:
+def _wall(facade: Facade, axis: int) -> AxisView:
     depth = [0] * len(facade)
     for node, above in enumerate(facade.parent.tolist()[1:], start=1):
         depth[node] = depth[above] + 1
@@ -155,10 +155,10 @@ def _wall(facade: Facade, axis: int) -> Wall:
         raise FacadeError(
             f"The facade has parts within parts {max(depth)} times; expected at most {_DEEPEST} to edit it."
         )
-    return Wall(facade, axis)
+    return AxisView(facade, axis)
 
 
-def _applied(before: Variation, wall: Wall, edit: Edit) -> Variation:
+def _applied(before: Variation, wall: AxisView, edit: Edit) -> Variation:
     if edit.place is None:
         top, added, missing = _without(wall, edit), {}, []
     else:
@@ -171,7 +171,7 @@ def _applied(before: Variation, wall: Wall, edit: Edit) -> Variation:
     return Variation(facade, source, wanted, shown, (*before.edits, edit), (*before.missing, *missing))
 
 
-def _without(wall: Wall, edit: Edit) -> FacadePart:
+def _without(wall: AxisView, edit: Edit) -> FacadePart:
     lines = [_lines(grid_of(wall.facade, name), edit.axis) for name in edit.grids]
     gone = {node for each in lines for node in each[edit.line].tolist()} - {-1}
     # Rows count from the top, coordinates from below.
@@ -181,7 +181,7 @@ def _without(wall: Wall, edit: Edit) -> FacadePart:
     return top
 
 
-def _with(wall: Wall, edit: Edit, place: int) -> tuple[FacadePart, dict[str, Ints], list[str]]:
+def _with(wall: AxisView, edit: Edit, place: int) -> tuple[FacadePart, dict[str, Ints], list[str]]:
     """The wall with a new line, of each grid the source at each place of that line, and what could not be inserted."""
     added, missing, insertions = {}, [], []
     for name in edit.grids:
@@ -223,7 +223,7 @@ def _lines(grid: Grid, axis: int) -> Ints:
     return grid.places().T if axis == X else grid.places()
 
 
-def _taken(before: Variation, wall: Wall, tree: JoinedParts) -> tuple[Facade, Ints, Floats, Floats]:
+def _taken(before: Variation, wall: AxisView, tree: JoinedParts) -> tuple[Facade, Ints, Floats, Floats]:
     """A tree as a facade without grids, with the columns `source`, `wanted` and `shown` of `Variation`."""
     given, axis = np.where(tree.source >= 0, tree.source, 0), wall.along
     wanted = before.wanted[given].copy()
@@ -239,7 +239,7 @@ def _taken(before: Variation, wall: Wall, tree: JoinedParts) -> tuple[Facade, In
     return take(before.facade, tree.parent, tree.axis, tree.source, wanted, part), source, wanted, shown
 
 
-def _grids(wall: Wall, edit: Edit, tree: JoinedParts, added: dict[str, Ints]) -> tuple[Grid, ...]:
+def _grids(wall: AxisView, edit: Edit, tree: JoinedParts, added: dict[str, Ints]) -> tuple[Grid, ...]:
     """The grids of the new tree: active ones with their new line, copies of subgrids, all others as they were."""
     copies = np.flatnonzero(tree.fresh)
     copy_of = np.full(len(wall.facade), -1, dtype=np.int64)

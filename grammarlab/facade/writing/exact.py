@@ -11,7 +11,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.looks import THICKNESS, look_of
 from grammarlab.facade.tree import LEAF, Facade, X
 from grammarlab.facade.writing.leaf_error import leaf_error
-from grammarlab.facade.writing.pictures import Shown, projection, shown
+from grammarlab.facade.writing.pictures import ShownPictures, projection, shown
 from grammarlab.facade.writing.rule_text import RuleNames, leaf_body, number, rule_name, split_body
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
@@ -105,7 +105,7 @@ def _text(facade: Facade, digits: int, *, repeats: bool) -> tuple[str, dict[str,
 
 
 def _parts(
-    facade: Facade, shows: Shown, digits: int
+    facade: Facade, shows: ShownPictures, digits: int
 ) -> tuple[NDArray[np.int64], list[tuple[str, str | tuple[tuple[str, int], ...]]]]:
     """Which distinct part each node [N] is, and of each part its operations and what it is made of.
 

@@ -64,7 +64,7 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
     """
     pattern = pattern_of(facade, stretch)
     storeys, found = _ways(pattern, widths, heights)
-    written = _Writer(pattern, storeys, found, leaf_body).write()
+    written = _FamilyWriter(pattern, storeys, found, leaf_body).write()
     return replace(written, error=_own_error(facade, pattern, storeys, found))
 
 
@@ -82,7 +82,7 @@ def write_pattern(
     Raises:
         FacadeError: when no such facade is in these ranges; says what sizes there are.
     """
-    return _Writer(pattern, *_ways(pattern, widths, heights), leaf).write()
+    return _FamilyWriter(pattern, *_ways(pattern, widths, heights), leaf).write()
 
 
 def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys, Walks]:
@@ -104,14 +104,14 @@ def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, found: Wa
     member = own_member(pattern, storeys, found)
     if member is None:
         return None
-    writer = _Writer(pattern, *member, leaf_body)
+    writer = _FamilyWriter(pattern, *member, leaf_body)
     grammar = Grammar.parse(writer.write().text)
     error = thing_error(facade, grammar, {name: cell.label for cell, name in writer.cells.items() if cell.axis == LEAF})
     return error if isfinite(error) else None
 
 
 @dataclass
-class _Writer:
+class _FamilyWriter:
     """The text of a family, rule by rule."""
 
     pattern: KindPattern

@@ -21,7 +21,7 @@ _DIGITS = 12
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class ShownPictures:
     """What picture each node shows as a whole, as leaves that show it side by side do."""
 
     picture: NDArray[np.int64]
@@ -30,7 +30,7 @@ class Shown:
     """[N, 4] left, bottom, right, top: what the whole facade would show of the picture if it went on."""
 
 
-def shown(facade: Facade) -> Shown:
+def shown(facade: Facade) -> ShownPictures:
     """What every node shows: a node shows what its children show, if they show one picture in one place."""
     picture, window = np.where(facade.axis == LEAF, facade.picture, -1), _extended(facade)
     for node in range(len(facade) - 1, -1, -1):
@@ -39,7 +39,7 @@ def shown(facade: Facade) -> Shown:
             continue
         if (picture[parts] == picture[parts[0]]).all() and np.ptp(window[parts], axis=0).max() <= SAME:
             picture[node], window[node] = picture[parts[0]], window[parts[0]]
-    return Shown(picture, window)
+    return ShownPictures(picture, window)
 
 
 def _extended(facade: Facade) -> Floats:
@@ -56,7 +56,7 @@ def picture_file(facade: Facade, picture: int) -> str:
     return f"{picture}_{names[-1]}" if names[-1] in names[:-1] else names[-1]
 
 
-def projection(facade: Facade, shows: Shown, node: int) -> str:
+def projection(facade: Facade, shows: ShownPictures, node: int) -> str:
     """The operations that lay a picture on a node, for ``projectUV`` to use below; empty where it cannot be shown."""
     place = (facade.position[node] - facade.position[0]) / facade.size[0]
     part = facade.size[node] / facade.size[0]

@@ -28,7 +28,7 @@ from grammarlab.features.counting.node_labels import KeyIndex, NodeLabels
 from grammarlab.features.counting.trees import Trees
 
 
-class _Kinds(NamedTuple):
+class _LabelPairs(NamedTuple):
     """The K different pairs of a label and the ``child`` that a node is, ascending."""
 
     number: Ints
@@ -161,16 +161,16 @@ def _number_nodes(
     return number, levels
 
 
-def _find_kinds(trees: Trees, labels: NodeLabels) -> _Kinds:
+def _find_kinds(trees: Trees, labels: NodeLabels) -> _LabelPairs:
     child = trees.forest.nodes.child
     children = int(child.max(initial=0)) + 1
     number = trees.labels(labels) * children
     number += child
     number, found = compact(number, (labels.unknown + 1) * children)
-    return _Kinds(number, *np.divmod(found, children))
+    return _LabelPairs(number, *np.divmod(found, children))
 
 
-def _labels_alone(kinds: _Kinds, labels: NodeLabels, index: KeyIndex, grow: bool) -> _Level:
+def _labels_alone(kinds: _LabelPairs, labels: NodeLabels, index: KeyIndex, grow: bool) -> _Level:
     label = np.arange(labels.unknown + 1)
     none = np.full(len(label), -1)
     met = np.zeros(len(label), dtype=bool)
@@ -180,7 +180,7 @@ def _labels_alone(kinds: _Kinds, labels: NodeLabels, index: KeyIndex, grow: bool
 
 
 def _next_level(
-    levels: list[_Level], codes: Ints, kinds: _Kinds, num_rules: int, index: KeyIndex, grow: bool
+    levels: list[_Level], codes: Ints, kinds: _LabelPairs, num_rules: int, index: KeyIndex, grow: bool
 ) -> _Level:
     """The level after some others; labels below ``num_rules`` have columns of their own."""
     before = levels[-1]

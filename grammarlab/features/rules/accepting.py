@@ -66,11 +66,11 @@ def derive_accepted(
     num = len(lots)
     if acceptance is None or not num:
         return Accepted(derive(program, lots, assets=assets), np.ones(num, np.int64), np.ones(num, bool))
-    search = _Search(program, acceptance, lots, assets, most_tries)
+    search = _AcceptingSearch(program, acceptance, lots, assets, most_tries)
     return search.run()
 
 
-class _Search:
+class _AcceptingSearch:
     def __init__(
         self, program: Program, acceptance: Acceptance, lots: Lots, assets: AssetFolder | None, most_tries: int
     ) -> None:

@@ -101,7 +101,7 @@ class Expression:
             raise UsageError(_explain(error, text)) from None
         program = _Program()
         try:
-            root = _Builder(text, program, definitions or {}).transform(tree)
+            root = _StepBuilder(text, program, definitions or {}).transform(tree)
         except VisitError as error:
             raise error.orig_exc from None
         steps = _needed(program.steps, root)
@@ -261,7 +261,7 @@ def _parser() -> Lark:
 
 
 @v_args(inline=True)
-class _Builder(Transformer_NonRecursive):
+class _StepBuilder(Transformer_NonRecursive):
     """Every node of the syntax tree becomes the number of a step."""
 
     def __init__(self, text: str, program: _Program, definitions: Mapping[str, Expression]) -> None:

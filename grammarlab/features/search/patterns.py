@@ -40,14 +40,14 @@ def search_patterns(
         most: how many patterns to return at most.
         conditions: how many choices to add to a pattern at most.
     """
-    search = _Search(forests, residuals)
+    search = _PatternSearch(forests, residuals)
     beam = search.try_all(search.seeds)
     for _ in range(conditions):
         beam = search.try_all([longer for pattern in beam for longer in search.extensions(pattern)])
     return search.best(most)
 
 
-class _Search:
+class _PatternSearch:
     def __init__(self, forests: Sequence[Forest], residuals: Floats) -> None:
         self._trees = [Trees(forest) for forest in forests]
         self._residuals = residuals - (residuals.mean() if len(residuals) else 0.0)

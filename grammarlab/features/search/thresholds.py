@@ -72,9 +72,9 @@ def find_half_space(forests: Sequence[Forest], inside: NDArray[np.bool_], names:
     return HalfSpace(sites, tuple(best.weights[used].tolist()), best.bound, best.logarithmic)
 
 
-def _best_half_space(values: Floats, inside: NDArray[np.bool_]) -> _Fit | None:
+def _best_half_space(values: Floats, inside: NDArray[np.bool_]) -> _ThresholdFit | None:
     """The best bound on a sum of at most `MOST_TERMS` columns [n, C], or of their logarithms."""
-    candidates: list[_Fit] = []
+    candidates: list[_ThresholdFit] = []
     for logarithmic in (False, True):
         if logarithmic and not (values > 0.0).all():
             continue
@@ -137,7 +137,7 @@ def margins(forests: Sequence[Forest], feature: Threshold | HalfSpace) -> Floats
     return np.where(np.isfinite(columns).all(axis=1), distance, np.inf)
 
 
-class _Fit(NamedTuple):
+class _ThresholdFit(NamedTuple):
     errors: int
     gap: float
     """How far the two sides lie apart, relative to their extent; negative where they overlap."""
@@ -198,7 +198,7 @@ def _separating(columns: Floats, inside: NDArray[np.bool_]) -> Floats | None:
     return weights
 
 
-def _fit(columns: Floats, inside: NDArray[np.bool_], weights: Floats, logarithmic: bool) -> _Fit:
+def _fit(columns: Floats, inside: NDArray[np.bool_], weights: Floats, logarithmic: bool) -> _ThresholdFit:
     """The best bound for given weights."""
     sums = columns @ weights
     order = np.argsort(sums, kind="stable")
@@ -209,4 +209,4 @@ def _fit(columns: Floats, inside: NDArray[np.bool_], weights: Floats, logarithmi
     ends = np.concatenate(([sums[order[0]] - 1.0], sums[order], [sums[order[-1]] + 1.0]))
     split = int(np.argmin(np.where(ends[1:] > ends[:-1], wrong, len(wrong) + 1)))
     gap = float(ends[split + 1] - ends[split]) / max(float(np.ptp(sums)), 1e-300)
-    return _Fit(int(wrong[split]), gap, weights, float(ends[split] + ends[split + 1]) / 2.0, logarithmic)
+    return _ThresholdFit(int(wrong[split]), gap, weights, float(ends[split] + ends[split + 1]) / 2.0, logarithmic)

@@ -28,7 +28,7 @@ from grammarlab.geometry.outlines.moving_edges import (
 
 
 @dataclass(slots=True)
-class _Chain:
+class _CornerRun:
     """A run of wavefront corners at the place of an event; without corners, a piece of an edge that is hit."""
 
     previous: Corner
@@ -176,7 +176,7 @@ class Wavefront:
 
     def _chains(
         self, met: set[Corner], near: set[Corner], x: float, y: float, time: float
-    ) -> tuple[list[_Chain], bool]:
+    ) -> tuple[list[_CornerRun], bool]:
         """The runs of corners that met and the pieces of edges they hit; whether a whole loop has shrunk to a point."""
         chains = []
         covered = 0
@@ -189,15 +189,15 @@ class Wavefront:
                 while end.next in met:
                     end = end.next
                     covered += 1
-                chains.append(_Chain(start.previous, start.before, end.after, end.next))
+                chains.append(_CornerRun(start.previous, start.before, end.after, end.next))
             elif start not in near and start.next not in near and reaches(start, x, y, time):
-                chains.append(_Chain(start, start.after, start.after, start.next))
+                chains.append(_CornerRun(start, start.after, start.after, start.next))
         for chain in chains:
             chain.direction = outer_direction(chain.arriving, chain.leaving)
         chains.sort(key=lambda chain: chain.direction)
         return chains, covered < len(met)
 
-    def _reconnect(self, chains: list[_Chain], node: int, time: float) -> None:
+    def _reconnect(self, chains: list[_CornerRun], node: int, time: float) -> None:
         """Joins each chain's leaving edge to the arriving edge of the next chain around the node."""
         born: list[Corner] = []
         for chain, following in zip(chains, chains[1:] + chains[:1], strict=True):

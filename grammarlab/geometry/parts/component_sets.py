@@ -9,10 +9,10 @@ import numpy as np
 from grammarlab.geometry.meshes.edges import edges as edge_table
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.vectors import apply, apply_transposed
-from grammarlab.geometry.parts.components import Components, fitted
+from grammarlab.geometry.parts.components import ComponentMeshes, fitted
 
 
-def unaligned(components: Components) -> Components:
+def unaligned(components: ComponentMeshes) -> ComponentMeshes:
     """The same components in the axes of their meshes, with the scopes fitted to them: CGA's ``noAlign``."""
     owner = components.shapes.mesh_of_point()
     turned = apply(components.rotation.take(owner, axis=0), components.shapes.points)
@@ -22,7 +22,7 @@ def unaligned(components: Components) -> Components:
     return replace(components, shapes=shapes, rotation=rotation, origin=low, pivot=low, size=size)
 
 
-def joined(components: Components, sizes: Indices) -> Components:
+def joined(components: ComponentMeshes, sizes: Indices) -> ComponentMeshes:
     """Components put together, set after set, each set in the frame of its first one.
 
     Args:
@@ -71,7 +71,7 @@ def connected_faces(meshes: Meshes, chosen: Indices) -> tuple[Indices, Indices]:
     return chosen[order], np.unique(leader[label], return_counts=True)[1]
 
 
-def upwards(components: Components) -> Components:
+def upwards(components: ComponentMeshes) -> ComponentMeshes:
     """Edges with those that descend turned around, as CGA orients ridges, hips and valleys."""
     descends = components.rotation[:, 1, 0] < 0.0
     turned = components.rotation * np.where(descends[:, None, None], [-1.0, -1.0, 1.0], 1.0)

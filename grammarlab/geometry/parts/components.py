@@ -26,7 +26,7 @@ FLAT = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Components:
+class ComponentMeshes:
     """K components, ordered by mesh.
 
     >>> from grammarlab.geometry.solids.primitives import box
@@ -59,9 +59,9 @@ class Components:
     def __len__(self) -> int:
         return len(self.mesh)
 
-    def take(self, rows: NDArray[np.integer]) -> Components:
+    def take(self, rows: NDArray[np.integer]) -> ComponentMeshes:
         """The components at these rows."""
-        return Components(
+        return ComponentMeshes(
             self.mesh[rows],
             self.index[rows],
             self.shapes.take(rows),
@@ -75,7 +75,7 @@ class Components:
         )
 
 
-def faces(meshes: Meshes) -> Components:
+def faces(meshes: Meshes) -> ComponentMeshes:
     """Every face on its own."""
     count = meshes.num_faces
     of_mesh = meshes.mesh_of_face()
@@ -86,7 +86,7 @@ def faces(meshes: Meshes) -> Components:
     return replace(alone, mesh=of_mesh, index=index, is_border=is_border)
 
 
-def face_sets(meshes: Meshes, chosen: Indices, sizes: Indices) -> Components:
+def face_sets(meshes: Meshes, chosen: Indices, sizes: Indices) -> ComponentMeshes:
     """Several faces together as one shape, in the frame of the first of them: the operator ``=`` of ``comp``.
 
     Args:
@@ -106,7 +106,7 @@ def face_sets(meshes: Meshes, chosen: Indices, sizes: Indices) -> Components:
     local = apply_transposed(rotation.take(point_set, axis=0), shapes.points - pivot.take(point_set, axis=0))
     shapes, low, size = fitted(shapes.with_points(local))
     mesh = meshes.mesh_of_face()[first]
-    return Components(
+    return ComponentMeshes(
         mesh,
         first - meshes.mesh_faces[:-1][mesh],
         shapes,
@@ -120,7 +120,7 @@ def face_sets(meshes: Meshes, chosen: Indices, sizes: Indices) -> Components:
     )
 
 
-def edges(meshes: Meshes) -> Components:
+def edges(meshes: Meshes) -> ComponentMeshes:
     """Every undirected edge once, in the order in which a walk around all faces meets them."""
     table = edge_table(meshes)
     normals = face_normals(meshes)
@@ -137,7 +137,7 @@ def edges(meshes: Meshes) -> Components:
     points[1::2, 0] = length
     size = np.zeros((len(table), 3))
     size[:, 0] = length
-    return Components(
+    return ComponentMeshes(
         table.mesh,
         index_in_row(np.bincount(table.mesh, minlength=len(meshes))),
         Meshes.from_polygons(points, np.full(len(table), 2)),
@@ -151,7 +151,7 @@ def edges(meshes: Meshes) -> Components:
     )
 
 
-def vertices(meshes: Meshes) -> Components:
+def vertices(meshes: Meshes) -> ComponentMeshes:
     """Every point that a face uses, in the order of the points."""
     table = edge_table(meshes)
     num_points = len(meshes.points)
@@ -167,7 +167,7 @@ def vertices(meshes: Meshes) -> Components:
     at_border[table.end[table.is_boundary]] = True
     mesh = meshes.mesh_of_point()[used]
     count = len(used)
-    return Components(
+    return ComponentMeshes(
         mesh,
         index_in_row(np.bincount(mesh, minlength=len(meshes))),
         Meshes.from_polygons(np.zeros((count, 3)), np.ones(count, np.int64)),

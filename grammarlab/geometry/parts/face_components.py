@@ -15,11 +15,11 @@ from grammarlab.geometry.meshes.measure import corner_edges, face_normals
 from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
 from grammarlab.geometry.meshes.ragged import next_in_row
 from grammarlab.geometry.meshes.vectors import has_length, norm, unit
-from grammarlab.geometry.parts.components import Components, frames
+from grammarlab.geometry.parts.components import ComponentMeshes, frames
 from grammarlab.geometry.parts.roof_edges import NO_ROOF_EDGE
 
 
-def face_edges(meshes: Meshes) -> Components:
+def face_edges(meshes: Meshes) -> ComponentMeshes:
     """Every edge of every face, in the order of the corners that they leave; shared edges once for each face.
 
     Bridges between an outline and its hole are left out.
@@ -38,7 +38,7 @@ def face_edges(meshes: Meshes) -> Components:
     return _beside_faces(meshes, rows, parts, along, normals, start, size, boundary)
 
 
-def face_vertices(meshes: Meshes) -> Components:
+def face_vertices(meshes: Meshes) -> ComponentMeshes:
     """Every corner of every face, in their order."""
     table = edge_table(meshes)
     start, along, normals = _around_faces(meshes)
@@ -73,12 +73,12 @@ def _beside_faces(
     start: Floats,
     size: Floats,
     is_border: NDArray[np.bool_],
-) -> Components:
+) -> ComponentMeshes:
     """Components at corners [K] of faces: x along the outline, y the face's normal, z out of the face."""
     across = frames(y, x)
     rotation = np.stack((across[:, :, 0], across[:, :, 2], -across[:, :, 1]), axis=2)
     mesh = meshes.mesh_of_face()[meshes.face_of_corner()[corners]]
-    return Components(
+    return ComponentMeshes(
         mesh,
         index_in_row(np.bincount(mesh, minlength=len(meshes))),
         parts,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from grammarlab.geometry.meshes.mesh import Floats
 from grammarlab.geometry.meshes.vectors import apply
-from grammarlab.geometry.parts.components import Components
+from grammarlab.geometry.parts.components import ComponentMeshes
 from grammarlab.geometry.parts.roof_edges import EAVE, HIP, RIDGE, VALLEY
 
 Flags = NDArray[np.bool_]
@@ -46,7 +46,7 @@ SELECTORS: tuple[str, ...] = (
 
 
 def select(
-    components: Components, selector: str, to_object: Floats | None = None, to_world: Floats | None = None
+    components: ComponentMeshes, selector: str, to_object: Floats | None = None, to_world: Floats | None = None
 ) -> Flags:
     """[K] the components that a selector picks.
 

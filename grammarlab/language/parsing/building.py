@@ -13,9 +13,9 @@ from grammarlab.errors import Location
 from grammarlab.language.parsing.fragments import (
     Arguments,
     Branch,
+    DefinitionHead,
     Keyword,
     MistakeError,
-    Signature,
     Variables,
     Vector,
     Version,
@@ -285,11 +285,11 @@ class TreeBuilder(Transformer[Any, Any]):
         name, value = children
         return Variable(name.value, value, location=name.location)
 
-    def signature(self, children: list[Any]) -> Signature:
+    def signature(self, children: list[Any]) -> DefinitionHead:
         name, *rest = children
         parameters = next((item.names("parameter") for item in rest if isinstance(item, Arguments)), None)
         variables = next((item.items for item in rest if isinstance(item, Variables)), ())
-        return Signature(name, parameters, variables)
+        return DefinitionHead(name, parameters, variables)
 
     def rule(self, children: list[Any]) -> Rule:
         *modifier, head, body = children

@@ -94,7 +94,7 @@ class Variables:
 
 
 @dataclass(frozen=True, slots=True)
-class Signature:
+class DefinitionHead:
     """What a definition begins with."""
 
     name: Token

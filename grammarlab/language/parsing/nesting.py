@@ -15,7 +15,7 @@ CHOICE_DEPTH = 2
 
 
 @dataclass(slots=True)
-class _Level:
+class _OpenBracket:
     """What is open between two brackets."""
 
     operators: int = 0
@@ -36,7 +36,7 @@ class Nesting:
 
     def restart(self) -> None:
         """Forgets everything: a definition begins."""
-        self._levels = [_Level()]
+        self._levels = [_OpenBracket()]
         self._outer = 0
         """Depth of all levels but the innermost."""
 
@@ -53,7 +53,7 @@ class Nesting:
         """
         while len(self._levels) <= brackets:
             self._outer += BRACKET_DEPTH + self._levels[-1].depth
-            self._levels.append(_Level())
+            self._levels.append(_OpenBracket())
         while len(self._levels) > brackets + 1:
             self._levels.pop()
             self._outer -= BRACKET_DEPTH + self._levels[-1].depth
@@ -84,7 +84,7 @@ class Nesting:
             level.choices[-1] = True
 
     @staticmethod
-    def _drop_complete(level: _Level) -> None:
+    def _drop_complete(level: _OpenBracket) -> None:
         while level.choices and level.choices[-1]:
             level.choices.pop()
 

@@ -24,7 +24,7 @@ Designs = TypeVar("Designs")
 Designs_contra = TypeVar("Designs_contra", contravariant=True)
 
 
-class Vocabulary(Protocol[Designs_contra]):
+class DesignColumns(Protocol[Designs_contra]):
     """The columns of tables: found on some designs, then the same for any others."""
 
     def apply(self, designs: Sequence[Designs_contra], /) -> FeatureTable:
@@ -114,7 +114,7 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
         """Some designs of a batch, by ascending index."""
 
     @abstractmethod
-    def vocabulary(self, designs: Sequence[Designs], features: FeatureOptions) -> Vocabulary[Designs]:
+    def vocabulary(self, designs: Sequence[Designs], features: FeatureOptions) -> DesignColumns[Designs]:
         """The columns that tell some designs apart."""
 
     @abstractmethod

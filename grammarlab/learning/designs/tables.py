@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from grammarlab.features.columns.table import FeatureTable
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.addresses import Address
-from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs, Floats, Ints, Vocabulary
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, DesignColumns, Designs, Floats, Ints
 from grammarlab.learning.designs.made import MadePool
 from grammarlab.learning.settings import FeatureOptions
 
@@ -34,7 +34,7 @@ class Columns:
 
 
 @dataclass(frozen=True)
-class Table:
+class DesignTable:
     """The features of m designs of a pool, then of e designs from elsewhere; and of n others."""
 
     columns: Columns
@@ -117,14 +117,14 @@ class DesignTables(Generic[Designs]):
         """[m] signed distance of the designs of the pool to a bound; None for a feature that is no bound."""
         return self.space.margins(self.made.batches, feature)
 
-    def _table(self, columns: Columns) -> Table:
+    def _table(self, columns: Columns) -> DesignTable:
         _, base, others = self._base(columns.path_length, columns.elsewhere)
         pool = [self._searched(feature)[0] for feature in columns.extra]
         elsewhere = self._elsewhere(columns.elsewhere)
         rows, num_pool = base.rows(), len(self.made.pool)
         outside = self._extended(rows[num_pool:], elsewhere, columns.extra)
         first, names = len(base.group_names), tuple(str(feature) for feature in columns.extra)
-        return Table(
+        return DesignTable(
             columns,
             np.concatenate([np.column_stack([rows[:num_pool], *pool]), outside]),
             self._extended(others, self._others, columns.extra),
@@ -137,7 +137,7 @@ class DesignTables(Generic[Designs]):
 
     def _count(
         self, path_length: int, elsewhere: tuple[Address, ...]
-    ) -> tuple[Vocabulary[Designs], FeatureTable, Floats]:
+    ) -> tuple[DesignColumns[Designs], FeatureTable, Floats]:
         """The usual columns: of the pool and elsewhere, and the rows of the others."""
         designs = (*self.made.batches, *self._elsewhere(elsewhere))
         vocabulary = self.space.vocabulary(designs, replace(self._features, path_length=path_length))

@@ -23,7 +23,7 @@ from grammarlab.errors import UsageError
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.grammar_columns import GrammarColumns
-from grammarlab.learning.targets.readable import Found, smallest
+from grammarlab.learning.targets.readable import ReadableSampler, smallest
 from grammarlab.learning.targets.simplification import predict
 from grammarlab.learning.targets.target import AbstractTargetWriter, LearnedDensity, Making, judged
 from grammarlab.learning.targets.wanted import Wanted
@@ -66,7 +66,7 @@ class GrammarWriter(AbstractTargetWriter[Forest]):
         else:
             simple = wanted.simplest(exact_only=method != "rejection")
             made = learn_target(simple.target, method, forest, lines, seed, making.num_samples, on_progress)
-            found = Found(made, simple.preference, simple.target.even)
+            found = ReadableSampler(made, simple.preference, simple.target.even)
         looked_at = {columns.features[c]: columns.names[c] for c in found.preference.columns.tolist()}
         base_ratio = None if found.even is None else found.even.ratio
         scores = found.preference(columns.rows)

@@ -26,7 +26,7 @@ _AS_SMALL = 0.05
 """Sizes that differ by no more, relatively, are the same: then the nearest grammar is taken."""
 
 
-class Found(NamedTuple):
+class ReadableSampler(NamedTuple):
     """What samples a density, and the function that it was made of."""
 
     learned: LearnedGrammar | AcceptedGrammar | RejectionSampler
@@ -35,7 +35,7 @@ class Found(NamedTuple):
     """Where the base is uniform, the grammar that the preference multiplies."""
 
 
-def smallest(wanted: Wanted, forest: Forest, making: Making, lines: Sequence[str]) -> Found:
+def smallest(wanted: Wanted, forest: Forest, making: Making, lines: Sequence[str]) -> ReadableSampler:
     """The smallest grammar near enough to what is wanted; with an acceptance rule where it would be too large.
 
     Args:
@@ -62,7 +62,7 @@ def smallest(wanted: Wanted, forest: Forest, making: Making, lines: Sequence[str
                 best = simple, learned
     if best is not None:
         ones = np.ones(len(wanted.scores))
-        return Found(
+        return ReadableSampler(
             rounded_off(wanted, best[0].target, forest, header, best[1], ones), best[0].preference, best[0].target.even
         )
     reason = (
@@ -70,7 +70,7 @@ def smallest(wanted: Wanted, forest: Forest, making: Making, lines: Sequence[str
         if fewest
         else "no grammar alone says it"
     )
-    return Found(*with_acceptance(wanted, forest, lines, most, reason), wanted.target.even)
+    return ReadableSampler(*with_acceptance(wanted, forest, lines, most, reason), wanted.target.even)
 
 
 def _is_better(one: tuple[Simple, LearnedGrammar], other: tuple[Simple, LearnedGrammar]) -> bool:

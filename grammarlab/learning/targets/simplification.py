@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.learning.designs.design_space import Designs
-from grammarlab.learning.designs.tables import Table
+from grammarlab.learning.designs.tables import DesignTable
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.agreement import agreement
 from grammarlab.learning.targets.words import Words, words_of
@@ -240,7 +240,9 @@ class _Path:
         return none if none.scores.any() and self.distance(none) <= bound else few
 
 
-def _factor(name: str, num_labels: int, preference: AbstractPreference, table: Table, pool: Floats) -> SimplifiedFactor:
+def _factor(
+    name: str, num_labels: int, preference: AbstractPreference, table: DesignTable, pool: Floats
+) -> SimplifiedFactor:
     predicted = np.clip(preference.predict(pool).mean, 0.0, MAX_SCORE)
     numbers = [str(number) for number in range(len(table.group_names))]
     shares = {int(found.name): found for found in preference.explain(numbers)}

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.learning.designs.tables import Table
+from grammarlab.learning.designs.tables import DesignTable
 from grammarlab.learning.targets.agreement import agreement
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.simple.regression_tree import Split, grow, leaves_of, means_of
@@ -69,7 +69,7 @@ class _Range:
     """Below; infinity for no bound."""
 
 
-def words_of(table: Table, scores: Floats, weights: Floats) -> Words:
+def words_of(table: DesignTable, scores: Floats, weights: Floats) -> Words:
     """What predictions say.
 
     Args:
@@ -80,12 +80,12 @@ def words_of(table: Table, scores: Floats, weights: Floats) -> Words:
     rows = table.rows[: len(scores)] * table.scales
     if not (weights * scores).any() or np.ptp(scores) == 0.0:
         return Words((), ())
-    names = _Names(table, rows)
+    names = _ColumnWords(table, rows)
     tree = _small_tree(rows, scores, weights, names)
     return _parts(tree, rows, scores, weights, names) or _kinds(tree, rows, scores, weights, names)
 
 
-def _small_tree(rows: Floats, scores: Floats, weights: Floats, names: _Names) -> tuple[Split, ...]:
+def _small_tree(rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> tuple[Split, ...]:
     """The smallest tree that tells most of what was learned, by choices and draws alone where these can tell it."""
     bound = _ENOUGH * agreement(scores, np.ones(len(scores)), weights).js
     nearest: tuple[float, tuple[Split, ...]] = (np.inf, ())
@@ -100,7 +100,7 @@ def _small_tree(rows: Floats, scores: Floats, weights: Floats, names: _Names) ->
     return nearest[1]
 
 
-def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats, names: _Names) -> Words | None:
+def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> Words | None:
     """The parts that a tree asks about, with what each adds; None where more than that matters."""
     asked = list(dict.fromkeys((split.column, split.bound) for split in tree))
     if len(asked) < 2 or len({column for column, _ in asked}) < len(asked):
@@ -121,7 +121,7 @@ def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
     return Words(tuple(sides[0][:MOST_PARTS]), tuple(sides[1][:MOST_PARTS]))
 
 
-def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats, names: _Names) -> Words:
+def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> Words:
     """The leaves that are liked most often, and those that are made most often of the others."""
     leaf = leaves_of(tree, rows)
     means = means_of(leaf, len(tree) + 1, scores, weights)
@@ -153,10 +153,10 @@ def _ranges(tree: Sequence[Split]) -> list[dict[int, _Range]]:
     return leaves
 
 
-class _Names:
+class _ColumnWords:
     """Words for conditions on columns."""
 
-    def __init__(self, table: Table, rows: Floats) -> None:
+    def __init__(self, table: DesignTable, rows: Floats) -> None:
         self.table, self.rows = table, rows
         self.whole = ~table.continuous
         self.lowest, self.highest = rows.min(axis=0), rows.max(axis=0)

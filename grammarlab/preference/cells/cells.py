@@ -74,7 +74,7 @@ def grid_of(scores: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
+class ScoreCells:
     """Labels, and how somebody who scores is thought to err."""
 
     splits: Splits
@@ -231,7 +231,7 @@ class Cells:
         return prior[None].astype(np.float32)
 
 
-def levels_of(cells: Cells, found: Sequence[tuple[float, Sequence[Ints]]]) -> Levels:
+def levels_of(cells: ScoreCells, found: Sequence[tuple[float, Sequence[Ints]]]) -> Levels:
     """What the cells of some divisions of all labels are worth.
 
     Args:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.preference.base import Floats, Ints
-from grammarlab.preference.cells.cells import Cells
+from grammarlab.preference.cells.cells import ScoreCells
 from grammarlab.preference.cells.splits import Split
 
 MOST_DEPTH = 12
@@ -79,11 +79,11 @@ class Growth:
     """Of the draws of splits: 1 for their posterior, near 0 for the best one."""
     doubt: float = 0.0
     """Nats: a branch stays, or not, by chance where it gains or loses about so much; 0 for what is better."""
-    guides: Sequence[Cells] = ()
+    guides: Sequence[ScoreCells] = ()
     """The same labels, with more noise."""
 
 
-def replanted(cells: Cells, tree: Tree, rows: Floats, labels: Ints, depth: int = 0) -> Tree:
+def replanted(cells: ScoreCells, tree: Tree, rows: Floats, labels: Ints, depth: int = 0) -> Tree:
     """The splits of a tree with other labels, cut back where these do not ask for them.
 
     Args:
@@ -109,13 +109,13 @@ def replanted(cells: Cells, tree: Tree, rows: Floats, labels: Ints, depth: int =
     return Tree(labels, evidence, tree.split, parts) if evidence > leaf.log_posterior else leaf
 
 
-def _leaf(cells: Cells, labels: Ints, depth: int) -> tuple[Tree, float]:
+def _leaf(cells: ScoreCells, labels: Ints, depth: int) -> tuple[Tree, float]:
     """Some labels as one cell, and the prior probability that they are divided."""
     dividing = float(0.9 / np.sqrt(1.0 + depth))
     return Tree(labels, cells.of_cell(labels) + float(np.log1p(-dividing))), dividing
 
 
-def grow(cells: Cells, labels: Ints, growth: Growth, randomness: np.random.Generator, depth: int = 0) -> Tree:
+def grow(cells: ScoreCells, labels: Ints, growth: Growth, randomness: np.random.Generator, depth: int = 0) -> Tree:
     """A tree of some labels.
 
     Args:
@@ -147,7 +147,12 @@ def grow(cells: Cells, labels: Ints, growth: Growth, randomness: np.random.Gener
 
 
 def regrown(
-    cells: Cells, tree: Tree, growth: Growth, randomness: np.random.Generator, temperature: float = 0.0, depth: int = 0
+    cells: ScoreCells,
+    tree: Tree,
+    growth: Growth,
+    randomness: np.random.Generator,
+    temperature: float = 0.0,
+    depth: int = 0,
 ) -> Tree:
     """A tree of which each node in turn, from the top, has been grown again and replaced where that is more likely.
 

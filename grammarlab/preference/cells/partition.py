@@ -21,7 +21,7 @@ from threadpoolctl import threadpool_limits
 
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import AbstractPreference, Floats, Ints, Prediction, Relevance, Rows, rows_to_predict
-from grammarlab.preference.cells.cells import Cells, grid_of, levels_of
+from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
 from grammarlab.preference.cells.growing import Growth, Tree, grow, regrown, replanted
 from grammarlab.preference.cells.splits import Flags, Splits
 from grammarlab.preference.explain import level_of
@@ -66,7 +66,7 @@ class PartitionPreference(AbstractPreference):
     """[F] group number of each column."""
     shares_of: tuple[Ints, ...]
     """Sets of columns whose shares of their sum are looked at as well."""
-    cells: Cells
+    cells: ScoreCells
     """The labels, and how the person errs."""
     trees: tuple[Tree, ...]
     """The most likely first."""
@@ -142,8 +142,8 @@ class PartitionPreference(AbstractPreference):
         """
         randomness, every = np.random.default_rng(0), np.arange(len(scores))
         splits = splits_of(rows, self.groups, continuous, self.shares_of)
-        cells = Cells(splits, scores, self.cells.grid, self.noise, self.blunders, said=said)
-        guides = (Cells(splits, scores, self.cells.grid, *_GUIDE, said=said),)
+        cells = ScoreCells(splits, scores, self.cells.grid, self.noise, self.blunders, said=said)
+        guides = (ScoreCells(splits, scores, self.cells.grid, *_GUIDE, said=said),)
         growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
         sketches = [grow(cells, every, growth, randomness) for growth in growths]
         found = [(share, tuple(tree.cells())) for share, tree in zip(_shares(sketches).tolist(), sketches, strict=True)]
@@ -291,7 +291,7 @@ def _enough(num: int, scores: Floats) -> int:
     return num if len(scores) <= _MANY else num - num // 3
 
 
-def _around(cells: Cells, tree: Tree, growth: Growth, num: int, randomness: np.random.Generator) -> Iterator[Tree]:
+def _around(cells: ScoreCells, tree: Tree, growth: Growth, num: int, randomness: np.random.Generator) -> Iterator[Tree]:
     """Trees drawn one from the other, beginning with the most likely one: what else explains labels about as well."""
     for _ in range(num):
         tree = regrown(cells, tree, growth, randomness, temperature=1.0)
@@ -300,13 +300,13 @@ def _around(cells: Cells, tree: Tree, growth: Growth, num: int, randomness: np.r
 
 def _erring(
     splits: Splits, scores: Floats, said: Intervals | None, randomness: np.random.Generator
-) -> tuple[Cells, tuple[Cells, ...], Tree]:
+) -> tuple[ScoreCells, tuple[ScoreCells, ...], Tree]:
     """How the person errs, a guide, and a tree: the best of what several beginnings lead to."""
     grid, every = grid_of(scores), np.arange(len(scores))
-    guides = (Cells(splits, scores, grid, *_GUIDE, said=said),)
+    guides = (ScoreCells(splits, scores, grid, *_GUIDE, said=said),)
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
     for noise in _BEGINNINGS:
-        cells, seen = Cells(splits, scores, grid, noise, BLUNDERS[1], said=said), set[tuple[float, float]]()
+        cells, seen = ScoreCells(splits, scores, grid, noise, BLUNDERS[1], said=said), set[tuple[float, float]]()
         for _ in range(_enough(_ROUNDS, scores)):
             growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
             trees = [grow(cells, every, growth, randomness) for growth in growths]
@@ -323,7 +323,7 @@ def _erring(
     return best, guides, most_likely
 
 
-def _most_likely(cells: Cells, found: Sequence[tuple[float, Sequence[Ints]]]) -> tuple[float, float]:
+def _most_likely(cells: ScoreCells, found: Sequence[tuple[float, Sequence[Ints]]]) -> tuple[float, float]:
     """Noise and blunders that make the two most likely divisions most likely."""
     top = sorted(found, key=lambda item: -item[0])[:2]
     every = np.arange(len(cells.scores))

@@ -65,7 +65,7 @@ _MAX_RETURNS = 32
 
 
 @dataclass(frozen=True, slots=True)
-class Search:
+class HyperparameterPoint:
     """A point of the search for hyperparameters, and what it took to get there."""
 
     log_amplitude: float
@@ -89,7 +89,7 @@ class GaussianProcessPreference(AbstractPreference):
     rows: Floats
     """[n, F] distinct labelled rows."""
     posterior: Posterior
-    search: Search
+    search: HyperparameterPoint
     """How the weights were found."""
 
     def predict(self, rows: Rows) -> Prediction:
@@ -136,7 +136,7 @@ def fit(
     previous = [] if warm is None else [_warm_start(warm, num_columns)]
     with jax.enable_x64(True), threadpool_limits(1, "blas"):
         common = common_relevance(to_fit, noise, penalty)
-        search = Search(float(np.log(common.amplitude)), common.weights)
+        search = HyperparameterPoint(float(np.log(common.amplitude)), common.weights)
         if np.any(observations.means > 0.0):
             ends = [_descend(start, to_fit, noise, penalty) for start in (search, *previous)]
             search = min(ends, key=lambda end: end.energy)
@@ -144,13 +144,13 @@ def fit(
     return GaussianProcessPreference(num_columns, numbers, observations.rows, condition(found, observations), search)
 
 
-def _warm_start(warm: AbstractPreference, num_columns: int) -> Search:
+def _warm_start(warm: AbstractPreference, num_columns: int) -> HyperparameterPoint:
     if not isinstance(warm, GaussianProcessPreference) or warm.num_columns != num_columns:
         raise UsageError(
             f'warm: expected a preference that method="paper" found on the same {num_columns} columns, found '
             f"{type(warm).__name__} on {warm.num_columns}. Leave it out when the columns have changed."
         )
-    return Search(warm.search.log_amplitude, warm.search.weights)
+    return HyperparameterPoint(warm.search.log_amplitude, warm.search.weights)
 
 
 def _energy(log_theta: jax.Array, noise: jax.Array, penalty: jax.Array, data: Data) -> jax.Array:
@@ -163,7 +163,9 @@ _energy_and_gradient = jax.jit(jax.value_and_grad(_energy))
 _loss_by_weights = jax.jit(jax.grad(loss, argnums=1))
 
 
-def _descend(start: Search, observations: Observations, noise: float, penalty: float) -> Search:
+def _descend(
+    start: HyperparameterPoint, observations: Observations, noise: float, penalty: float
+) -> HyperparameterPoint:
     """Stages of L-BFGS with columns left out and taken back in between, until at rest or out of iterations."""
     ranges = np.ptp(observations.rows, axis=0)
     varying = np.where(ranges > 0.0, start.weights, 0.0)
@@ -179,7 +181,9 @@ def _descend(start: Search, observations: Observations, noise: float, penalty: f
             search = replace(search, weights=weights)
 
 
-def _stage(search: Search, observations: Observations, ranges: Floats, noise: float, penalty: float) -> Search:
+def _stage(
+    search: HyperparameterPoint, observations: Observations, ranges: Floats, noise: float, penalty: float
+) -> HyperparameterPoint:
     """Some iterations of L-BFGS over the columns that have a weight; then irrelevant ones lose it."""
     active = np.flatnonzero(search.weights > 0.0)
     data = _on_device(observations, active)
@@ -203,7 +207,7 @@ def _stage(search: Search, observations: Observations, ranges: Floats, noise: fl
     scaled = found * ranges[active] ** 2
     weights = np.zeros_like(search.weights)
     weights[active] = np.where((scaled < _IRRELEVANT) & (gradient[1:] >= 0.0), 0.0, found)
-    return Search(
+    return HyperparameterPoint(
         float(minimum.point[0]),
         weights,
         minimum.value,
@@ -222,7 +226,7 @@ def _on_device(observations: Observations, active: Ints) -> Data:
 
 
 def _with_returning(
-    search: Search, observations: Observations, ranges: Floats, noise: float, penalty: float
+    search: HyperparameterPoint, observations: Observations, ranges: Floats, noise: float, penalty: float
 ) -> Floats | None:
     """The weights [F] with columns taken back that would lower E by more weight; None when there are none."""
     num_columns = len(ranges)

@@ -16,7 +16,7 @@ _RELEVANCES = np.exp(np.linspace(-4.0, 4.0, 9))
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
+class StartingKernel:
     """A kernel that looks at all columns alike."""
 
     amplitude: float
@@ -26,7 +26,7 @@ class Start:
     the labels say nothing."""
 
 
-def common_relevance(observations: Observations, noise: float, penalty: float) -> Start:
+def common_relevance(observations: Observations, noise: float, penalty: float) -> StartingKernel:
     """The start with the best evidence (Equation 4.8) among a few relevances.
 
     For each the best amplitude has a closed form, taking noise as a share of the mean squared score. Where all scores
@@ -42,7 +42,7 @@ def common_relevance(observations: Observations, noise: float, penalty: float) -
     scaled = (observations.rows - observations.rows.mean(axis=0)) * np.sqrt(unit)
     squared, u = squared_distances(scaled, scaled), observations.means
     n, typical = len(u), float(np.mean(squared)) or 1.0
-    best, least = Start((MAX_SCORE / 2.0) ** 2, unit / typical), np.inf
+    best, least = StartingKernel((MAX_SCORE / 2.0) ** 2, unit / typical), np.inf
     if not np.any(u > 0.0):
         return best
     ratio = noise / float(np.mean(u * u))
@@ -53,5 +53,5 @@ def common_relevance(observations: Observations, noise: float, penalty: float) -
         amplitude = float(u @ cho_solve((factor, True), u, check_finite=False)) / n
         energy = float(np.sum(np.log(np.diag(factor))) + 0.5 * n * np.log(amplitude) + penalty * relevance * unit.sum())
         if energy < least:
-            best, least = Start(amplitude, relevance * unit), energy
+            best, least = StartingKernel(amplitude, relevance * unit), energy
     return best

@@ -71,13 +71,15 @@ def density_rows(
         GrammarlabError: as the scenarios and the folder give reason to. A method that makes no density of a scenario
             has no row.
     """
-    tasks = {task.key: task for path in scenarios for task in (_Task(path, method, NUM_SAMPLES) for method in METHODS)}
+    tasks = {
+        task.key: task for path in scenarios for task in (_CurveRow(path, method, NUM_SAMPLES) for method in METHODS)
+    }
     found = made(measurements_in(folder, STORE, fresh=fresh), _measured, tasks, executor, "densities", on_progress)
     return tuple(DensityRow(**{**row, "findings": tuple(row["findings"])}) for row in found.values() if row)
 
 
 @dataclass(frozen=True, slots=True)
-class _Task:
+class _CurveRow:
     """One row to measure."""
 
     scenario: Path
@@ -100,7 +102,7 @@ def _labelled_set(scenario: Path, _source_key: str) -> LabelledSet:
     return LabelledSet.of(load_source(scenario))
 
 
-def _measured(task: _Task) -> dict[str, object]:
+def _measured(task: _CurveRow) -> dict[str, object]:
     """A row; nothing where the method makes no density."""
     source, method = load_source(task.scenario), task.method
     labelled = _labelled_set(task.scenario, source.key)

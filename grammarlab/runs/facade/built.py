@@ -18,7 +18,7 @@ from grammarlab.facade.examples.building.assembly import (
     stretch_for,
     tile,
 )
-from grammarlab.facade.examples.building.pool import Pool
+from grammarlab.facade.examples.building.stock import UnitStock
 from grammarlab.facade.examples.building.stretching import Stretch
 from grammarlab.facade.examples.building.surface.closing import Closed, closed
 from grammarlab.facade.examples.label_grid import LabelGrid, Labels
@@ -94,7 +94,7 @@ class Built:
 
 def build(
     example: Example,
-    pool: Pool,
+    stock: UnitStock,
     main: Synthesis,
     regions: Labels | None,
     box: Box,
@@ -106,7 +106,7 @@ def build(
 
     Args:
         example: the building whose other walls and rest it has.
-        pool: units of its walls, and of the main walls of other examples.
+        stock: units of its walls, and of the main walls of other examples.
         main: the grid.
         regions: [rows, columns] example that each cell is made after; any when left out.
         box: width, height and depth in metres; as the units make it where None.
@@ -119,17 +119,17 @@ def build(
     """
     watch = Stopwatch()
     watch.seconds.update(seconds)
-    sources = sources_of(pool.walls, pool.choice, main.grid, regions)
-    stretch = stretch_for(example, natural(pool.walls, sources), box)
+    sources = sources_of(stock.walls, stock.choice, main.grid, regions)
+    stretch = stretch_for(example, natural(stock.walls, sources), box)
     with watch("labels"):
         grids = _grids(example, main, stretch, seed)
     with watch("assembly"):
-        tilings = [tile(pool.walls, 0, main.grid, sources, stretch)]
+        tilings = [tile(stock.walls, 0, main.grid, sources, stretch)]
         for own, grid in enumerate(grids, start=1):
-            tilings.append(tile(pool.walls, own, grid, sources_of(pool.walls, (own,), grid), stretch))
-        pieces = assemble(pool.cut, tilings, stretch)
+            tilings.append(tile(stock.walls, own, grid, sources_of(stock.walls, (own,), grid), stretch))
+        pieces = assemble(stock.cut, tilings, stretch)
     with watch("stitching"):
-        noise = max(region.noise for region in pool.walls)
+        noise = max(region.noise for region in stock.walls)
         done = closed(pieces, tilings, noise, was_closed=before[1])
         done = replace(done, surface=done.surface.moved(example.bent(done.surface.points)))
         boundary, watertight = edge_numbers(done.surface)

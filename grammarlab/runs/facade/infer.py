@@ -13,7 +13,7 @@ from grammarlab.facade.layers.inference.infer import infer
 from grammarlab.facade.layers.inference.reconstruction import Reconstruction, compare
 from grammarlab.facade.tree import Facade
 from grammarlab.files import write_text
-from grammarlab.runs.facade.layers import Solved, solve_design
+from grammarlab.runs.facade.layers import SolvedLayout, solve_design
 
 TOLERANCES = (1e-6, 1 / 1000, 1 / 300, 1 / 100, 1 / 50, 1 / 30)
 """Parts of the longer side of a facade."""
@@ -28,7 +28,7 @@ class Inferred:
     design: Design
     tolerance: float
     """Metres within which sides were taken to be in line and sizes to be one."""
-    solved: Solved
+    solved: SolvedLayout
     score: Reconstruction
     seconds: float
 

@@ -28,7 +28,7 @@ _LEAST = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
+class SolvedLayout:
     """A layout of a design, and what it shows."""
 
     design: Design
@@ -86,7 +86,7 @@ class Solved:
 
 def solve_design(
     design: Design, width: float | None = None, height: float | None = None, count: int = 1
-) -> list[Solved]:
+) -> list[SolvedLayout]:
     """The best different layouts of a design, best first, and what they show.
 
     Args:
@@ -105,11 +105,11 @@ def solve_design(
     solved = []
     for layout in found:
         panels = panels_of(design, layout, width, height)
-        solved.append(Solved(design, layout, panels, flattened(panels), seconds))
+        solved.append(SolvedLayout(design, layout, panels, flattened(panels), seconds))
     return solved
 
 
-def save_layouts(solved: Sequence[Solved], folder: Path, source: Path | None = None) -> list[dict[str, str]]:
+def save_layouts(solved: Sequence[SolvedLayout], folder: Path, source: Path | None = None) -> list[dict[str, str]]:
     """Write each layout as a facade, a drawing, a picture, models and rules, and all as one picture.
 
     Returns:

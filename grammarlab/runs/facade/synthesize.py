@@ -17,8 +17,8 @@ from grammarlab.facade.examples.analysis.example import MOST_LINES, Example, ana
 from grammarlab.facade.examples.building.bridge import facade_of, facade_of_tiling
 from grammarlab.facade.examples.building.family import unit_family
 from grammarlab.facade.examples.building.grammar import Written, building_rules
-from grammarlab.facade.examples.building.pool import Pool, pool_of
 from grammarlab.facade.examples.building.shown.pictures import building_picture, label_picture
+from grammarlab.facade.examples.building.stock import UnitStock, stock_of
 from grammarlab.facade.examples.mesh.reading import read_mesh
 from grammarlab.facade.examples.mesh.surface import edge_numbers
 from grammarlab.facade.examples.mesh.writing import write_glb
@@ -38,7 +38,7 @@ _LOWER, _HIGHER = 0.75, 1.25
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Task:
+class SynthesisRequest:
     """What is asked of new buildings."""
 
     rows: int
@@ -66,7 +66,7 @@ class Task:
     heights: Range | None = None
 
 
-def synthesize_buildings(files: Sequence[Path], folder: Path, task: Task) -> dict[str, Any]:
+def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisRequest) -> dict[str, Any]:
     """Write new buildings like those in some files, best first, and report on them.
 
     Args:
@@ -88,10 +88,10 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: Task) -> dic
         for place, corrections in enumerate(task.corrections):
             examples[place] = corrected(examples[place], corrections)
     with watch("cutting"):
-        pool = pool_of(examples)
+        stock = stock_of(examples)
     with watch("labels"):
         mains = synthesize(
-            pool.grids,
+            stock.grids,
             task.rows,
             task.columns,
             method=task.method,
@@ -102,7 +102,7 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: Task) -> dic
         )
     example = examples[0]
     before = edge_numbers(meshes[0].surface)
-    built = [build(example, pool, main, regions, task.box, task.seed, before, dict(watch.seconds)) for main in mains]
+    built = [build(example, stock, main, regions, task.box, task.seed, before, dict(watch.seconds)) for main in mains]
     folder.mkdir(parents=True, exist_ok=True)
     with watch("pictures"):
         picture = building_picture(example.surface.moved(example.bent(example.surface.points)), example.mesh.colors)
@@ -111,10 +111,10 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: Task) -> dic
         write_text(folder / f"example{f'-{number}' if number > 1 else ''}.json", dumps(each))
     results = []
     for number, each in enumerate(built, start=1):
-        written = _write(each, pool, folder, f"{number:03}", picture, each.seconds)
+        written = _write(each, stock, folder, f"{number:03}", picture, each.seconds)
         results.append({**each.as_dict(), "files": written})
     _remove_later(folder, len(built))
-    family, told = _write_family(built[0], pool, folder, task)
+    family, told = _write_family(built[0], stock, folder, task)
     notes = []
     for file, each in zip(files, examples, strict=True):
         notes += [f"{file.name}: {note}" if len(files) > 1 else note for note in each.notes]
@@ -128,7 +128,7 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: Task) -> dic
     }
 
 
-def _check(task: Task, examples: int) -> None:
+def _check(task: SynthesisRequest, examples: int) -> None:
     for name, value in (("--rows", task.rows), ("--columns", task.columns)):
         if not 1 <= value <= MOST_LINES:
             raise UsageError(f"{name}: expected 1 to {MOST_LINES}, found {value}.")
@@ -140,7 +140,7 @@ def _check(task: Task, examples: int) -> None:
 
 
 def _write(
-    built: Built, pool: Pool, folder: Path, name: str, picture: Image.Image, seconds: dict[str, float]
+    built: Built, stock: UnitStock, folder: Path, name: str, picture: Image.Image, seconds: dict[str, float]
 ) -> dict[str, Any]:
     """The files of one building."""
     watch = Stopwatch()
@@ -152,37 +152,39 @@ def _write(
         "picture": folder / f"{name}.png",
     }
     with watch("files"):
-        write_glb(built.surface, pool.colors, files["glb"])
+        write_glb(built.surface, stock.colors, files["glb"])
         save_facade(facade_of_tiling(built.tilings[0], built.stretch), files["facade"])
         written = building_rules(
-            pool.cut,
+            stock.cut,
             built.tilings,
             built.stretch,
-            pool.colors,
+            stock.colors,
             f"A building of {built.main.grid.rows} rows and {built.main.grid.columns} columns of units",
         )
-        _write_rules(written, pool, files["cga"])
+        _write_rules(written, stock, files["cga"])
     with watch("pictures"):
-        grids = [label_picture(each) for each in (pool.walls[0].grid, built.main.grid)]
+        grids = [label_picture(each) for each in (stock.walls[0].grid, built.main.grid)]
         write_bytes(files["labels"], _png(grids[1]))
-        whole = building_picture(built.surface, pool.colors)
+        whole = building_picture(built.surface, stock.colors)
         write_bytes(files["picture"], _png(sheet([picture, grids[0], grids[1], whole])))
     seconds.update(watch.seconds)
     return {key: str(path) for key, path in files.items()}
 
 
-def _write_rules(written: Written, pool: Pool, file: Path) -> None:
+def _write_rules(written: Written, stock: UnitStock, file: Path) -> None:
     """Rules, and their meshes in the folder beside them."""
     write_text(file, written.text)
     assets = file.parent / "assets"
     assets.mkdir(exist_ok=True)
     for terminal in written.terminals:
-        write_glb(terminal.surface, pool.colors, assets / terminal.name)
+        write_glb(terminal.surface, stock.colors, assets / terminal.name)
 
 
-def _write_family(built: Built, pool: Pool, folder: Path, task: Task) -> tuple[dict[str, Any] | None, list[str]]:
+def _write_family(
+    built: Built, stock: UnitStock, folder: Path, task: SynthesisRequest
+) -> tuple[dict[str, Any] | None, list[str]]:
     """Rules of the main wall in other sizes, and what is said of them; None and the reason where there are none."""
-    tiling, main = built.tilings[0], pool.walls[0]
+    tiling, main = built.tilings[0], stock.walls[0]
     file = folder / "family.cga"
     ranges = []
     for asked, new, old in (
@@ -192,11 +194,11 @@ def _write_family(built: Built, pool: Pool, folder: Path, task: Task) -> tuple[d
         sizes = float(new[-1] - new[0]), float(old[-1] - old[0])
         ranges.append(asked or (_LOWER * min(sizes), _HIGHER * max(sizes)))
     try:
-        family, written = unit_family(pool, tiling, *ranges)
+        family, written = unit_family(stock, tiling, *ranges)
     except FacadeError as error:
         file.unlink(missing_ok=True)
         return None, [f"no family: {error}"]
-    _write_rules(written, pool, file)
+    _write_rules(written, stock, file)
     sizes = [each for ends in family.columns.values() for each in ends]
     return {
         "file": str(file),

@@ -20,7 +20,7 @@ _SEEDS = 3
 """Place below the seed of a session that choices of models have their seeds from."""
 
 
-class Desk:
+class SessionDesk:
     """The record of a session, what is known of its models, and what is to be told. All methods are for one thread."""
 
     def __init__(self, store: Store) -> None:

@@ -58,10 +58,10 @@ def learner(suffix: str, text: str, name: str, assets: str, seed: int, size: int
         size: of its pool, before that is widened.
         wide: whether it has been widened for rare models.
     """
-    return _Learner(Study(opened(suffix, text, name, Path(assets)), Pool(seed, size, wide))).do
+    return _LastUpdate(Study(opened(suffix, text, name, Path(assets)), Pool(seed, size, wide))).do
 
 
-class _Learner:
+class _LastUpdate:
     """What the last update found."""
 
     def __init__(self, study: Study[Any]) -> None:

@@ -16,7 +16,7 @@ from PIL import Image
 from grammarlab.errors import Finding
 from grammarlab.runs.serving.windows import Send
 from grammarlab.scoring.workers.tasks import DrawModels
-from grammarlab.scoring.workers.worker_pool import Outcome, WorkerPool
+from grammarlab.scoring.workers.worker_pool import TaskOutcome, WorkerPool
 
 SMALLEST, LARGEST = 32, 512
 """Pixels along each side of a picture."""
@@ -105,7 +105,7 @@ class Thumbnails:
         self._drawing.difference_update((model, draw.size, draw.samples) for model in draw.models)
         return False
 
-    def _drawn(self, draw: DrawModels, outcome: Outcome) -> None:
+    def _drawn(self, draw: DrawModels, outcome: TaskOutcome) -> None:
         self._drawing.difference_update((model, draw.size, draw.samples) for model in draw.models)
         if outcome.value is None:
             return

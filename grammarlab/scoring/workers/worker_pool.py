@@ -31,7 +31,7 @@ Handler = Callable[[Any, Report], Any]
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class TaskOutcome:
     """How a task ended."""
 
     value: Any = None
@@ -46,7 +46,7 @@ class PendingTask:
 
     ticket: int
     request: Any
-    then: Callable[[Outcome], None]
+    then: Callable[[TaskOutcome], None]
     on_progress: Report | None
     is_wanted: Callable[[], bool]
     """Asked before it begins; what is not wanted any more is dropped."""
@@ -55,7 +55,7 @@ class PendingTask:
 
 
 @dataclass(eq=False)
-class _Worker:
+class _WorkerProcess:
     """A process, and what it is doing."""
 
     process: Any
@@ -82,7 +82,7 @@ class WorkerPool:
     """How far others go first where there are fewer cores than processes: added to the processes' nice value."""
     recall: Any = None
     """A request that brings a new process to where the one that it replaces was; None for none."""
-    _workers: list[_Worker] = field(default_factory=list)
+    _workers: list[_WorkerProcess] = field(default_factory=list)
     _waiting: deque[PendingTask] = field(default_factory=deque)
     _tickets: count[int] = field(default_factory=lambda: count(1))
     _is_closed: bool = False
@@ -92,7 +92,7 @@ class WorkerPool:
         while len(self._workers) < self.size and not self._is_closed:
             cancelled = RawValue(c_ulonglong, 0)
             work = (cancelled, self.politeness, self.make, self.arguments)
-            worker = _Worker(*start_worker(_work, work, outlives=True), cancelled)
+            worker = _WorkerProcess(*start_worker(_work, work, outlives=True), cancelled)
             worker.listener = Thread(target=self._listen, args=(worker,), daemon=True)
             worker.listener.start()
             self._workers.append(worker)
@@ -102,7 +102,7 @@ class WorkerPool:
     def submit(
         self,
         request: Any,
-        then: Callable[[Outcome], None],
+        then: Callable[[TaskOutcome], None],
         *,
         on_progress: Report | None = None,
         is_wanted: Callable[[], bool] = lambda: True,
@@ -131,14 +131,14 @@ class WorkerPool:
         for task in self._waiting:
             if task.ticket == ticket:
                 self._waiting.remove(task)
-                task.then(Outcome(cancelled=True))
+                task.then(TaskOutcome(cancelled=True))
                 return
         for worker in self._workers:
             task = worker.task
             if task is not None and task.ticket == ticket:
                 worker.cancelled.value = ticket
                 worker.task = replace(task, then=_ignore, on_progress=None, is_wanted=lambda: False)
-                task.then(Outcome(cancelled=True))
+                task.then(TaskOutcome(cancelled=True))
 
     def close(self) -> None:
         """Ends the processes; tasks are dropped."""
@@ -157,7 +157,7 @@ class WorkerPool:
                 if task.is_wanted():
                     _give(worker, task)
 
-    def _listen(self, worker: _Worker) -> None:
+    def _listen(self, worker: _WorkerProcess) -> None:
         """Passes on what a process says, in a thread of its own.
 
         It alone closes the connection: another thread would take the file away from under it.
@@ -167,7 +167,7 @@ class WorkerPool:
                 self.deliver(partial(self._hear, worker, worker.connection.recv()))
         self.deliver(partial(self._lose, worker))
 
-    def _hear(self, worker: _Worker, said: tuple[str, Any]) -> None:
+    def _hear(self, worker: _WorkerProcess, said: tuple[str, Any]) -> None:
         kind, value = said
         task = worker.task
         if task is None or self._is_closed:
@@ -180,7 +180,7 @@ class WorkerPool:
         task.then(value)
         self._dispatch()
 
-    def _lose(self, worker: _Worker) -> None:
+    def _lose(self, worker: _WorkerProcess) -> None:
         """A process has ended; another one does its task. One that did nothing is replaced with the next task."""
         if self._is_closed or worker not in self._workers:
             return
@@ -193,20 +193,20 @@ class WorkerPool:
         elif task.losses + 1 < MAX_ATTEMPTS:
             self._waiting.appendleft(replace(task, losses=task.losses + 1))
         else:
-            task.then(Outcome(error=_GONE))
+            task.then(TaskOutcome(error=_GONE))
         if self._waiting:
             self.start()
             self._dispatch()
 
 
-def _give(worker: _Worker, task: PendingTask) -> None:
+def _give(worker: _WorkerProcess, task: PendingTask) -> None:
     worker.task = task
     # A process that is gone is noticed by its listener.
     with suppress(OSError):
         worker.connection.send((task.ticket, task.request))
 
 
-def _ignore(_outcome: Outcome) -> None:
+def _ignore(_outcome: TaskOutcome) -> None:
     """What becomes of a task that was cancelled."""
 
 
@@ -239,13 +239,13 @@ def _refuse(reason: str, _request: Any, _report: Report) -> None:
     raise GrammarlabError(reason)
 
 
-def _outcome(handler: Handler, request: Any, report: Report) -> Outcome:
+def _outcome(handler: Handler, request: Any, report: Report) -> TaskOutcome:
     try:
-        return Outcome(handler(request, report))
+        return TaskOutcome(handler(request, report))
     except _CancelledError:
-        return Outcome(cancelled=True)
+        return TaskOutcome(cancelled=True)
     except GrammarlabError as error:
-        return Outcome(error=str(error))
+        return TaskOutcome(error=str(error))
     except Exception as error:  # a mistake of ours must not cost what the process has learned
         traceback.print_exc()
-        return Outcome(error=f"unexpected {type(error).__name__}: {error}. Please report it.")
+        return TaskOutcome(error=f"unexpected {type(error).__name__}: {error}. Please report it.")

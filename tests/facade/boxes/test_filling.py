@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from grammarlab.errors import FacadeError
 from grammarlab.facade.boxes.cutting import MOST_LEVELS
 from grammarlab.facade.boxes.filling import WALL, PinwheelError, fill
-from grammarlab.facade.boxes.overlaps import Pieces
+from grammarlab.facade.boxes.overlaps import VisiblePieces
 from tests.facade.tilings import Box, guillotine
 
 SIDE = 6
@@ -16,9 +16,11 @@ FRAME = (0, 0, SIDE, SIDE)
 WINDMILL = [(0, 0, 4, 1), (5, 0, 6, 4), (2, 5, 6, 6), (0, 2, 1, 6)]
 
 
-def pieces_of(boxes: list[Box], whole: list[bool] | None = None) -> Pieces:
+def pieces_of(boxes: list[Box], whole: list[bool] | None = None) -> VisiblePieces:
     table = np.array(boxes, dtype=np.int64).reshape(-1, 4)
-    return Pieces(table, np.arange(len(table)), np.array([True] * len(table) if whole is None else whole, dtype=bool))
+    return VisiblePieces(
+        table, np.arange(len(table)), np.array([True] * len(table) if whole is None else whole, dtype=bool)
+    )
 
 
 @st.composite

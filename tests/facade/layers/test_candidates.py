@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.layers.candidates import Fits
+from grammarlab.facade.layers.candidates import FittingWords
 from grammarlab.facade.layers.designs.file import parse_design
 from tests.facade.layers.samples import design, residential
 
@@ -24,7 +24,7 @@ y = "P^{10k}"
 
 
 def fits(made, tolerance: float) -> list:
-    found = Fits(made, made.width, made.height).within(tolerance)
+    found = FittingWords(made, made.width, made.height).within(tolerance)
     assert found is not None
     return found
 
@@ -139,7 +139,7 @@ def test_no_words_are_missing(canvas: float, tolerance: float, sizes: list[float
 
 def failure(made) -> str:
     with pytest.raises(FacadeError) as caught:
-        Fits(made, made.width, made.height).tolerances(1)
+        FittingWords(made, made.width, made.height).tolerances(1)
     return str(caught.value)
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from grammarlab.facade.layers.designs.design import Design
 from grammarlab.facade.layers.designs.file import load_design, parse_design
-from grammarlab.runs.facade.layers import Solved, solve_design
+from grammarlab.runs.facade.layers import SolvedLayout, solve_design
 from tests.facade.layers.samples import DESIGNS, residential
 
 CANVAS = "canvas = { width = 6.0, height = 3.0 }"
@@ -42,7 +42,7 @@ def stage(last: int) -> Design:
     return parse_design(f"{canvas}\n{tables}{layers}")
 
 
-def labels(solved: Solved) -> dict[str, int]:
+def labels(solved: SolvedLayout) -> dict[str, int]:
     found = [solved.facade.name_of(leaf) for leaf in solved.facade.leaves.tolist()]
     return {label: found.count(label) for label in sorted(set(found))}
 

@@ -4,16 +4,16 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.facade.retargeting.counts import Box, Rows, fewest
+from grammarlab.facade.retargeting.counts import Box, SpringRows, fewest
 from grammarlab.facade.tree import Ints
 
 
 @st.composite
-def rows_of_springs(draw: st.DrawFn) -> Rows:
+def rows_of_springs(draw: st.DrawFn) -> SpringRows:
     randomness = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     rows, kinds = draw(st.integers(1, 3)), draw(st.integers(1, 3))
     give = randomness.uniform(0.1, 2.0, (rows, kinds))
-    return Rows(
+    return SpringRows(
         length=randomness.uniform(0.5, 3.0, (rows, kinds)),
         give=give,
         rest=randomness.uniform(0.0, 0.1, kinds),
@@ -26,7 +26,7 @@ def rows_of_springs(draw: st.DrawFn) -> Rows:
     )
 
 
-def cost(rows: Rows, counts: Ints) -> float:
+def cost(rows: SpringRows, counts: Ints) -> float:
     return rows.energy(counts) + rows.unevenness(counts)
 
 
@@ -35,7 +35,7 @@ def every(least: Ints, most: Ints) -> list[Ints]:
 
 
 @given(rows_of_springs(), st.data())
-def test_no_counts_in_a_box_cost_less_than_its_bound(rows: Rows, data: st.DataObject) -> None:
+def test_no_counts_in_a_box_cost_less_than_its_bound(rows: SpringRows, data: st.DataObject) -> None:
     kinds = len(rows.rest)
     least = np.array(data.draw(st.lists(st.integers(1, 3), min_size=kinds, max_size=kinds)))
     most = least + np.array(data.draw(st.lists(st.integers(0, 3), min_size=kinds, max_size=kinds)))
@@ -48,7 +48,9 @@ def test_no_counts_in_a_box_cost_less_than_its_bound(rows: Rows, data: st.DataOb
 
 
 @given(rows_of_springs(), st.floats(0.0, 1.0), st.integers(0, 2**32 - 1))
-def test_the_cheapest_counts_are_found_whatever_is_added_to_the_springs(rows: Rows, more: float, seed: int) -> None:
+def test_the_cheapest_counts_are_found_whatever_is_added_to_the_springs(
+    rows: SpringRows, more: float, seed: int
+) -> None:
     """What ties rows together makes counts dearer, by amounts that the bound does not know."""
     kinds = len(rows.rest)
     least, most = np.ones(kinds, dtype=np.int64), np.full(kinds, 5)
@@ -65,7 +67,7 @@ def test_the_cheapest_counts_are_found_whatever_is_added_to_the_springs(rows: Ro
 
 
 def test_the_bound_that_is_left_is_reported() -> None:
-    rows = Rows(
+    rows = SpringRows(
         length=np.array([[1.0, 1.3]]),
         give=np.array([[1.0, 1.0]]),
         rest=np.zeros(2),
@@ -83,7 +85,7 @@ def test_the_bound_that_is_left_is_reported() -> None:
 
 
 def test_what_is_impossible_is_not_chosen() -> None:
-    rows = Rows(
+    rows = SpringRows(
         length=np.array([[1.0]]),
         give=np.array([[1.0]]),
         rest=np.zeros(1),

@@ -14,7 +14,7 @@ from grammarlab.geometry.meshes.measure import (
 )
 from grammarlab.geometry.meshes.mesh import BORDER, INSIDE, Meshes
 from grammarlab.geometry.parts.component_sets import upwards
-from grammarlab.geometry.parts.components import Components, edges, face_sets, faces, vertices
+from grammarlab.geometry.parts.components import ComponentMeshes, edges, face_sets, faces, vertices
 from grammarlab.geometry.parts.roof_edges import EAVE, HIP, NO_ROOF_EDGE, RIDGE, VALLEY
 from grammarlab.geometry.solids.primitives import box, disk, quad
 from tests.geometry.bodies import FRAME, prism, rotations, solids, turned
@@ -23,7 +23,7 @@ from tests.geometry.polygons import LOT_L, lots
 QUICK = settings(max_examples=40, deadline=None)
 
 
-def back_in_place(parts: Components) -> np.ndarray:
+def back_in_place(parts: ComponentMeshes) -> np.ndarray:
     """Points of the component shapes, in the axes of their meshes."""
     part = parts.shapes.mesh_of_point()
     return parts.origin[part] + np.einsum("pij,pj->pi", parts.rotation[part], parts.shapes.points)

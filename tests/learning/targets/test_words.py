@@ -9,7 +9,7 @@ import pytest
 from grammarlab.evaluation.preparation import true_scores
 from grammarlab.features.patterns.pattern import Draw
 from grammarlab.learning.designs.pool import Pool
-from grammarlab.learning.designs.tables import Columns, Table
+from grammarlab.learning.designs.tables import Columns, DesignTable
 from grammarlab.learning.round import Study, init
 from grammarlab.learning.targets.words import MOST, MOST_PARTS, Words, words_of
 from grammarlab.runs.sampling.sources import load_source
@@ -22,7 +22,7 @@ def table_of(rows, names, groups=None):
     group_names = tuple(f"group {number}" for number in range(int(groups.max()) + 1))
     none = np.zeros((0, len(names)))
     features = tuple(map(Draw, names))
-    return Table(Columns(1), rows, none, features, tuple(names), groups, group_names, np.ones(len(names)))
+    return DesignTable(Columns(1), rows, none, features, tuple(names), groups, group_names, np.ones(len(names)))
 
 
 def coins(number, width, seed=0):

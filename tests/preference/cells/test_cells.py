@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grammarlab.preference.cells.cells import Cells, grid_of, levels_of
+from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
 from grammarlab.preference.cells.splits import Splits
 from grammarlab.preference.likelihood import log_likelihood
 
@@ -13,7 +13,7 @@ SCORES = np.array([0.0, 0.0, 62.0, 60.0, 3.0, 57.0])
 
 def cells_of(noise=5.0, levels=None):
     splits = Splits.of(ROWS, np.array([0, 1]), np.zeros(2, dtype=bool))
-    return Cells(splits, SCORES, grid_of(SCORES), noise, 0.05, levels)
+    return ScoreCells(splits, SCORES, grid_of(SCORES), noise, 0.05, levels)
 
 
 def prior_of(cells):
@@ -61,7 +61,7 @@ def test_a_look_ahead_finds_the_best_pair_of_ways():
     rows = np.array([[0, 0, 0], [0, 1, 1], [1, 0, 0], [1, 1, 1], [0, 0, 1], [1, 1, 0], [0, 1, 0], [1, 0, 1]], float)
     scores = np.where(rows[:, 0] == rows[:, 1], 90.0, 0.0)
     splits = Splits.of(rows, np.arange(3), np.zeros(3, dtype=bool))
-    cells, every = Cells(splits, scores, grid_of(scores), 3.0, 0.03), np.arange(8)
+    cells, every = ScoreCells(splits, scores, grid_of(scores), 3.0, 0.03), np.arange(8)
     ranked = cells.ranked(every, ahead=True)
     assert ranked is not None
 

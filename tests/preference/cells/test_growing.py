@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grammarlab.preference.cells.cells import Cells, grid_of
+from grammarlab.preference.cells.cells import ScoreCells, grid_of
 from grammarlab.preference.cells.growing import Growth, Tree, grow, regrown, replanted
 from grammarlab.preference.cells.splits import Splits
 
@@ -18,7 +18,7 @@ def labelled(seed):
     liked = ((choice == 1) | (choice == 2)) & (rows[:, 4] > 0.0)
     scores = np.clip(70.0 * liked + randomness.normal(0.0, 8.0, 60), 0.0, 100.0)
     splits = Splits.of(rows, np.array([0, 0, 0, 0, 1, 2, 3]), np.zeros(7, dtype=bool))
-    return rows, Cells(splits, scores, grid_of(scores), 8.0, 0.03)
+    return rows, ScoreCells(splits, scores, grid_of(scores), 8.0, 0.03)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -34,7 +34,7 @@ def test_a_tree_replanted_with_its_own_labels_is_itself(seed):
 def test_splits_that_other_labels_do_not_ask_for_are_cut_back(seed):
     rows, cells = labelled(seed)
     tree = grow(cells, EVERY, Growth(1e-2), np.random.default_rng(seed))
-    none = Cells(cells.splits, np.full(60, 30.0), cells.grid, 8.0, 0.03)
+    none = ScoreCells(cells.splits, np.full(60, 30.0), cells.grid, 8.0, 0.03)
     assert tree.split is not None
     assert replanted(none, tree, rows, EVERY).split is None
     some = EVERY[::2]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grammarlab.preference.cells import partition
-from grammarlab.preference.cells.cells import Cells, grid_of
+from grammarlab.preference.cells.cells import ScoreCells, grid_of
 from grammarlab.preference.cells.growing import Growth, grow
 from grammarlab.preference.cells.splits import Splits
 
@@ -19,7 +19,7 @@ def test_the_best_of_many_trees_is_the_best_of_all():
     rows = np.array(list(itertools.product([0.0, 1.0], repeat=2)) * 4)
     scores = np.where((rows[:, 0] > 0) & (rows[:, 1] > 0), 80.0, 0.0)
     splits = Splits.of(rows, np.array([0, 1]), np.zeros(2, dtype=bool))
-    cells = Cells(splits, scores, grid_of(scores), 3.0, 0.03)
+    cells = ScoreCells(splits, scores, grid_of(scores), 3.0, 0.03)
     randomness, every = np.random.default_rng(0), np.arange(len(scores))
     found = max(grow(cells, every, Growth(1.0), randomness).log_posterior for _ in range(40))
 

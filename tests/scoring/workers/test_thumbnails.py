@@ -15,7 +15,7 @@ from grammarlab.runs.serving.windows import Message
 from grammarlab.scoring.workers import thumbnails as module
 from grammarlab.scoring.workers.tasks import DrawModels, DrawnModels
 from grammarlab.scoring.workers.thumbnails import CHUNK, GOOD, QUICK, SHEET, Thumbnails, sprite_sheet
-from grammarlab.scoring.workers.worker_pool import Outcome, WorkerPool
+from grammarlab.scoring.workers.worker_pool import TaskOutcome, WorkerPool
 
 
 class Easel(WorkerPool):
@@ -23,7 +23,7 @@ class Easel(WorkerPool):
 
     def __init__(self) -> None:
         super().__init__("", (), 0, lambda _call: None)
-        self.tasks: list[tuple[DrawModels, Callable[[Outcome], None], Callable[[], bool]]] = []
+        self.tasks: list[tuple[DrawModels, Callable[[TaskOutcome], None], Callable[[], bool]]] = []
         self.drawn: list[DrawModels] = []
 
     def submit(self, request: Any, then: Any, *, is_wanted: Any = None, first: bool = False, **_: Any) -> int:
@@ -37,7 +37,7 @@ class Easel(WorkerPool):
             if is_wanted():
                 most -= 1
                 self.drawn.append(draw)
-                then(Outcome(DrawnModels(tuple(picture_of(model, draw.size) for model in draw.models), (FINDING,))))
+                then(TaskOutcome(DrawnModels(tuple(picture_of(model, draw.size) for model in draw.models), (FINDING,))))
 
 
 def picture_of(model: str, size: int) -> np.ndarray:
@@ -177,7 +177,7 @@ def test_a_picture_that_could_not_be_drawn_can_be_asked_for_again():
     easel, viewer = Easel(), Viewer()
     thumbnails = Thumbnails(easel, ignore)
     thumbnails.request(MODELS[:2], 40, viewer.send)
-    easel.tasks.pop()[1](Outcome(error="lost"))
+    easel.tasks.pop()[1](TaskOutcome(error="lost"))
     thumbnails.request(MODELS[:2], 40, viewer.send)
     easel.draw()
     assert viewer.models == MODELS[:2]

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from grammarlab.errors import UsageError
-from grammarlab.scoring.workers.worker_pool import Handler, Outcome, Report, WorkerPool
+from grammarlab.scoring.workers.worker_pool import Handler, Report, TaskOutcome, WorkerPool
 from tests.runs.processes import expect_gone
 from tests.waiting import PATIENCE
 
@@ -56,7 +56,7 @@ class Thread:
     def __init__(self, greeting: str, size: int) -> None:
         self.inbox: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self.pool = WorkerPool(f"{__name__}:maker", (greeting,), size, self.inbox.put)
-        self.outcomes: dict[str, Outcome] = {}
+        self.outcomes: dict[str, TaskOutcome] = {}
         self.progress: list[tuple[str, int, int]] = []
 
     def submit(self, request: str, **options: Any) -> int:
@@ -83,8 +83,8 @@ def test_tasks_end_with_a_value_or_with_words(thread: Thread):
     for request in ("world", "fail", "break"):
         thread.submit(request)
     thread.until(lambda: len(thread.outcomes) == 3)
-    assert thread.outcomes["world"] == Outcome("hello world")
-    assert thread.outcomes["fail"] == Outcome(error="asked to fail")
+    assert thread.outcomes["world"] == TaskOutcome("hello world")
+    assert thread.outcomes["fail"] == TaskOutcome(error="asked to fail")
     assert "ZeroDivisionError" in thread.outcomes["break"].error
 
 
@@ -92,7 +92,7 @@ def test_a_task_that_cannot_be_made_says_why():
     thread = Thread("bad", 1)
     thread.submit("world")
     thread.until(lambda: thread.outcomes)
-    assert thread.outcomes["world"] == Outcome(error="bad greeting")
+    assert thread.outcomes["world"] == TaskOutcome(error="bad greeting")
     thread.pool.close()
 
 
@@ -101,7 +101,7 @@ def test_a_lost_process_is_replaced_and_its_task_done_again_before_others(thread
     thread.submit(deadly)
     thread.submit("world")
     thread.until(lambda: len(thread.outcomes) == 2)
-    assert thread.outcomes == {deadly: Outcome(f"hello {deadly}"), "world": Outcome("hello world")}
+    assert thread.outcomes == {deadly: TaskOutcome(f"hello {deadly}"), "world": TaskOutcome("hello world")}
     assert list(thread.outcomes) == [deadly, "world"]
 
 
@@ -134,7 +134,7 @@ def test_what_cannot_be_recalled_is_forgotten(thread: Thread):
     thread.pool.recall = "die"
     thread.submit("world")
     thread.until(lambda: thread.outcomes)
-    assert thread.outcomes == {"world": Outcome("hello world")}
+    assert thread.outcomes == {"world": TaskOutcome("hello world")}
 
 
 def test_what_was_cancelled_is_not_done_again(thread: Thread):
@@ -163,7 +163,7 @@ def test_tasks_are_cancelled_while_they_wait_and_while_they_run(thread: Thread):
     waiting = thread.submit("world")
     thread.until(lambda: thread.progress)
     thread.pool.cancel(waiting)
-    assert thread.outcomes == {"world": Outcome(cancelled=True)}
+    assert thread.outcomes == {"world": TaskOutcome(cancelled=True)}
     thread.pool.cancel(long)
     assert thread.outcomes["long"].cancelled
     told = len(thread.progress)

@@ -10,7 +10,7 @@ import numpy as np
 from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.analysis.example import Example, Region
 from grammarlab.facade.examples.building.stretching import Stretch
-from grammarlab.facade.examples.building.units import Cut
+from grammarlab.facade.examples.building.units import BuildingCut
 from grammarlab.facade.examples.label_grid import LabelGrid
 from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface, joined
 from grammarlab.facade.examples.mesh.views import placed_from, plane_of
@@ -179,7 +179,7 @@ def tile(walls: Sequence[Region], own: int, grid: LabelGrid, sources: Ints, stre
 
 
 @dataclass(frozen=True, eq=False)
-class Pieces:
+class UnstitchedPieces:
     """All pieces of a new building where they stand, not yet stitched."""
 
     surface: Surface
@@ -187,7 +187,7 @@ class Pieces:
     """[N + 1] first point of each piece: of the rest, then of the cells of each tiling, row by row."""
 
 
-def assemble(cut: Cut, tilings: Sequence[Tiling], stretch: Stretch) -> Pieces:
+def assemble(cut: BuildingCut, tilings: Sequence[Tiling], stretch: Stretch) -> UnstitchedPieces:
     """The pieces of the new building.
 
     Args:
@@ -208,4 +208,4 @@ def assemble(cut: Cut, tilings: Sequence[Tiling], stretch: Stretch) -> Pieces:
             points[:, :2] = np.where(part == 1.0, new_high, new_low + part * (new_high - new_low))
             points[:, 2] = unit.points[:, 2] - tiling.walls[wall].plane + tiling.plane
             pieces.append(unit.moved(placed_from(tiling.region.side, points)))
-    return Pieces(joined(pieces), np.cumsum([0, *(len(each.points) for each in pieces)]))
+    return UnstitchedPieces(joined(pieces), np.cumsum([0, *(len(each.points) for each in pieces)]))

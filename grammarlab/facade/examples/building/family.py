@@ -6,16 +6,16 @@ import numpy as np
 
 from grammarlab.facade.examples.building.assembly import Tiling
 from grammarlab.facade.examples.building.grammar import Terminal, Written, unit_body
-from grammarlab.facade.examples.building.pool import Pool
+from grammarlab.facade.examples.building.stock import UnitStock
 from grammarlab.facade.examples.grammar import Units, write_label_family
 from grammarlab.facade.writing.family import Range, WrittenFamily
 
 
-def unit_family(pool: Pool, tiling: Tiling, widths: Range, heights: Range) -> tuple[WrittenFamily, Written]:
+def unit_family(stock: UnitStock, tiling: Tiling, widths: Range, heights: Range) -> tuple[WrittenFamily, Written]:
     """The family of a new wall, and the same rules with the meshes that they insert.
 
     Args:
-        pool: its units.
+        stock: its units.
         tiling: the wall.
         widths: metres of facades, at least and at most.
         heights: metres.
@@ -26,18 +26,18 @@ def unit_family(pool: Pool, tiling: Tiling, widths: Range, heights: Range) -> tu
     terminals: list[Terminal] = []
     bodies = []
     for label in range(len(tiling.grid.names)):
-        source = _source(pool, tiling, label)
-        bodies.append(unit_body(pool.cut, pool.walls, source, pool.colors, terminals) if source else "NIL")
+        source = _source(stock, tiling, label)
+        bodies.append(unit_body(stock.cut, stock.walls, source, stock.colors, terminals) if source else "NIL")
     units = Units(np.diff(tiling.columns), np.diff(tiling.rows), tuple(bodies))
     family = write_label_family(tiling.grid, units, widths, heights)
     return family, Written(family.text, tuple(terminals))
 
 
-def _source(pool: Pool, tiling: Tiling, label: int) -> list[int] | None:
+def _source(stock: UnitStock, tiling: Tiling, label: int) -> list[int] | None:
     """The unit that most cells with a label have; where none has it, that of a wall; None for a name alone."""
     used = tiling.sources[tiling.grid.labels == label]
     if len(used):
         units, often = np.unique(used, axis=0, return_counts=True)
         return units[often.argmax()].tolist()
-    wall = next((each for each in pool.choice if (pool.walls[each].grid.labels == label).any()), None)
-    return None if wall is None else [wall, *pool.walls[wall].source(label)]
+    wall = next((each for each in stock.choice if (stock.walls[each].grid.labels == label).any()), None)
+    return None if wall is None else [wall, *stock.walls[wall].source(label)]

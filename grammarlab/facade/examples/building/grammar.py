@@ -13,7 +13,7 @@ import numpy as np
 from grammarlab.facade.examples.analysis.example import Region
 from grammarlab.facade.examples.building.assembly import Tiling
 from grammarlab.facade.examples.building.stretching import Stretch
-from grammarlab.facade.examples.building.units import Cut
+from grammarlab.facade.examples.building.units import BuildingCut
 from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface
 from grammarlab.facade.examples.mesh.views import VIEWS
 from grammarlab.facade.writing.rule_text import RuleNames, number, rule_name
@@ -39,7 +39,7 @@ class Written:
 
 
 def building_rules(
-    cut: Cut,
+    cut: BuildingCut,
     tilings: Sequence[Tiling],
     stretch: Stretch,
     colors: Sequence[tuple[float, float, float, float]],
@@ -69,7 +69,7 @@ def building_rules(
 
 def _rows(
     rule: str,
-    cut: Cut,
+    cut: BuildingCut,
     tiling: Tiling,
     names: RuleNames,
     colors: Sequence[tuple[float, float, float, float]],
@@ -99,7 +99,7 @@ def _rows(
 
 
 def unit_body(
-    cut: Cut,
+    cut: BuildingCut,
     walls: Sequence[Region],
     source: Sequence[int],
     colors: Sequence[tuple[float, float, float, float]],

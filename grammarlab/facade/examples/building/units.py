@@ -15,7 +15,7 @@ SNAP = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Cut:
+class BuildingCut:
     """A building in pieces that fill it."""
 
     cells: tuple[tuple[tuple[Surface, ...], ...], ...]
@@ -24,7 +24,7 @@ class Cut:
     """In the coordinates of the building."""
 
 
-def cut_up(surface: Surface, regions: Sequence[Region]) -> Cut:
+def cut_up(surface: Surface, regions: Sequence[Region]) -> BuildingCut:
     """The units of all regions, and the rest; where two regions overlap, the earlier one has it."""
     for region in regions:
         surface = _framed(surface, region)
@@ -34,7 +34,7 @@ def cut_up(surface: Surface, regions: Sequence[Region]) -> Cut:
         part = surface.part(own)
         surface = surface.part(~own)
         cells.append(_cells(part.moved(seen_from(region.side, part.points)), region))
-    return Cut(tuple(cells), surface)
+    return BuildingCut(tuple(cells), surface)
 
 
 def _framed(surface: Surface, region: Region) -> Surface:

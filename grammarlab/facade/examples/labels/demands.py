@@ -19,7 +19,7 @@ _MOST_PLACED = 400
 
 
 @dataclass(frozen=True, slots=True)
-class Demands:
+class LabelDemands:
     """What a grid must keep."""
 
     domain: Domain
@@ -50,7 +50,7 @@ class Demands:
         return cells
 
 
-def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) -> Demands:
+def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) -> LabelDemands:
     """What a person's wishes, and the defaults, ask of a grid.
 
     A wish goes before what the example has at a border: a label that is wished for in a row may come there.
@@ -98,7 +98,7 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
                 notes.append(f"{name} is on the ground floor of the example; there is no place for it here")
     counts.sort(key=lambda each: each[2])
     ends = tuple(sorted({0, rows - 1})) if wishes.equal_corners else ()
-    return Demands(found, tuple(counts), wishes.symmetric, ends, tuple(notes))
+    return LabelDemands(found, tuple(counts), wishes.symmetric, ends, tuple(notes))
 
 
 def _make_way(domain: Domain, wide: Domain, label: int, most: int, fixed: Mapping[tuple[int, int], str]) -> None:

@@ -10,10 +10,10 @@ import numpy as np
 from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.label_grid import LabelGrid, Labels
 from grammarlab.facade.examples.labels.bounds.dual import Dual, least_work, strips_alone
-from grammarlab.facade.examples.labels.demands import Demands
+from grammarlab.facade.examples.labels.demands import LabelDemands
 from grammarlab.facade.examples.labels.expectation import expectation_maximization
 from grammarlab.facade.examples.labels.problem import Problem
-from grammarlab.facade.examples.labels.search import Search
+from grammarlab.facade.examples.labels.search import GridSearch
 from grammarlab.facade.examples.labels.solver import solve, suits
 
 _DUAL_WORK = 4e7
@@ -42,7 +42,7 @@ class Bounded:
 
 
 def least_energy(
-    problem: Problem, demands: Demands, examples: Sequence[LabelGrid], seed: int, count: int, effort: float
+    problem: Problem, demands: LabelDemands, examples: Sequence[LabelGrid], seed: int, count: int, effort: float
 ) -> Bounded:
     """Grids of little energy that keep the demands.
 
@@ -62,7 +62,7 @@ def least_energy(
         FacadeError: when no grid keeps the demands, or none was found.
     """
     problem = problem.within(demands.domain)
-    search = Search(problem, demands, np.random.default_rng(seed), effort)
+    search = GridSearch(problem, demands, np.random.default_rng(seed), effort)
     bound, turned = _alone(problem, demands)
     _try(search, _in_order(search, examples), bound)
     if not _done(search, bound):
@@ -81,23 +81,23 @@ def least_energy(
     return Bounded(tuple(search.ranked()[:count]), bound)
 
 
-def _done(search: Search, bound: int) -> bool:
+def _done(search: GridSearch, bound: int) -> bool:
     return search.best is not None and search.best <= bound
 
 
-def _alone(problem: Problem, demands: Demands) -> tuple[int, bool]:
+def _alone(problem: Problem, demands: LabelDemands) -> tuple[int, bool]:
     """The bound of strips by themselves, of rows or of columns, whichever is better, and whether it is of columns."""
     rows, columns = strips_alone(problem), strips_alone(problem.transposed())
     return max(rows, columns), columns > rows and not demands.symmetric
 
 
-def _dual(search: Search, bound: int, turned: bool, effort: float) -> int:
+def _dual(search: GridSearch, bound: int, turned: bool, effort: float) -> int:
     """A better bound, while grids are made of what its strips want: a few steps first, then sweeps and more steps."""
     steps = int(min(_MOST_STEPS * effort, _DUAL_WORK * effort / least_work(search.problem)))
     problem, demands = search.problem, search.demands
     if turned:
         problem = problem.transposed()
-        demands = Demands(np.ascontiguousarray(problem.domain), demands.counts, symmetric=False)
+        demands = LabelDemands(np.ascontiguousarray(problem.domain), demands.counts, symmetric=False)
     if steps < 1:
         return bound
     dual = Dual(problem, demands)
@@ -115,7 +115,7 @@ def _dual(search: Search, bound: int, turned: bool, effort: float) -> int:
     return bound
 
 
-def _try(search: Search, starts: Iterator[Labels], bound: int) -> None:
+def _try(search: GridSearch, starts: Iterator[Labels], bound: int) -> None:
     """Settle one start after the other, until one is good enough or the budget is spent."""
     for start in starts:
         search.settle(start)
@@ -123,7 +123,7 @@ def _try(search: Search, starts: Iterator[Labels], bound: int) -> None:
             return
 
 
-def _in_order(search: Search, examples: Sequence[LabelGrid]) -> Iterator[Labels]:
+def _in_order(search: GridSearch, examples: Sequence[LabelGrid]) -> Iterator[Labels]:
     """Grids of lines of an example, stretched over the new grid or again and again."""
     for example in examples:
         across = np.round(np.linspace(0, example.columns - 1, search.problem.columns)).astype(np.int64)
@@ -132,7 +132,7 @@ def _in_order(search: Search, examples: Sequence[LabelGrid]) -> Iterator[Labels]
         yield _drawn(search, example)
 
 
-def _others(search: Search, examples: Sequence[LabelGrid], seed: int) -> Iterator[Labels]:
+def _others(search: GridSearch, examples: Sequence[LabelGrid], seed: int) -> Iterator[Labels]:
     """Grids of the paper's method, with borders, and of lines from other places."""
     for turn in range(2):
         yield expectation_maximization(search.problem, seed + turn).labels
@@ -140,7 +140,7 @@ def _others(search: Search, examples: Sequence[LabelGrid], seed: int) -> Iterato
         yield _drawn(search, example)
 
 
-def _solved(search: Search, bound: int, seed: int, effort: float) -> int:
+def _solved(search: GridSearch, bound: int, seed: int, effort: float) -> int:
     """The bound that CP-SAT proves, and the grid that it finds."""
     best = search.ranked()
     solved = solve(search.problem, search.demands, bound, best[0][1] if best else None, seed, effort)
@@ -151,7 +151,7 @@ def _solved(search: Search, bound: int, seed: int, effort: float) -> int:
     return solved.bound
 
 
-def _drawn(search: Search, example: LabelGrid) -> Labels:
+def _drawn(search: GridSearch, example: LabelGrid) -> Labels:
     """Lines of an example in its order, from a place that is drawn, again and again."""
     size, columns = example.columns, search.problem.columns
     inner = np.arange(1, size - 1) if size > 2 else np.arange(size)
@@ -161,7 +161,7 @@ def _drawn(search: Search, example: LabelGrid) -> Labels:
     return search.factored(_whole(example), across)
 
 
-def _scattered(search: Search, example: LabelGrid) -> Labels:
+def _scattered(search: GridSearch, example: LabelGrid) -> Labels:
     """Runs of a few lines of an example, from places that are drawn: its grids differ most from those found before."""
     lines = []
     for wanted, size in ((search.problem.rows, example.rows), (search.problem.columns, example.columns)):

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.facade.examples.label_grid import Labels
-from grammarlab.facade.examples.labels.demands import Demands, Domain
+from grammarlab.facade.examples.labels.candidates import best_columns, suits
+from grammarlab.facade.examples.labels.demands import Domain, LabelDemands
 from grammarlab.facade.examples.labels.energy import energy
-from grammarlab.facade.examples.labels.pools import best_columns, suits
 from grammarlab.facade.examples.labels.problem import Problem
 from grammarlab.facade.examples.labels.rows import RowWindows
 
@@ -27,11 +27,11 @@ _NOISE = 0.25
 
 
 @dataclass
-class Search:
+class GridSearch:
     """A search for grids, and what it found."""
 
     problem: Problem
-    demands: Demands
+    demands: LabelDemands
     generator: np.random.Generator
     effort: float = 1.0
     """How much more work than usual it may do."""
@@ -158,16 +158,16 @@ class Search:
             if grids:
                 lines = np.concatenate(grids)
                 first = np.sort(np.unique(lines, axis=0, return_index=True)[1])
-                pool = lines[first[:most]]
-                if not suits(self.problem.transposed() if turned else self.problem, pool):
+                candidates = lines[first[:most]]
+                if not suits(self.problem.transposed() if turned else self.problem, candidates):
                     continue
-                grid = pool[self._lines(pool, turned)]
+                grid = candidates[self._lines(candidates, turned)]
                 self.settle(grid if turned else np.ascontiguousarray(grid.T))
 
-    def _lines(self, pool: Labels, turned: bool) -> NDArray[np.int64]:
-        """Which columns of a pool, or rows when turned, make the best grid."""
+    def _lines(self, candidates: Labels, turned: bool) -> NDArray[np.int64]:
+        """Which candidates, columns or rows when turned, make the best grid."""
         problem, noise = self.problem.within(self.demands.domain), self.noise
         limits = [at for at in self.demands.counts if at[2] < _FEW]
         if turned:
-            return best_columns(problem.transposed(), pool, noise.transpose(1, 0, 2), limits)
-        return best_columns(problem, pool, noise, limits, self.demands.symmetric)
+            return best_columns(problem.transposed(), candidates, noise.transpose(1, 0, 2), limits)
+        return best_columns(problem, candidates, noise, limits, self.demands.symmetric)

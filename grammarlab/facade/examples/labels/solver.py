@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grammarlab.facade.examples.label_grid import Labels
-from grammarlab.facade.examples.labels.demands import Demands
+from grammarlab.facade.examples.labels.demands import LabelDemands
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _TIME = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Solved:
+class SolvedLabels:
     """What the solver found."""
 
     labels: Labels | None
@@ -40,7 +40,9 @@ def suits(problem: Problem) -> bool:
     return size <= LARGEST and find_spec("ortools") is not None
 
 
-def solve(problem: Problem, demands: Demands, bound: int, hint: Labels | None, seed: int, effort: float) -> Solved:
+def solve(
+    problem: Problem, demands: LabelDemands, bound: int, hint: Labels | None, seed: int, effort: float
+) -> SolvedLabels:
     """The grid of least energy, or what is known of it when the effort is spent.
 
     Args:
@@ -71,15 +73,15 @@ def solve(problem: Problem, demands: Demands, bound: int, hint: Labels | None, s
     solver.parameters.max_deterministic_time = _TIME * effort
     status = solver.solve(model)
     if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-        return Solved(None, bound, status == cp_model.INFEASIBLE)
+        return SolvedLabels(None, bound, status == cp_model.INFEASIBLE)
     labels = np.zeros((problem.rows, problem.columns), dtype=np.int64)
     for (row, column, label), variable in cells.items():
         if solver.value(variable):
             labels[row, column] = label
-    return Solved(labels, max(bound, round(solver.best_objective_bound)), impossible=False)
+    return SolvedLabels(labels, max(bound, round(solver.best_objective_bound)), impossible=False)
 
 
-def _cells(model: CpModel, demands: Demands) -> dict[tuple[int, int, int], IntVar]:
+def _cells(model: CpModel, demands: LabelDemands) -> dict[tuple[int, int, int], IntVar]:
     """By row, column and label, whether the cell has the label; a symmetric grid has one variable for both sides."""
     cells: dict[tuple[int, int, int], IntVar] = {}
     rows, columns, _ = demands.domain.shape

@@ -29,7 +29,7 @@ _GROWTH = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class FoundPaths:
     """What a search came to."""
 
     paths: tuple[tuple[int, Path], ...]
@@ -85,11 +85,11 @@ class _Column(NamedTuple):
 _START = _Column((), -1, 0, fixed=False, opaque=False, partial=0, protected=0, price=0)
 
 
-def search(problem: PairProblem, count: int, effort: int, cutoff: int) -> Found:
+def search(problem: PairProblem, count: int, effort: int, cutoff: int) -> FoundPaths:
     """The cheapest paths through the rows, as many as asked for, of those that cost at most `cutoff`."""
     prices, rows = problem.prices, problem.rows
     if any(row.left[0] > problem.most for row in rows):
-        return Found((), 0, done=True)
+        return FoundPaths((), 0, done=True)
     if count == 1 and len(rows) == 1 and all(letter.hides for letter in rows[0].word):
         return _alone(problem, rows[0])
     letters = sum(len(row.layers) * len(row.word) for row in rows)
@@ -102,22 +102,22 @@ def search(problem: PairProblem, count: int, effort: int, cutoff: int) -> Found:
         looked += tree.looked
         bound, paths = max(found.bound, bound), max(found.paths, paths, key=len)
         if found.done and (len(found.paths) == count or limit == ceiling):
-            return Found(paths, bound, done=True, steps=looked)
+            return FoundPaths(paths, bound, done=True, steps=looked)
         if not found.done or looked >= effort:
             guessed = () if paths else _guess(problem, ceiling)
-            return Found(paths, bound, done=False, guessed=guessed, steps=looked)
+            return FoundPaths(paths, bound, done=False, guessed=guessed, steps=looked)
         limit = min(limit * _GROWTH, ceiling)
 
 
-def _alone(problem: PairProblem, row: AlignedRow) -> Found:
+def _alone(problem: PairProblem, row: AlignedRow) -> FoundPaths:
     """One word that hides all that is below: each of its letters is a column, which costs nothing."""
     if row.left[0] < problem.least and all(row.sizes):
-        return Found((), 0, done=True)
+        return FoundPaths((), 0, done=True)
     path = tuple(
         (RowStep(size, 2 * at + 2, OPAQUE, letter.unoccludable, 0, () if size else (at,)),)
         for at, (letter, size) in enumerate(zip(row.word, row.sizes, strict=True))
     )
-    return Found(((0, path),), 0, done=True)
+    return FoundPaths(((0, path),), 0, done=True)
 
 
 def _guess(problem: PairProblem, ceiling: int) -> tuple[tuple[int, Path], ...]:
@@ -158,11 +158,11 @@ class _Tree:
             if self.num <= _ALL_PAIRS or hub in (one, other):
                 yield one, other
 
-    def run(self) -> Found:
+    def run(self) -> FoundPaths:
         start = tuple(0 for _ in self.rows)
         root = self._rest(start)
         if root is None:
-            return Found((), self.limit + 1, done=True)
+            return FoundPaths((), self.limit + 1, done=True)
         end = tuple(row.last for row in self.rows)
         heap = [self._first(root)]
         closed: dict[tuple[tuple[int, ...], bool, Widths], list[tuple[int, int, int]]] = {}
@@ -170,20 +170,20 @@ class _Tree:
         while heap:
             node = heapq.heappop(heap)
             if self.looked > self.effort:
-                return Found(tuple(paths), node.guess, done=False)
+                return FoundPaths(tuple(paths), node.guess, done=False)
             if node.states == end:
                 if node.column and self._fills(node):
                     paths.append((node.cost, _path(node)))
                     if len(paths) == self.count:
-                        return Found(tuple(paths), node.cost, done=True)
+                        return FoundPaths(tuple(paths), node.cost, done=True)
                 continue
             if self._dominated(closed.setdefault((node.states, node.elastic, node.widths), []), node):
                 continue
             for child in self._children(node):
                 heapq.heappush(heap, child)
             if self.looked > self.effort:  # some columns may be missing
-                return Found(tuple(paths), node.guess, done=False)
-        return Found(tuple(paths), self.limit + 1, done=True)
+                return FoundPaths(tuple(paths), node.guess, done=False)
+        return FoundPaths(tuple(paths), self.limit + 1, done=True)
 
     def _first(self, guess: int) -> _Node:
         """The place before all columns."""

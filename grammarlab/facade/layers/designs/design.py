@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from grammarlab.facade.layers.designs.patterns import Pattern, Reflection, Slots
+from grammarlab.facade.layers.designs.patterns import LayerPattern, Reflection, Slots
 from grammarlab.facade.layers.letters import Letter, Word
 from grammarlab.facade.layers.weights import Weights
 
@@ -90,7 +90,7 @@ class Design:
     """Metres, of the canvas."""
     symbols: Mapping[str, Symbol]
     counters: Mapping[str, Counter]
-    patterns: Mapping[str, Pattern]
+    patterns: Mapping[str, LayerPattern]
     layers: tuple[Layer, ...]
     """From the topmost down."""
     shapes: Shapes = field(default_factory=dict)

@@ -16,7 +16,7 @@ from typing import Any, NoReturn
 from grammarlab.errors import Finding, LanguageError, Location
 from grammarlab.facade.layers.designs.design import WILDCARD, Counter, Design, Layer, Shape, Symbol
 from grammarlab.facade.layers.designs.parsing import PatternError, parse_pattern
-from grammarlab.facade.layers.designs.patterns import REFLECTIONS, Pattern, Sign
+from grammarlab.facade.layers.designs.patterns import REFLECTIONS, LayerPattern, Sign
 from grammarlab.facade.layers.designs.places import place_of
 from grammarlab.facade.layers.weights import Weights
 from grammarlab.facade.values import read_bounded, shown
@@ -64,17 +64,17 @@ def parse_design(text: str, file: str = "<text>") -> Design:
         raise LanguageError((finding,), text) from error
     except RecursionError as error:
         raise LanguageError((Finding("error", "not-toml", "values nest too deep", Location(file=file)),)) from error
-    return _Reader(text, file).design(values)
+    return _DesignReader(text, file).design(values)
 
 
 @dataclass
-class _Reader:
+class _DesignReader:
     """Makes a design of the values of a file; stops at the first mistake."""
 
     text: str
     file: str
     symbols: dict[str, Symbol] = field(default_factory=dict)
-    patterns: dict[str, Pattern] = field(default_factory=dict)
+    patterns: dict[str, LayerPattern] = field(default_factory=dict)
 
     def design(self, values: dict[str, Any]) -> Design:
         self._check_keys(values, _TABLES, "", None, ())
@@ -157,7 +157,7 @@ class _Reader:
             self._fail(message, "counters", None, (name, "reflection"))
         return Counter(name, least, most, reflection)
 
-    def _pattern(self, value: Any, table: str, index: int | None, keys: Sequence[str]) -> Pattern:
+    def _pattern(self, value: Any, table: str, index: int | None, keys: Sequence[str]) -> LayerPattern:
         if not isinstance(value, str):
             self._fail(f"expected a pattern such as 'A(BA)^k', found {shown(value)}", table, index, keys)
         try:

@@ -1,4 +1,4 @@
-"""The text of a pattern becomes a `Pattern`; what is wrong with it is said with its place."""
+"""The text of a pattern becomes a `LayerPattern`; what is wrong with it is said with its place."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, cast
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from grammarlab.facade.layers.designs.patterns import Alternatives, Linear, Node, Pattern, Power, Row, Sign
+from grammarlab.facade.layers.designs.patterns import Alternatives, LayerPattern, Linear, Node, Power, Row, Sign
 
 MOST_CHARACTERS = 2_000
 """Of one pattern."""
@@ -33,7 +33,7 @@ class PatternError(Exception):
     hint: str = ""
 
 
-def parse_pattern(text: str) -> Pattern:
+def parse_pattern(text: str) -> LayerPattern:
     """A pattern in the paper's notation.
 
     >>> [sign.symbol for sign, _ in parse_pattern("cec; c := A(BA)^k").contents]
@@ -97,7 +97,7 @@ class _Builder:
     open_powers: list[int] = field(default_factory=list)
     open_choices: list[int] = field(default_factory=list)
 
-    def pattern(self, tree: Tree[Token]) -> Pattern:
+    def pattern(self, tree: Tree[Token]) -> LayerPattern:
         children = list(tree.children)
         body = self._node(children[0])
         contents: list[tuple[Sign, Node]] = []
@@ -106,12 +106,12 @@ class _Builder:
             if any(sign.symbol == other.symbol for other, _ in contents):
                 raise PatternError(f"{sign.symbol} is given twice", sign.place, hint="one content per symbol")
             contents.append((sign, self._node(content)))
-        pattern = Pattern(self.text, body, tuple(contents))
+        pattern = LayerPattern(self.text, body, tuple(contents))
         self._check_contents(pattern)
         return pattern
 
-    def _check_contents(self, pattern: Pattern) -> None:
-        control = {node.symbol for node in Pattern("", pattern.body).nodes() if isinstance(node, Sign)}
+    def _check_contents(self, pattern: LayerPattern) -> None:
+        control = {node.symbol for node in LayerPattern("", pattern.body).nodes() if isinstance(node, Sign)}
         for sign, content in pattern.contents:
             if sign.symbol not in control:
                 raise PatternError(
@@ -119,7 +119,7 @@ class _Builder:
                     sign.place,
                     hint=f"a control pattern such as 'x {sign.symbol}; {sign.symbol} := A(BA)^k' has it",
                 )
-            for node in Pattern("", content).nodes():
+            for node in LayerPattern("", content).nodes():
                 if isinstance(node, Sign) and pattern.content_of(node.symbol) is not None:
                     raise PatternError(
                         f"{node.symbol} is a content within a content: operations of one kind do not nest",

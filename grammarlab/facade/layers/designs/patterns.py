@@ -70,7 +70,7 @@ Node = Sign | Power | Row | Alternatives
 
 
 @dataclass(frozen=True, slots=True)
-class Pattern:
+class LayerPattern:
     """A pattern, with the contents that stand for some of its symbols if it is a control pattern."""
 
     text: str
@@ -149,7 +149,7 @@ class Values:
     """Mode of each counter that has another one than `inner`."""
 
 
-def expand(pattern: Pattern, values: Values, most: int) -> Slots | None:
+def expand(pattern: LayerPattern, values: Values, most: int) -> Slots | None:
     """The word of a pattern for some values; None when it has more than `most` letters."""
     contents: dict[str, Slots] = {}
     for sign, node in pattern.contents:

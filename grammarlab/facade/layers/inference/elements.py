@@ -14,7 +14,7 @@ Interval = tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
-class Elements:
+class LabelledRectangles:
     """E labelled rectangles between lines."""
 
     lines: tuple[Floats, Floats]
@@ -41,7 +41,7 @@ def backdrop_of(facade: Facade) -> str | None:
     return max(area, key=lambda name: (area[name], name)) if area else None
 
 
-def elements_of(facade: Facade, tolerance: float) -> Elements:
+def elements_of(facade: Facade, tolerance: float) -> LabelledRectangles:
     """All leaves of a facade that are not its backdrop.
 
     Args:
@@ -59,7 +59,7 @@ def elements_of(facade: Facade, tolerance: float) -> Elements:
         boxes[:, axis::2] = place.reshape(-1, 2)
     kept = (boxes[:, :2] < boxes[:, 2:]).all(axis=1)
     labels = tuple(facade.name_of(leaf) for leaf in leaves[kept].tolist())
-    return Elements((lines[X], lines[Y]), boxes[kept], labels, backdrop)
+    return LabelledRectangles((lines[X], lines[Y]), boxes[kept], labels, backdrop)
 
 
 def grouped(values: Floats, tolerance: float) -> Ints:

@@ -9,7 +9,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.designs.design import WILDCARD, Counter, Design, Layer, Shape, Symbol
 from grammarlab.facade.layers.designs.file import LARGEST, MOST_LAYERS
 from grammarlab.facade.layers.designs.parsing import parse_pattern
-from grammarlab.facade.layers.designs.patterns import Linear, Pattern
+from grammarlab.facade.layers.designs.patterns import LayerPattern, Linear
 from grammarlab.facade.layers.inference.covers import Product
 from grammarlab.facade.layers.inference.elements import elements_of
 from grammarlab.facade.layers.inference.layering import layering
@@ -55,7 +55,7 @@ def infer(facade: Facade, tolerance: float, title: str = "") -> Design:
     layers = [_layer(number, shown, axes) for number in range(len(shown))]
     if elements.backdrop is not None or not layers:
         layers.append(_everywhere(elements.backdrop or "", axes))
-    patterns: dict[str, Pattern] = {}
+    patterns: dict[str, LayerPattern] = {}
     symbols: dict[str, Symbol] = {}
     used = {name for layer in layers for name in layer.patterns}
     for each in axes:
@@ -119,7 +119,7 @@ class _Axis:
         shown = {self.of[key] for key in there if product in key[2]}
         return None if shown == {self.of[key] for key in there} else frozenset(shown)
 
-    def patterns(self) -> Mapping[str, Pattern]:
+    def patterns(self) -> Mapping[str, LayerPattern]:
         """All patterns by name."""
         texts = {
             self.pattern_name(at): "".join(self._item(item) for item in items)

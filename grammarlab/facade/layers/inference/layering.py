@@ -9,12 +9,12 @@ from itertools import pairwise
 import numpy as np
 
 from grammarlab.facade.layers.inference.covers import Place, Product, products
-from grammarlab.facade.layers.inference.elements import Elements, Interval
+from grammarlab.facade.layers.inference.elements import Interval, LabelledRectangles
 from grammarlab.facade.layers.inference.strips import MOST_CELLS
 from grammarlab.facade.tree import Ints, X, Y
 
 
-def layering(elements: Elements, most: int) -> list[Product]:
+def layering(elements: LabelledRectangles, most: int) -> list[Product]:
     """Products that show each element, from the top down.
 
     What a product shows where it has no element of its own is hidden below products before it. So the two halves of a
@@ -53,18 +53,18 @@ class _Hidden:
         return bool(covered == (across[1] - across[0]) * (up[1] - up[0]))
 
 
-def _area(elements: Elements, box: Sequence[int]) -> float:
+def _area(elements: LabelledRectangles, box: Sequence[int]) -> float:
     left, bottom, right, top = box
     return float(
         (elements.lines[X][right] - elements.lines[X][left]) * (elements.lines[Y][top] - elements.lines[Y][bottom])
     )
 
 
-def _shown(elements: Elements, product: Product) -> float:
+def _shown(elements: LabelledRectangles, product: Product) -> float:
     return sum(_area(elements, (across[0], up[0], across[1], up[1])) for across in product.across for up in product.up)
 
 
-def _joined(elements: Elements, own: Ints, above: Ints) -> list[Place]:
+def _joined(elements: LabelledRectangles, own: Ints, above: Ints) -> list[Place]:
     """Places of boxes; those of a lane between which there are boxes above are one, if others are as long."""
     places = [((left, right), (bottom, top)) for left, bottom, right, top in own.tolist()]
     for axis in (X, Y):

@@ -7,7 +7,7 @@ import numpy as np
 from grammarlab.facade.boxes.assembling import OUTSIDE
 from grammarlab.facade.boxes.cutting import cut
 from grammarlab.facade.boxes.filling import WALL, fill
-from grammarlab.facade.boxes.overlaps import Pieces
+from grammarlab.facade.boxes.overlaps import VisiblePieces
 from grammarlab.facade.layers.showing.panels import Panels, rectangles
 from grammarlab.facade.tree import Facade, X, Y
 
@@ -33,7 +33,9 @@ def flattened(panels: Panels) -> Facade:
             boxes += found
             source += [number] * len(found)
             whole += [len(found) == 1] * len(found)
-    pieces = Pieces(np.array(boxes).reshape(-1, 4), np.array(source, dtype=np.int64), np.array(whole, dtype=np.bool_))
+    pieces = VisiblePieces(
+        np.array(boxes).reshape(-1, 4), np.array(source, dtype=np.int64), np.array(whole, dtype=np.bool_)
+    )
     tiles, shown = fill(pieces, frame, split=True)
     shown = np.where(shown == WALL, behind, shown)
     low, high = (

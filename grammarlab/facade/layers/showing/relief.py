@@ -8,7 +8,7 @@ from grammarlab.derivation.functions.colors import parse_color
 from grammarlab.derivation.values.materials import CHANNELS, Materials
 from grammarlab.facade.layers.designs.design import Design
 from grammarlab.facade.layers.showing.panels import Panels
-from grammarlab.facade.looks import THICKNESS, Look, look_of
+from grammarlab.facade.looks import THICKNESS, LabelLook, look_of
 from grammarlab.facade.tree import X, Y
 from grammarlab.geometry.solids.primitives import box
 from grammarlab.scene.instances import Scene
@@ -54,6 +54,6 @@ def relief(design: Design, panels: Panels) -> Scene:
     )
 
 
-def _channels(look: Look) -> tuple[float, ...]:
+def _channels(look: LabelLook) -> tuple[float, ...]:
     color = dict(zip(("color.r", "color.g", "color.b", "opacity"), parse_color(look.color) or (), strict=False))
     return tuple({**CHANNELS, **color, "metallic": look.metallic, "roughness": look.roughness}.values())

@@ -18,7 +18,7 @@ _RANK = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Demands:
+class SizeEquations:
     """Equations that the sizes of symbols satisfy, when widths of columns and unsized symbols may be anything."""
 
     symbols: tuple[str, ...]
@@ -31,7 +31,7 @@ class Demands:
     """[R] metres"""
 
 
-def demands(alignment: Alignment, canvas: float, *, gaps: bool) -> Demands:
+def demands(alignment: Alignment, canvas: float, *, gaps: bool) -> SizeEquations:
     """Those of one alignment."""
     system = equations([(alignment, canvas)], gaps=gaps)
     symbols = tuple(
@@ -54,20 +54,20 @@ def demands(alignment: Alignment, canvas: float, *, gaps: bool) -> Demands:
         row[one], row[other] = 1.0, -1.0
     size = np.array([sizes[symbol] for symbol in symbols])
     value = np.concatenate([kept @ system.value, np.zeros(len(same))])
-    return Demands(symbols, size, np.concatenate([matrix, equal]), value)
+    return SizeEquations(symbols, size, np.concatenate([matrix, equal]), value)
 
 
-def demands_alone(word: Word, canvas: float) -> Demands | None:
+def demands_alone(word: Word, canvas: float) -> SizeEquations | None:
     """What a word demands that has to fill the canvas by itself; None where some letter takes what is left."""
     counts = Counter(letter.symbol for letter in word)
     if any(letter.size is None or not letter.hides for letter in word):
         return None
     sizes = {letter.symbol: letter.size for letter in word}
     size, often = np.array([sizes[name] for name in counts], dtype=np.float64), np.array(list(counts.values()))
-    return Demands(tuple(counts), size, often[None].astype(np.float64), np.array([canvas]))
+    return SizeEquations(tuple(counts), size, often[None].astype(np.float64), np.array([canvas]))
 
 
-def least_error(together: Sequence[Demands]) -> float:
+def least_error(together: Sequence[SizeEquations]) -> float:
     """Square metres: sizes that satisfy all demands deviate at least so much from what is preferred."""
     if not together:
         return 0.0

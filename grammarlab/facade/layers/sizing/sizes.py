@@ -17,7 +17,7 @@ _LEAST = 1e-6
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedAlignment:
     """An alignment with its places, in metres from the start of the canvas."""
 
     ends: Floats
@@ -29,12 +29,12 @@ class Placed:
 
 
 @dataclass(frozen=True)
-class Sizing:
+class SymbolSizes:
     """Sizes that deviate least from what is preferred."""
 
     sizes: Mapping[str, float]
     """Metres of each symbol, the same wherever it stands; in the order of first use."""
-    placed: tuple[Placed, ...]
+    placed: tuple[PlacedAlignment, ...]
     """One for each alignment."""
     error: float
     """Square metres: the sum of squares of deviations from preferred sizes."""
@@ -42,7 +42,7 @@ class Sizing:
     """What the places miss of all equations and of optimality, measured on them, metres."""
 
 
-def size_letters(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool = False) -> Sizing | None:
+def size_letters(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool = False) -> SymbolSizes | None:
     """The best sizes for alignments of both axes and all groups, each with its canvas; None where there are none.
 
     Args:
@@ -52,7 +52,7 @@ def size_letters(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool = 
     """
     canvases = [canvas for _, canvas in alignments]
     if not canvases:
-        return Sizing({}, (), 0.0, 0.0)
+        return SymbolSizes({}, (), 0.0, 0.0)
     system = equations(alignments, gaps=gaps)
     scale = max(canvases)
     squares = Squares(system.matrix, system.value, system.target_index, system.target, _LEAST * min(canvases), scale)
@@ -66,10 +66,12 @@ def size_letters(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool = 
     sizes = {name[1]: float(size[at]) for name, at in system.index.items() if name[0] == "symbol"}
     missed = max(_missed(one, each, sizes) for one, (each, _) in zip(placed, alignments, strict=True))
     error = float(np.square(size[system.target_index] - system.target).sum())
-    return Sizing(sizes, placed, error, max(missed, squares.optimality(size)))
+    return SymbolSizes(sizes, placed, error, max(missed, squares.optimality(size)))
 
 
-def _placed(system: Equations, size: Floats, number: int, alignment: Alignment, canvas: float, *, gaps: bool) -> Placed:
+def _placed(
+    system: Equations, size: Floats, number: int, alignment: Alignment, canvas: float, *, gaps: bool
+) -> PlacedAlignment:
     """Where the letters of an alignment are."""
     widths = [size[system.index["column", number, column]] for column in range(alignment.num_columns)]
     ends = np.concatenate([[0.0], np.cumsum(widths)])
@@ -93,10 +95,10 @@ def _placed(system: Equations, size: Floats, number: int, alignment: Alignment, 
                 low[at], high[at] = min(low[at], begin), end
         lower.append(low)
         upper.append(high)
-    return Placed(ends, tuple(lower), tuple(upper))
+    return PlacedAlignment(ends, tuple(lower), tuple(upper))
 
 
-def _missed(placed: Placed, alignment: Alignment, sizes: Mapping[str, float]) -> float:
+def _missed(placed: PlacedAlignment, alignment: Alignment, sizes: Mapping[str, float]) -> float:
     """Metres by which the worst letter is not of its symbol's size."""
     return max(
         (

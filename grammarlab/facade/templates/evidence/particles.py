@@ -32,7 +32,7 @@ _OUTERMOST = 4
 """Points in a direction behind which a half-plane may begin; the others beyond it are outliers."""
 
 
-class Task(NamedTuple):
+class CenteredElement(NamedTuple):
     """One element, in metres from the middle of its box."""
 
     points: Array
@@ -58,7 +58,7 @@ class Bounds(NamedTuple):
     """[2] metres."""
 
 
-class Samples(NamedTuple):
+class ParticleSamples(NamedTuple):
     """Equally weighted samples of one element."""
 
     parameters: Column
@@ -94,7 +94,7 @@ def _log_prior(state: Array, bounds: Bounds) -> Array:
     return jnp.where(inside, -jnp.log(jnp.maximum(half, 1e-6)), -jnp.inf)
 
 
-class Draws(NamedTuple):
+class ParticleDraws(NamedTuple):
     """All random numbers of one element: made outside, so that nothing here hides where they come from."""
 
     begin: Array
@@ -106,11 +106,11 @@ class Draws(NamedTuple):
 
 
 def num_draws(size: int) -> tuple[int, int]:
-    """Last axes of `Draws.begin` and `Draws.moves` for D parameters."""
+    """Last axes of `ParticleDraws.begin` and `ParticleDraws.moves` for D parameters."""
     return 10 + size, 5 + 2 * (5 + size)
 
 
-def _start(draw: Array, task: Task, bounds: Bounds) -> tuple[Array, Array]:
+def _start(draw: Array, task: CenteredElement, bounds: Bounds) -> tuple[Array, Array]:
     """A state near what is seen, and the logarithm of the density that it was drawn with.
 
     A side lies near the outermost points, roughly there, or anywhere farther out; the half-plane anywhere, or just
@@ -156,7 +156,7 @@ def _resampled(offset: Array, log_weight: Array) -> Array:
     return jnp.clip(jnp.searchsorted(edges, places), 0, number - 1)
 
 
-def _sample(draws: Draws, task: Task, bounds: Bounds, pieces: Array) -> Samples:
+def _sample(draws: ParticleDraws, task: CenteredElement, bounds: Bounds, pieces: Array) -> ParticleSamples:
     size = len(bounds.low)
     number = len(draws.begin)
     dimension = 5 + size
@@ -205,11 +205,11 @@ def _sample(draws: Draws, task: Task, bounds: Bounds, pieces: Array) -> Samples:
     )
     kept = kept[-LAST_MOVES:].reshape(-1, dimension)
     parameters = jax.vmap(lambda state: _parameters(state, size))(kept)
-    return Samples(parameters, kept[:, jnp.array([0, 2])], kept[:, -3:-1], jnp.exp(kept[:, -1]), carry[-1])
+    return ParticleSamples(parameters, kept[:, jnp.array([0, 2])], kept[:, -3:-1], jnp.exp(kept[:, -1]), carry[-1])
 
 
 @jax.jit
-def sample(draws: Draws, tasks: Task, bounds: Bounds, pieces: Array) -> Samples:
+def sample(draws: ParticleDraws, tasks: CenteredElement, bounds: Bounds, pieces: Array) -> ParticleSamples:
     """Samples of N elements, one after the other, so that memory does not grow with N.
 
     Args:

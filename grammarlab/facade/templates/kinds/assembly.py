@@ -10,7 +10,7 @@ import numpy as np
 from grammarlab.facade.templates.elements import Elements, Floats, Ints
 from grammarlab.facade.templates.evidence.kinds import Solution
 from grammarlab.facade.templates.evidence.maps import Maps
-from grammarlab.facade.templates.evidence.particles import Samples
+from grammarlab.facade.templates.evidence.particles import ParticleSamples
 from grammarlab.facade.templates.kinds.match import UNKNOWN, Match
 from grammarlab.facade.templates.template import Template
 
@@ -19,7 +19,7 @@ _LEAST_SPREAD = 5e-4
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Part:
+class TemplateGroup:
     """The M elements of one template, and the kinds among them."""
 
     template: Template
@@ -31,14 +31,14 @@ class Part:
     """[M] probability of the template."""
     hidden: Floats
     """[M] part of the outline."""
-    samples: Samples
+    samples: ParticleSamples
     maps: Maps
     solution: Solution
     rounds: int
 
 
 def assemble(
-    elements: Elements, parts: Sequence[Part], reasons: Mapping[int, str], seconds: Mapping[str, float]
+    elements: Elements, parts: Sequence[TemplateGroup], reasons: Mapping[int, str], seconds: Mapping[str, float]
 ) -> Match:
     """The match that kinds of the templates make, the kinds of each template with most elements first."""
     number = len(elements)
@@ -91,7 +91,7 @@ def assemble(
     )
 
 
-def kind_values(part: Part) -> tuple[list[Floats], list[Floats]]:
+def kind_values(part: TemplateGroup) -> tuple[list[Floats], list[Floats]]:
     """Parameters [K] [D] of each kind and their standard deviations: means over what all sharing elements say."""
     kinds = part.solution.kinds
     weight = part.solution.posterior[:, :-1]
@@ -122,7 +122,7 @@ def _peak(score: Floats, places: Floats, value: int) -> tuple[float, float]:
     return mean, float(np.sqrt(chance @ (places - mean) ** 2 + step**2 / 12.0 + _LEAST_SPREAD**2))
 
 
-def _further(samples: Samples, weight: Floats, value: Floats) -> tuple[Floats, Floats]:
+def _further(samples: ParticleSamples, weight: Floats, value: Floats) -> tuple[Floats, Floats]:
     """Means [D - 2] and standard deviations of further parameters of a kind; precise elements count for more."""
     drawn = np.asarray(samples.parameters)[:, :, 2:]
     if not drawn.shape[2]:
@@ -135,7 +135,7 @@ def _further(samples: Samples, weight: Floats, value: Floats) -> tuple[Floats, F
     return (precision * mean).sum(axis=0) / total, np.sqrt(1.0 / total)
 
 
-def _nearness(samples: Samples, value: Floats) -> Floats:
+def _nearness(samples: ParticleSamples, value: Floats) -> Floats:
     """[M, Q] weights of samples, by how near their width and height are to those of a kind; sums of 1."""
     away = np.asarray(samples.parameters)[:, :, :2] - value[:2]
     scale = np.maximum(np.asarray(samples.noise).mean(axis=1), 1e-3)[:, None]
@@ -151,7 +151,7 @@ def _deviation(chance: Floats, best: int, values: Sequence[Floats], spreads: Seq
     return np.sqrt(chance @ (away**2 + np.array(spreads) ** 2))
 
 
-def _corner(samples: Samples, row: int, value: Floats) -> Floats:
+def _corner(samples: ParticleSamples, row: int, value: Floats) -> Floats:
     """[2] lower left corner of an element, from the middle of its box, if it is as large as a kind."""
-    one = Samples(*(np.asarray(each)[row : row + 1] for each in samples))
+    one = ParticleSamples(*(np.asarray(each)[row : row + 1] for each in samples))
     return _nearness(one, value)[0] @ np.asarray(samples.corner)[row]

@@ -14,10 +14,18 @@ from grammarlab.facade.templates.clock import Clock
 from grammarlab.facade.templates.clouds import Clouds, clouds_of
 from grammarlab.facade.templates.elements import Elements, Floats, Ints, too_poor
 from grammarlab.facade.templates.evidence.maps import Maps, maps_of
-from grammarlab.facade.templates.evidence.particles import STEPS, Bounds, Draws, Samples, Task, num_draws, sample
+from grammarlab.facade.templates.evidence.particles import (
+    STEPS,
+    Bounds,
+    CenteredElement,
+    ParticleDraws,
+    ParticleSamples,
+    num_draws,
+    sample,
+)
 from grammarlab.facade.templates.evidence.strength import find_kinds_with
 from grammarlab.facade.templates.fitting.fit import fit_all
-from grammarlab.facade.templates.kinds.assembly import Part, assemble
+from grammarlab.facade.templates.kinds.assembly import TemplateGroup, assemble
 from grammarlab.facade.templates.kinds.choosing import description, used_templates
 from grammarlab.facade.templates.kinds.corrections import (
     Corrections,
@@ -84,7 +92,7 @@ def couple(elements: Elements, templates: Sequence[Template], seed: int, correct
         hidden = fits.hidden[members, place]
         middle = clouds.middle[members]
         parts.append(
-            Part(
+            TemplateGroup(
                 template=templates[place],
                 element=inside,
                 middle=middle,
@@ -105,7 +113,9 @@ def _odds(costs: Floats) -> Floats:
     return odds / odds.sum(axis=1, keepdims=True)
 
 
-def _samples(clouds: Clouds, template: Template, members: Ints, sizes: Floats, noise: Floats, seed: int) -> Samples:
+def _samples(
+    clouds: Clouds, template: Template, members: Ints, sizes: Floats, noise: Floats, seed: int
+) -> ParticleSamples:
     """Posterior samples of the parameters of some elements, between sizes that the largest and smallest suggest."""
     low = np.maximum(template.low, 0.1 * template.low)
     high = template.high.copy()
@@ -119,10 +129,10 @@ def _samples(clouds: Clouds, template: Template, members: Ints, sizes: Floats, n
     found = []
     for first in range(0, len(members), _TOGETHER):
         which = slice(first, first + _TOGETHER)
-        task = Task(*(jnp.asarray(_filled(each[members[which]]), jnp.float32) for each in columns))
+        task = CenteredElement(*(jnp.asarray(_filled(each[members[which]]), jnp.float32) for each in columns))
         drawn = sample(_draws(_filled(clouds.element[members[which]]), len(low), seed), task, bounds, pieces)
         found.append([np.asarray(each, dtype=np.float64) for each in drawn])
-    return Samples(*(np.concatenate(each)[: len(members)] for each in zip(*found, strict=True)))
+    return ParticleSamples(*(np.concatenate(each)[: len(members)] for each in zip(*found, strict=True)))
 
 
 def _filled(rows: NDArray[Any]) -> NDArray[Any]:
@@ -130,7 +140,7 @@ def _filled(rows: NDArray[Any]) -> NDArray[Any]:
     return rows[np.arange(_TOGETHER) % len(rows)] if len(rows) > _FEW else rows[np.arange(_FEW) % len(rows)]
 
 
-def _draws(element: Ints, size: int, seed: int) -> Draws:
+def _draws(element: Ints, size: int, seed: int) -> ParticleDraws:
     """Random numbers by seed and element, so that others in the scan do not change what is drawn for it."""
     begin, moves = num_draws(size)
     shapes = ((PARTICLES, begin), (STEPS,), (STEPS, PARTICLES, moves))
@@ -138,10 +148,10 @@ def _draws(element: Ints, size: int, seed: int) -> Draws:
     for each in element.tolist():
         random = np.random.Generator(np.random.Philox(key=[seed, each]))
         drawn.append([random.random(shape, dtype=np.float32) for shape in shapes])
-    return Draws(*(jnp.asarray(np.stack(each)) for each in zip(*drawn, strict=True)))
+    return ParticleDraws(*(jnp.asarray(np.stack(each)) for each in zip(*drawn, strict=True)))
 
 
-def _maps(clouds: Clouds, members: Ints, samples: Samples, given: Sequence[tuple[int, float]]) -> Maps:
+def _maps(clouds: Clouds, members: Ints, samples: ParticleSamples, given: Sequence[tuple[int, float]]) -> Maps:
     """Evidence maps between the sizes that samples reach, and with those that a person gives: axis and metres."""
     sizes = np.asarray(samples.parameters)[:, :, :2]
     points = clouds.weight[members].sum(axis=1)

@@ -17,7 +17,7 @@ _LARGEST = 1e6
 
 
 @dataclass(frozen=True, slots=True)
-class Scope:
+class NameScope:
     """What names mean."""
 
     names: tuple[str, ...]
@@ -28,7 +28,7 @@ class Scope:
     """Whether this is inside a repeat."""
 
 
-def evaluate(tree: Tree, scope: Scope, complain: Complain) -> Floats:
+def evaluate(tree: Tree, scope: NameScope, complain: Complain) -> Floats:
     """[1 + D] constant and coefficients of an expression.
 
     Raises:
@@ -40,7 +40,7 @@ def evaluate(tree: Tree, scope: Scope, complain: Complain) -> Floats:
     return value
 
 
-def _value(tree: Tree, scope: Scope, complain: Complain) -> Floats:
+def _value(tree: Tree, scope: NameScope, complain: Complain) -> Floats:
     size = 1 + len(scope.names)
     if tree.data == "number":
         return np.eye(size)[0] * float(str(tree.children[0]))
@@ -64,7 +64,7 @@ def _value(tree: Tree, scope: Scope, complain: Complain) -> Floats:
     return left * right[0] if constant else right * left[0]
 
 
-def _named(name: Token, scope: Scope, complain: Complain) -> Floats:
+def _named(name: Token, scope: NameScope, complain: Complain) -> Floats:
     size = 1 + len(scope.names)
     if str(name) in scope.values:
         return np.eye(size)[0] * scope.values[str(name)]

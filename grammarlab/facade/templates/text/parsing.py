@@ -13,7 +13,7 @@ from scipy.optimize import linprog
 from grammarlab.errors import Finding, LanguageError, Location
 from grammarlab.facade.templates.elements import Floats
 from grammarlab.facade.templates.template import Template
-from grammarlab.facade.templates.text.linear import Scope, evaluate, whole
+from grammarlab.facade.templates.text.linear import NameScope, evaluate, whole
 
 MOST_CHARACTERS = 1_000_000
 MOST_TEMPLATES, MOST_WIRES, MOST_PARAMETERS, MOST_COUNT = 1_000, 200, 12, 20
@@ -50,7 +50,7 @@ def parse_templates(text: str, file: str = "<text>") -> tuple[Template, ...]:
     made: list[Template] = []
     seen: set[str] = set()
     for each in cast("list[Tree]", tree.children):
-        reader = _Reader(text, file)
+        reader = _TemplateReader(text, file)
         name = cast("Token", each.children[0])
         if str(name) in seen:
             raise reader.error("twice", f"the template {str(name)!r} is there already", name)
@@ -67,7 +67,7 @@ def _error(code: str, message: str, where: Location, text: str, hint: str = "") 
     return LanguageError((Finding("error", code, message, where, hint),), text)
 
 
-class _Reader:
+class _TemplateReader:
     """Reads one template; carries the text for messages only."""
 
     def __init__(self, text: str, file: str) -> None:
@@ -99,7 +99,7 @@ class _Reader:
         for each in statements:
             if each.data == "count":
                 first, last = (
-                    whole(evaluate(part, Scope((), {}), self.error), part, self.error) for part in each.children[1:]
+                    whole(evaluate(part, NameScope((), {}), self.error), part, self.error) for part in each.children[1:]
                 )
                 if not 0 <= first <= last <= MOST_COUNT:
                     raise self.error("count", f"expected a count from 0 to {MOST_COUNT} that does not fall", each)
@@ -117,7 +117,7 @@ class _Reader:
         names: tuple[str, ...],
         counts: dict[str, int],
     ) -> Template:
-        scope = Scope(names, counts)
+        scope = NameScope(names, counts)
         usual, low, high = (
             np.array([self._constant(each.children[part], counts) for each in parameters]) for part in (1, 2, 3)
         )
@@ -149,9 +149,9 @@ class _Reader:
         )
 
     def _constant(self, tree: Tree, counts: dict[str, int]) -> float:
-        return float(evaluate(tree, Scope((), counts), self.error)[0])
+        return float(evaluate(tree, NameScope((), counts), self.error)[0])
 
-    def _run(self, statements: list[Tree], scope: Scope, wires: list[Floats], limits: list[Floats]) -> None:
+    def _run(self, statements: list[Tree], scope: NameScope, wires: list[Floats], limits: list[Floats]) -> None:
         for each in statements:
             if each.data in {"line", "arc"}:
                 ends = [evaluate(part, scope, self.error) for point in each.children[:2] for part in point.children]
@@ -168,7 +168,7 @@ class _Reader:
             elif scope.inner:
                 raise self.error("inside", "parameters and counts stand outside of repeat", each)
 
-    def _repeat(self, tree: Tree, scope: Scope, wires: list[Floats], limits: list[Floats]) -> None:
+    def _repeat(self, tree: Tree, scope: NameScope, wires: list[Floats], limits: list[Floats]) -> None:
         name, first, last, *statements = tree.children
         low, high = (whole(evaluate(each, scope, self.error), each, self.error) for each in (first, last))
         if str(name) in scope.names or str(name) in scope.values:
@@ -176,7 +176,7 @@ class _Reader:
         if high - low >= MOST_WIRES:
             raise self.error("too-many", f"expected at most {MOST_WIRES} repeats", tree)
         for value in range(low, high + 1):
-            inner = Scope(scope.names, {**scope.values, str(name): value}, inner=True)
+            inner = NameScope(scope.names, {**scope.values, str(name): value}, inner=True)
             self._run(statements, inner, wires, limits)
 
     def _check_feasible(self, name: Token, limits: Floats, low: Floats, high: Floats) -> None:

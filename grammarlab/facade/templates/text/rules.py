@@ -35,7 +35,7 @@ _MOST_EDGES = 10_000
 
 
 @dataclass(frozen=True, slots=True)
-class _Range:
+class _ParameterRange:
     """An attribute that is a parameter, or a count."""
 
     name: str
@@ -79,7 +79,7 @@ def templates_of_rules(text: str, file: str) -> tuple[Template, ...]:
     return tuple(_template(program, base, free, each, file) for each in counts)
 
 
-def _range_of(attribute: Attribute) -> _Range | None:
+def _range_of(attribute: Attribute) -> _ParameterRange | None:
     """The range of an attribute whose value is a positive number, or a random one; None for others."""
     value = attribute.value
     if isinstance(value, Call) and value.function == "rand" and len(value.arguments) == 2:
@@ -100,11 +100,11 @@ def _range_of(attribute: Attribute) -> _Range | None:
             )
             low, high = low if least is None else least, high if most is None else most
     counts = step == 1.0 and usual == round(usual) and 0.0 <= low <= high <= MOST_COUNT
-    return _Range(attribute.name, usual, max(low, 1e-3) if not counts else low, high, counts)
+    return _ParameterRange(attribute.name, usual, max(low, 1e-3) if not counts else low, high, counts)
 
 
 def _template(
-    program: Program, base: str, free: list[_Range], counts: tuple[tuple[str, int], ...], file: str
+    program: Program, base: str, free: list[_ParameterRange], counts: tuple[tuple[str, int], ...], file: str
 ) -> Template:
     fixed = {name: float(value) for name, value in counts}
     usual, low, high = (np.array([getattr(each, end) for each in free]) for end in ("usual", "low", "high"))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from grammarlab.evaluation.pages import Group, example_models
+from grammarlab.evaluation.pages import LikedModels, example_models
 from grammarlab.evaluation.preparation import Source
 from grammarlab.runs.evaluate.reporting.grids import TILE_AREA, save_picture, tiles_of
 from grammarlab.runs.pictures.sheet_page import PAPER, draw_page, lay_out
@@ -39,7 +39,7 @@ def draw_examples(scenario: Path, folder: Path, executor: AbstractExecutor) -> P
     return path
 
 
-def _draw(source: Source, groups: list[Group], executor: AbstractExecutor) -> np.ndarray:
+def _draw(source: Source, groups: list[LikedModels], executor: AbstractExecutor) -> np.ndarray:
     tiles = tiles_of(source, [model for group in groups for model in group.models], TILE_AREA, executor)
     drawn = iter(tiles.pictures)
     blank = np.full((tiles.height, tiles.width, 3), PAPER, np.uint8)

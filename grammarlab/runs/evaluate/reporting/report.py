@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from grammarlab.evaluation.curves import CLOSE, Curve, Summary, summarize
 from grammarlab.evaluation.respondents import EXACT
-from grammarlab.evaluation.scenario import Scenario, Target
+from grammarlab.evaluation.scenario import Scenario, ScenarioGoal
 from grammarlab.files import atomic_file, write_text
 from grammarlab.runs.evaluate.reporting.sections import Section, markdown
 from grammarlab.runs.evaluate.store import CurveRecord
@@ -197,7 +197,7 @@ def _labels_table(results: Sequence[ScenarioResults]) -> str:
     )
 
 
-def _target(target: Target, labels: int | None) -> str:
+def _target(target: ScenarioGoal, labels: int | None) -> str:
     later = labels is not None and target.since == "first liked"
     return _number(labels) + " from the first liked model on" * later
 

@@ -13,7 +13,7 @@ from grammarlab.facade.sizes.solve import Sizing
 from grammarlab.facade.sizes.wishes import Wish, checked
 from grammarlab.facade.tree import X, Y
 from grammarlab.runs.facade.editor.columns import boxes, drawing
-from grammarlab.runs.facade.editor.desk import Desk
+from grammarlab.runs.facade.editor.desk import EditorDesk
 from grammarlab.runs.facade.editor.document import (
     LOCKS,
     Document,
@@ -35,12 +35,12 @@ MOST_EXPLAINED = 2_000
 LATER = "These sizes contradict what is locked, aligned or alike: let go to hear what."
 
 
-def run(desk: Desk, message: object, buffers: Sequence[bytes], window: Send) -> None:
+def run(desk: EditorDesk, message: object, buffers: Sequence[bytes], window: Send) -> None:
     """Does what a window asks for, and answers; `message` may be anything at all."""
     answered(COMMANDS, desk, message, buffers, window)
 
 
-def _drag(desk: Desk, request: Request) -> None:
+def _drag(desk: EditorDesk, request: Request) -> None:
     """Sizes while a side or a part is dragged: nothing is kept, nor shown where wishes contradict each other."""
     if "node" in request.values:
         wished, sizing = _moved(desk, request)
@@ -56,12 +56,12 @@ def _drag(desk: Desk, request: Request) -> None:
     return request.answer(sizes, (boxes(resized.facade).astype("<f8").tobytes(),))
 
 
-def _skip(_desk: Desk, _request: Request) -> Message:
+def _skip(_desk: EditorDesk, _request: Request) -> Message:
     """The answer to a drag that a later one has overtaken."""
     return {"skipped": True}
 
 
-def _resize(desk: Desk, request: Request) -> Message:
+def _resize(desk: EditorDesk, request: Request) -> Message:
     document = desk.document
     made = document.settled(desk.sizing(document).resized(_resized(desk, request)))
     facade = made.facade
@@ -71,53 +71,53 @@ def _resize(desk: Desk, request: Request) -> Message:
     return _done(desk)
 
 
-def _resized(desk: Desk, request: Request) -> tuple[Wish, ...]:
+def _resized(desk: EditorDesk, request: Request) -> tuple[Wish, ...]:
     width, height = (_metres(request, name) for name in ("width", "height"))
     return desk.document.wishes(width, height)
 
 
-def _move(desk: Desk, request: Request) -> Message:
+def _move(desk: EditorDesk, request: Request) -> Message:
     wished, sizing = _moved(desk, request)
     desk.do("move", wished.settled(sizing.resized(wished.wishes(wished.facade.width, wished.facade.height))))
     return _done(desk)
 
 
-def _moved(desk: Desk, request: Request) -> tuple[Document, Sizing]:
+def _moved(desk: EditorDesk, request: Request) -> tuple[Document, Sizing]:
     node = _place(desk, request)
     wished = with_locks(desk.document, node, {name: request.number(name) for name in ("left", "bottom")})
     return wished, desk.sizing(wished, node)
 
 
-def _give(desk: Desk, request: Request) -> Message:
+def _give(desk: EditorDesk, request: Request) -> Message:
     what = _what(request)
     desk.do(f"set {what}", arranged(desk.document, _place(desk, request), {what: request.number("value")}))
     return _done(desk)
 
 
-def _lock(desk: Desk, request: Request) -> Message:
+def _lock(desk: EditorDesk, request: Request) -> Message:
     desk.do("lock", locked(desk.document, _place(desk, request), _what(request)))
     return _done(desk)
 
 
-def _unlock(desk: Desk, request: Request) -> Message:
+def _unlock(desk: EditorDesk, request: Request) -> Message:
     desk.do("unlock", unlocked(desk.document, _place(desk, request), _what(request)))
     return _done(desk)
 
 
-def _undo(desk: Desk, _request: Request) -> Message:
+def _undo(desk: EditorDesk, _request: Request) -> Message:
     return {"words": desk.step(desk.history.undo), **_done(desk)}
 
 
-def _redo(desk: Desk, _request: Request) -> Message:
+def _redo(desk: EditorDesk, _request: Request) -> Message:
     return {"words": desk.step(desk.history.redo), **_done(desk)}
 
 
-def _choose(desk: Desk, request: Request) -> Message:
+def _choose(desk: EditorDesk, request: Request) -> Message:
     desk.choose(request.text("grid"))
     return _done(desk)
 
 
-def _press(desk: Desk, request: Request) -> Message:
+def _press(desk: EditorDesk, request: Request) -> Message:
     node, facade = _place(desk, request), desk.document.facade
     if not desk.active:
         raise UsageError("There is no grid: draw a rectangle around some windows to make one.")
@@ -125,31 +125,31 @@ def _press(desk: Desk, request: Request) -> Message:
     return _done(desk)
 
 
-def _lasso(desk: Desk, request: Request) -> Message:
+def _lasso(desk: EditorDesk, request: Request) -> Message:
     sides = [request.number(name) for name in ("left", "bottom", "right", "top")]
     facade, name = with_lasso(desk.document.facade, np.array(sides[:2]), np.array(sides[2:]))
     desk.regrid(f"new grid {name}", facade, name)
     return {"grid": name, **_done(desk)}
 
 
-def _rename(desk: Desk, request: Request) -> Message:
+def _rename(desk: EditorDesk, request: Request) -> Message:
     name, to = request.text("grid"), request.text("to")
     desk.regrid(f"rename {name}", renamed(desk.document.facade, name, to), to.strip())
     return _done(desk)
 
 
-def _delete(desk: Desk, request: Request) -> Message:
+def _delete(desk: EditorDesk, request: Request) -> Message:
     name = request.text("grid")
     desk.regrid(f"delete {name}", without_grid(desk.document.facade, name))
     return _done(desk)
 
 
-def _propose(desk: Desk, _request: Request) -> Message:
+def _propose(desk: EditorDesk, _request: Request) -> Message:
     desk.regrid("propose grids", with_proposals(desk.document.facade))
     return _done(desk)
 
 
-def _vary(desk: Desk, request: Request) -> None:
+def _vary(desk: EditorDesk, request: Request) -> None:
     axis, more = _axis(request), request.whole("change", -1, 1, 1) > 0
     suggestions = desk.suggest(axis, more=more, most=request.whole("most", 1, MOST_SUGGESTIONS, 12))
     found, buffers = [], []
@@ -167,7 +167,7 @@ def _vary(desk: Desk, request: Request) -> None:
     request.answer(result, buffers)
 
 
-def _accept(desk: Desk, request: Request) -> Message:
+def _accept(desk: EditorDesk, request: Request) -> Message:
     suggestions = desk.suggestions
     if suggestions is None or suggestions.of is not desk.document:
         raise UsageError("The facade has changed since these variations were made; choose from the new ones.")
@@ -179,22 +179,22 @@ def _accept(desk: Desk, request: Request) -> Message:
     return _done(desk)
 
 
-def _save(desk: Desk, _request: Request) -> Message:
+def _save(desk: EditorDesk, _request: Request) -> Message:
     desk.save()
     return {"file": str(desk.target), **_done(desk)}
 
 
-def _export(desk: Desk, request: Request) -> Message:
+def _export(desk: EditorDesk, request: Request) -> Message:
     return {"file": str(desk.export(request.text("format")))}
 
 
-def _picture(desk: Desk, request: Request) -> None:
+def _picture(desk: EditorDesk, request: Request) -> None:
     pictures = desk.document.facade.pictures
     picture = pictures[request.whole("number", 0, len(pictures) - 1, 0)]
     request.answer({"name": picture.name}, (picture.content,))
 
 
-def _done(desk: Desk) -> Message:
+def _done(desk: EditorDesk) -> Message:
     return {"revision": desk.revision}
 
 
@@ -205,7 +205,7 @@ def _metres(request: Request, name: str) -> float:
     return metres
 
 
-def _place(desk: Desk, request: Request) -> int:
+def _place(desk: EditorDesk, request: Request) -> int:
     return request.whole("node", 0, len(desk.document.facade) - 1, -1)
 
 
@@ -224,7 +224,7 @@ def _one_of(request: Request, name: str, values: Sequence[str]) -> str:
     return text
 
 
-COMMANDS: dict[str, Callable[[Desk, Request], Message | None]] = {
+COMMANDS: dict[str, Callable[[EditorDesk, Request], Message | None]] = {
     "drag": _drag,
     "skip": _skip,
     "resize": _resize,

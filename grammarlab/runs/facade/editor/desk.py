@@ -17,7 +17,7 @@ from grammarlab.runs.facade.editor.suggestions import Suggestions, suggest
 
 
 @dataclass
-class Desk:
+class EditorDesk:
     """Where everything lies; commands change it, and count up `revision` when they do."""
 
     title: str
@@ -37,7 +37,7 @@ class Desk:
     """By format."""
 
     @classmethod
-    def of(cls, facade: Facade, file: Path, target: Path) -> Desk:
+    def of(cls, facade: Facade, file: Path, target: Path) -> EditorDesk:
         """A desk with the facade of a file."""
         document = opened(facade)
         is_there = target.exists() and target.samefile(file)

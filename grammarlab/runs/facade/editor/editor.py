@@ -7,7 +7,7 @@ from pathlib import Path
 from grammarlab.errors import FacadeError
 from grammarlab.facade.file import load_facade
 from grammarlab.runs.facade.editor.commands import run
-from grammarlab.runs.facade.editor.desk import Desk
+from grammarlab.runs.facade.editor.desk import EditorDesk
 from grammarlab.runs.facade.editor.exporting import SUFFIX, checked_target, stem_of, unused_path
 from grammarlab.runs.facade.editor.state import state_of
 from grammarlab.runs.serving.desktop import Desktop
@@ -16,7 +16,7 @@ MOST_LEAVES = 20_000
 """Of a facade that is edited by hand."""
 
 
-class Editor(Desktop[Desk]):
+class Editor(Desktop[EditorDesk]):
     """A facade that windows edit together; see `grammarlab.runs.facade.editor.commands` for what they may ask for."""
 
     def __init__(self, file: Path, output: Path | None = None) -> None:
@@ -37,4 +37,4 @@ class Editor(Desktop[Desk]):
                 "grammarlab facade edit takes larger ones."
             )
         target = checked_target(output) if output else unused_path(Path(f"{stem_of(file)}.edited.json"), SUFFIX)
-        super().__init__(Desk.of(facade, file, target), run, state_of)
+        super().__init__(EditorDesk.of(facade, file, target), run, state_of)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from grammarlab.facade.sizes.wishes import in_words
 from grammarlab.runs.facade.editor.columns import boxes, colors, drawing
-from grammarlab.runs.facade.editor.desk import Desk
+from grammarlab.runs.facade.editor.desk import EditorDesk
 from grammarlab.runs.facade.editor.document import kind_of
 from grammarlab.runs.facade.editor.exporting import FORMATS
 from grammarlab.runs.serving.windows import Message
@@ -12,7 +12,7 @@ from grammarlab.runs.serving.windows import Message
 PROTOCOL = 1
 
 
-def state_of(desk: Desk) -> tuple[Message, tuple[bytes, bytes]]:
+def state_of(desk: EditorDesk) -> tuple[Message, tuple[bytes, bytes]]:
     """Everything that the page shows, but the pictures.
 
     The buffers are the columns of `columns.drawing`, and left, bottom, width and height of all nodes [N, 4].

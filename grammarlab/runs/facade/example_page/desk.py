@@ -12,8 +12,8 @@ from PIL import Image
 from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.analysis.correction import corrected, dumps, with_corrections
 from grammarlab.facade.examples.analysis.example import Example, analyse
-from grammarlab.facade.examples.building.pool import pool_of
 from grammarlab.facade.examples.building.shown.pictures import building_picture, label_picture
+from grammarlab.facade.examples.building.stock import stock_of
 from grammarlab.facade.examples.mesh.reading import read_mesh
 from grammarlab.facade.examples.mesh.surface import edge_numbers
 from grammarlab.facade.examples.synthesis import synthesize
@@ -125,13 +125,13 @@ class ExampleDesk:
     def tried(self, rows: int, columns: int, seed: int) -> tuple[Built, Image.Image]:
         """A new building after the corrected example, and a picture: example, labels, new labels, new building."""
         example = replace(self.example, notes=())
-        pool = pool_of([example])
-        main = synthesize(pool.grids, rows, columns, seed=seed)[0]
-        made = build(example, pool, main, None, (None, None, None), seed, edge_numbers(example.surface), {})
+        stock = stock_of([example])
+        main = synthesize(stock.grids, rows, columns, seed=seed)[0]
+        made = build(example, stock, main, None, (None, None, None), seed, edge_numbers(example.surface), {})
         pictures = [
             self.picture,
             label_picture(example.main.grid),
             label_picture(main.grid),
-            building_picture(made.surface, pool.colors),
+            building_picture(made.surface, stock.colors),
         ]
         return made, sheet(pictures)

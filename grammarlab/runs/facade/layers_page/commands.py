@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from grammarlab.errors import UsageError
 from grammarlab.facade.layers.designs.file import LARGEST, MOST_BYTES
 from grammarlab.learning.designs.addresses import shown
-from grammarlab.runs.facade.layers_page.desk import Canvas, Desk
+from grammarlab.runs.facade.layers_page.desk import Canvas, DesignDesk
 from grammarlab.runs.facade.layers_page.state import layouts_of
 from grammarlab.runs.facade.layers_page.text import FLAGS, with_flag, with_mask, with_switch
 from grammarlab.runs.serving.requests import Request, answered
@@ -16,12 +16,12 @@ from grammarlab.runs.serving.windows import Message, Send
 _AXES = ("x", "y")
 
 
-def run(desk: Desk, message: object, buffers: Sequence[bytes], window: Send) -> None:
+def run(desk: DesignDesk, message: object, buffers: Sequence[bytes], window: Send) -> None:
     """Does what a window asks for, and answers; `message` may be anything at all."""
     answered(COMMANDS, desk, message, buffers, window)
 
 
-def _drag(desk: Desk, request: Request) -> None:
+def _drag(desk: DesignDesk, request: Request) -> None:
     """Layouts while a side is dragged: nothing is kept; none where the canvas cannot be met, and why."""
     canvas = _canvas(request)
     found, error = desk.drag(canvas)
@@ -30,12 +30,12 @@ def _drag(desk: Desk, request: Request) -> None:
     request.answer({**result, "layouts": layouts}, buffers)
 
 
-def _skip(_desk: Desk, _request: Request) -> Message:
+def _skip(_desk: DesignDesk, _request: Request) -> Message:
     """The answer to a drag that a later one has overtaken."""
     return {"skipped": True}
 
 
-def _resize(desk: Desk, request: Request) -> None:
+def _resize(desk: DesignDesk, request: Request) -> None:
     def answer(error: str) -> None:
         if error:
             request.refuse(error)
@@ -45,13 +45,13 @@ def _resize(desk: Desk, request: Request) -> None:
     desk.resize(_canvas(request), answer)
 
 
-def _switch(desk: Desk, request: Request) -> Message:
+def _switch(desk: DesignDesk, request: Request) -> Message:
     layer, on = _layer(desk, request), _truth(request, "on")
     desk.do(f"switch {desk.design.layers[layer].name}", with_switch(desk.text, layer, on=on))
     return _done(desk)
 
 
-def _mask(desk: Desk, request: Request) -> Message:
+def _mask(desk: DesignDesk, request: Request) -> Message:
     number, axis = _layer(desk, request), _AXES.index(_one_of(request, "axis", _AXES))
     layer = desk.design.layers[number]
     there = desk.design.patterns[layer.patterns[axis]].symbols()
@@ -63,14 +63,14 @@ def _mask(desk: Desk, request: Request) -> Message:
     return _done(desk)
 
 
-def _flag(desk: Desk, request: Request) -> Message:
+def _flag(desk: DesignDesk, request: Request) -> Message:
     symbol, flag = _one_of(request, "symbol", tuple(desk.design.symbols)), _one_of(request, "flag", FLAGS)
     value = _truth(request, "value")
     desk.do(f"{symbol}: {flag if value else f'not {flag}'}", with_flag(desk.text, symbol, flag, value=value))
     return _done(desk)
 
 
-def _edit(desk: Desk, request: Request) -> Message:
+def _edit(desk: DesignDesk, request: Request) -> Message:
     text = request.values.get("text")
     if not isinstance(text, str) or len(text) > MOST_BYTES:
         raise UsageError(f"text: expected a text of at most {MOST_BYTES:,} characters, found {shown(text)}.")
@@ -78,29 +78,29 @@ def _edit(desk: Desk, request: Request) -> Message:
     return _done(desk)
 
 
-def _choose(desk: Desk, request: Request) -> Message:
+def _choose(desk: DesignDesk, request: Request) -> Message:
     desk.choose(request.whole("number", 0, 1_000, -1))
     return _done(desk)
 
 
-def _undo(desk: Desk, _request: Request) -> Message:
+def _undo(desk: DesignDesk, _request: Request) -> Message:
     return {"words": desk.step(desk.history.undo), **_done(desk)}
 
 
-def _redo(desk: Desk, _request: Request) -> Message:
+def _redo(desk: DesignDesk, _request: Request) -> Message:
     return {"words": desk.step(desk.history.redo), **_done(desk)}
 
 
-def _save(desk: Desk, _request: Request) -> Message:
+def _save(desk: DesignDesk, _request: Request) -> Message:
     desk.save()
     return {"file": str(desk.target), **_done(desk)}
 
 
-def _export(desk: Desk, request: Request) -> Message:
+def _export(desk: DesignDesk, request: Request) -> Message:
     return {"file": str(desk.export(request.text("format")))}
 
 
-def _done(desk: Desk) -> Message:
+def _done(desk: DesignDesk) -> Message:
     return {"revision": desk.revision}
 
 
@@ -112,7 +112,7 @@ def _canvas(request: Request) -> Canvas:
     return width, height
 
 
-def _layer(desk: Desk, request: Request) -> int:
+def _layer(desk: DesignDesk, request: Request) -> int:
     return request.whole("layer", 0, len(desk.design.layers) - 1, -1)
 
 
@@ -130,7 +130,7 @@ def _one_of(request: Request, name: str, values: Sequence[str]) -> str:
     return text
 
 
-COMMANDS: dict[str, Callable[[Desk, Request], Message | None]] = {
+COMMANDS: dict[str, Callable[[DesignDesk, Request], Message | None]] = {
     "drag": _drag,
     "skip": _skip,
     "resize": _resize,

@@ -9,8 +9,8 @@ from grammarlab.facade.layers.designs.file import MOST_BYTES, load_design
 from grammarlab.runs.facade.editor.exporting import checked_target, stem_of, unused_path
 from grammarlab.runs.facade.editor.history import History
 from grammarlab.runs.facade.layers_page.commands import run
-from grammarlab.runs.facade.layers_page.desk import SUFFIX, Desk
-from grammarlab.runs.facade.layers_page.solver import Outcome, Solver
+from grammarlab.runs.facade.layers_page.desk import SUFFIX, DesignDesk
+from grammarlab.runs.facade.layers_page.solver import Solver, SolverOutcome
 from grammarlab.runs.facade.layers_page.state import state_of
 from grammarlab.runs.serving.desktop import Desktop
 from grammarlab.runs.serving.server import built_page
@@ -19,7 +19,7 @@ from grammarlab.runs.serving.server import built_page
 PAGE = built_page(__file__, "grammarlab facade open", max_bytes=6 * MOST_BYTES)
 
 
-class Designer(Desktop[Desk]):
+class Designer(Desktop[DesignDesk]):
     """A design that windows work on together; see `grammarlab.runs.facade.layers_page.commands`."""
 
     def __init__(self, file: Path, output: Path | None = None) -> None:
@@ -39,7 +39,7 @@ class Designer(Desktop[Desk]):
             checked_target(output, SUFFIX) if output else unused_path(Path(f"{stem_of(file)}.edited{SUFFIX}"), SUFFIX)
         )
         is_there = target.exists() and target.samefile(file)
-        desk = Desk(stem_of(file), target, History(text), text, text if is_there else None)
+        desk = DesignDesk(stem_of(file), target, History(text), text, text if is_there else None)
         super().__init__(desk, run, state_of)
         self._solver = Solver(self._take)
         desk.want = self._solver.want
@@ -51,5 +51,5 @@ class Designer(Desktop[Desk]):
         self._solver.close()
         super().close()
 
-    def _take(self, outcome: Outcome) -> None:
+    def _take(self, outcome: SolverOutcome) -> None:
         self.post(partial(self.desk.solved, outcome))

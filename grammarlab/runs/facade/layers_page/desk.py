@@ -17,9 +17,9 @@ from grammarlab.files import write_text
 from grammarlab.runs.facade.editor.exporting import FORMATS, export, unused_path
 from grammarlab.runs.facade.editor.exporting import SUFFIX as FACADE_SUFFIX
 from grammarlab.runs.facade.editor.history import History
-from grammarlab.runs.facade.layers import Solved
+from grammarlab.runs.facade.layers import SolvedLayout
 from grammarlab.runs.facade.layers_page.following import Key, followed, key_of, shown
-from grammarlab.runs.facade.layers_page.solver import Job, Outcome
+from grammarlab.runs.facade.layers_page.solver import Job, SolverOutcome
 from grammarlab.runs.facade.layers_page.text import same_but_canvas, with_canvas
 
 SUFFIX = ".toml"
@@ -34,12 +34,12 @@ Canvas = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class ShownLayouts:
     """Layouts of a design, best first; at least one."""
 
     design: Design
     canvas: Canvas
-    found: tuple[Solved, ...]
+    found: tuple[SolvedLayout, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Waiting:
 
 
 @dataclass
-class Desk:
+class DesignDesk:
     """Where everything lies; commands change it, and count up `revision` when they do."""
 
     title: str
@@ -68,7 +68,7 @@ class Desk:
     """Has layouts solved for, the latest wish first; outcomes are given to `solved`."""
     tell_better: Callable[[], None] = lambda: None
     """Says that more is known about a canvas on the way."""
-    shown: Shown | None = None
+    shown: ShownLayouts | None = None
     """The last good layouts."""
     chosen: Key | None = None
     """The layout that was chosen; None for the best."""
@@ -81,7 +81,7 @@ class Desk:
     _design: tuple[str, Design] | None = None
     _known: list[Layout] = field(default_factory=list)
     """Of the design, for any canvas, the latest first."""
-    _outcomes: dict[Canvas, Outcome] = field(default_factory=dict)
+    _outcomes: dict[Canvas, SolverOutcome] = field(default_factory=dict)
     """Of the design."""
     _wished: tuple[Canvas, tuple[int, ...]] | None = None
     _waiting: Waiting | None = None
@@ -121,7 +121,7 @@ class Desk:
         return not _is_complete(self._outcomes.get(self.canvas))
 
     @property
-    def current(self) -> Solved:
+    def current(self) -> SolvedLayout:
         """The layout that is shown large.
 
         Raises:
@@ -131,7 +131,7 @@ class Desk:
             raise UsageError(self.conflict or "There is no layout yet.")
         return self.shown.found[self.chosen_of(self.shown.found)]
 
-    def chosen_of(self, found: Sequence[Solved]) -> int:
+    def chosen_of(self, found: Sequence[SolvedLayout]) -> int:
         """Which of some layouts is the chosen one, else the best."""
         keys = [key_of(each.layout) for each in found]
         return keys.index(self.chosen) if self.chosen in keys else 0
@@ -171,7 +171,7 @@ class Desk:
             self.draft, self.mistakes = text, error.findings
             self.revision += 1
 
-    def drag(self, canvas: Canvas) -> tuple[list[Solved], str]:
+    def drag(self, canvas: Canvas) -> tuple[list[SolvedLayout], str]:
         """The layouts that follow to a canvas best, or why there are none; nothing is kept.
 
         Better ones are looked for meanwhile.
@@ -200,7 +200,7 @@ class Desk:
         self.chosen = key_of(self.shown.found[number].layout)
         self.revision += 1
 
-    def solved(self, outcome: Outcome) -> None:
+    def solved(self, outcome: SolverOutcome) -> None:
         """Takes what the solver has found; of a design that is gone nothing is kept."""
         job, canvas = outcome.job, (outcome.job.width, outcome.job.height)
         if not same_but_canvas(job.design, self.design):
@@ -273,11 +273,11 @@ class Desk:
         """The best that is known of the design as it is; else the last good ones stay."""
         found = self._followed(self.canvas)
         if found:
-            self.shown = Shown(self.design, self.canvas, tuple(found))
+            self.shown = ShownLayouts(self.design, self.canvas, tuple(found))
         outcome = self._outcomes.get(self.canvas)
         self.conflict = "" if found or outcome is None else outcome.error
 
-    def _followed(self, canvas: Canvas) -> list[Solved]:
+    def _followed(self, canvas: Canvas) -> list[SolvedLayout]:
         """Layouts of a canvas: those that were solved for, then the latest others that follow."""
         outcome, design = self._outcomes.get(canvas), self.design
         solved = list(outcome.layouts) if outcome else []
@@ -302,6 +302,6 @@ class Desk:
             waiting.answer("Something else was done meanwhile.")
 
 
-def _is_complete(outcome: Outcome | None) -> bool:
+def _is_complete(outcome: SolverOutcome | None) -> bool:
     """Whether nothing better may come."""
     return outcome is not None and (outcome.count >= COUNT or not outcome.layouts)

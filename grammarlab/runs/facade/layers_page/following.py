@@ -12,7 +12,7 @@ from grammarlab.facade.layers.showing.panels import panels_of
 from grammarlab.facade.layers.sizing.sizes import size_letters
 from grammarlab.facade.layers.solving import Layout
 from grammarlab.facade.layers.words import STRETCH
-from grammarlab.runs.facade.layers import Solved
+from grammarlab.runs.facade.layers import SolvedLayout
 
 Key = tuple[object, ...]
 """What a layout is called by, whatever the canvas."""
@@ -46,11 +46,11 @@ def followed(design: Design, known: Sequence[Layout], width: float, height: floa
     return sorted(found, key=lambda layout: layout.energy)
 
 
-def shown(design: Design, layout: Layout, width: float, height: float) -> Solved:
+def shown(design: Design, layout: Layout, width: float, height: float) -> SolvedLayout:
     """What a layout shows on its canvas."""
     start = time.perf_counter()
     panels = panels_of(design, layout, width, height)
-    return Solved(design, layout, panels, flattened(panels), time.perf_counter() - start)
+    return SolvedLayout(design, layout, panels, flattened(panels), time.perf_counter() - start)
 
 
 def _close(design: Design, sizes: Mapping[str, float]) -> bool:

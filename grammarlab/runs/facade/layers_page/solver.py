@@ -32,7 +32,7 @@ class Job:
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class SolverOutcome:
     """What became of a job."""
 
     job: Job
@@ -47,7 +47,7 @@ class Outcome:
 class Solver:
     """A thread that solves."""
 
-    def __init__(self, done: Callable[[Outcome], None]) -> None:
+    def __init__(self, done: Callable[[SolverOutcome], None]) -> None:
         """Begins.
 
         Args:
@@ -92,12 +92,12 @@ class Solver:
         return self._ended or (self._wanted is not None and time.monotonic() > patient_until)
 
 
-def outcome(job: Job, count: int, stop: Callable[[], bool] = lambda: False) -> Outcome:
+def outcome(job: Job, count: int, stop: Callable[[], bool] = lambda: False) -> SolverOutcome:
     """Solves now; what it finds after `stop` said so may be anything."""
     try:
-        return Outcome(job, count, tuple(layouts(job.design, job.width, job.height, count, stop=stop)), "")
+        return SolverOutcome(job, count, tuple(layouts(job.design, job.width, job.height, count, stop=stop)), "")
     except GrammarlabError as error:
-        return Outcome(job, count, (), str(error))
+        return SolverOutcome(job, count, (), str(error))
     except Exception as error:  # a mistake of ours must not end the solver
         traceback.print_exc()
-        return Outcome(job, count, (), f"unexpected {type(error).__name__}: {error}. Please report it.")
+        return SolverOutcome(job, count, (), f"unexpected {type(error).__name__}: {error}. Please report it.")

@@ -8,15 +8,15 @@ from grammarlab.errors import Finding
 from grammarlab.facade.layers.designs.design import Design, Layer, Symbol
 from grammarlab.runs.facade.editor.columns import colors, drawing
 from grammarlab.runs.facade.editor.exporting import FORMATS
-from grammarlab.runs.facade.layers import Solved
-from grammarlab.runs.facade.layers_page.desk import Desk
+from grammarlab.runs.facade.layers import SolvedLayout
+from grammarlab.runs.facade.layers_page.desk import DesignDesk
 from grammarlab.runs.facade.layers_page.text import FLAGS
 from grammarlab.runs.serving.windows import Message
 
 PROTOCOL = 1
 
 
-def state_of(desk: Desk) -> tuple[Message, tuple[bytes, ...]]:
+def state_of(desk: DesignDesk) -> tuple[Message, tuple[bytes, ...]]:
     """Everything that the page shows.
 
     The buffers are the columns of `columns.drawing`, one for each layout.
@@ -48,7 +48,7 @@ def state_of(desk: Desk) -> tuple[Message, tuple[bytes, ...]]:
     return {"event": "state", "state": state}, buffers
 
 
-def layouts_of(found: Sequence[Solved]) -> tuple[list[Message], tuple[bytes, ...]]:
+def layouts_of(found: Sequence[SolvedLayout]) -> tuple[list[Message], tuple[bytes, ...]]:
     """Layouts, and the columns of each."""
     drawings = [drawing(each.facade) for each in found]
     values = [

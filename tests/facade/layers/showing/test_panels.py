@@ -15,7 +15,7 @@ from grammarlab.facade.layers.showing.relief import relief
 from grammarlab.facade.looks import THICKNESS, look_of
 from grammarlab.facade.tree import X, Y, check
 from grammarlab.facade.writing.exact import EXACT, write_exact
-from grammarlab.runs.facade.layers import Solved, solve_design
+from grammarlab.runs.facade.layers import SolvedLayout, solve_design
 from tests.facade.layers.samples import design, residential
 
 
@@ -83,11 +83,11 @@ def test_solids_are_hidden_by_opaque_ones_only(some: Panels) -> None:
 
 
 @pytest.fixture(scope="module")
-def house() -> Solved:
+def house() -> SolvedLayout:
     return solve_design(residential())[0]
 
 
-def test_the_house_has_its_cells(house: Solved) -> None:
+def test_the_house_has_its_cells(house: SolvedLayout) -> None:
     """5 by 2 cells, of which two are behind columns and one behind a door, and a roof over all."""
     labels = [house.facade.name_of(leaf) for leaf in house.facade.leaves.tolist()]
     assert sorted(set(labels) - {"wall"}) == ["column", "door", "roof", "shop window", "window"]
@@ -97,14 +97,14 @@ def test_the_house_has_its_cells(house: Solved) -> None:
     assert "outside" not in house.facade.labels
 
 
-def test_no_place_of_the_house_has_nothing_solid(house: Solved) -> None:
+def test_no_place_of_the_house_has_nothing_solid(house: SolvedLayout) -> None:
     opaque = [panel.lines for panel in house.panels.panels if panel.opaque]
     across, up = house.panels.lines
     boxes = [shapely.box(across[left], up[bottom], across[right], up[top]) for left, bottom, right, top in opaque]
     assert shapely.union_all(boxes).area == pytest.approx(6.0 * 4.5, rel=1e-9)
 
 
-def test_the_relief_of_the_house(house: Solved) -> None:
+def test_the_relief_of_the_house(house: SolvedLayout) -> None:
     scene = relief(house.design, house.panels)
     assert scene.size[:, 2].max() == pytest.approx(THICKNESS + look_of("column").front)
     columns = [panel for panel in house.panels.panels if panel.shape.label == "column"]
@@ -152,7 +152,7 @@ def test_depths_of_shapes_and_layers_add_up() -> None:
     assert roofs[1] == pytest.approx(roofs[0] + 0.5)
 
 
-def _of(solved: Solved, label: str) -> np.ndarray:
+def _of(solved: SolvedLayout, label: str) -> np.ndarray:
     scene = relief(solved.design, solved.panels)
     number = [panel.shape.label for panel in solved.panels.panels].index(label)
     left, bottom, _, _ = solved.panels.panels[number].lines
@@ -160,5 +160,5 @@ def _of(solved: Solved, label: str) -> np.ndarray:
     return np.flatnonzero((np.abs(scene.position[:, :2] - low) < 1e-9).all(axis=1))
 
 
-def test_rules_of_the_house_give_it_back(house: Solved) -> None:
+def test_rules_of_the_house_give_it_back(house: SolvedLayout) -> None:
     assert write_exact(house.facade).error <= EXACT

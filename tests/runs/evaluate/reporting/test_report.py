@@ -4,7 +4,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from grammarlab.evaluation.curves import Curve, Point
-from grammarlab.evaluation.scenario import Target, load
+from grammarlab.evaluation.scenario import ScenarioGoal, load
 from grammarlab.runs.evaluate.find import shipped_scenarios
 from grammarlab.runs.evaluate.reporting.plots import FLOOR, Series, draw_curves, quantiles
 from grammarlab.runs.evaluate.reporting.report import ScenarioResults, write_page, write_table
@@ -35,7 +35,7 @@ def test_the_table_holds_every_round_of_every_curve(tmp_path):
 
 
 def test_the_page_has_medians_and_spreads_beside_targets_and_the_paper(tmp_path):
-    scenario = replace(load(shipped_scenarios()["B3"]), target=Target(0.01, 32, 16))
+    scenario = replace(load(shipped_scenarios()["B3"]), target=ScenarioGoal(0.01, 32, 16))
     results = ScenarioResults(scenario, RECORDS)
     (tmp_path / "docs").mkdir()
     picture = Section("Plot", ((ReportPicture(tmp_path / "plots" / "a.png", "A picture"),),), "Paper: something.")
@@ -76,7 +76,7 @@ def test_persons_stand_one_below_the_other_each_with_the_worst_scenario_first(tm
 
 
 def test_a_row_may_count_from_the_first_liked_model_and_says_so(tmp_path):
-    scenario = replace(load(shipped_scenarios()["B3"]), target=Target(0.01, 32, since="first liked"))
+    scenario = replace(load(shipped_scenarios()["B3"]), target=ScenarioGoal(0.01, 32, since="first liked"))
     never = replace(RECORDS[0], curve=Curve((Point(16, 0.0, 0.0, 0),)))
     write_page(tmp_path / "page.md", [ScenarioResults(scenario, (*RECORDS[:3], never))], [], "x")
     text = (tmp_path / "page.md").read_text(encoding="utf-8")

@@ -19,7 +19,7 @@ from grammarlab.facade.layers.designs.file import parse_design
 from grammarlab.runs.facade.layers import solve_design
 from grammarlab.runs.facade.layers_page.commands import COMMANDS
 from grammarlab.runs.facade.layers_page.designer import PAGE, Designer
-from grammarlab.runs.facade.layers_page.solver import Job, Outcome, Solver
+from grammarlab.runs.facade.layers_page.solver import Job, Solver, SolverOutcome
 from grammarlab.runs.serving.server import serving
 from tests.facade.layers.samples import RESIDENTIAL, residential
 from tests.runs.facade.editor.windows import RefusedError, Window
@@ -188,9 +188,9 @@ def test_strangers_get_a_message_and_change_nothing(window: Window):
 
 
 def test_of_what_is_wished_for_the_latest_is_solved():
-    begun, goes_on, found = Event(), Event(), list[Outcome]()
+    begun, goes_on, found = Event(), Event(), list[SolverOutcome]()
 
-    def done(outcome: Outcome) -> None:
+    def done(outcome: SolverOutcome) -> None:
         found.append(outcome)
         begun.set()
         goes_on.wait(PATIENCE)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.facade.examples.building.assembly import Pieces, Tiling
+from grammarlab.facade.examples.building.assembly import Tiling, UnstitchedPieces
 from grammarlab.facade.examples.building.surface.caps import capped
 from grammarlab.facade.examples.building.surface.conforming import conformed, on_planes
 from grammarlab.facade.examples.building.surface.mending import mended
@@ -46,7 +46,7 @@ class Closed:
     """Metres, by which it has moved one at most: the widest gap that it has closed."""
 
 
-def closed(pieces: Pieces, tilings: Sequence[Tiling], noise: float, *, was_closed: bool) -> Closed:
+def closed(pieces: UnstitchedPieces, tilings: Sequence[Tiling], noise: float, *, was_closed: bool) -> Closed:
     """The surface of pieces that stand side by side.
 
     Args:

@@ -12,7 +12,7 @@ Costs = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Tally:
+class SequenceTally:
     """Sums that a sequence keeps within limits: how often labels come in it."""
 
     weight: tuple[NDArray[np.int64], ...]
@@ -31,7 +31,7 @@ class Chain:
     """Infinite where no sequence is allowed."""
 
 
-def cheapest(costs: Sequence[Costs], own: Sequence[Costs], tally: Tally | None = None) -> Chain:
+def cheapest(costs: Sequence[Costs], own: Sequence[Costs], tally: SequenceTally | None = None) -> Chain:
     """The cheapest sequence, by dynamic programming over pairs of neighbours.
 
     Args:
@@ -57,7 +57,7 @@ def cheapest(costs: Sequence[Costs], own: Sequence[Costs], tally: Tally | None =
     return Chain(np.array(states[: len(costs)][::-1]), float(last[before, here]))
 
 
-def _tallied(costs: Sequence[Costs], own: Sequence[Costs], tally: Tally) -> Chain:
+def _tallied(costs: Sequence[Costs], own: Sequence[Costs], tally: SequenceTally) -> Chain:
     """The same with limits: sums up to each limit are part of the state, one more stands for too much."""
     sizes = np.array(tally.most) + 1
     sums = np.stack([axis.ravel() for axis in np.indices(sizes.tolist())], axis=1)  # [totals, sums]

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from grammarlab.facade.examples.label_grid import Labels
 from grammarlab.facade.examples.labels.bounds.chains import Costs
 from grammarlab.facade.examples.labels.bounds.messages import swept
-from grammarlab.facade.examples.labels.bounds.strips import Strips
-from grammarlab.facade.examples.labels.demands import Demands
+from grammarlab.facade.examples.labels.bounds.strips import WindowStrips
+from grammarlab.facade.examples.labels.demands import LabelDemands
 from grammarlab.facade.examples.labels.problem import WINDOW, Problem
 
 _ROUNDING = 0.01
@@ -44,7 +44,7 @@ def strips_alone(problem: Problem) -> int:
         same.append(first.setdefault(key, row))
     if least_work(problem) * len(first) / problem.rows > _LARGEST:
         return 0
-    strips = Strips.of(problem, list(first.values()))
+    strips = WindowStrips.of(problem, list(first.values()))
     shape = (len(first), WINDOW, problem.columns, problem.num_labels)
     energies = dict(zip(first.values(), strips.least(np.zeros(shape))[0].tolist(), strict=True))
     return ceil(sum(energies[row] for row in same) - _ROUNDING)
@@ -55,11 +55,11 @@ class Dual:
     """Prices by subgradient steps (Lagrangian decomposition): the sum of the strips' energies bounds the grid's."""
 
     problem: Problem
-    demands: Demands
+    demands: LabelDemands
     bound: float = -np.inf
 
     def __post_init__(self) -> None:
-        self.strips = Strips.of(self.problem, range(self.problem.rows))
+        self.strips = WindowStrips.of(self.problem, range(self.problem.rows))
         self.prices = np.zeros((self.problem.rows, WINDOW, self.problem.columns, self.problem.num_labels))
         self.tolls: Costs = np.zeros(len(self.demands.counts))
         self.copies = self._gathered(self.strips.inside[:, :, None].repeat(self.problem.columns, axis=2).astype(float))

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.facade.examples.labels.bounds.chains import Chain, Costs, Tally, cheapest
+from grammarlab.facade.examples.labels.bounds.chains import Chain, Costs, SequenceTally, cheapest
 
 
-def cheapest_palindrome(costs: Sequence[Costs], own: Sequence[Costs], tally: Tally | None = None) -> Chain:
+def cheapest_palindrome(costs: Sequence[Costs], own: Sequence[Costs], tally: SequenceTally | None = None) -> Chain:
     """The cheapest sequence whose place k and whose place -1 - k have one state.
 
     Args:
@@ -37,10 +37,10 @@ def cheapest_palindrome(costs: Sequence[Costs], own: Sequence[Costs], tally: Tal
     return Chain(np.concatenate([chain.states, rest[::-1]]), chain.cost)
 
 
-def _doubled(tally: Tally | None, half: int, odd: bool) -> Tally | None:
+def _doubled(tally: SequenceTally | None, half: int, odd: bool) -> SequenceTally | None:
     if tally is None:
         return None
     weights: list[NDArray[np.int64]] = [2 * weight for weight in tally.weight[:half]]
     if odd:
         weights[-1] = tally.weight[half - 1]
-    return Tally(tuple(weights), tally.least, tally.most)
+    return SequenceTally(tuple(weights), tally.least, tally.most)

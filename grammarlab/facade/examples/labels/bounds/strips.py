@@ -18,7 +18,7 @@ _Kind = TypeVar("_Kind", bound=np.generic)
 
 
 @dataclass(frozen=True, slots=True)
-class Strips:
+class WindowStrips:
     """Some rows of windows of a problem."""
 
     problem: Problem
@@ -35,7 +35,7 @@ class Strips:
     """What was made of `wants` so far."""
 
     @classmethod
-    def of(cls, problem: Problem, rows: Sequence[int]) -> Strips:
+    def of(cls, problem: Problem, rows: Sequence[int]) -> WindowStrips:
         most = max(len(patches) for patches in problem.patches)
         filled = [patches[np.arange(most) % len(patches)] for patches in problem.patches]
         filled.append(np.full((most, WINDOW, WINDOW), AWAY, dtype=np.int64))

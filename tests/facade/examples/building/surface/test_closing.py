@@ -8,8 +8,8 @@ import trimesh
 
 from grammarlab.facade.examples.analysis.example import Example, analyse
 from grammarlab.facade.examples.building.assembly import (
-    Pieces,
     Tiling,
+    UnstitchedPieces,
     assemble,
     counts_for,
     natural,
@@ -19,7 +19,7 @@ from grammarlab.facade.examples.building.assembly import (
 )
 from grammarlab.facade.examples.building.surface.closing import TOLERANCE, closed, seams
 from grammarlab.facade.examples.building.surface.conforming import conformed
-from grammarlab.facade.examples.building.units import Cut, cut_up
+from grammarlab.facade.examples.building.units import BuildingCut, cut_up
 from grammarlab.facade.examples.label_grid import LabelGrid
 from grammarlab.facade.examples.mesh.reading import read_mesh
 from grammarlab.facade.examples.mesh.surface import Surface, is_watertight, num_boundary_edges
@@ -30,7 +30,7 @@ SIZES = [(8, 15), (1, 7), (5, 1), (1, 1), (6, 6)]
 
 def random_building(
     known: House, path: Path, rows: int, columns: int, seed: int
-) -> tuple[Example, Cut, list[Tiling], Pieces]:
+) -> tuple[Example, BuildingCut, list[Tiling], UnstitchedPieces]:
     """A building whose units follow each other in no order at all: no two neighbours fit."""
     random = np.random.default_rng(seed)
     example = analyse(read_mesh(known.write(path / "house.obj")))

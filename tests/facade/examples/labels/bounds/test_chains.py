@@ -3,7 +3,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from grammarlab.facade.examples.labels.bounds.chains import Tally, cheapest
+from grammarlab.facade.examples.labels.bounds.chains import SequenceTally, cheapest
 from grammarlab.facade.examples.labels.bounds.folding import cheapest_palindrome
 
 
@@ -48,7 +48,7 @@ def test_no_sequence_that_keeps_the_tally_is_cheaper(seed: int) -> None:
     costs, own = random_chain(generator, places, states)
     weight = generator.integers(0, 2, (states, 2))
     least, most = (1, 0), (2, 2)
-    tally = Tally((weight,) * places, least, most)
+    tally = SequenceTally((weight,) * places, least, most)
 
     def keeps(each: tuple[int, ...]) -> bool:
         sums = weight[list(each)].sum(axis=0)

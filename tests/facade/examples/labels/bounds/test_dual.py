@@ -3,8 +3,8 @@ import pytest
 
 from grammarlab.facade.examples.labels.bounds.dual import Dual, strips_alone
 from grammarlab.facade.examples.labels.bounds.messages import swept
-from grammarlab.facade.examples.labels.bounds.strips import Strips
-from grammarlab.facade.examples.labels.demands import Demands, demands_of
+from grammarlab.facade.examples.labels.bounds.strips import WindowStrips
+from grammarlab.facade.examples.labels.demands import LabelDemands, demands_of
 from grammarlab.facade.examples.labels.energy import energy
 from grammarlab.facade.examples.labels.problem import AWAY, bordered, unbordered
 from grammarlab.facade.examples.wishes import Count, Wishes
@@ -21,7 +21,7 @@ def test_no_labels_of_a_strip_have_less_energy(seed: int) -> None:
     example, columns = drawn(4, 4, 2, seed), 4
     problem = (bordered if seed % 2 else unbordered)([example], everywhere(3, columns))
     prices = generator.random((3, 3, columns, problem.num_labels)) * 2
-    energies, labels = Strips.of(problem, range(3)).least(prices)
+    energies, labels = WindowStrips.of(problem, range(3)).least(prices)
     grids = all_grids(3, columns, problem.num_labels)
     place = np.indices((3, columns))
     for row in range(3):
@@ -50,7 +50,7 @@ def test_bounds_are_never_above_the_least_energy(seed: int) -> None:
     least = slow_energies(example.labels, grids).min()
     problem = bordered([example], everywhere(3, 4))
     problem = problem.within(problem.domain)
-    demands = Demands(problem.domain, (), symmetric=False)
+    demands = LabelDemands(problem.domain, (), symmetric=False)
     for turned in (problem, problem.transposed()):
         assert strips_alone(turned) <= least
     dual = Dual(problem, demands)
@@ -86,7 +86,7 @@ def test_sweeps_only_raise_the_bound(seed: int) -> None:
     example = shop_house() if seed == 0 else drawn(4, 4, 3, seed)
     size = (5, 8) if seed == 0 else (3, 4)
     problem = bordered([example], everywhere(*size))
-    strips = Strips.of(problem, range(problem.rows))
+    strips = WindowStrips.of(problem, range(problem.rows))
     bounds = []
     for sweeps in range(5):
         prices = swept(problem, np.zeros((problem.rows, 3, problem.columns, problem.num_labels)), sweeps)

@@ -1,4 +1,4 @@
-"""Grids put together of whole columns: the best choice among a pool of them, exactly."""
+"""Grids put together of whole columns: the best choice among candidates, exactly."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.facade.examples.label_grid import Labels
-from grammarlab.facade.examples.labels.bounds.chains import Costs, Tally, cheapest
+from grammarlab.facade.examples.labels.bounds.chains import Costs, SequenceTally, cheapest
 from grammarlab.facade.examples.labels.bounds.folding import cheapest_palindrome
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
@@ -19,15 +19,19 @@ _STRAY = 10.0
 
 
 def best_columns(
-    problem: Problem, pool: Labels, noise: Costs, limits: Sequence[tuple[int, int, int]] = (), symmetric: bool = False
+    problem: Problem,
+    candidates: Labels,
+    noise: Costs,
+    limits: Sequence[tuple[int, int, int]] = (),
+    symmetric: bool = False,
 ) -> NDArray[np.int64]:
-    """The grid of least energy among those whose columns are all in the pool.
+    """The grid of least energy among those whose columns are all candidates.
 
     Args:
         problem: what windows are compared with.
-        pool: [states, rows] columns.
+        candidates: [states, rows] columns.
         noise: [rows, columns, labels] added to the energy, to choose among equals.
-        limits: label, least and most: how often it may come; given up where no such grid is in the pool.
+        limits: label, least and most: how often it may come; given up where there is no such grid.
         symmetric: the columns read the same from both sides.
 
     Returns:
@@ -35,37 +39,37 @@ def best_columns(
     """
     rows = np.arange(problem.rows)
     extra = noise + _STRAY * ~problem.domain
-    own = list(extra[rows[None, :], :, pool].sum(axis=1).T)  # [columns][states]
+    own = list(extra[rows[None, :], :, candidates].sum(axis=1).T)  # [columns][states]
     known: dict[tuple[int, ...], Costs] = {}
     costs = []
     for column in range(problem.columns):
         kinds = tuple(problem.kind[:, column].tolist())
         if kinds not in known:
-            known[kinds] = _triplets(problem, pool, kinds)
+            known[kinds] = _triplets(problem, candidates, kinds)
         found = known[kinds]
         found = found if column else found[:1]
         costs.append(found if column + 1 < problem.columns else found[:, :, :1])
     solve = cheapest_palindrome if symmetric else cheapest
     if limits:
-        weight = np.stack([(pool == label).sum(axis=1) for label, _, _ in limits], axis=1)
-        tally = Tally((weight,) * problem.columns, tuple(at[1] for at in limits), tuple(at[2] for at in limits))
+        weight = np.stack([(candidates == label).sum(axis=1) for label, _, _ in limits], axis=1)
+        tally = SequenceTally((weight,) * problem.columns, tuple(at[1] for at in limits), tuple(at[2] for at in limits))
         chain = solve(costs, own, tally)
         if np.isfinite(chain.cost):
             return chain.states
     return solve(costs, own).states
 
 
-def suits(problem: Problem, pool: Labels) -> bool:
-    """Whether a pool is small enough to choose from."""
+def suits(problem: Problem, candidates: Labels) -> bool:
+    """Whether candidates are few enough to choose from."""
     most = max(len(patches) for patches in problem.patches)
-    return float(len(pool)) ** 3 * most * problem.rows <= _LARGEST
+    return float(len(candidates)) ** 3 * most * problem.rows <= _LARGEST
 
 
-def _triplets(problem: Problem, pool: Labels, kinds: tuple[int, ...]) -> Costs:
+def _triplets(problem: Problem, candidates: Labels, kinds: tuple[int, ...]) -> Costs:
     """[states, states, states] energy of the windows about a column, of its states and those of its neighbours."""
-    size = len(pool)
+    size = len(candidates)
     ring = np.full((size, problem.rows + 2), AWAY, dtype=np.int64)
-    ring[:, 1:-1] = pool
+    ring[:, 1:-1] = candidates
     total = np.zeros((size, size, size), dtype=np.float32)
     for row, kind in enumerate(kinds):
         if kind < 0:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.facade.examples.analysis.example import Example, Region
-from grammarlab.facade.examples.building.units import Cut, cut_up
+from grammarlab.facade.examples.building.units import BuildingCut, cut_up
 from grammarlab.facade.examples.label_grid import LabelGrid, joined
 
 _SAME_SIZE, _SAME_DEPTH = 0.02, 0.03
@@ -17,12 +17,12 @@ _NOISES = 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class Pool:
+class UnitStock:
     """Walls with their units."""
 
     walls: tuple[Region, ...]
     """All walls of the first example, the main one first; then the main wall of each other example."""
-    cut: Cut
+    cut: BuildingCut
     """The cells of all walls, and the rest of the first example."""
     choice: tuple[int, ...]
     """Which walls give the units of the main wall: by example."""
@@ -35,7 +35,7 @@ class Pool:
         return [self.walls[each].grid for each in self.choice]
 
 
-def pool_of(examples: Sequence[Example]) -> Pool:
+def stock_of(examples: Sequence[Example]) -> UnitStock:
     """The units of examples.
 
     Units of two examples have one label where their names are equal, and so is what stands in them: as large to 2 cm
@@ -52,15 +52,15 @@ def pool_of(examples: Sequence[Example]) -> Pool:
         colors += other.mesh.colors
         choice.append(len(walls))
         walls.append(main)
-    pool = Pool(tuple(walls), Cut(tuple(cells), cut.rest), tuple(choice), tuple(colors))
-    return _named(pool) if others else pool
+    stock = UnitStock(tuple(walls), BuildingCut(tuple(cells), cut.rest), tuple(choice), tuple(colors))
+    return _named(stock) if others else stock
 
 
-def _named(pool: Pool) -> Pool:
-    """The pool with one numbering of the labels of its main walls."""
+def _named(stock: UnitStock) -> UnitStock:
+    """The stock with one numbering of the labels of its main walls."""
     seen: dict[str, tuple[int, int, int]] = {}
-    walls = list(pool.walls)
-    for wall in pool.choice:
+    walls = list(stock.walls)
+    for wall in stock.choice:
         grid, names = walls[wall].grid, []
         taken = {*seen, *grid.names}
         for label, name in enumerate(grid.names):
@@ -68,7 +68,7 @@ def _named(pool: Pool) -> Pool:
             # What another example calls so is compared; so are what it calls window-2, window-3, ...
             head = _head(name)
             alike = [each for each in seen if each not in names and _head(each) == head]
-            same = next((each for each in alike if unit and _same(pool, seen[each], unit)), None)
+            same = next((each for each in alike if unit and _same(stock, seen[each], unit)), None)
             if same is None and name in seen:
                 same = next(new for k in range(2, 10_000) if (new := f"{head}-{k}") not in taken)
                 taken.add(same)
@@ -76,9 +76,9 @@ def _named(pool: Pool) -> Pool:
             if unit:
                 seen.setdefault(names[-1], unit)
         walls[wall] = replace(walls[wall], grid=LabelGrid(grid.labels, tuple(names)))
-    for wall, grid in zip(pool.choice, joined([walls[each].grid for each in pool.choice]), strict=True):
+    for wall, grid in zip(stock.choice, joined([walls[each].grid for each in stock.choice]), strict=True):
         walls[wall] = replace(walls[wall], grid=grid)
-    return replace(pool, walls=tuple(walls))
+    return replace(stock, walls=tuple(walls))
 
 
 def _head(name: str) -> str:
@@ -87,15 +87,15 @@ def _head(name: str) -> str:
     return head if head and number.isdigit() else name
 
 
-def _same(pool: Pool, one: tuple[int, int, int], other: tuple[int, int, int]) -> bool:
+def _same(stock: UnitStock, one: tuple[int, int, int], other: tuple[int, int, int]) -> bool:
     """Whether equal things stand in two cells, given by wall, row and column."""
-    noise = _NOISES * max(pool.walls[each[0]].noise for each in (one, other))
+    noise = _NOISES * max(stock.walls[each[0]].noise for each in (one, other))
     sizes, depths = [], []
     for wall, row, column in (one, other):
-        boxes = pool.walls[wall].elements_in(row, column)
+        boxes = stock.walls[wall].elements_in(row, column)
         boxes = boxes[np.lexsort(boxes.T[::-1])]
         sizes.append(boxes[:, 2:] - boxes[:, :2])
-        depth = pool.cut.cells[wall][row][column].points[:, 2] - pool.walls[wall].plane
+        depth = stock.cut.cells[wall][row][column].points[:, 2] - stock.walls[wall].plane
         depths.append([depth.min(initial=0.0), depth.max(initial=0.0)])
     if len(sizes[0]) != len(sizes[1]) or np.abs(np.subtract(*depths)).max() > _SAME_DEPTH + noise:
         return False
