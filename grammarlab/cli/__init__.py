@@ -4,7 +4,7 @@ Nothing heavy is imported here, so that ``--help`` and completion answer at once
 """
 
 from grammarlab.cli.app import app
-from grammarlab.cli.compiled import keep_compiled
+from grammarlab.runs.work.compiled import keep_compiled
 
 
 def main() -> None:

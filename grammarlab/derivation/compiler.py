@@ -11,7 +11,7 @@ from grammarlab.derivation.expressions.sequences import Operations, SequenceComp
 from grammarlab.derivation.expressions.uv_sets import mentioned_uv_sets
 from grammarlab.derivation.expressions.vocabulary import VOCABULARY, number_grammar
 from grammarlab.derivation.forest import RuleName
-from grammarlab.derivation.functions.attributes import ASK_FOR_PIVOT, STATE_DEFAULTS
+from grammarlab.derivation.functions.shapes.attributes import ASK_FOR_PIVOT, STATE_DEFAULTS
 from grammarlab.derivation.operations import OPERATIONS
 from grammarlab.derivation.program import CompiledRule, Program
 from grammarlab.derivation.sites import describe_sites

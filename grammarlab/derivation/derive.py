@@ -15,7 +15,7 @@ from grammarlab.derivation import engine
 from grammarlab.derivation.calls.texture_transfer import initial_maps
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.functions.attributes import STATE_DEFAULTS
+from grammarlab.derivation.functions.shapes.attributes import STATE_DEFAULTS
 from grammarlab.derivation.lots import Footprint, Lots
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.state.initial import initial_shapes

@@ -7,8 +7,8 @@ import pyarrow.parquet as pq
 import pytest
 from PIL import Image
 
+from grammarlab.runs.evaluate.disk.store import STORE
 from grammarlab.runs.evaluate.reporting import grids as grid_pictures
-from grammarlab.runs.evaluate.store import STORE
 
 SCENARIO = """
 name = "tiny"

@@ -107,7 +107,7 @@ def synthesize(
     """
     with friendly_errors():
         from grammarlab.cli.facade.wishes import wishes_of
-        from grammarlab.runs.facade.synthesize import SynthesisRequest, synthesize_buildings
+        from grammarlab.runs.facade.synthesis.synthesize import SynthesisRequest, synthesize_buildings
 
         wishes = wishes_of(
             count or (), only or (), fix or (), equal_corners=equal_corners, symmetric=symmetric, keep=keep

@@ -11,7 +11,7 @@ from grammarlab.derivation.calls.calls import BoundCall
 from grammarlab.derivation.calls.compiling import Compiler
 from grammarlab.derivation.calls.table_columns import column_of, for_each, texts_of
 from grammarlab.derivation.functions.arrays import counted, picked, written
-from grammarlab.derivation.operations.components import BLOCKS, Taken, taken_apart
+from grammarlab.derivation.operations.faces.components import BLOCKS, Taken, taken_apart
 from grammarlab.derivation.state.operators import concatenated
 from grammarlab.derivation.state.shapes import ARRAY, NUM_LANES, SITE_LANE, Shapes, Value, as_column, kind_of
 from grammarlab.derivation.state.tables import DEFAULTS, Cell, Table, is_table, table_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from grammarlab.derivation.functions.texture_coordinates import BUILTINS
+from grammarlab.derivation.functions.shapes.texture_coordinates import BUILTINS
 from grammarlab.derivation.operations.texturing import OPERATIONS
 from grammarlab.derivation.state.texture_maps import NUM_SETS
 from grammarlab.language.syntax.tree import Block, Call, Expression, Invoke, Name, Node, Number

@@ -1,20 +1,7 @@
 """Built-in functions and shape attributes, one family a file."""
 
-from grammarlab.derivation.functions import (
-    arrays,
-    attributes,
-    colors,
-    coordinates,
-    files,
-    fitting,
-    geometry,
-    lists,
-    maths,
-    ramps,
-    random,
-    text,
-    texture_coordinates,
-)
+from grammarlab.derivation.functions import arrays, colors, files, fitting, lists, maths, ramps, random, text
+from grammarlab.derivation.functions.shapes import attributes, coordinates, geometry, texture_coordinates
 
 BUILTINS = {
     **maths.BUILTINS,

@@ -1,19 +1,8 @@
 """The operations of CGA, one family a file."""
 
-from grammarlab.derivation.operations import (
-    alignment,
-    appearance,
-    components,
-    extrusion,
-    insertion,
-    neutral,
-    planar,
-    roofs,
-    scattering,
-    scope,
-    splits,
-    texturing,
-)
+from grammarlab.derivation.operations import alignment, appearance, insertion, neutral, scattering, scope, texturing
+from grammarlab.derivation.operations.faces import components, extrusion, planar, roofs
+from grammarlab.derivation.operations.splitting import splits
 
 OPERATIONS = {
     **alignment.OPERATIONS,

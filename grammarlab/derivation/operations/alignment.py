@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
 from grammarlab.derivation.calls.pivots import with_pivot
 from grammarlab.derivation.calls.texture_transfer import carried
-from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.functions.shapes.geometry import local_meshes
 from grammarlab.derivation.state.meshes import add_faces, normalized
 from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, Floats, Shapes
 from grammarlab.derivation.values.angles import euler

@@ -5,7 +5,7 @@ from __future__ import annotations
 from grammarlab.derivation.calls.calls import Argument, BoundCall
 from grammarlab.derivation.calls.pivots import pivot_position, with_pivot
 from grammarlab.derivation.calls.texture_transfer import carried
-from grammarlab.derivation.functions.attributes import turn_angles
+from grammarlab.derivation.functions.shapes.attributes import turn_angles
 from grammarlab.derivation.operations.scope import s
 from grammarlab.derivation.state.shapes import Shapes
 from grammarlab.derivation.values.angles import euler

@@ -8,7 +8,7 @@ import numpy as np
 
 from grammarlab.arrays import index_in_row
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head
-from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.functions.shapes.geometry import local_meshes
 from grammarlab.derivation.state.meshes import upright
 from grammarlab.derivation.state.shapes import EMPTY, Floats, Ids, number_column, part_keys
 from grammarlab.geometry.meshes.measure import areas, face_normals

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
-from grammarlab.derivation.functions.texture_coordinates import Range, range_of, uv_set_of
+from grammarlab.derivation.functions.shapes.texture_coordinates import Range, range_of, uv_set_of
 from grammarlab.derivation.state.shapes import Floats, Ids, Shapes, number_column
 from grammarlab.derivation.state.texture_maps import NONE, map_ids, projection_name, with_maps
 from grammarlab.language.vocabulary.keywords import KEYWORDS

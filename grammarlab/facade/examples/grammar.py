@@ -13,11 +13,11 @@ from grammarlab.facade.examples.label_grid import LabelGrid, Labels
 from grammarlab.facade.examples.labels.demands import ground_labels
 from grammarlab.facade.looks import look_of
 from grammarlab.facade.tree import LEAF
-from grammarlab.facade.writing.cells import Cell
 from grammarlab.facade.writing.family import Range, WrittenFamily, write_pattern
-from grammarlab.facade.writing.kinds import KindPattern
-from grammarlab.facade.writing.kinds import KindSequence as Lines
 from grammarlab.facade.writing.rule_text import number
+from grammarlab.facade.writing.structure.cells import Cell
+from grammarlab.facade.writing.structure.kinds import KindPattern
+from grammarlab.facade.writing.structure.kinds import KindSequence as Lines
 
 _DIGITS = 6
 

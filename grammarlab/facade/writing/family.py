@@ -10,13 +10,13 @@ from math import isfinite
 from grammarlab.errors import FacadeError
 from grammarlab.facade.looks import THICKNESS, is_door, look_of
 from grammarlab.facade.tree import LEAF, Facade
-from grammarlab.facade.writing.cells import Cell
-from grammarlab.facade.writing.kinds import KindPattern, pattern_of
 from grammarlab.facade.writing.leaf_error import thing_error
 from grammarlab.facade.writing.member import own_member
 from grammarlab.facade.writing.rule_text import RuleNames, leaf_body, number, rule_name, split_body
-from grammarlab.facade.writing.storeys import Storeys, storeys_of
-from grammarlab.facade.writing.walks import LONGEST, Walks, WalkState, shortest, walks
+from grammarlab.facade.writing.structure.cells import Cell
+from grammarlab.facade.writing.structure.kinds import KindPattern, pattern_of
+from grammarlab.facade.writing.structure.storeys import Storeys, storeys_of
+from grammarlab.facade.writing.structure.walks import LONGEST, Walks, WalkState, shortest, walks
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from grammarlab.facade.writing.kinds import KindPattern, KindSequence
-from grammarlab.facade.writing.storeys import Storeys
-from grammarlab.facade.writing.walks import Walks, WalkState, WalkStep
+from grammarlab.facade.writing.structure.kinds import KindPattern, KindSequence
+from grammarlab.facade.writing.structure.storeys import Storeys
+from grammarlab.facade.writing.structure.walks import Walks, WalkState, WalkStep
 
 
 def own_member(pattern: KindPattern, storeys: Storeys, walks: Walks) -> tuple[Storeys, Walks] | None:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from grammarlab.facade.looks import THICKNESS, look_of
-from grammarlab.facade.writing.repeats import find_repeats
+from grammarlab.facade.writing.structure.repeats import find_repeats
 
 RESERVED = {"Lot", "Facade", "NIL"}
 

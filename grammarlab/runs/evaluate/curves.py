@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from grammarlab.evaluation.curves import Curve
 from grammarlab.runs.disk.results import Progress, made
-from grammarlab.runs.evaluate.store import CurveRecord, curves_in
+from grammarlab.runs.evaluate.disk.store import CurveRecord, curves_in
 from grammarlab.runs.evaluate.task import CurveTask
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 

@@ -15,8 +15,8 @@ from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.evaluation.scenario import Scenario
 from grammarlab.runs.disk.results import Progress, made
+from grammarlab.runs.evaluate.disk.measurements import digest, measurements_in
 from grammarlab.runs.evaluate.label import labels_of
-from grammarlab.runs.evaluate.measurements import digest, measurements_in
 from grammarlab.runs.evaluate.task import CurveTask
 from grammarlab.runs.learn.labels import learn_from_labels
 from grammarlab.runs.learn.measure import LabelledSet

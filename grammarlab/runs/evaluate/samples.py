@@ -14,7 +14,7 @@ from grammarlab.evaluation import protocol
 from grammarlab.evaluation.material import Material
 from grammarlab.randomness import derived_seed
 from grammarlab.runs.disk.results import Progress, made
-from grammarlab.runs.evaluate.measurements import measurements_in
+from grammarlab.runs.evaluate.disk.measurements import measurements_in
 from grammarlab.runs.evaluate.task import CurveTask, run_protocol
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 

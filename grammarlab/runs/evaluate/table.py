@@ -18,7 +18,7 @@ from grammarlab.evaluation.scenario import Scenario
 from grammarlab.features.counting.stripping import without_geometry
 from grammarlab.learning.targets.grammar_target import LearnedSampler
 from grammarlab.runs.disk.results import Progress, made
-from grammarlab.runs.evaluate.measurements import digest, measurements_in
+from grammarlab.runs.evaluate.disk.measurements import digest, measurements_in
 from grammarlab.runs.learn.measure import LabelledSet
 from grammarlab.runs.learn.scenario import learned_of
 from grammarlab.runs.markdown import table

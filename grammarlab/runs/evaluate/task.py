@@ -15,8 +15,8 @@ from grammarlab.evaluation.preparation import prepare
 from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.learning.round import State
 from grammarlab.learning.settings import Settings
-from grammarlab.runs.evaluate.measurements import digest
-from grammarlab.runs.evaluate.store import CurveRecord
+from grammarlab.runs.evaluate.disk.measurements import digest
+from grammarlab.runs.evaluate.disk.store import CurveRecord
 from grammarlab.runs.sampling.sources import load_source
 
 

@@ -7,7 +7,7 @@ from threading import Event
 from grammarlab.evaluation import protocol
 from grammarlab.evaluation.methods import Method
 from grammarlab.runs.evaluate.curves import run_tasks
-from grammarlab.runs.evaluate.store import CurveRecord
+from grammarlab.runs.evaluate.disk.store import CurveRecord
 from grammarlab.runs.evaluate.task import CurveTask
 from tests.evaluation.doubles import world
 

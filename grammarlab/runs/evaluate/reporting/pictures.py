@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from grammarlab.runs.disk.results import Progress
+from grammarlab.runs.evaluate.disk.store import CurveRecord
 from grammarlab.runs.evaluate.figures import PlannedFigure
 from grammarlab.runs.evaluate.reporting.grids import draw_grids
 from grammarlab.runs.evaluate.reporting.pages import draw_examples
@@ -15,7 +16,6 @@ from grammarlab.runs.evaluate.reporting.plots import Series, draw_curves
 from grammarlab.runs.evaluate.reporting.report import ScenarioResults
 from grammarlab.runs.evaluate.reporting.sections import ReportPicture, Section
 from grammarlab.runs.evaluate.samples import BeforeAfter
-from grammarlab.runs.evaluate.store import CurveRecord
 from grammarlab.runs.work.executors import AbstractExecutor
 
 ABOUT_SAMPLES = """\

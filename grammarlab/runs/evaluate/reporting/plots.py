@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from grammarlab.evaluation.curves import CLOSE
 from grammarlab.extras import named_extras
 from grammarlab.files import atomic_file
-from grammarlab.runs.evaluate.store import CurveRecord
+from grammarlab.runs.evaluate.disk.store import CurveRecord
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

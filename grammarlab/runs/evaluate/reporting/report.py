@@ -15,8 +15,8 @@ from grammarlab.evaluation.curves import CLOSE, Curve, Summary, summarize
 from grammarlab.evaluation.respondents import EXACT
 from grammarlab.evaluation.scenario import Scenario, ScenarioGoal
 from grammarlab.files import atomic_file, write_text
+from grammarlab.runs.evaluate.disk.store import CurveRecord
 from grammarlab.runs.evaluate.reporting.sections import Section, markdown
-from grammarlab.runs.evaluate.store import CurveRecord
 from grammarlab.runs.markdown import table
 
 CHECKPOINTS = (64, 128, 256)

@@ -18,10 +18,10 @@ from grammarlab.facade.examples.mesh.reading import read_mesh
 from grammarlab.facade.examples.mesh.surface import edge_numbers
 from grammarlab.facade.examples.synthesis import synthesize
 from grammarlab.files import write_text
-from grammarlab.runs.facade.built import Built, build
 from grammarlab.runs.facade.editor.history import History
 from grammarlab.runs.facade.example_page.edits import Document
 from grammarlab.runs.facade.gallery import sheet
+from grammarlab.runs.facade.synthesis.built import Built, build
 
 
 @dataclass

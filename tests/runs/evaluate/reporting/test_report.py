@@ -5,11 +5,11 @@ import pytest
 
 from grammarlab.evaluation.curves import Curve, Point
 from grammarlab.evaluation.scenario import ScenarioGoal, load
+from grammarlab.runs.evaluate.disk.store import CurveRecord
 from grammarlab.runs.evaluate.find import shipped_scenarios
 from grammarlab.runs.evaluate.reporting.plots import FLOOR, Series, draw_curves, quantiles
 from grammarlab.runs.evaluate.reporting.report import ScenarioResults, write_page, write_table
 from grammarlab.runs.evaluate.reporting.sections import ReportPicture, Section
-from grammarlab.runs.evaluate.store import CurveRecord
 
 
 def record(seed, *divergences, method="default"):

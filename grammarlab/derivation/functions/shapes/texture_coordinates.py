@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
-from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.functions.shapes.geometry import local_meshes
 from grammarlab.derivation.state.shapes import Floats, Shapes, Value, kind_of
 from grammarlab.derivation.state.texture_maps import NUM_SETS, map_ids
 from grammarlab.derivation.state.workspace import Workspace

@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grammarlab.facade.tree import LEAF, Facade
-from grammarlab.facade.writing.bands import bands
-from grammarlab.facade.writing.cells import Cell, cell_of, nodes_between
+from grammarlab.facade.writing.structure.bands import bands
+from grammarlab.facade.writing.structure.cells import Cell, cell_of, nodes_between
 from tests.facade.strategies import trees
 
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from grammarlab.cli import compiled
+from grammarlab.runs.work import compiled
 
 SCRIPT = """
-from grammarlab.cli.compiled import keep_compiled
+from grammarlab.runs.work.compiled import keep_compiled
 keep_compiled()
 import jax, jax.numpy as jnp
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0)

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head
-from grammarlab.derivation.functions.geometry import local_meshes
-from grammarlab.derivation.functions.texture_coordinates import SPACES, UV_AXES
-from grammarlab.derivation.operations.split_parts import asked_indices, elements_of, indexed, numbered
-from grammarlab.derivation.operations.texture_splits import split_between_values
+from grammarlab.derivation.functions.shapes.geometry import local_meshes
+from grammarlab.derivation.functions.shapes.texture_coordinates import SPACES, UV_AXES
+from grammarlab.derivation.operations.splitting.parts import asked_indices, elements_of, indexed, numbered
+from grammarlab.derivation.operations.splitting.textures import split_between_values
 from grammarlab.derivation.state.meshes import normalized, upright
 from grammarlab.derivation.state.shapes import FACE, FOOTPRINT, Floats, Ids, Shapes
 from grammarlab.derivation.values.splitting import SplitPieces, SplitRow, count_pieces, divide, in_a_row

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.derivation.calls.calls import BoundCall, Operation
-from grammarlab.derivation.functions.geometry import local_meshes
+from grammarlab.derivation.functions.shapes.geometry import local_meshes
 from grammarlab.derivation.state.meshes import replaced, turned_over
 from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, FOOTPRINT, Floats, Shapes
 from grammarlab.derivation.state.workspace import Workspace

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import offsets_from_counts, take_rows
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, Operation, selected
-from grammarlab.derivation.functions.geometry import local_meshes, oriented
-from grammarlab.derivation.operations.components import edges_of_faces
+from grammarlab.derivation.functions.shapes.geometry import local_meshes, oriented
+from grammarlab.derivation.operations.faces.components import edges_of_faces
 from grammarlab.derivation.state.meshes import add_faces, normalized, replaced
 from grammarlab.derivation.state.shapes import Shapes
 from grammarlab.derivation.state.tables import is_table

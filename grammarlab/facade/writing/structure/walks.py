@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from grammarlab.facade.writing.kinds import KindSequence
+from grammarlab.facade.writing.structure.kinds import KindSequence
 
 LONGEST = 60
 """Columns of a walk at most."""

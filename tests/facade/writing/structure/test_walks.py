@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.facade.writing.kinds import KindSequence
-from grammarlab.facade.writing.walks import Walks, walks
+from grammarlab.facade.writing.structure.kinds import KindSequence
+from grammarlab.facade.writing.structure.walks import Walks, walks
 
 
 def probabilities(found: Walks) -> dict[tuple[int, ...], float]:

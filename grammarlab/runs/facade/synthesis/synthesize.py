@@ -27,9 +27,9 @@ from grammarlab.facade.examples.wishes import Wishes
 from grammarlab.facade.file import save_facade
 from grammarlab.facade.writing.family import Range
 from grammarlab.files import write_bytes, write_text
-from grammarlab.runs.facade.built import Box, Built, Stopwatch, build
 from grammarlab.runs.facade.gallery import sheet
-from grammarlab.runs.facade.region_map import read_regions
+from grammarlab.runs.facade.synthesis.built import Box, Built, Stopwatch, build
+from grammarlab.runs.facade.synthesis.region_map import read_regions
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048}
 """Metres of what a file may count in."""

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
-from grammarlab.derivation.functions.geometry import local_meshes
-from grammarlab.derivation.operations.extrusion import first_normals, stood_up
+from grammarlab.derivation.functions.shapes.geometry import local_meshes
+from grammarlab.derivation.operations.faces.extrusion import first_normals, stood_up
 from grammarlab.derivation.state.meshes import turned_over
 from grammarlab.derivation.state.shapes import Shapes
 from grammarlab.geometry.meshes.mesh import Meshes

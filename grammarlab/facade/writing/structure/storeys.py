@@ -7,8 +7,8 @@ from math import floor
 from typing import NamedTuple
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.writing.kinds import KindSequence
-from grammarlab.facade.writing.repeats import Repeat, find_repeats
+from grammarlab.facade.writing.structure.kinds import KindSequence
+from grammarlab.facade.writing.structure.repeats import Repeat, find_repeats
 
 MOST_TIMES = 100
 """Turns of a run at most."""

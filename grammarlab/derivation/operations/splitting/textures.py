@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls.calls import BoundCall, BoundPart, Head
-from grammarlab.derivation.functions.geometry import local_meshes
-from grammarlab.derivation.functions.texture_coordinates import SPACES, UV_AXES, Range, range_of, uv_set_of
-from grammarlab.derivation.operations.split_parts import asked_indices, elements_of, indexed, numbered
+from grammarlab.derivation.functions.shapes.geometry import local_meshes
+from grammarlab.derivation.functions.shapes.texture_coordinates import SPACES, UV_AXES, Range, range_of, uv_set_of
+from grammarlab.derivation.operations.splitting.parts import asked_indices, elements_of, indexed, numbered
 from grammarlab.derivation.state.meshes import add_faces, normalized
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
 from grammarlab.derivation.state.texture_maps import map_ids

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from grammarlab.facade.looks import is_door
 from grammarlab.facade.tree import Facade, X, Y
-from grammarlab.facade.writing.bands import SAME_PLACE, Band, bands
-from grammarlab.facade.writing.cells import Cell, alike, cell_of, nodes_between
-from grammarlab.facade.writing.repeats import find_repeats
+from grammarlab.facade.writing.structure.bands import SAME_PLACE, Band, bands
+from grammarlab.facade.writing.structure.cells import Cell, alike, cell_of, nodes_between
+from grammarlab.facade.writing.structure.repeats import find_repeats
 
 WALL_STRETCH = 1.0 / 3.0
 """Part by which walls between equal things may differ."""

@@ -4,8 +4,8 @@ from dataclasses import replace
 import pytest
 
 from grammarlab.evaluation.curves import Curve, Point
-from grammarlab.runs.evaluate.measurements import measurements_in
-from grammarlab.runs.evaluate.store import STORE, CurveRecord, curves_in
+from grammarlab.runs.evaluate.disk.measurements import measurements_in
+from grammarlab.runs.evaluate.disk.store import STORE, CurveRecord, curves_in
 
 
 def record(key="a", max_labels=32, js=0.1 + 0.2):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, selected
 from grammarlab.derivation.calls.pivots import with_pivot
-from grammarlab.derivation.functions.geometry import local_meshes, oriented
+from grammarlab.derivation.functions.shapes.geometry import local_meshes, oriented
 from grammarlab.derivation.state.meshes import add_faces, normalized
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
 from grammarlab.derivation.values.frames import cube_index

@@ -1,0 +1,1 @@
+"""What a rule can ask of the shape it is applied to."""

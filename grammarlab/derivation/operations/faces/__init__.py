@@ -1,0 +1,1 @@
+"""Operations over the faces, edges and vertices of a shape."""

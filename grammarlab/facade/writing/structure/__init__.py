@@ -1,0 +1,1 @@
+"""What repeats in a facade: its columns and rows by kind, the order they come in, its storeys."""

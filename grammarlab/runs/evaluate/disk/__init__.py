@@ -1,0 +1,1 @@
+"""Finished curves and measurements on disk."""

@@ -1,0 +1,1 @@
+"""New buildings from examples, as files."""
