@@ -54,3 +54,7 @@ def _summed(forest: Forest, values: NDArray[np.float64]) -> dict[str, float]:
     for symbol, value in zip(symbols(forest), values.tolist(), strict=True):
         sums[symbol] = sums.get(symbol, 0.0) + value
     return sums
+
+
+def forest_frames(forest):
+    return forest.frames[forest.leaves.frame]

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
-from grammarlab.derivation import derive
 from grammarlab.geometry.meshes import measure
 from grammarlab.geometry.outlines.footprints import read_footprints
-from grammarlab.language.grammar import Grammar
 from tests.derivation.operations.leaves import (
     L_SHAPE,
     TRIANGLE,
     areas_by_symbol,
+    forest_frames,
     sampled,
     symbols,
     volumes_by_symbol,
@@ -90,10 +88,6 @@ def test_turning_the_scope_leaves_the_geometry_where_it_is(operation, footprint)
     assert np.allclose(_sorted(world_meshes(before).points), _sorted(world_meshes(after).points), atol=1e-9)
     assert volumes_by_symbol(after)["Mass"] == pytest.approx(volumes_by_symbol(before)["Mass"])
     assert np.allclose(np.linalg.det(forest_frames(after)), 1.0)
-
-
-def forest_frames(forest):
-    return forest.frames[forest.leaves.frame]
 
 
 def _sorted(points):
@@ -189,136 +183,6 @@ def test_centering_uses_the_shape_that_the_sequence_began_with():
     assert np.allclose(forest.leaves.position, [[7.5, 0, 5], [11.25, 0, 5]])
 
 
-def test_four_quarter_turns_are_exactly_none():
-    forest = sampled("Lot --> r(0, 90, 0) r(0, 90, 0) r(0, 90, 0) r(0, 90, 0) A r(90, 0, 0) r(-90, 0, 0) B")
-    assert np.array_equal(forest.frames[forest.leaves.frame], np.broadcast_to(np.eye(3), (2, 3, 3)))
-
-
-@pytest.mark.parametrize(
-    ("operations", "order", "angles"),
-    [
-        ("r(-10, 70, 25)", "xyz", [-10, 70, 25]),
-        ("r(0, 90, 0) r(90, 0, 0)", "yx", [90, 90]),
-        ("r(90, 0, 0) r(0, 90, 0)", "xy", [90, 90]),
-        ("r(scopeCenter, 0, 0, 30) r(scopeCenter, 0, 20, 0) r(0, 0, 10)", "zyz", [30, 20, 10]),
-        ("r(0, 40, 0) rotate(rel, pivot, 10, 0, 5)", "yxz", [40, 10, 5]),
-        ("r(0, 40, 0) rotate(rel, scope, 10, 0, 5)", "xzy", [10, 5, 40]),
-        ("r(10, 40, 0) rotate(abs, pivot, 20, 0, 5)", "xz", [20, 5]),
-    ],
-)
-def test_shapes_turn_about_the_axes_of_the_pivot_first_x_then_y_then_z(operations, order, angles):
-    turned = forest_frames(sampled(f"Lot --> {operations} A"))[0]
-    assert np.allclose(turned, Rotation.from_euler(order, angles, degrees=True).as_matrix(), atol=1e-12)
-
-
-def test_the_angles_of_a_scope_are_those_it_was_turned_by():
-    forest = sampled('Lot --> r(-10, 70, 25) report("x", scope.rx) report("y", scope.ry) report("z", scope.rz) A')
-    assert np.allclose(forest.reports.value, [-10, 70, 25])
-
-
-PLACE = 'report("x", scope.tx) report("y", scope.ty) report("z", scope.tz)'
-PIVOT = 'report("x", pivot.px) report("y", pivot.py) report("z", pivot.pz)'
-ANGLES = 'report("x", scope.rx) report("y", scope.ry) report("z", scope.rz)'
-
-
-@pytest.mark.parametrize(
-    ("operations", "expected"),
-    [
-        (PLACE, [0, 0, 0]),
-        (f"t(1, 2, 3) {PLACE}", [1, 2, 3]),
-        (f"r(0, 90, 0) t(1, 2, 3) {PLACE}", [3, 2, -1]),
-        (f"extrude(5) split(x) {{ 4 : NIL | 3 : {PLACE} A }}", [4, 0, 0]),
-        (f"extrude(5) split(y) {{ 2 : NIL | 1 : {PLACE} A }}", [0, 2, 0]),
-        (f"extrude(5) comp(f) {{ front : {PLACE} A }}", [0, 0, 0]),
-        (f"extrude(5) comp(f) {{ front : {ANGLES} A }}", [0, 0, 0]),
-        (f"extrude(5) comp(f) {{ back : t(1, 2, 3) {PLACE} A }}", [1, 2, 3]),
-        (f"extrude(5) comp(f) {{ right : {PIVOT} A }}", [10, 0, 8]),
-        (f"extrude(5) comp(f, noAlign) {{ right : {PLACE} A }}", [10, 0, 0]),
-        (f"extrude(5) comp(f) {{ right : split(x) {{ 3 : NIL | 1 : {PLACE} A }} }}", [3, 0, 0]),
-        (f"t(1, 2, 3) setPivot(xyz, 2) {PLACE}", [0, 0, 0]),
-        (f"extrude(5) t(1, 2, 3) setPivot(xyz, 2) {PIVOT}", [11, 2, 11]),
-        (f"r(0, 30, 0) t(1, 0, 0) alignScopeToAxes(y) {ANGLES}", [0, 0, 0]),
-        (f"r(0, 30, 0) {ANGLES}", [0, 30, 0]),
-        (f"t(1, 2, 3) translate(abs, pivot, 4, 5, 6) {PLACE}", [4, 5, 6]),
-        (f"t(1, 2, 3) translate(abs, object, 4, 5, 6) {PLACE}", [4, 5, 6]),
-        (f"t(1, 2, 3) translate(abs, scope, 4, 5, 6) {PLACE}", [5, 7, 9]),
-        (f"extrude(5) comp(f) {{ right : translate(abs, pivot, 1, 2, 3) {PLACE} A }}", [1, 2, 3]),
-        (f"extrude(5) comp(f) {{ right : translate(abs, object, 0, 0, 0) {PLACE} A }}", [8, 0, -10]),
-    ],
-)
-def test_scopes_are_placed_relative_to_their_pivots(operations, expected):
-    forest = sampled(f"Lot --> {operations}", footprint=(10.0, 8.0))
-    assert np.allclose(forest.reports.value, expected, atol=1e-9)
-
-
-def test_the_pivot_of_a_face_is_its_first_corner_wherever_its_bounding_box_begins():
-    # The first edge of this footprint is the scope's x axis; the polygon reaches to the left of where that begins.
-    leaning = np.array([[0.0, 0, 0], [4, 0, 0], [4, 0, -4], [-3, 0, -4]])
-    forest = sampled(f"Lot --> comp(f) {{ all : {PLACE} A }}", footprint=leaning)
-    assert np.allclose(forest.reports.value, [-3, 0, 0], atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("before", "of_its_own"),
-    [
-        ("extrude(world.up, 7) r(0, 50, 0) comp(f) { front :", True),
-        ("r(0, 50, 0) extrude(7) comp(f) { all :", True),
-        ("r(0, 50, 0) extrude(7) comp(e) { all :", True),
-        ("r(0, 50, 0) extrude(7) comp(f, noAlign) { all :", False),
-        ("r(0, 50, 0) extrude(7) split(x) { 3 : Whole | ~1 :", False),
-        ("r(0, 50, 0) setPivot(yzx, 3) [", True),
-        ("r(10, 50, 0) alignScopeToAxes(y) [", True),
-        ("r(0, 50, 0) rotateScope(0, 20, 0) [", False),
-    ],
-)
-def test_components_and_aligned_shapes_have_a_pivot_of_their_own(before, of_its_own):
-    forest = sampled(f"Lot --> {before} B r(0, 0, 30) r(20, 0, 0) A {']' if before.endswith('[') else '}'}")
-    frames, names = forest_frames(forest), np.array(symbols(forest))
-    turn = Rotation.from_euler("zx", [30, 20], degrees=True).as_matrix()
-    untouched = frames[names == "B"]
-    assert np.allclose(frames[names == "A"], untouched @ turn if of_its_own else turn @ untouched, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("size", "low", "volume"),
-    [
-        ("-4, 3, 2", (-4, 0, 0), -24),
-        ("4, -3, 2", (0, -3, 0), -24),
-        ("4, 3, -2", (0, 0, -2), -24),
-        ("-4, 3, -2", (-4, 0, -2), 24),
-        ("-4, -3, -2", (-4, -3, -2), -24),
-        ("'-2, 3, 2", (-10, 0, 0), -60),
-    ],
-)
-@pytest.mark.parametrize("shape", ['i("builtin:cube")', "extrude(5)", "primitiveCylinder(4)"])
-def test_a_negative_size_mirrors_a_shape_about_its_origin(shape, size, low, volume):
-    forest = derive(Grammar.parse(f"Lot --> {shape} s({size}) A"), 2, 1, footprint=(5.0, 5.0))
-    meshes = world_meshes(forest)
-    corner, far = meshes.bounds()
-    assert np.allclose(corner, low)
-    assert np.allclose(far - corner, np.abs(forest.leaves.size))
-    share = 0.5 if "Cylinder" in shape else 1.0
-    assert np.allclose(measure.volumes(meshes), share * volume)
-    assert (forest.leaves.size > 0).all()
-
-
-def test_a_size_given_negatively_twice_is_the_size():
-    once, twice = (
-        derive(Grammar.parse(f"Lot --> extrude(3) {ops} A"), 2, 1, footprint=(5.0, 4.0))
-        for ops in ("s(2, '1, '1)", "s(-2, '1, '1) t('1, 0, 0) s('-1, '1, '1) ")
-    )
-    assert np.allclose(once.leaves.position - twice.leaves.position, [2.0, 0.0, 0.0])
-    assert np.array_equal(once.leaves.mesh, twice.leaves.mesh)
-    assert np.allclose(measure.volumes(world_meshes(twice)), 24.0)
-
-
-def test_primitives_of_negative_dimensions_stand_on_their_heads():
-    forest = derive(Grammar.parse("Lot --> primitiveCube(-2, -3, 1) A"), 1, 1, footprint=(6.0, 4.0))
-    low, high = world_meshes(forest).bounds()
-    assert np.allclose(low, [2.0, -3.0, 1.5])
-    assert np.allclose(high, [4.0, 0.0, 2.5])
-
-
 def test_materials_come_from_where_the_shape_was():
     forest = sampled('Lot --> color("#ff0000") A color(0, 1, 0, 0.5) B set(material.roughness, 0.25) C')
     materials = forest.materials
@@ -360,41 +224,6 @@ def test_the_older_selectors_of_streets_pick_the_front_and_all_the_rest():
 
     assert areas("streetSide") == areas("street.front")
     assert areas("noStreetSide") == areas("street.back || street.left || street.right")
-
-
-READ = " ".join(
-    f'report("{kind}{axis}", {kind}{axis})'
-    for kind in ("scope.t", "scope.r", "scope.s", "pivot.p", "pivot.o")
-    for axis in "xyz"
-)
-
-
-@pytest.mark.parametrize("axis", "xyz")
-@pytest.mark.parametrize("kind", ["scope.t", "scope.r", "scope.s", "pivot.p", "pivot.o"])
-def test_setting_one_number_of_the_placement_changes_it_and_no_other(kind, axis):
-    before = "extrude(5) r(10, 20, 30) comp(f) { right : t(1, 2, 0) s('1, '1, 1) r(5, 0, 0) t(0, 1, 2)"
-    forest = sampled(f"Lot --> {before} {READ} set({kind}{axis}, 2.5) {READ} A }}", footprint=(10.0, 8.0))
-    names = np.array(forest.reports.keys)[forest.reports.key]
-    old, new = forest.reports.value.reshape(2, -1)
-    changed = names[: len(old)] == f"{kind}{axis}"
-    assert np.allclose(new[~changed], old[~changed], atol=1e-9)
-    assert new[changed] == pytest.approx(2.5)
-
-
-@pytest.mark.parametrize(
-    ("written", "meant"),
-    [
-        ("set(scope.tx, 3)", "translate(abs, pivot, 3, 2, 1)"),
-        ("set(scope.rz, 40)", "rotate(abs, pivot, 0, 20, 40)"),
-        ("set(scope.sz, 4)", "s('1, '1, 4)"),
-        ("set(pivot.px, 3)", "translate(rel, object, 3, 0, 0)"),
-        ("set(scope.sx, '0.5)", "s('0.5, '1, '1)"),
-    ],
-)
-def test_setting_the_placement_is_what_the_operations_do(written, meant):
-    leaves = [sampled(f"Lot --> extrude(5) t(2, 2, 1) r(0, 20, 0) {operation} A") for operation in (written, meant)]
-    one, other = (world_meshes(forest).points for forest in leaves)
-    assert np.allclose(one, other, atol=1e-9)
 
 
 @pytest.mark.parametrize(
