@@ -64,17 +64,19 @@ class _Compilation:
             for key, number in self._rules.items()
         }
         return Program(
-            self._numbering.symbols,
-            tuple(RuleName(*branch.key, branch.branch, branch.location.line) for branch in self._numbering.branches),
-            describe_sites(grammar, self._numbering.places),
-            {name: self._attribute(attribute) for name, attribute in grammar.attributes.items()},
-            tuple(self._rule(rule) for rule in grammar.rules.values()),
-            tuple(reversed(groups(calls))),
-            start_rules,
-            self._default_start(start_rules),
-            self._state_names(),
-            max((len(branch.successors) for branch in self._numbering.branches), default=0),
-            mentioned_uv_sets(self._nodes),
+            symbols=self._numbering.symbols,
+            rule_names=tuple(
+                RuleName(*branch.key, branch.branch, branch.location.line) for branch in self._numbering.branches
+            ),
+            sites=describe_sites(grammar, self._numbering.places),
+            attributes={name: self._attribute(attribute) for name, attribute in grammar.attributes.items()},
+            rules=tuple(self._rule(rule) for rule in grammar.rules.values()),
+            order=tuple(reversed(groups(calls))),
+            start_rules=start_rules,
+            default_start=self._default_start(start_rules),
+            state_names=self._state_names(),
+            most_successors=max((len(branch.successors) for branch in self._numbering.branches), default=0),
+            uv_sets=mentioned_uv_sets(self._nodes),
         )
 
     def _attribute(self, attribute: Attribute) -> CompiledAttribute:

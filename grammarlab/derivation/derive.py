@@ -108,20 +108,20 @@ def derive(
     rotations, frame = workspace.frames.used(leaves.frame)
     texture_maps, texture_map = workspace.texture_maps.used(leaves.texture_map)
     return Forest(
-        lots,
-        program.symbols,
-        program.rule_names,
-        program.sites,
-        recorder.nodes(),
-        replace(leaves, frame=frame, texture_map=texture_map),
-        recorder.draws(),
-        recorder.reports(),
-        rotations,
-        workspace.meshes.freeze(),
-        workspace.materials.freeze(),
-        texture_maps,
-        tuple(recorder.prints),
-        recorder.missing_assets(),
+        lots=lots,
+        symbols=program.symbols,
+        rules=program.rule_names,
+        sites=program.sites,
+        nodes=recorder.nodes(),
+        leaves=replace(leaves, frame=frame, texture_map=texture_map),
+        draws=recorder.draws(),
+        reports=recorder.reports(),
+        frames=rotations,
+        meshes=workspace.meshes.freeze(),
+        materials=workspace.materials.freeze(),
+        texture_maps=texture_maps,
+        prints=tuple(recorder.prints),
+        missing_assets=recorder.missing_assets(),
     )
 
 
@@ -220,21 +220,21 @@ def _prepare(
     roots = initial_shapes(lots, frames, meshes)
     symbols = [program.rules[start].symbol for start in starts.tolist()]
     workspace = Workspace(
-        program.attributes,
-        program.state_names,
-        program.uv_sets,
-        [[] for _ in program.rules],
-        lots,
-        lots.origins,
-        tuple(program.symbols[symbol] for symbol in symbols),
-        roots,
-        StringPool(),
-        frames,
-        meshes,
-        MaterialPool(),
-        budget,
-        Recorder(program.id_type),
-        assets,
+        attributes=program.attributes,
+        state_names=program.state_names,
+        uv_sets=program.uv_sets,
+        pending=[[] for _ in program.rules],
+        lots=lots,
+        origins=lots.origins,
+        start_symbols=tuple(program.symbols[symbol] for symbol in symbols),
+        roots=roots,
+        strings=StringPool(),
+        frames=frames,
+        meshes=meshes,
+        materials=MaterialPool(),
+        budget=budget,
+        recorder=Recorder(program.id_type),
+        assets=assets,
     )
     workspace.roots = roots._replace(state=initial_maps(roots, workspace))
     workspace.recorder.add_roots(roots.model, np.array(symbols, dtype=np.int32)[lots.start_rule])

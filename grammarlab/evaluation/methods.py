@@ -69,11 +69,11 @@ class Method:
         own = Settings().features if self.fit == "blended" else offered
         families = own.families if self.families == FAMILIES else self.families
         return Settings(
-            FeatureOptions(self.path_length or own.path_length, families),
-            self.fit,
-            self.options,
-            self.query,
-            self.grows,
+            features=FeatureOptions(self.path_length or own.path_length, families),
+            fit=self.fit,
+            options=self.options,
+            query=self.query,
+            grows=self.grows,
             widens=self.query == "default",
             # The default is a function of the scores alone; the paper's process goes on from where it was.
             warm=self.fit in ("paper", "kde", "sklearn", "lightgbm"),
@@ -84,11 +84,11 @@ class Method:
 METHODS = {
     method.name: method
     for method in (
-        Method("default"),
-        Method("paper", fit="paper", query="density", batch=32, families=PAPER_FAMILIES),
-        Method("kde", fit="kde", query="density", batch=32, families=PAPER_FAMILIES),
-        Method("sklearn", fit="sklearn", query="density", batch=32, families=PAPER_FAMILIES),
-        Method("lightgbm", fit="lightgbm", query="density", batch=32, families=PAPER_FAMILIES),
+        Method(name="default"),
+        Method(name="paper", fit="paper", query="density", batch=32, families=PAPER_FAMILIES),
+        Method(name="kde", fit="kde", query="density", batch=32, families=PAPER_FAMILIES),
+        Method(name="sklearn", fit="sklearn", query="density", batch=32, families=PAPER_FAMILIES),
+        Method(name="lightgbm", fit="lightgbm", query="density", batch=32, families=PAPER_FAMILIES),
     )
 }
 

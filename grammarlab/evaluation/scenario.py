@@ -161,18 +161,18 @@ def parse(text: str, path: Path = Path("<text>")) -> Scenario:
     if not re.fullmatch(_NAME, name):
         raise file.wrong(f"expected a name of letters, digits, _ and -, found {name!r:.80}", "name")
     return Scenario(
-        name,
-        title,
-        _grammar(file, table),
-        _factors(file, table, name, title),
-        file.integer(table, "num_models", 1, MAX_MODELS) or DEFAULT_MODELS,
-        file.integer(table, "seed", 0, 2**64 - 1) or 0,
-        cast(Base, file.one_of(table, "base", ("grammar", "uniform"))),
-        cast(Draws, file.one_of(table, "draws", ("grammar", "flattened"))),
-        _features(file, table),
-        file.strings(table, "methods", ("default",)),
-        _paper(file, table),
-        _target(file, table),
+        name=name,
+        title=title,
+        grammar=_grammar(file, table),
+        factors=_factors(file, table, name, title),
+        num_models=file.integer(table, "num_models", 1, MAX_MODELS) or DEFAULT_MODELS,
+        seed=file.integer(table, "seed", 0, 2**64 - 1) or 0,
+        base=cast(Base, file.one_of(table, "base", ("grammar", "uniform"))),
+        draws=cast(Draws, file.one_of(table, "draws", ("grammar", "flattened"))),
+        features=_features(file, table),
+        methods=file.strings(table, "methods", ("default",)),
+        paper=_paper(file, table),
+        target=_target(file, table),
     )
 
 

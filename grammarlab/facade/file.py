@@ -149,18 +149,18 @@ def loads(content: bytes, picture_named: Callable[[str], Picture]) -> Facade:
 
     parents = [a_whole_number(node.get("parent"), f"{where}, parent", -1, len(nodes)) for where, node in nodes]
     facade = Facade(
-        np.array(parents, dtype=np.int64),
-        np.array([_axis(node, where) for where, node in nodes], dtype=np.int8),
-        np.array([column("x"), column("y")]).T.copy(),
-        np.array([column("width"), column("height")]).T.copy(),
-        _indices(nodes, "label", labels),
-        labels,
-        offsets_from_counts(np.array([len(each) for each in outlines], dtype=np.int64)),
-        np.vstack([np.zeros((0, 2)), *(each for each in outlines if len(each))]),
-        tuple(picture_named(name) for name in pictures),
-        _indices(nodes, "picture", pictures),
-        np.array([_window(node, where) for where, node in nodes]).reshape(-1, 4),
-        _grids(document.get("grids", []), len(nodes)),
+        parent=np.array(parents, dtype=np.int64),
+        axis=np.array([_axis(node, where) for where, node in nodes], dtype=np.int8),
+        position=np.array([column("x"), column("y")]).T.copy(),
+        size=np.array([column("width"), column("height")]).T.copy(),
+        label=_indices(nodes, "label", labels),
+        labels=labels,
+        outline_offsets=offsets_from_counts(np.array([len(each) for each in outlines], dtype=np.int64)),
+        outline_points=np.vstack([np.zeros((0, 2)), *(each for each in outlines if len(each))]),
+        pictures=tuple(picture_named(name) for name in pictures),
+        picture=_indices(nodes, "picture", pictures),
+        window=np.array([_window(node, where) for where, node in nodes]).reshape(-1, 4),
+        grids=_grids(document.get("grids", []), len(nodes)),
     )
     return check(facade)
 

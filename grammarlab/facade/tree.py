@@ -129,14 +129,14 @@ def plain(parent: Ints, axis: NDArray[np.int8], position: Floats, size: Floats, 
     labels = tuple(sorted(set(names) - {""}))
     number = {name: place for place, name in enumerate(labels)} | {"": -1}
     return Facade(
-        np.asarray(parent, dtype=np.int64),
-        np.asarray(axis, dtype=np.int8),
-        np.asarray(position, dtype=np.float64).reshape(-1, 2),
-        np.asarray(size, dtype=np.float64).reshape(-1, 2),
-        np.array([number[name] for name in names], dtype=np.int64),
-        labels,
-        np.zeros(len(parent) + 1, dtype=np.int64),
-        np.zeros((0, 2)),
+        parent=np.asarray(parent, dtype=np.int64),
+        axis=np.asarray(axis, dtype=np.int8),
+        position=np.asarray(position, dtype=np.float64).reshape(-1, 2),
+        size=np.asarray(size, dtype=np.float64).reshape(-1, 2),
+        label=np.array([number[name] for name in names], dtype=np.int64),
+        labels=labels,
+        outline_offsets=np.zeros(len(parent) + 1, dtype=np.int64),
+        outline_points=np.zeros((0, 2)),
         picture=np.full(len(parent), -1, dtype=np.int64),
         window=np.tile([0.0, 0.0, 1.0, 1.0], (len(parent), 1)),
     )

@@ -69,19 +69,19 @@ def realize(forest: Forest) -> Scene:
     materials, material_of_old = _sorted(forest.materials)
     order, material = _order(forest, material_of_old), material_of_old[leaves.material]
     scene = Scene(
-        forest.num_models,
-        forest.meshes,
-        materials,
-        forest.nodes.model[leaves.node[order]],
-        leaves.mesh[order],
-        material[order],
-        leaves.position.take(order, axis=0),
-        leaves.size.take(order, axis=0),
-        leaves.frame[order],
-        forest.frames + 0.0,
-        leaves.texture_map[order],
-        forest.texture_maps,
-        forest.origins,
+        num_models=forest.num_models,
+        meshes=forest.meshes,
+        materials=materials,
+        model=forest.nodes.model[leaves.node[order]],
+        mesh=leaves.mesh[order],
+        material=material[order],
+        position=leaves.position.take(order, axis=0),
+        size=leaves.size.take(order, axis=0),
+        frame=leaves.frame[order],
+        frames=forest.frames + 0.0,
+        texture_map=leaves.texture_map[order],
+        texture_maps=forest.texture_maps,
+        origins=forest.origins,
     )
     return _brought_near(scene)
 
@@ -157,17 +157,17 @@ def only(scene: Scene, model: int) -> Scene:
 def chosen(scene: Scene, rows: slice | NDArray[np.integer] | NDArray[np.bool_]) -> Scene:
     """Some of the instances, in their order, in as many models with the same tables."""
     return Scene(
-        scene.num_models,
-        scene.meshes,
-        scene.materials,
-        scene.model[rows],
-        scene.mesh[rows],
-        scene.material[rows],
-        scene.position[rows],
-        scene.size[rows],
-        scene.frame[rows],
-        scene.frames,
-        scene.texture_map[rows],
-        scene.texture_maps,
-        scene.origins,
+        num_models=scene.num_models,
+        meshes=scene.meshes,
+        materials=scene.materials,
+        model=scene.model[rows],
+        mesh=scene.mesh[rows],
+        material=scene.material[rows],
+        position=scene.position[rows],
+        size=scene.size[rows],
+        frame=scene.frame[rows],
+        frames=scene.frames,
+        texture_map=scene.texture_map[rows],
+        texture_maps=scene.texture_maps,
+        origins=scene.origins,
     )

@@ -63,19 +63,19 @@ class TriangleBatch:
         vertices = slice(*self.group_vertices[[first, last]])
         triangles = slice(*self.group_triangles[[first, last]])
         return TriangleBatch(
-            1,
-            self.materials,
-            self.vertices[vertices],
-            self.normals[vertices],
-            self.triangles[triangles] - np.uint32(vertices.start),
-            np.zeros(last - first, np.int32),
-            self.group_material[first:last],
-            self.group_vertices[first : last + 1] - vertices.start,
-            self.group_triangles[first : last + 1] - triangles.start,
-            np.array([0, last - first], dtype=np.int64),
-            self.texture_map[triangles],
-            self.texture_maps,
-            self.origins[index : index + 1],
+            num_models=1,
+            materials=self.materials,
+            vertices=self.vertices[vertices],
+            normals=self.normals[vertices],
+            triangles=self.triangles[triangles] - np.uint32(vertices.start),
+            group_model=np.zeros(last - first, np.int32),
+            group_material=self.group_material[first:last],
+            group_vertices=self.group_vertices[first : last + 1] - vertices.start,
+            group_triangles=self.group_triangles[first : last + 1] - triangles.start,
+            model_groups=np.array([0, last - first], dtype=np.int64),
+            texture_map=self.texture_map[triangles],
+            texture_maps=self.texture_maps,
+            origins=self.origins[index : index + 1],
         )
 
     def of_groups(self, groups: Ints) -> TriangleBatch:
@@ -84,19 +84,19 @@ class TriangleBatch:
         triangle, group_triangles = take_rows(self.group_triangles, groups)
         moved = np.repeat(group_vertices[:-1] - self.group_vertices[groups], np.diff(group_triangles))
         return TriangleBatch(
-            self.num_models,
-            self.materials,
-            self.vertices[vertex],
-            self.normals[vertex],
-            (self.triangles[triangle] + moved[:, None]).astype(np.uint32),
-            self.group_model[groups],
-            self.group_material[groups],
-            group_vertices,
-            group_triangles,
-            np.searchsorted(self.group_model[groups], np.arange(self.num_models + 1)),
-            self.texture_map[triangle],
-            self.texture_maps,
-            self.origins,
+            num_models=self.num_models,
+            materials=self.materials,
+            vertices=self.vertices[vertex],
+            normals=self.normals[vertex],
+            triangles=(self.triangles[triangle] + moved[:, None]).astype(np.uint32),
+            group_model=self.group_model[groups],
+            group_material=self.group_material[groups],
+            group_vertices=group_vertices,
+            group_triangles=group_triangles,
+            model_groups=np.searchsorted(self.group_model[groups], np.arange(self.num_models + 1)),
+            texture_map=self.texture_map[triangle],
+            texture_maps=self.texture_maps,
+            origins=self.origins,
         )
 
     def material_of_triangle(self) -> NDArray[np.int32]:
@@ -138,19 +138,19 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
     ends = np.append(starts, len(scene))
     group_model = scene.model[starts]
     return TriangleBatch(
-        scene.num_models,
-        scene.materials,
-        placed.vertices,
-        placed.normals,
-        placed.triangles,
-        group_model,
-        scene.material[starts],
-        vertex_offsets[ends],
-        triangle_offsets[ends],
-        np.searchsorted(group_model, np.arange(scene.num_models + 1)),
-        _texture_map(scene, triangle_offsets),
-        scene.texture_maps,
-        scene.origins,
+        num_models=scene.num_models,
+        materials=scene.materials,
+        vertices=placed.vertices,
+        normals=placed.normals,
+        triangles=placed.triangles,
+        group_model=group_model,
+        group_material=scene.material[starts],
+        group_vertices=vertex_offsets[ends],
+        group_triangles=triangle_offsets[ends],
+        model_groups=np.searchsorted(group_model, np.arange(scene.num_models + 1)),
+        texture_map=_texture_map(scene, triangle_offsets),
+        texture_maps=scene.texture_maps,
+        origins=scene.origins,
     )
 
 

@@ -42,8 +42,16 @@ class Rounds:
         about = store.about
         place, deliver = (about.suffix, about.grammar, about.title, str(assets)), artists.deliver
         models = about.seed, about.size, desk.record.wide
-        learners = WorkerPool(f"{_HERE}.learner:learner", (*place, *models), 1, deliver, _LAST)
-        makers = WorkerPool(f"{_HERE}.maker:maker", (*place, str(path), about.seed, about.size), 1, deliver, _LAST)
+        learners = WorkerPool(
+            make=f"{_HERE}.learner:learner", arguments=(*place, *models), size=1, deliver=deliver, politeness=_LAST
+        )
+        makers = WorkerPool(
+            make=f"{_HERE}.maker:maker",
+            arguments=(*place, str(path), about.seed, about.size),
+            size=1,
+            deliver=deliver,
+            politeness=_LAST,
+        )
 
         def announce(what: str, stage: str, done: int, total: int) -> None:
             tell({"event": "progress", "of": what, "stage": stage, "done": done, "total": total})

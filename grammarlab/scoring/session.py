@@ -81,7 +81,9 @@ class Session:
         self._is_closed = False
         place = (about.suffix, about.grammar, about.title, str(opening.assets))
         size = available_cores() if jobs is None else jobs
-        self._artists = WorkerPool(f"{__package__}.workers.artist:artist", place, size, self._inbox.put)
+        self._artists = WorkerPool(
+            make=f"{__package__}.workers.artist:artist", arguments=place, size=size, deliver=self._inbox.put
+        )
         self._artists.start()
         started: Future[None] = Future()
         self._thread = Thread(target=self._run, args=(opening, started), daemon=True)

@@ -135,17 +135,17 @@ def written(
     splitting = as_splitting(choices, mixture)
     found = write(target.grammar, splitting, InsideWeights(splitting), header, ContextNames)
     return LearnedGrammar(
-        found.text,
-        target.grammar,
-        method,
-        "grammar",
-        found.origins,
-        found.start,
-        found.components,
-        choices.attributes,
-        mean_preference,
-        tuple(findings),
-        target.assets,
+        text=found.text,
+        original=target.grammar,
+        method=method,
+        base="grammar",
+        origins=found.origins,
+        start=found.start,
+        components=found.components,
+        attributes=choices.attributes,
+        mean_preference=mean_preference,
+        findings=tuple(findings),
+        assets=target.assets,
     )
 
 

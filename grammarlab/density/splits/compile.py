@@ -88,17 +88,17 @@ def compile_density(
         raise GrammarlabError(_nothing_liked(automaton, wanted.counted))
     written = write(grammar, splitting, weights, header, step=step)
     return LearnedGrammar(
-        written.text,
-        grammar,
-        "compile",
-        base,
-        written.origins,
-        written.start,
-        written.components,
-        wanted.attributes,
-        total,
-        findings,
-        assets,
+        text=written.text,
+        original=grammar,
+        method="compile",
+        base=base,
+        origins=written.origins,
+        start=written.start,
+        components=written.components,
+        attributes=wanted.attributes,
+        mean_preference=total,
+        findings=findings,
+        assets=assets,
     )
 
 

@@ -56,7 +56,17 @@ def recovered(original: Grammar, text: str) -> LearnedGrammar | None:
     """
     if text == original.text:
         start = TreeGrammar.of(original).start
-        return LearnedGrammar(text, original, "recovered", "grammar", {}, start, (Mixed(1.0, (), PLAIN),), (), 1.0)
+        return LearnedGrammar(
+            text=text,
+            original=original,
+            method="recovered",
+            base="grammar",
+            origins={},
+            start=start,
+            components=(Mixed(1.0, (), PLAIN),),
+            attributes=(),
+            mean_preference=1.0,
+        )
     try:
         return _recovered(original, Grammar.parse(text, original.file))
     except (_ForeignError, InexactError):
@@ -81,7 +91,15 @@ def _recovered(original: Grammar, learned: Grammar) -> LearnedGrammar:
         for i, weight in enumerate(weights)
     )
     return LearnedGrammar(
-        learned.text, original, "recovered", "grammar", origins, after.start, components, tuple(parts), 1.0
+        text=learned.text,
+        original=original,
+        method="recovered",
+        base="grammar",
+        origins=origins,
+        start=after.start,
+        components=components,
+        attributes=tuple(parts),
+        mean_preference=1.0,
     )
 
 

@@ -112,13 +112,13 @@ class Recorder:
         if visible.all():
             return whole
         return Leaves(
-            whole.node[visible],
-            whole.position[visible],
-            whole.size[visible],
-            whole.frame[visible],
-            whole.mesh[visible],
-            whole.material[visible],
-            whole.texture_map[visible],
+            node=whole.node[visible],
+            position=whole.position[visible],
+            size=whole.size[visible],
+            frame=whole.frame[visible],
+            mesh=whole.mesh[visible],
+            material=whole.material[visible],
+            texture_map=whole.texture_map[visible],
         )
 
     def draws(self) -> Draws:
@@ -156,13 +156,13 @@ class Recorder:
 
 def _leaves(chunks: Sequence[Shapes]) -> Leaves:
     return Leaves(
-        _joined([shapes.node for shapes in chunks], np.int32),
-        np.concatenate([np.zeros((0, 3)), *(shapes.position for shapes in chunks)]),
-        np.concatenate([np.zeros((0, 3)), *(shapes.size for shapes in chunks)]),
-        _joined([shapes.frame for shapes in chunks], np.int32),
-        _joined([shapes.mesh for shapes in chunks], np.int32),
-        _joined([shapes.material for shapes in chunks], np.int32),
-        _joined([_texture_map(shapes) for shapes in chunks], np.int32),
+        node=_joined([shapes.node for shapes in chunks], np.int32),
+        position=np.concatenate([np.zeros((0, 3)), *(shapes.position for shapes in chunks)]),
+        size=np.concatenate([np.zeros((0, 3)), *(shapes.size for shapes in chunks)]),
+        frame=_joined([shapes.frame for shapes in chunks], np.int32),
+        mesh=_joined([shapes.mesh for shapes in chunks], np.int32),
+        material=_joined([shapes.material for shapes in chunks], np.int32),
+        texture_map=_joined([_texture_map(shapes) for shapes in chunks], np.int32),
     )
 
 

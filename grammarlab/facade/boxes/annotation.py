@@ -95,8 +95,8 @@ def annotate(
     else:
         raise FacadeError("There is no box with a width and a height in this file.")
     return BoxAnnotation(
-        low,
-        high,
+        low=low,
+        high=high,
         names=tuple(names[each] for each in kept.tolist()),
         number=kept + 1,
         outlines=tuple(outlines[each] if outlines else np.zeros((0, 2)) for each in kept.tolist()),

@@ -101,11 +101,27 @@ def solve(
         if tired and tolerance < max(tolerances):  # with more room there is a layout sooner
             continue
         given = tuple(candidates(tolerance))
-        whole = _Branches(given, canvas, weights, count, tolerance, gaps, SearchBudget(effort // 2, stop))
+        whole = _Branches(
+            candidates=given,
+            canvas=canvas,
+            weights=weights,
+            count=count,
+            tolerance=tolerance,
+            gaps=gaps,
+            budget=SearchBudget(effort // 2, stop),
+        )
         best = whole.layouts()
         # Where effort ran out, layouts within a part of the tolerance are found sooner.
         for part in _PARTS if whole.budget.is_spent else ():
-            narrow = _Branches(given, canvas, weights, count, part * tolerance, gaps, SearchBudget(effort // 8, stop))
+            narrow = _Branches(
+                candidates=given,
+                canvas=canvas,
+                weights=weights,
+                count=count,
+                tolerance=part * tolerance,
+                gaps=gaps,
+                budget=SearchBudget(effort // 8, stop),
+            )
             found = narrow.layouts()
             if len(found) > len(best):
                 best = [whole.judged(layout) for layout in found]
@@ -199,7 +215,13 @@ class _Branches:
             if key not in self.shelves:
                 share = self.weights.sizing / sharing[group]
                 self.shelves[key] = Shelf(
-                    rows, self.canvas[group[0]], self.weights, self.tolerance, self.budget, share, self.gaps
+                    words=rows,
+                    canvas=self.canvas[group[0]],
+                    weights=self.weights,
+                    tolerance=self.tolerance,
+                    budget=self.budget,
+                    sizing=share,
+                    gaps=self.gaps,
                 )
             shelves.append(self.shelves[key])
         alone = [] if self.gaps else [demands_alone(each.words[0], each.canvas) for each in shelves if not each.varied]

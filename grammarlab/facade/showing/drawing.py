@@ -59,7 +59,7 @@ def front(batch: TriangleBatch, width: int, height: int, azimuth: float = 0.0) -
         azimuth: where it is seen from, in degrees from +z towards +x.
     """
     view = View(azimuth, elevation=0.0, field_of_view=0.0, margin=0.0)
-    options = RenderOptions(width, height, samples=2, openness_rays=8, ground=False, view=view, look=_LOOK)
+    options = RenderOptions(width=width, height=height, samples=2, openness_rays=8, ground=False, view=view, look=_LOOK)
     return RaycastRenderer().render(batch, frame(batch.vertices, width / height, view), options)
 
 

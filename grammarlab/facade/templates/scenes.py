@@ -154,10 +154,10 @@ def _observed(
     half = cell / 2 - _GAP / 2
     counts = np.array([len(cloud) for cloud in clouds])
     return Elements(
-        offsets_from_counts(counts),
-        np.vstack(clouds),
-        middle - half,
-        middle + half,
+        offsets=offsets_from_counts(counts),
+        points=np.vstack(clouds),
+        low=middle - half,
+        high=middle + half,
         row=row,
         column=column,
         truth=truth,

@@ -88,7 +88,7 @@ def stack(templates: Sequence[Template]) -> Stack:
         usual[place, :own], low[place, :own], high[place, :own] = template.usual, template.low, template.high
         limits[place, : len(template.limits), : 1 + own] = template.limits
         used[place, :own] = 1.0
-    return Stack(stacked, usual, low, high, limits=limits, used=used, num_pieces=num_pieces)
+    return Stack(pieces=stacked, usual=usual, low=low, high=high, limits=limits, used=used, num_pieces=num_pieces)
 
 
 def points_along(template: Template, parameters: Floats) -> Floats:

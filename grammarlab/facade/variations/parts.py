@@ -103,7 +103,7 @@ class AxisView:
 
     def whole(self, node: int, *, fresh: bool = False) -> FacadePart:
         """The subtree of a node as it is."""
-        return FacadePart(node, self.axis[node], fresh=fresh)
+        return FacadePart(source=node, axis=self.axis[node], fresh=fresh)
 
     def joined(self, source: int, axis: int, parts: Iterable[FacadePart], *, fresh: bool = False) -> FacadePart:
         """Parts in a row; what is divided along the same axis is opened, and one alone needs no row.
@@ -113,7 +113,7 @@ class AxisView:
         """
         row = [inner for part in parts for inner in (self._opened(part) if part.axis == axis else [part])]
         if len(row) > 1:
-            return FacadePart(source, axis, tuple(row), fresh)
+            return FacadePart(source=source, axis=axis, parts=tuple(row), fresh=fresh)
         return row[0] if fresh or source == NEW else replace(row[0], instead=(*row[0].instead, source))
 
     def _opened(self, part: FacadePart) -> list[FacadePart]:
@@ -177,7 +177,16 @@ def assembled(wall: AxisView, top: FacadePart) -> JoinedParts:
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     parent, axis, source, fresh, low, high, scale, changed = columns
     shown = np.stack([low, high], axis=1).astype(np.float64)
-    return JoinedParts(parent, axis.astype(np.int8), source, fresh, shown, scale, changed, kept)
+    return JoinedParts(
+        parent=parent,
+        axis=axis.astype(np.int8),
+        source=source,
+        fresh=fresh,
+        shown=shown,
+        scale=scale,
+        changed=changed,
+        kept=kept,
+    )
 
 
 def reaching(wall: AxisView, tree: JoinedParts, wanted: Floats) -> Floats:

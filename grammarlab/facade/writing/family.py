@@ -64,7 +64,7 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
     """
     pattern = pattern_of(facade, stretch)
     storeys, found = _ways(pattern, widths, heights)
-    written = _FamilyWriter(pattern, storeys, found, leaf_body).write()
+    written = _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaf_body).write()
     return replace(written, error=_own_error(facade, pattern, storeys, found))
 
 

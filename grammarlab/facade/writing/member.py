@@ -36,4 +36,12 @@ def _own_walk(columns: KindSequence, walks: Walks) -> Walks | None:
         return None
     size = sum(columns.size[kind] for kind in columns.kind)
     end = states[-1]
-    return Walks(walks.before, walks.after, states[0], steps | {end: ()}, {end: 1.0}, {end.columns: (size, size)}, 1.0)
+    return Walks(
+        before=walks.before,
+        after=walks.after,
+        start=states[0],
+        steps=steps | {end: ()},
+        end={end: 1.0},
+        sizes={end.columns: (size, size)},
+        total=1.0,
+    )

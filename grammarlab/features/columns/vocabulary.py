@@ -161,16 +161,16 @@ def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sp
     groups = [meaning.group(key) for key in keys]
     numbers = {group: number for number, group in enumerate(dict.fromkeys(groups))}
     vocabulary = Vocabulary(
-        options,
-        labels,
-        index,
-        columns,
-        present[columns],
-        features,
-        _unique([names.column(key, feature) for key, feature in zip(keys, features, strict=True)], features),
-        np.array([numbers[group] for group in groups], dtype=np.int64),
-        tuple(names.group(group) for group in numbers),
-        _scales(flat[:, columns], [key[0] == "draw" for key in keys]),
+        options=options,
+        labels=labels,
+        index=index,
+        columns=columns,
+        present=present[columns],
+        features=features,
+        names=_unique([names.column(key, feature) for key, feature in zip(keys, features, strict=True)], features),
+        groups=np.array([numbers[group] for group in groups], dtype=np.int64),
+        group_names=tuple(names.group(group) for group in numbers),
+        scales=_scales(flat[:, columns], [key[0] == "draw" for key in keys]),
     )
     return vocabulary, counts
 

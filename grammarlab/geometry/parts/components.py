@@ -62,16 +62,16 @@ class ComponentMeshes:
     def take(self, rows: NDArray[np.integer]) -> ComponentMeshes:
         """The components at these rows."""
         return ComponentMeshes(
-            self.mesh[rows],
-            self.index[rows],
-            self.shapes.take(rows),
-            self.rotation[rows],
-            self.origin[rows],
-            self.pivot[rows],
-            self.size[rows],
-            self.direction[rows],
-            self.is_border[rows],
-            self.roof_edge[rows],
+            mesh=self.mesh[rows],
+            index=self.index[rows],
+            shapes=self.shapes.take(rows),
+            rotation=self.rotation[rows],
+            origin=self.origin[rows],
+            pivot=self.pivot[rows],
+            size=self.size[rows],
+            direction=self.direction[rows],
+            is_border=self.is_border[rows],
+            roof_edge=self.roof_edge[rows],
         )
 
 
@@ -107,16 +107,16 @@ def face_sets(meshes: Meshes, chosen: Indices, sizes: Indices) -> ComponentMeshe
     shapes, low, size = fitted(shapes.with_points(local))
     mesh = meshes.mesh_of_face()[first]
     return ComponentMeshes(
-        mesh,
-        first - meshes.mesh_faces[:-1][mesh],
-        shapes,
-        rotation,
-        pivot + apply(rotation, low),
-        pivot,
-        size,
-        normals[first],
-        np.zeros(len(sizes), bool),
-        np.full(len(sizes), NO_ROOF_EDGE, np.int8),
+        mesh=mesh,
+        index=first - meshes.mesh_faces[:-1][mesh],
+        shapes=shapes,
+        rotation=rotation,
+        origin=pivot + apply(rotation, low),
+        pivot=pivot,
+        size=size,
+        direction=normals[first],
+        is_border=np.zeros(len(sizes), bool),
+        roof_edge=np.full(len(sizes), NO_ROOF_EDGE, np.int8),
     )
 
 
@@ -138,16 +138,16 @@ def edges(meshes: Meshes) -> ComponentMeshes:
     size = np.zeros((len(table), 3))
     size[:, 0] = length
     return ComponentMeshes(
-        table.mesh,
-        index_in_row(np.bincount(table.mesh, minlength=len(meshes))),
-        Meshes.from_polygons(points, np.full(len(table), 2)),
-        rotation,
-        start,
-        start,
-        size,
-        mean,
-        table.is_boundary,
-        roof_edges(meshes, table),
+        mesh=table.mesh,
+        index=index_in_row(np.bincount(table.mesh, minlength=len(meshes))),
+        shapes=Meshes.from_polygons(points, np.full(len(table), 2)),
+        rotation=rotation,
+        origin=start,
+        pivot=start,
+        size=size,
+        direction=mean,
+        is_border=table.is_boundary,
+        roof_edge=roof_edges(meshes, table),
     )
 
 
@@ -168,16 +168,16 @@ def vertices(meshes: Meshes) -> ComponentMeshes:
     mesh = meshes.mesh_of_point()[used]
     count = len(used)
     return ComponentMeshes(
-        mesh,
-        index_in_row(np.bincount(mesh, minlength=len(meshes))),
-        Meshes.from_polygons(np.zeros((count, 3)), np.ones(count, np.int64)),
-        frames(mean, np.zeros((count, 3))),
-        meshes.points[used],
-        meshes.points[used],
-        np.zeros((count, 3)),
-        mean,
-        at_border[used],
-        np.full(count, NO_ROOF_EDGE, np.int8),
+        mesh=mesh,
+        index=index_in_row(np.bincount(mesh, minlength=len(meshes))),
+        shapes=Meshes.from_polygons(np.zeros((count, 3)), np.ones(count, np.int64)),
+        rotation=frames(mean, np.zeros((count, 3))),
+        origin=meshes.points[used],
+        pivot=meshes.points[used],
+        size=np.zeros((count, 3)),
+        direction=mean,
+        is_border=at_border[used],
+        roof_edge=np.full(count, NO_ROOF_EDGE, np.int8),
     )
 
 

@@ -79,14 +79,14 @@ def _beside_faces(
     rotation = np.stack((across[:, :, 0], across[:, :, 2], -across[:, :, 1]), axis=2)
     mesh = meshes.mesh_of_face()[meshes.face_of_corner()[corners]]
     return ComponentMeshes(
-        mesh,
-        index_in_row(np.bincount(mesh, minlength=len(meshes))),
-        parts,
-        rotation,
-        start,
-        start,
-        size,
-        rotation[:, :, 2],
-        is_border,
-        np.full(len(corners), NO_ROOF_EDGE, np.int8),
+        mesh=mesh,
+        index=index_in_row(np.bincount(mesh, minlength=len(meshes))),
+        shapes=parts,
+        rotation=rotation,
+        origin=start,
+        pivot=start,
+        size=size,
+        direction=rotation[:, :, 2],
+        is_border=is_border,
+        roof_edge=np.full(len(corners), NO_ROOF_EDGE, np.int8),
     )

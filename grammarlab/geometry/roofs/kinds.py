@@ -225,13 +225,13 @@ class _Roofs:
         for members, has_eaves, has_verges in self._by_overhang(rows, bool(gables)):
             chosen = np.isin(rows, members)
             plan = Plan(
-                xy[chosen][0],
-                time[chosen][0],
-                (0, 1, 2, 3),
-                ((0, 1), (1, 2), (2, 3), (3, 0)),
-                tuple((loop,) for loop in _RECTANGLE_LOOPS[kind]),
-                frozenset(gables),
-                (0, 1, 2, 3),
+                xy=xy[chosen][0],
+                time=time[chosen][0],
+                corner=(0, 1, 2, 3),
+                edges=((0, 1), (1, 2), (2, 3), (3, 0)),
+                faces=tuple((loop,) for loop in _RECTANGLE_LOOPS[kind]),
+                gables=frozenset(gables),
+                bottom=(0, 1, 2, 3),
             )
             self._raise(members, xy[chosen], time[chosen], plan, build(plan, has_eaves, has_verges, self._soffits))
 

@@ -95,7 +95,13 @@ def _plan(xy: Floats, gables: frozenset[int]) -> Plan | None:
     node_at = {place: node for node, place in enumerate(map(tuple, xy[corner].tolist()))}
     bottom = tuple(node_at[place] for place in map(tuple, xy.tolist()))
     return Plan(
-        result.xy, result.time, tuple(corner), _ends(loops, order), _faces(result, order, gables), gables, bottom
+        xy=result.xy,
+        time=result.time,
+        corner=tuple(corner),
+        edges=_ends(loops, order),
+        faces=_faces(result, order, gables),
+        gables=gables,
+        bottom=bottom,
     )
 
 

@@ -294,9 +294,9 @@ class TreeBuilder(Transformer[Any, Any]):
     def rule(self, children: list[Any]) -> Rule:
         *modifier, head, body = children
         return Rule(
-            head.name.value,
-            head.parameters or (),
-            _located(body, head.name.location),
+            name=head.name.value,
+            parameters=head.parameters or (),
+            body=_located(body, head.name.location),
             variables=head.variables,
             keyword=modifier[0].value if modifier else "",
             location=head.name.location,
@@ -305,7 +305,11 @@ class TreeBuilder(Transformer[Any, Any]):
     def function(self, children: list[Any]) -> Function:
         head, value = children
         return Function(
-            head.name.value, head.parameters or (), value, variables=head.variables, location=head.name.location
+            name=head.name.value,
+            parameters=head.parameters or (),
+            value=value,
+            variables=head.variables,
+            location=head.name.location,
         )
 
     def attribute(self, children: list[Any]) -> Attribute | Function:
@@ -317,7 +321,14 @@ class TreeBuilder(Transformer[Any, Any]):
         if not constant:
             hint = "a function has no 'attr': write name(a) = …"
             raise MistakeError("attribute-parameters", "an attribute has no parameters", name.location, hint)
-        return Function(name.value, parameters, value, True, variables=variables, location=name.location)
+        return Function(
+            name=name.value,
+            parameters=parameters,
+            value=value,
+            constant=True,
+            variables=variables,
+            location=name.location,
+        )
 
     def import_(self, children: list[Any]) -> Import:
         _, alias, *rest = children
@@ -330,9 +341,11 @@ class TreeBuilder(Transformer[Any, Any]):
                 hint = 'write import alias : "file.cga" (attribute = value)'
                 raise MistakeError("bad-override", "expected 'attribute = value'", item.location, hint)
         return Import(
-            alias.value,
-            path,
-            tuple((item.name.value, without_braces(item.value)) for item in given if isinstance(item, Keyword)),
+            alias=alias.value,
+            path=path,
+            arguments=tuple(
+                (item.name.value, without_braces(item.value)) for item in given if isinstance(item, Keyword)
+            ),
             styles=styles,
             protected=None if len(rest) > 1 and not given else protected,
             rules=tuple(item for item in given if isinstance(item, Rule)),

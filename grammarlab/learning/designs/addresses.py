@@ -69,14 +69,14 @@ class Address(NamedTuple):
     def label(self, factor: str, score: float, hashes: tuple[str, str]) -> Label:
         """A score of the design, as label files hold it."""
         return Label(
-            self.seed,
-            self.model,
-            factor,
-            score,
-            hashes[self.flat],
-            self.start_rule,
-            self.attributes,
-            self.footprint,
+            seed=self.seed,
+            model=self.model,
+            factor=factor,
+            score=score,
+            grammar=hashes[self.flat],
+            start_rule=self.start_rule,
+            attributes=self.attributes,
+            footprint=self.footprint,
         )
 
 

@@ -131,7 +131,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
     def vocabulary(self, designs: Sequence[Forest], features: FeatureOptions) -> Vocabulary:
         families = features.families
         options = Options(
-            features.path_length,
+            length=features.path_length,
             symbols="symbols" in families,
             draws="draws" in families,
             far_pairs="skips" in families,

@@ -125,14 +125,14 @@ class DesignTables(Generic[Designs]):
         outside = self._extended(rows[num_pool:], elsewhere, columns.extra)
         first, names = len(base.group_names), tuple(str(feature) for feature in columns.extra)
         return DesignTable(
-            columns,
-            np.concatenate([np.column_stack([rows[:num_pool], *pool]), outside]),
-            self._extended(others, self._others, columns.extra),
-            (*base.features, *columns.extra),
-            (*base.names, *names),
-            np.append(base.groups, np.arange(first, first + len(names))),
-            (*base.group_names, *names),
-            np.append(base.scales, [self._searched(feature)[1] for feature in columns.extra]),
+            columns=columns,
+            rows=np.concatenate([np.column_stack([rows[:num_pool], *pool]), outside]),
+            others=self._extended(others, self._others, columns.extra),
+            features=(*base.features, *columns.extra),
+            names=(*base.names, *names),
+            groups=np.append(base.groups, np.arange(first, first + len(names))),
+            group_names=(*base.group_names, *names),
+            scales=np.append(base.scales, [self._searched(feature)[1] for feature in columns.extra]),
         )
 
     def _count(

@@ -105,15 +105,15 @@ def with_acceptance(
             "scores may mend"
         )
     found = AcceptedGrammar(
-        written,
-        grammar,
-        learned,
-        Expression.parse(text),
-        best.rate,
-        rate,
-        wanted.target.base,
-        tuple(findings),
-        wanted.target.assets,
+        text=written,
+        original=grammar,
+        part=learned,
+        rule=Expression.parse(text),
+        mean=best.rate,
+        accept_rate=rate,
+        base=wanted.target.base,
+        findings=tuple(findings),
+        assets=wanted.target.assets,
     )
     return found, whole.preference
 

@@ -142,7 +142,9 @@ class PartitionPreference(AbstractPreference):
         """
         randomness, every = np.random.default_rng(0), np.arange(len(scores))
         splits = splits_of(rows, self.groups, continuous, self.shares_of)
-        cells = ScoreCells(splits, scores, self.cells.grid, self.noise, self.blunders, said=said)
+        cells = ScoreCells(
+            splits=splits, scores=scores, grid=self.cells.grid, noise=self.noise, blunders=self.blunders, said=said
+        )
         guides = (ScoreCells(splits, scores, self.cells.grid, *_GUIDE, said=said),)
         growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
         sketches = [grow(cells, every, growth, randomness) for growth in growths]
@@ -306,7 +308,10 @@ def _erring(
     guides = (ScoreCells(splits, scores, grid, *_GUIDE, said=said),)
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
     for noise in _BEGINNINGS:
-        cells, seen = ScoreCells(splits, scores, grid, noise, BLUNDERS[1], said=said), set[tuple[float, float]]()
+        cells, seen = (
+            ScoreCells(splits=splits, scores=scores, grid=grid, noise=noise, blunders=BLUNDERS[1], said=said),
+            set[tuple[float, float]](),
+        )
         for _ in range(_enough(_ROUNDS, scores)):
             growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
             trees = [grow(cells, every, growth, randomness) for growth in growths]

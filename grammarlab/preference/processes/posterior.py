@@ -113,4 +113,13 @@ def condition(hyperparameters: Hyperparameters, observations: Observations) -> P
                 f"for the amplitude {hyperparameters.amplitude:g}. Fit with more noise."
             ) from error
         solution = cho_solve((factor, True), observations.means, check_finite=False)
-    return Posterior(hyperparameters, columns, scaled, center, factor, solution, subtracted, compared)
+    return Posterior(
+        hyperparameters=hyperparameters,
+        columns=columns,
+        scaled=scaled,
+        center=center,
+        factor=factor,
+        solution=solution,
+        subtracted=subtracted,
+        compared=compared,
+    )

@@ -23,7 +23,7 @@ def main(platform: str) -> None:
         RuntimeError: the picture is not what it should be.
     """
     batch = _triangle()
-    options = RenderOptions(SIDE, SIDE)
+    options = RenderOptions(width=SIDE, height=SIDE)
     image = OpenGLRenderer(platform).render(batch, frame(batch.vertices, 1.0, View(azimuth=0.0)), options).astype(int)
     red, green, _ = image[SIDE // 2, SIDE // 2]
     if red < 2 * green or abs(image[0, 0, 0] - image[0, 0, 1]) > 40:
@@ -36,19 +36,19 @@ def _triangle() -> TriangleBatch:
     material = Materials(np.array([[*(CHANNELS | {"color.g": 0.0, "color.b": 0.0}).values()]]), ("",))
     one, all_of_it = np.zeros(1, np.int32), np.array([0, 1])
     return TriangleBatch(
-        1,
-        material,
-        np.array([[-1, 0, 0], [1, 0, 0], [0, 2, 0]], np.float32),
-        np.array([[0, 0, 1]] * 3, np.float32),
-        np.array([[0, 1, 2]], np.uint32),
-        one,
-        one,
-        all_of_it * 3,
-        all_of_it,
-        all_of_it,
-        np.full(1, -1, np.int32),
-        np.zeros((0, 2, 4)),
-        np.zeros((1, 3)),
+        num_models=1,
+        materials=material,
+        vertices=np.array([[-1, 0, 0], [1, 0, 0], [0, 2, 0]], np.float32),
+        normals=np.array([[0, 0, 1]] * 3, np.float32),
+        triangles=np.array([[0, 1, 2]], np.uint32),
+        group_model=one,
+        group_material=one,
+        group_vertices=all_of_it * 3,
+        group_triangles=all_of_it,
+        model_groups=all_of_it,
+        texture_map=np.full(1, -1, np.int32),
+        texture_maps=np.zeros((0, 2, 4)),
+        origins=np.zeros((1, 3)),
     )
 
 

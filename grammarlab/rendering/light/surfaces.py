@@ -89,21 +89,21 @@ def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> ShadedModel:
     opaque = opacity[material] >= SEE_THROUGH
     corners = vertices.take(batch.triangles, axis=0)
     return ShadedModel(
-        vertices,
-        unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])),
-        batch.normals.take(batch.triangles, axis=0),
-        material,
-        linear_from_srgb(table.color).astype(np.float32),
-        opacity,
-        np.clip(table.metallic, 0.0, 1.0).astype(np.float32),
-        np.clip(table.roughness, 0.0, 1.0).astype(np.float32),
-        linear_from_srgb(table.emissive).astype(np.float32),
-        origin,
-        radius,
-        (low - origin) / radius,
-        (high - origin) / radius,
-        tracer,
-        tracer if opaque.all() or not for_rays else Tracer(points, corners_of_rays[opaque]),
+        vertices=vertices,
+        flat_normals=unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])),
+        corner_normals=batch.normals.take(batch.triangles, axis=0),
+        material=material,
+        color=linear_from_srgb(table.color).astype(np.float32),
+        opacity=opacity,
+        metallic=np.clip(table.metallic, 0.0, 1.0).astype(np.float32),
+        roughness=np.clip(table.roughness, 0.0, 1.0).astype(np.float32),
+        emissive=linear_from_srgb(table.emissive).astype(np.float32),
+        origin=origin,
+        radius=radius,
+        low=(low - origin) / radius,
+        high=(high - origin) / radius,
+        tracer=tracer,
+        blockers=tracer if opaque.all() or not for_rays else Tracer(points, corners_of_rays[opaque]),
     )
 
 

@@ -133,16 +133,16 @@ def compare_grammars(first: str, second: str, *, num_models: int = NUM_MODELS, s
     found = sorted(_differences(occurring[0], occurring[1], shared), key=lambda found: (-found.js, found.symbol))
     told = tuple(difference for difference in found if difference.js > _ALIKE)
     return Comparison(
-        (sources[0], sources[1]),
-        (one, other),
-        "" if common is None else common.name,
-        None if common is None else _divergence(common, forests),
-        found[0].js if found else 0.0,
-        () if common is None else _choices(common, forests),
-        () if common is None else _numbers(common, forests),
-        told[:MOST_DIFFERENCES],
-        tuple(symbol for symbol in occurring[0] if symbol not in occurring[1]),
-        tuple(symbol for symbol in occurring[1] if symbol not in occurring[0]),
+        sources=(sources[0], sources[1]),
+        grammars=(one, other),
+        origin="" if common is None else common.name,
+        js=None if common is None else _divergence(common, forests),
+        at_least=found[0].js if found else 0.0,
+        choices=() if common is None else _choices(common, forests),
+        numbers=() if common is None else _numbers(common, forests),
+        differences=told[:MOST_DIFFERENCES],
+        only_first=tuple(symbol for symbol in occurring[0] if symbol not in occurring[1]),
+        only_second=tuple(symbol for symbol in occurring[1] if symbol not in occurring[0]),
     )
 
 

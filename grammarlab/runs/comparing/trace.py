@@ -86,13 +86,13 @@ def trace_model(
     order = np.lexsort((nodes.repeat, nodes.child, nodes.parent))
     children = _by_node(nodes.parent[order], order)
     return DerivationTrace(
-        source.name,
-        forest,
-        number_grammar(rules),
-        len(read_text(source.path).splitlines()),
-        tuple(children.get(node, ()) for node in range(len(nodes))),
-        _by_node(forest.draws.node),
-        _by_node(forest.leaves.node),
+        name=source.name,
+        forest=forest,
+        numbering=number_grammar(rules),
+        own_lines=len(read_text(source.path).splitlines()),
+        children=tuple(children.get(node, ()) for node in range(len(nodes))),
+        draws=_by_node(forest.draws.node),
+        leaves=_by_node(forest.leaves.node),
     )
 
 

@@ -68,7 +68,16 @@ def _missing(tasks: Sequence[CurveTask], store: Store) -> list[CurveTask]:
     for task in sorted(tasks, key=lambda task: -task.max_labels):
         if _usable(task, planned) is None:
             missing.append(task)
-            placeholder = CurveRecord(task.key, "", "", task.seed, task.max_labels, 0.0, Curve(()), task.person.name)
+            placeholder = CurveRecord(
+                key=task.key,
+                scenario="",
+                method="",
+                seed=task.seed,
+                max_labels=task.max_labels,
+                js_original=0.0,
+                curve=Curve(()),
+                person=task.person.name,
+            )
             _add(planned, placeholder)
     return sorted(missing, key=lambda task: (task.scenario, task.seed, task.method.families))
 

@@ -154,7 +154,11 @@ def _tasks(
 ) -> list[CurveTask]:
     key = load_source(path).key
     return [
-        CurveTask(path, key, method, seed, max_labels, cache, person) for method in methods for seed in range(seeds)
+        CurveTask(
+            scenario=path, source_key=key, method=method, seed=seed, max_labels=max_labels, cache=cache, person=person
+        )
+        for method in methods
+        for seed in range(seeds)
     ]
 
 

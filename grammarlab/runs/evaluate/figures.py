@@ -117,7 +117,7 @@ def _figure(values: Any, path: Path, where: str) -> PlannedFigure:
 
 def _curve(values: Any, scenario: str | None, path: Path, where: str) -> PlannedCurve:
     parts = {field.name for field in fields(Method)} - {"name", "options", "families"}
-    defaults = Method("default")
+    defaults = Method(name="default")
     known: dict[str, type] = {"label": str, "scenario": str, "method": str, "options": dict}
     known |= {part: type(getattr(defaults, part)) for part in parts}
     _check(values, known, ("label",), where)

@@ -56,7 +56,17 @@ def label_models_of(
     file.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         save_labels(Labels(), Path(scratch, file.name))  # a wrong suffix is better told before the work than after it
-        labels, curve = labels_of(CurveTask(scenario, key, way, seed, num_labels, cache or Path(scratch), respondent))
+        labels, curve = labels_of(
+            CurveTask(
+                scenario=scenario,
+                source_key=key,
+                method=way,
+                seed=seed,
+                max_labels=num_labels,
+                cache=cache or Path(scratch),
+                person=respondent,
+            )
+        )
     save_labels(labels, file)
     return LabelResult(file, labels, curve)
 

@@ -104,7 +104,15 @@ def row_of(person: Person) -> dict[str, Any]:
     scenario, method = load_source(person.path), METHODS[METHOD]
     source = scenario.for_person(person.seed)
     labels, curve = labels_of(
-        CurveTask(person.path, scenario.key, method, person.seed, person.labels, person.cache, person.respondent)
+        CurveTask(
+            scenario=person.path,
+            source_key=scenario.key,
+            method=method,
+            seed=person.seed,
+            max_labels=person.labels,
+            cache=person.cache,
+            person=person.respondent,
+        )
     )
     with tempfile.TemporaryDirectory() as scratch:
         result = learn_from_labels(
@@ -117,17 +125,17 @@ def row_of(person: Person) -> dict[str, Any]:
         )
     measured = LabelledSet.of(source, person.respondent).measure(result.learned)
     row = PersonRow(
-        source.scenario.name,
-        person.seed,
-        person.labels,
-        measured.after.js,
-        curve.points[-1].js,
-        measured.after.correlation,
-        result.learned.rules_before,
-        result.learned.rules_after,
-        result.learned.method,
-        result.seconds,
-        person.respondent.name,
+        scenario=source.scenario.name,
+        seed=person.seed,
+        labels=person.labels,
+        js=measured.after.js,
+        js_predicted=curve.points[-1].js,
+        correlation=measured.after.correlation,
+        rules_before=result.learned.rules_before,
+        rules_after=result.learned.rules_after,
+        method=result.learned.method,
+        seconds=result.seconds,
+        person=person.respondent.name,
     )
     return asdict(row)
 

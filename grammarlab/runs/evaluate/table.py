@@ -119,16 +119,16 @@ def _measured(task: _CurveRow) -> dict[str, object]:
     found = labelled.measure(learned)
     return asdict(
         DensityRow(
-            source.scenario.name,
-            method,
-            found.after.js,
-            found.before.js,
-            found.after.correlation,
-            found.before.correlation,
-            learned.rules_before,
-            learned.rules_after,
-            seconds,
-            learned.findings,
+            scenario=source.scenario.name,
+            method=method,
+            js=found.after.js,
+            js_original=found.before.js,
+            correlation=found.after.correlation,
+            correlation_original=found.before.correlation,
+            rules_before=learned.rules_before,
+            rules_after=learned.rules_after,
+            seconds=seconds,
+            findings=learned.findings,
         )
     )
 

@@ -82,5 +82,12 @@ def make_curve(task: CurveTask) -> CurveRecord:
     material, _, curve = run_protocol(task)
     name = load_source(task.scenario).scenario.name
     return CurveRecord(
-        task.key, name, task.method.name, task.seed, task.max_labels, material.js_original, curve, task.person.name
+        key=task.key,
+        scenario=name,
+        method=task.method.name,
+        seed=task.seed,
+        max_labels=task.max_labels,
+        js_original=material.js_original,
+        curve=curve,
+        person=task.person.name,
     )

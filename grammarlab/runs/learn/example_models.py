@@ -126,7 +126,7 @@ def _forest(file: Path, program: Program, slots: _Slots) -> Forest:
         rules=program.rule_names,
         sites=program.sites,
         nodes=nodes,
-        leaves=Leaves(none, empty, empty, none, none, none, none),
+        leaves=Leaves(node=none, position=empty, size=empty, frame=none, mesh=none, material=none, texture_map=none),
         draws=_draws(draws, names, len(nodes), program),
         reports=Reports(none, none, np.zeros(0), ()),
         frames=np.zeros((0, 3, 3)),

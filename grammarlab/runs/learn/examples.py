@@ -101,15 +101,15 @@ def learn_from_files(
     made = MadePool.of(GrammarSpace(parsed, source.assets), Pool(seed))
     ratio = np.concatenate([learned.ratio(forest) for forest in made.batches])
     return ExamplesResult(
-        learned,
-        file,
-        examples,
-        source,
-        forest.num_models,
-        held_out,
-        measured(ratio, ratio, made.weights),
-        seconds,
-        None if known is None else TrueDensity.of(known, learned),
+        learned=learned,
+        file=file,
+        examples=examples,
+        source=source,
+        num_examples=forest.num_models,
+        held_out=held_out,
+        measured=measured(ratio, ratio, made.weights),
+        seconds=seconds,
+        truth=None if known is None else TrueDensity.of(known, learned),
     )
 
 

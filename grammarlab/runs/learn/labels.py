@@ -134,14 +134,14 @@ def learn_from_labels(
     if learned.text:
         write_learned(file, learned.text, space, source.assets)
     return LabelsResult(
-        space,
-        density,
-        file if learned.text else None,
-        labels_from,
-        source,
-        len(labels),
-        tuple(found.factor for found in answers if not found.is_liked),
-        seconds,
-        gain,
-        None if known is None else TrueDensity.of(known, learned, respondent),
+        space=space,
+        density=density,
+        file=file if learned.text else None,
+        labels_from=labels_from,
+        source=source,
+        num_labels=len(labels),
+        left_out=tuple(found.factor for found in answers if not found.is_liked),
+        seconds=seconds,
+        gain=gain,
+        truth=None if known is None else TrueDensity.of(known, learned, respondent),
     )

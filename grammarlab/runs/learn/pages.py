@@ -27,14 +27,14 @@ def page_of_scenario(result: LearnResult) -> Report:
         ("seconds", f"{result.seconds:.2f}"),
     )
     return Report(
-        _title(result.file, learned),
-        f"Learned by `grammarlab learn` from {found.grammar} and scenario {found.name}: {found.title}.",
-        (*compared_rows("what is liked", result.measured), _rules(learned)),
-        facts,
-        (),
-        learned.findings,
-        GrammarSampler(result.source.grammar, result.source.assets),
-        learned,
+        title=_title(result.file, learned),
+        origin=f"Learned by `grammarlab learn` from {found.grammar} and scenario {found.name}: {found.title}.",
+        compared=(*compared_rows("what is liked", result.measured), _rules(learned)),
+        facts=facts,
+        sections=(),
+        findings=learned.findings,
+        before=GrammarSampler(result.source.grammar, result.source.assets),
+        after=learned,
     )
 
 
@@ -50,14 +50,14 @@ def page_of_labels(result: LabelsResult) -> Report:
         ("seconds", f"{result.seconds:.1f}"),
     )
     return Report(
-        _title(result.file, learned),
-        f"Learned by `grammarlab learn` from {result.source.file} and {result.labels_from}.",
-        compared,
-        facts,
-        _label_sections(result),
-        (*density.predicted.findings, *learned.findings),
-        result.space,
-        learned,
+        title=_title(result.file, learned),
+        origin=f"Learned by `grammarlab learn` from {result.source.file} and {result.labels_from}.",
+        compared=compared,
+        facts=facts,
+        sections=_label_sections(result),
+        findings=(*density.predicted.findings, *learned.findings),
+        before=result.space,
+        after=learned,
     )
 
 
@@ -97,14 +97,14 @@ def page_of_examples(result: ExamplesResult) -> Report:
         ("seconds", f"{result.seconds:.1f}"),
     ]
     return Report(
-        _title(result.file, learned),
-        f"Learned by `grammarlab learn` from {result.source.file} and the models in {result.examples.name}.",
-        (moved, *_truth(result.truth), _rules(learned)),
-        tuple(facts),
-        (),
-        learned.findings,
-        GrammarSampler(learned.original, result.source.assets),
-        learned,
+        title=_title(result.file, learned),
+        origin=f"Learned by `grammarlab learn` from {result.source.file} and the models in {result.examples.name}.",
+        compared=(moved, *_truth(result.truth), _rules(learned)),
+        facts=tuple(facts),
+        sections=(),
+        findings=learned.findings,
+        before=GrammarSampler(learned.original, result.source.assets),
+        after=learned,
     )
 
 

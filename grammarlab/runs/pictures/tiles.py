@@ -67,7 +67,7 @@ def draw_tiles(
     width, height = _size(points, area, view)
     aspect = width / height
     cameras = frame_alike(points, aspect, view) if same_scale else [frame(each, aspect, view) for each in points]
-    draw = partial(_draw, choice, RenderOptions(width, height))
+    draw = partial(_draw, choice, RenderOptions(width=width, height=height))
     # OpenGL drivers use all cores by themselves.
     executor = SERIAL if choice.name == "gl" else executor
     return Tiles(width, height, tuple(executor.results(draw, map(_Task, models, cameras))))

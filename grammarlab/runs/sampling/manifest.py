@@ -113,13 +113,13 @@ def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
         if request.text_hash != values["grammar"]["sha256"]:
             raise AssetError(f"{path}: the grammar text does not fit its hash; somebody changed one of them.")
         return Manifest(
-            request,
-            version,
-            values["complete"] is True,
-            dict(values["versions"]),
-            tuple(values["models"]),
-            dict(values["files"]),
-            dict(values["asset_files"]),
+            request=request,
+            format=version,
+            complete=values["complete"] is True,
+            versions=dict(values["versions"]),
+            models=tuple(values["models"]),
+            files=dict(values["files"]),
+            asset_files=dict(values["asset_files"]),
         )
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise AssetError(f"{path}: the manifest is damaged ({error!r}).") from error

@@ -127,7 +127,16 @@ def sample_run(
     manifest = write_manifest(folder, request, choice, asset_files, models, hashes, missing_assets)
     prints = tuple(text for record in records for text in record.prints)
     images = sorted({name for record in records for name in record.missing_images})
-    return RunResult(request, folder, models, sheet, manifest, prints, tuple(images), missing_assets)
+    return RunResult(
+        request=request,
+        folder=folder,
+        models=models,
+        sheet=sheet,
+        manifest=manifest,
+        prints=prints,
+        missing_images=tuple(images),
+        missing_assets=missing_assets,
+    )
 
 
 def repeat_run(

@@ -61,7 +61,9 @@ class _Studio:
             return self._glb(request.model)
         if isinstance(request, FindPart):
             return self._part(request)
-        pictures = self._draw(request.models, RenderOptions(request.size, request.size, request.samples))
+        pictures = self._draw(
+            request.models, RenderOptions(width=request.size, height=request.size, samples=request.samples)
+        )
         return DrawnModels(tuple(pictures), tuple(self.warnings))
 
     def _glb(self, model: str) -> bytes:

@@ -112,7 +112,18 @@ class _LastUpdate:
         moved, left_out = self._moved(liked), _left_out(request.factors, state)
         words, gain = self._words(liked), expected_gain(self._study, state)
         features = self._features(request.known)
-        return LearnedUpdate(features, state.wide, elsewhere, found, liked, left_out, moved, chosen, words, gain)
+        return LearnedUpdate(
+            features=features,
+            wide=state.wide,
+            elsewhere=elsewhere,
+            factors=found,
+            product=liked,
+            left_out=left_out,
+            js=moved,
+            chosen=chosen,
+            words=words,
+            gain=gain,
+        )
 
     def _words(self, product: Predictions | None) -> tuple[str, ...]:
         """What is liked and what is not."""

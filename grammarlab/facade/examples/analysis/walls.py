@@ -84,7 +84,9 @@ def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall
         within[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = True
         noise = float(np.sqrt(np.mean((map_.depth[own_flat] - plane) ** 2)))
         seen = within & (own | (map_.triangle < 0))
-        walls.append(Wall(side, plane, low, high, _without_cracks(map_, noise), seen, noise))
+        walls.append(
+            Wall(side=side, depth=plane, low=low, high=high, map=_without_cracks(map_, noise), seen=seen, noise=noise)
+        )
     return sorted(walls, key=lambda wall: -float((wall.high - wall.low).prod()))
 
 

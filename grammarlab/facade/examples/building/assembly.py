@@ -175,7 +175,9 @@ def tile(walls: Sequence[Region], own: int, grid: LabelGrid, sources: Ints, stre
         line = low[axis] + part * (high - low)[axis]
         line[-1] = high[axis]
         lines.append(line)
-    return Tiling(region, tuple(walls), grid, lines[0], lines[1], plane, sources)
+    return Tiling(
+        region=region, walls=tuple(walls), grid=grid, columns=lines[0], rows=lines[1], plane=plane, sources=sources
+    )
 
 
 @dataclass(frozen=True, eq=False)

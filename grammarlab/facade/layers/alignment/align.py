@@ -146,7 +146,14 @@ def problem_of(
     unit = unit_of(canvas)
     prices = Prices(round(weights.omega * _PRICE), max(round(weights.merge / unit * _PRICE), 1), sizing * unit * _PRICE)
     least, most = math.floor((canvas - tolerance) / unit), math.ceil((canvas + tolerance) / unit)
-    return PairProblem(build_rows(words, unit), prices, least, most, math.ceil(tolerance / unit), gaps)
+    return PairProblem(
+        rows=build_rows(words, unit),
+        prices=prices,
+        least=least,
+        most=most,
+        tolerance=math.ceil(tolerance / unit),
+        gaps=gaps,
+    )
 
 
 def _alignment(
@@ -171,7 +178,17 @@ def _alignment(
     width = max(span * unit, canvas) if elastic else span * unit
     energy = weights.omega * omega + weights.merge * merged
     strain = worst / problem.prices.strain * unit**2 if worst else 0.0
-    return Alignment(words, tuple(cells), omega, width, merged, energy, strain, bound=energy, proven=True)
+    return Alignment(
+        words=words,
+        cells=tuple(cells),
+        omega=omega,
+        span=width,
+        merged=merged,
+        energy=energy,
+        strain=strain,
+        bound=energy,
+        proven=True,
+    )
 
 
 def _elements(steps: Sequence[RowStep]) -> tuple[Element, ...]:

@@ -108,8 +108,8 @@ class Design:
         """The letters of a word."""
         return tuple(
             Letter(
-                slot.symbol,
-                symbol.size,
+                symbol=slot.symbol,
+                size=symbol.size,
                 opaque=symbol.opaque and not (slot.placeholder or symbol.transparent),
                 attached=symbol.attached,
                 unoccludable=symbol.unoccludable,

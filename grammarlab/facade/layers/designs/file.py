@@ -103,7 +103,18 @@ class _DesignReader:
                 counters.setdefault(name, Counter(name))
         weights, overhang = self._solver(self._table(values.get("solver", {}), "solver", None, ()))
         shapes = self._shapes(values.get("shapes", {}), "shapes", None, ())
-        return Design(title, width, height, self.symbols, counters, self.patterns, made, shapes, weights, overhang)
+        return Design(
+            title=title,
+            width=width,
+            height=height,
+            symbols=self.symbols,
+            counters=counters,
+            patterns=self.patterns,
+            layers=made,
+            shapes=shapes,
+            weights=weights,
+            overhang=overhang,
+        )
 
     def _solver(self, table: dict[str, Any]) -> tuple[Weights, bool]:
         known = [field.name for field in fields(Weights)]

@@ -49,7 +49,7 @@ def infer(facade: Facade, tolerance: float, title: str = "") -> Design:
     axes = []
     for axis, sets in ((X, [each.across for each in shown]), (Y, [each.up for each in shown])):
         places = places_of(sets, weight, elements.lines[axis], tolerance)
-        made = _Axis(axis, places, patterns_of(places, _COUNTERS[axis]), names)
+        made = _Axis(axis=axis, places=places, made=patterns_of(places, _COUNTERS[axis]), names=names)
         made.name([each.label for each in shown])
         axes.append(made)
     layers = [_layer(number, shown, axes) for number in range(len(shown))]
@@ -161,7 +161,7 @@ def _everywhere(label: str, axes: Sequence[_Axis]) -> Layer:
     """A layer that is one shape."""
     patterns = (axes[X].pattern_name(-1), axes[Y].pattern_name(-1))
     shapes = {(WILDCARD, WILDCARD): Shape(_printable(label))}
-    return Layer(_printable(label) or "wall", patterns, patterns, shapes=shapes)
+    return Layer(name=_printable(label) or "wall", patterns=patterns, groups=patterns, shapes=shapes)
 
 
 def _printable(text: str) -> str:

@@ -124,10 +124,10 @@ def cut_out(points: Floats, boxes: Floats, notes: tuple[str, ...] = ()) -> Eleme
     middle = (boxes[:, :2] + boxes[:, 2:]) / 2
     size = np.median(boxes[:, 2:] - boxes[:, :2], axis=0)
     return Elements(
-        offsets_from_counts(np.array([len(each) for each in clouds], dtype=np.int64)),
-        np.vstack(clouds),
-        boxes[:, :2],
-        boxes[:, 2:],
+        offsets=offsets_from_counts(np.array([len(each) for each in clouds], dtype=np.int64)),
+        points=np.vstack(clouds),
+        low=boxes[:, :2],
+        high=boxes[:, 2:],
         row=_lines(-middle[:, 1], float(size[1])),
         column=_lines(middle[:, 0], float(size[0])),
         notes=notes,

@@ -92,7 +92,11 @@ def loads(content: bytes) -> Elements:
     )
     offsets = offsets_from_counts(np.array([len(each) for each in clouds], dtype=np.int64))
     truth = _truth(document, found)
-    return check(Elements(offsets, points, boxes[:, :2], boxes[:, 2:], row=row, column=column, truth=truth))
+    return check(
+        Elements(
+            offsets=offsets, points=points, low=boxes[:, :2], high=boxes[:, 2:], row=row, column=column, truth=truth
+        )
+    )
 
 
 def _points(values: dict[str, Any], where: str) -> Floats:
@@ -183,4 +187,8 @@ def load_arrays(content: bytes) -> Elements:
     if not fits:
         raise FacadeError("Arrays: expected boxes [N, 4], offsets [N + 1] that rise to P, points [P, 2 or 3], row [N].")
     truth = None if kind is None else Truth(kind, (), ())
-    return check(Elements(offsets, points, boxes[:, :2], boxes[:, 2:], row=row, column=column, truth=truth))
+    return check(
+        Elements(
+            offsets=offsets, points=points, low=boxes[:, :2], high=boxes[:, 2:], row=row, column=column, truth=truth
+        )
+    )

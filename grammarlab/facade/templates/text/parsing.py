@@ -137,8 +137,8 @@ class _TemplateReader:
         self._check_feasible(name, limited, low, high)
         text = ",".join(f"{key}={value}" for key, value in counts.items())
         return Template(
-            f"{name}[{text}]" if text else str(name),
-            str(name),
+            name=f"{name}[{text}]" if text else str(name),
+            base=str(name),
             counts=tuple(counts.items()),
             parameters=names,
             usual=usual,

@@ -130,8 +130,8 @@ def _template(
     between = size[:, 1:, None] * np.stack([low, high], axis=1)
     text = ",".join(f"{name}={value}" for name, value in counts)
     return Template(
-        f"{base}[{text}]" if text else base,
-        base,
+        name=f"{base}[{text}]" if text else base,
+        base=base,
         counts=counts,
         parameters=("width", "height", *(_unlike_size(names[place]) for place in kept)),
         usual=np.concatenate([size @ np.append(1.0, usual), usual[kept]]),

@@ -167,7 +167,15 @@ def _walks(columns: KindSequence, moves: dict[int, Counter[_Move]], low: float, 
     }
     end = {state: 1.0 / (reach.weight * future[state]) for state, reach in fits.items()}
     sizes = {state.columns: (reach.least, reach.most) for state, reach in fits.items()}
-    return Walks(before, after, start, steps, end, sizes, sum(reach.walks for reach in fits.values()))
+    return Walks(
+        before=before,
+        after=after,
+        start=start,
+        steps=steps,
+        end=end,
+        sizes=sizes,
+        total=sum(reach.walks for reach in fits.values()),
+    )
 
 
 _Following = Callable[[WalkState], Iterator[tuple[_Move, int, WalkState]]]

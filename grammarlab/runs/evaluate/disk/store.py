@@ -71,14 +71,14 @@ def _parse(values: Any) -> CurveRecord:
         Point(int(labels), _finite(js), _finite(corr), int(liked)) for labels, js, corr, liked in values["curve"]
     )
     return CurveRecord(
-        str(values["key"]),
-        str(values["scenario"]),
-        str(values["method"]),
-        int(values["seed"]),
-        int(values["max_labels"]),
-        _finite(values["js_original"]),
-        Curve(points),
-        str(values.get("person", EXACT.name)),
+        key=str(values["key"]),
+        scenario=str(values["scenario"]),
+        method=str(values["method"]),
+        seed=int(values["seed"]),
+        max_labels=int(values["max_labels"]),
+        js_original=_finite(values["js_original"]),
+        curve=Curve(points),
+        person=str(values.get("person", EXACT.name)),
     )
 
 

@@ -39,7 +39,9 @@ class Designer(Desktop[DesignDesk]):
             checked_target(output, SUFFIX) if output else unused_path(Path(f"{stem_of(file)}.edited{SUFFIX}"), SUFFIX)
         )
         is_there = target.exists() and target.samefile(file)
-        desk = DesignDesk(stem_of(file), target, History(text), text, text if is_there else None)
+        desk = DesignDesk(
+            title=stem_of(file), target=target, history=History(text), first=text, saved=text if is_there else None
+        )
         super().__init__(desk, run, state_of)
         self._solver = Solver(self._take)
         desk.want = self._solver.want

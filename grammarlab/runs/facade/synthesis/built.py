@@ -133,7 +133,16 @@ def build(
         done = closed(pieces, tilings, noise, was_closed=before[1])
         done = replace(done, surface=done.surface.moved(example.bent(done.surface.points)))
         boundary, watertight = edge_numbers(done.surface)
-    return Built(main, tuple(tilings), stretch, done, before[0], boundary, watertight, watch.seconds)
+    return Built(
+        main=main,
+        tilings=tuple(tilings),
+        stretch=stretch,
+        closed=done,
+        example_boundary=before[0],
+        boundary=boundary,
+        watertight=watertight,
+        seconds=watch.seconds,
+    )
 
 
 def _grids(example: Example, main: Synthesis, stretch: Stretch, seed: int) -> list[LabelGrid]:
