@@ -9,13 +9,13 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Unpack
 
 from grammarlab import scoring
 from grammarlab.extras import named_extras
 from grammarlab.preference.labels.table import Labels
 from grammarlab.runs.requests.examples import find_rules
-from grammarlab.runs.serving.windows import Message
+from grammarlab.runs.serving.windows import Argument, Message
 from grammarlab.scoring.session import Session, SessionOptions
 from grammarlab.scoring.workers.labels import read_labels_or_session
 
@@ -133,7 +133,7 @@ class ScoringSession(anywidget.AnyWidget):
         """All scores and comparisons so far, of all factors."""
         return read_labels_or_session(self._path)[0]
 
-    def do(self, command: str, **arguments: Any) -> Message:
+    def do(self, command: str, **arguments: Argument) -> Message:
         """Does what the page does, and waits for the answer.
 
         Args:

@@ -19,12 +19,12 @@ from grammarlab.derivation.functions.shapes.attributes import STATE_DEFAULTS
 from grammarlab.derivation.lots import Footprint, Lots
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.state.initial import initial_shapes
-from grammarlab.derivation.state.meshes import MeshPool
+from grammarlab.derivation.state.meshes import MeshTable
 from grammarlab.derivation.state.recorder import Recorder
 from grammarlab.derivation.state.workspace import Budget, Workspace
-from grammarlab.derivation.values.frames import FramePool
-from grammarlab.derivation.values.materials import MaterialPool
-from grammarlab.derivation.values.strings import StringPool
+from grammarlab.derivation.values.frames import FrameTable
+from grammarlab.derivation.values.materials import MaterialTable
+from grammarlab.derivation.values.strings import StringTable
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
 
@@ -216,7 +216,7 @@ def _prepare(
     program: Program, lots: Lots, starts: NDArray[np.int32], budget: Budget, assets: AssetFolder | None
 ) -> Workspace:
     """The workspace with the initial shapes in it."""
-    frames, meshes = FramePool(), MeshPool()
+    frames, meshes = FrameTable(), MeshTable()
     roots = initial_shapes(lots, frames, meshes)
     symbols = [program.rules[start].symbol for start in starts.tolist()]
     workspace = Workspace(
@@ -228,10 +228,10 @@ def _prepare(
         origins=lots.origins,
         start_symbols=tuple(program.symbols[symbol] for symbol in symbols),
         roots=roots,
-        strings=StringPool(),
+        strings=StringTable(),
         frames=frames,
         meshes=meshes,
-        materials=MaterialPool(),
+        materials=MaterialTable(),
         budget=budget,
         recorder=Recorder(program.id_type),
         assets=assets,

@@ -16,10 +16,10 @@ from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import Any, TypedDict
+from typing import TypedDict
 
 from grammarlab.errors import GrammarlabError
-from grammarlab.runs.serving.windows import Message, Send
+from grammarlab.runs.serving.windows import Argument, Message, Send
 from grammarlab.runs.work.workers import available_cores
 from grammarlab.scoring.commands import run
 from grammarlab.scoring.record.opening import NUM_MODELS, Opening, open_session
@@ -111,7 +111,9 @@ class Session:
         self._inbox.put(partial(self._open, send))
         return lambda: self._inbox.put(partial(self._close, send))
 
-    def call(self, command: str, buffers: Sequence[bytes] = (), **arguments: Any) -> tuple[Message, Sequence[bytes]]:
+    def call(
+        self, command: str, buffers: Sequence[bytes] = (), **arguments: Argument
+    ) -> tuple[Message, Sequence[bytes]]:
         """Does a command and waits for its result, which may take long for some.
 
         Raises:

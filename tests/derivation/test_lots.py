@@ -11,8 +11,8 @@ from grammarlab.derivation import Lots, compile_grammar, derive, derive_chunks
 from grammarlab.derivation.lots import Footprints
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.derivation.state.initial import initial_shapes
-from grammarlab.derivation.state.meshes import MeshPool
-from grammarlab.derivation.values.frames import FramePool
+from grammarlab.derivation.state.meshes import MeshTable
+from grammarlab.derivation.values.frames import FrameTable
 from grammarlab.errors import DerivationError, UsageError
 from grammarlab.language.grammar import Grammar
 from tests.derivation.test_addressing import fingerprint
@@ -135,7 +135,7 @@ def rows_of(lots: Lots) -> list[tuple]:
 
 @pytest.mark.parametrize("footprint", FOOTPRINTS)
 def test_initial_shapes_stand_where_the_oracle_says(footprint):
-    frames, meshes = FramePool(), MeshPool()
+    frames, meshes = FrameTable(), MeshTable()
     others = Footprints.of([(3.0, 4.0), footprint])
     shapes = initial_shapes(Lots.of(1, 1).on(others, np.array([1])), frames, meshes)
     expected = initial_shape(footprint, np.zeros(1, np.uint64))

@@ -42,16 +42,16 @@ def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
 
 def _moved(before: Shapes, after: Shapes, ids: Ids, workspace: Workspace) -> Ids:
     """Ids [N] of maps that are after a move what those with given ids were before it."""
-    pool, frames = workspace.texture_maps, workspace.frames
+    table, frames = workspace.texture_maps, workspace.frames
     flat = (before.size == 0.0) | (after.size == 0.0)
     shrink = np.where(flat, 1.0, before.size / np.where(flat, 1.0, after.size))
-    maps = pool.take(ids)
+    maps = table.take(ids)
     local = np.einsum("nai,nij->naj", maps[:, :, :3], frames.rotations(before.frame)) * shrink[:, None, :]
     moved = np.empty_like(maps)
     moved[:, :, :3] = np.einsum("naj,nij->nai", local, frames.rotations(after.frame))
     start = maps[:, :, 3] + np.einsum("nai,ni->na", maps[:, :, :3], before.position)
     moved[:, :, 3] = start - np.einsum("nai,ni->na", moved[:, :, :3], after.position)
-    return pool.add(moved, pool.was_given(ids))
+    return table.add(moved, table.was_given(ids))
 
 
 def initial_maps(roots: Shapes, workspace: Workspace) -> dict[str, Value]:

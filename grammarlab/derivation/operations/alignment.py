@@ -45,7 +45,7 @@ _PIVOT_ORDER = {"xyz": [0, 1, 2], "yzx": [2, 0, 1], "zxy": [1, 2, 0]}
 
 def reframed(call: BoundCall, turn: Floats) -> Shapes:
     """Shapes with scopes turned by rotations [N, 3, 3] in their own axes and fitted to the geometry, which stays."""
-    shapes, frames, pool = call.shapes, call.workspace.frames, call.workspace.meshes
+    shapes, frames, table = call.shapes, call.workspace.frames, call.workspace.meshes
     frame = frames.rotated(shapes.frame, turn)
     if (shapes.mesh == BOX).all() and (cube_indices(turn) >= 0).all():
         inverse = np.swapaxes(turn, 1, 2)
@@ -55,7 +55,7 @@ def reframed(call: BoundCall, turn: Floats) -> Shapes:
     meshes = local_meshes(shapes, call.workspace)
     turned = meshes.with_points(np.einsum("pji,pj->pi", turn[meshes.mesh_of_point()], meshes.points))
     unit, low, size = normalized(turned)
-    mesh = np.where(shapes.mesh == EMPTY, np.int32(EMPTY), add_faces(pool, unit))
+    mesh = np.where(shapes.mesh == EMPTY, np.int32(EMPTY), add_faces(table, unit))
     return shapes._replace(
         position=shapes.position + frames.to_world(frame, low), size=size, frame=frame, mesh=mesh.astype(np.int32)
     )
@@ -243,12 +243,12 @@ def _flag(call: BoundCall, argument: Argument) -> bool:
 
 def reverse_normals(call: BoundCall) -> Shapes:
     """``reverseNormals()``: the same faces seen from the other side."""
-    pool, mesh = call.workspace.meshes, call.shapes.mesh.copy()
+    table, mesh = call.workspace.meshes, call.shapes.mesh.copy()
     for kind in range(BOX, FACE + 1):
-        mesh[call.shapes.mesh == kind] = pool.named(f"reversed:{kind}", pool.take(np.array([kind])).reversed())
+        mesh[call.shapes.mesh == kind] = table.named(f"reversed:{kind}", table.take(np.array([kind])).reversed())
     rows = np.flatnonzero(call.shapes.mesh > FACE)
     if len(rows):
-        mesh[rows] = add_faces(pool, pool.take(call.shapes.mesh[rows]).reversed())
+        mesh[rows] = add_faces(table, table.take(call.shapes.mesh[rows]).reversed())
     return call.shapes._replace(mesh=mesh)
 
 

@@ -40,10 +40,10 @@ def _colored(call: BoundCall, argument: Argument, channels: tuple[str, str, str]
 
 def _changed_by_text(call: BoundCall, argument: Argument, changes: Callable[[str], dict[str, float | str]]) -> Shapes:
     """Materials changed by what ``changes`` makes of a string."""
-    pool, strings, text = call.workspace.materials, call.workspace.strings, call.text(argument)
+    table, strings, text = call.workspace.materials, call.workspace.strings, call.text(argument)
     if isinstance(text, str):
-        return call.shapes._replace(material=pool.repainted(call.shapes.material, changes(text)))
-    material = pool.changed_by_code(call.shapes.material, text, lambda code: changes(strings[code]))
+        return call.shapes._replace(material=table.repainted(call.shapes.material, changes(text)))
+    material = table.changed_by_code(call.shapes.material, text, lambda code: changes(strings[code]))
     return call.shapes._replace(material=material)
 
 
@@ -104,11 +104,11 @@ def _unit(call: BoundCall, argument: Argument) -> float | NDArray[np.float64]:
 
 
 def _changed(call: BoundCall, changes: dict[str, float | NDArray[np.float64]]) -> Shapes:
-    pool, shapes = call.workspace.materials, call.shapes
+    table, shapes = call.workspace.materials, call.shapes
     constants = {name: value for name, value in changes.items() if not isinstance(value, np.ndarray)}
     if len(constants) == len(changes):
-        return shapes._replace(material=pool.repainted(shapes.material, constants))
-    return shapes._replace(material=pool.changed(shapes.material, changes))
+        return shapes._replace(material=table.repainted(shapes.material, constants))
+    return shapes._replace(material=table.changed(shapes.material, changes))
 
 
 def report(call: BoundCall) -> Shapes:

@@ -61,19 +61,19 @@ def _inserted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
 
 def _asset(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
     """A mesh in the unit cube, and the size [3] and low corner [3] that it has in its file."""
-    pool = call.workspace.meshes
+    table = call.workspace.meshes
     name = path.removesuffix(":notex")
     if name in ("builtin:cube", "builtin:box"):
         return BOX, np.ones(3), np.zeros(3)
     if name in primitives.BUILTIN_ASSETS:
-        return pool.named(name, primitives.builtin_asset(name)), np.ones(3), np.zeros(3)
+        return table.named(name, primitives.builtin_asset(name)), np.ones(3), np.zeros(3)
     if path.startswith("builtin:"):
         known = ", ".join(primitives.BUILTIN_ASSETS)
         raise call.error(f'no built-in mesh is called "{path}"', f"there are {known}")
     asset = call.workspace.asset(path, call.location)
     if asset is None:
         return BOX, np.ones(3), np.zeros(3)
-    return pool.named(path, asset.meshes), asset.size, asset.low
+    return table.named(path, asset.meshes), asset.size, asset.low
 
 
 def _stood_up(call: BoundCall, mesh: int, own: Floats, low: Floats) -> tuple[int, Floats, Floats]:
@@ -81,11 +81,11 @@ def _stood_up(call: BoundCall, mesh: int, own: Floats, low: Floats) -> tuple[int
     size, corner = own[[0, 2, 1]], np.array([low[0], low[2], -low[1] - own[1]])
     if mesh == BOX:
         return mesh, size, corner
-    pool = call.workspace.meshes
-    unit = pool.take(np.array([mesh]))
+    table = call.workspace.meshes
+    unit = table.take(np.array([mesh]))
     x, y, z = unit.points.T
     flipped = np.where(own[1] > 0.0, 1.0 - y, 0.0)
-    return pool.named(f"zUp:{mesh}", unit.with_points(np.stack((x, z, flipped), axis=1))), size, corner
+    return table.named(f"zUp:{mesh}", unit.with_points(np.stack((x, z, flipped), axis=1))), size, corner
 
 
 def fitted(shapes: Shapes, mesh: int, own: Floats, low: Floats, call: BoundCall) -> Shapes:

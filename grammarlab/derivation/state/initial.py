@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from grammarlab.arrays import offsets_from_counts, row_of_value
 from grammarlab.derivation.lots import Footprints, Lots
 from grammarlab.derivation.origins import brought_near
-from grammarlab.derivation.state.meshes import MeshPool, normalized
+from grammarlab.derivation.state.meshes import MeshTable, normalized
 from grammarlab.derivation.state.shapes import FOOTPRINT, Floats, Ids, Shapes
-from grammarlab.derivation.values.frames import FramePool
+from grammarlab.derivation.values.frames import FrameTable
 from grammarlab.geometry.meshes.mesh import UNTAGGED, Meshes
 from grammarlab.geometry.solids.primitives import quad
 from grammarlab.randomness import root_keys
@@ -18,7 +18,7 @@ from grammarlab.randomness import root_keys
 _UP = np.array([0.0, 1.0, 0.0])
 
 
-def initial_shapes(lots: Lots, frames: FramePool, meshes: MeshPool) -> Shapes:
+def initial_shapes(lots: Lots, frames: FrameTable, meshes: MeshTable) -> Shapes:
     """[N] the shapes that models start as, without any state.
 
     Node and model count from 0, positions from `Lots.origins`.
@@ -31,7 +31,7 @@ def initial_shapes(lots: Lots, frames: FramePool, meshes: MeshPool) -> Shapes:
     return Shapes(rows, rows, keys, position[on], size[on], frame, frame, mesh[on], material, {}, ())
 
 
-def _scopes(footprints: Footprints, frames: FramePool, meshes: MeshPool) -> tuple[Floats, Floats, Ids, Ids]:
+def _scopes(footprints: Footprints, frames: FrameTable, meshes: MeshTable) -> tuple[Floats, Floats, Ids, Ids]:
     """Position, size, frame and mesh [F] of the initial shapes on different footprints."""
     rotation = _rotations(footprints)
     local = _times(footprints, rotation)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Floats, Ids, Shapes
-from grammarlab.derivation.values.frames import FramePool
+from grammarlab.derivation.values.frames import FrameTable
 from grammarlab.geometry.meshes.mesh import UNTAGGED, Meshes
 from grammarlab.geometry.solids.primitives import box, quad
 
@@ -21,7 +21,7 @@ _ROUNDING = 1e-9
 """Share of the scope's size by which a corner of a rectangle may be off."""
 
 
-class MeshPool:
+class MeshTable:
     """Meshes in the order they were made; the first four are `EMPTY`, `BOX`, `FOOTPRINT` and `FACE`."""
 
     def __init__(self) -> None:
@@ -88,23 +88,23 @@ def scaled(meshes: Meshes, size: Floats) -> Meshes:
     return meshes.with_points(meshes.points * np.repeat(size, np.diff(meshes.mesh_points), axis=0))
 
 
-def upright(shapes: Shapes, pool: MeshPool, frames: FramePool) -> Shapes:
+def upright(shapes: Shapes, table: MeshTable, frames: FrameTable) -> Shapes:
     """The same geometry in scopes of which none has a negative height."""
     if not (shapes.size[:, 1] < 0.0).any():
         return shapes
-    return turned_over(shapes, shapes.size[:, 1] < 0.0, pool, frames)
+    return turned_over(shapes, shapes.size[:, 1] < 0.0, table, frames)
 
 
-def turned_over(shapes: Shapes, chosen: NDArray[np.bool_], pool: MeshPool, frames: FramePool) -> Shapes:
+def turned_over(shapes: Shapes, chosen: NDArray[np.bool_], table: MeshTable, frames: FrameTable) -> Shapes:
     """The same geometry in scopes that begin at their other end, with the height negated, where chosen [N]."""
     height = np.where(chosen, shapes.size[:, 1], 0.0)
     mesh = shapes.mesh.copy()
-    mesh[chosen] = pool.mirrored(mesh[chosen], 1)
+    mesh[chosen] = table.mirrored(mesh[chosen], 1)
     position = shapes.position + frames.axis(shapes.frame, 1) * height[:, None]
     return shapes._replace(position=position, size=shapes.size - 2.0 * height[:, None] * _UP, mesh=mesh)
 
 
-def mirrored(shapes: Shapes, chosen: NDArray[np.bool_], pool: MeshPool, frames: FramePool) -> Shapes:
+def mirrored(shapes: Shapes, chosen: NDArray[np.bool_], table: MeshTable, frames: FrameTable) -> Shapes:
     """Shapes mirrored along the axes [N, 3] where their sizes are negative, in scopes of positive size.
 
     Geometry that filled the scope from its origin towards one side fills it towards the other, and its faces look
@@ -115,26 +115,26 @@ def mirrored(shapes: Shapes, chosen: NDArray[np.bool_], pool: MeshPool, frames: 
         position, size, mesh = shapes.position.copy(), shapes.size.copy(), shapes.mesh.copy()
         position[rows] += frames.axis(shapes.frame[rows], axis) * size[rows, axis, None]
         size[rows, axis] *= -1.0
-        mesh[rows] = pool.mirrored(mesh[rows], axis)
+        mesh[rows] = table.mirrored(mesh[rows], axis)
         shapes = shapes.rescoped(position, size, shapes.frame, mesh)
     return shapes
 
 
-def replaced(shapes: Shapes, meshes: Meshes, pool: MeshPool, frames: FramePool) -> Shapes:
+def replaced(shapes: Shapes, meshes: Meshes, table: MeshTable, frames: FrameTable) -> Shapes:
     """Shapes with other geometry, their scopes fitted to it.
 
     Args:
         shapes: [N] the shapes.
         meshes: [N] their new geometry, in metres along their scopes' axes from their scopes' origins.
-        pool: where the geometry is kept.
+        table: where the geometry is kept.
         frames: where their orientations are kept.
     """
     unit, low, size = normalized(meshes)
     position = shapes.position + frames.to_world(shapes.frame, low)
-    return shapes._replace(position=position, size=size, mesh=pool.add(unit))
+    return shapes._replace(position=position, size=size, mesh=table.add(unit))
 
 
-def add_faces(pool: MeshPool, meshes: Meshes) -> Ids:
+def add_faces(table: MeshTable, meshes: Meshes) -> Ids:
     """Ids [N] of meshes in the unit cube; single untagged rectangles that fill it are `FACE` or `FOOTPRINT`."""
     points_per_mesh = np.diff(meshes.mesh_points)
     single = (points_per_mesh == 4) & (np.diff(meshes.mesh_faces) == 1)
@@ -149,7 +149,7 @@ def add_faces(pool: MeshPool, meshes: Meshes) -> Ids:
         ids[candidates[plain & (np.abs(points - template) < _ROUNDING).all(axis=(1, 2))]] = kind
     others = np.flatnonzero(ids < 0)
     if len(others):
-        ids[others] = pool.add(meshes.take(others))
+        ids[others] = table.add(meshes.take(others))
     return ids
 
 

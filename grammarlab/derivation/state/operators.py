@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.state.shapes import Value, kind_of
-from grammarlab.derivation.values.strings import StringPool
+from grammarlab.derivation.values.strings import StringTable
 from grammarlab.errors import BudgetError, DerivationError, Location
 
 UnaryOperator = Callable[[Value, Location], Value]
-BinaryOperator = Callable[[Value, Value, StringPool, Location], Value]
+BinaryOperator = Callable[[Value, Value, StringTable, Location], Value]
 
 
 def number_text(value: float) -> str:
@@ -25,7 +25,7 @@ def number_text(value: float) -> str:
     return f"{value:.6g}"
 
 
-def value_texts(value: Value, strings: StringPool) -> str | NDArray[np.int32]:
+def value_texts(value: Value, strings: StringTable) -> str | NDArray[np.int32]:
     """Any value as a string, or as string ids [N]."""
     if isinstance(value, str):
         return value
@@ -55,7 +55,7 @@ def check_length(length: int, location: Location | None = None) -> None:
         raise BudgetError(f"a string would have {length:,} characters, more than {MAX_TEXT:,}", location)
 
 
-def concatenated(left: Value, right: Value, strings: StringPool, location: Location | None = None) -> Value:
+def concatenated(left: Value, right: Value, strings: StringTable, location: Location | None = None) -> Value:
     """The texts of two values, one after the other."""
 
     def joined(one: str, other: str) -> str:
@@ -76,7 +76,7 @@ def concatenated(left: Value, right: Value, strings: StringPool, location: Locat
 def _arithmetic(symbol: str, apply: Callable) -> BinaryOperator:
     exact = symbol in "+-*"
 
-    def evaluate(left: Value, right: Value, strings: StringPool, location: Location) -> Value:
+    def evaluate(left: Value, right: Value, strings: StringTable, location: Location) -> Value:
         if type(left) is float and type(right) is float:
             return apply(left, right) if exact else float(apply(np.array([left]), right)[0])
         if kind_of(left) == "string" or kind_of(right) == "string":
@@ -97,7 +97,7 @@ def _number(value: Value) -> float | NDArray[np.float64]:
 def _equality(symbol: str) -> BinaryOperator:
     wanted = symbol == "=="
 
-    def evaluate(left: Value, right: Value, strings: StringPool, location: Location) -> Value:
+    def evaluate(left: Value, right: Value, strings: StringTable, location: Location) -> Value:
         if (kind_of(left) == "string") != (kind_of(right) == "string"):
             raise DerivationError(
                 f"{symbol} compares values of one type, found a {kind_of(left)} and a {kind_of(right)}", location
@@ -115,7 +115,7 @@ def _equality(symbol: str) -> BinaryOperator:
 
 
 def _ordering(symbol: str, apply: Callable) -> BinaryOperator:
-    def evaluate(left: Value, right: Value, strings: StringPool, location: Location) -> Value:
+    def evaluate(left: Value, right: Value, strings: StringTable, location: Location) -> Value:
         kinds = {kind_of(left), kind_of(right)}
         if kinds == {"string"}:
             left, right = _letters(left, strings), _letters(right, strings)
@@ -129,7 +129,7 @@ def _ordering(symbol: str, apply: Callable) -> BinaryOperator:
     return evaluate
 
 
-def _letters(value: Value, strings: StringPool) -> Any:
+def _letters(value: Value, strings: StringTable) -> Any:
     """Strings in a form that NumPy can put in order."""
     if not isinstance(value, np.ndarray):
         return np.str_(value)

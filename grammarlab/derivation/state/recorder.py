@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Draws, Leaves, MissingAsset, NodeIds, Nodes, Reports, by_path
-from grammarlab.derivation.state.meshes import MeshPool, upright
+from grammarlab.derivation.state.meshes import MeshTable, upright
 from grammarlab.derivation.state.shapes import EMPTY, Floats, Ids, Shapes
 from grammarlab.derivation.state.texture_maps import NONE, map_ids, map_name
-from grammarlab.derivation.values.frames import FramePool
+from grammarlab.derivation.values.frames import FrameTable
 from grammarlab.errors import Location
 
 _MOST_PRINTS = 10_000
@@ -103,7 +103,7 @@ class Recorder:
             _filled(repeats, counts, 0),
         )
 
-    def leaves(self, meshes: MeshPool, frames: FramePool) -> Leaves:
+    def leaves(self, meshes: MeshTable, frames: FrameTable) -> Leaves:
         """All leaves that have geometry, in scopes of positive height."""
         whole = _leaves(self._leaves)
         if whole.size[:, 1].min(initial=0.0) < 0.0:

@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.values.strings import StringPool
+from grammarlab.derivation.values.strings import StringTable
 from grammarlab.errors import DerivationError
 from grammarlab.randomness import Keys, fold
 
@@ -17,7 +17,7 @@ Ids = NDArray[np.int32]
 
 EMPTY, BOX, FOOTPRINT, FACE = 0, 1, 2, 3
 """Meshes that are scope only: nothing, the whole box, the rectangle y = 0 seen from above, the rectangle z = 0 seen
-from the front. Every other mesh id refers to the mesh pool alone."""
+from the front. Every other mesh id refers to the mesh table alone."""
 
 Value: TypeAlias = (
     "float | bool | str | NDArray[np.float64] | NDArray[np.bool_] | NDArray[np.int32] | NDArray[np.uint32]"
@@ -46,13 +46,13 @@ class Shapes(NamedTuple):
     size: Floats
     """[N, 3] size of the scope, metres."""
     frame: Ids
-    """[N] orientation, an id of the `FramePool`."""
+    """[N] orientation, an id of the `FrameTable`."""
     pivot: Ids
-    """[N] orientation of the pivot, whose axes the angles of ``r`` are about; an id of the `FramePool`."""
+    """[N] orientation of the pivot, whose axes the angles of ``r`` are about; an id of the `FrameTable`."""
     mesh: Ids
-    """[N] geometry within the unit cube of the scope, an id of the `MeshPool`."""
+    """[N] geometry within the unit cube of the scope, an id of the `MeshTable`."""
     material: Ids
-    """[N] an id of the `MaterialPool`."""
+    """[N] an id of the `MaterialTable`."""
     state: Mapping[str, Value]
     """Attributes that rules have set, and shape attributes such as ``split.index``, where the grammar reads them; the
     ids of texture maps (`texture_maps`), where it mentions coordinates."""
@@ -121,7 +121,7 @@ def number_column(value: Value, count: int) -> Floats:
     return np.full(count, float(value))
 
 
-def concatenate(chunks: Sequence[Shapes], strings: StringPool) -> Shapes:
+def concatenate(chunks: Sequence[Shapes], strings: StringTable) -> Shapes:
     """All shapes of several chunks, in order.
 
     Their `state` must have the same names, their `locals` the same length.
@@ -148,7 +148,7 @@ def concatenate(chunks: Sequence[Shapes], strings: StringPool) -> Shapes:
     )
 
 
-def join_values(values: Sequence[Value], counts: Sequence[int], strings: StringPool) -> Value:
+def join_values(values: Sequence[Value], counts: Sequence[int], strings: StringTable) -> Value:
     """One value for shapes that stand one after the other.
 
     Raises:
@@ -164,7 +164,7 @@ def join_values(values: Sequence[Value], counts: Sequence[int], strings: StringP
     return np.concatenate(columns)
 
 
-def as_column(value: Value, count: int, strings: StringPool) -> NDArray:
+def as_column(value: Value, count: int, strings: StringTable) -> NDArray:
     """A value as a column [count] of float64, bool, string ids or ids of arrays."""
     if isinstance(value, np.ndarray):
         return value

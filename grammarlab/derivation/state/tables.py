@@ -1,4 +1,4 @@
-"""CGA's arrays as integers: a column of arrays is a column of ids into one pool.
+"""CGA's arrays as integers: a column of arrays is a column of ids into one table.
 
 An array has rows and columns of numbers, truth values or strings; one written without semicolons has one row.
 """
@@ -48,7 +48,7 @@ class Table(NamedTuple):
         return "\n".join([f"({self.rows}x{self.columns})", *lines])
 
 
-class TablePool:
+class ArrayTable:
     """The different arrays met in one derivation."""
 
     def __init__(self) -> None:

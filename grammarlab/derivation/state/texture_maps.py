@@ -1,6 +1,6 @@
 """Texture coordinates: an affine map from the world to (u, v) for each shape and uv set.
 
-The maps of a derivation lie in a pool, and shapes refer to them by id. The ids are columns of `Shapes.state`, one for
+The maps of a derivation lie in a table, and shapes refer to them by id. The ids are columns of `Shapes.state`, one for
 each uv set that the grammar mentions: a grammar without texture coordinates carries none of them. Since the maps count
 from the world, cutting a shape or giving it another scope leaves them alone; what moves or scales its geometry takes
 them along (`carried` in `texture_transfer.py`).
@@ -22,7 +22,7 @@ NONE = -1
 """The id of no map."""
 
 
-class TextureMapPool:
+class TextureMapTable:
     """The maps met in one derivation: rows (u, v) of a gradient in the world and a value at its origin."""
 
     def __init__(self) -> None:

@@ -10,14 +10,14 @@ import numpy as np
 
 from grammarlab.assets.meshes import Asset, AssetFolder
 from grammarlab.derivation.lots import Lots, Values
-from grammarlab.derivation.state.meshes import MeshPool
+from grammarlab.derivation.state.meshes import MeshTable
 from grammarlab.derivation.state.recorder import Recorder
 from grammarlab.derivation.state.shapes import Floats, Shapes, Value, join_values, take_value
-from grammarlab.derivation.state.tables import TablePool
-from grammarlab.derivation.state.texture_maps import TextureMapPool
-from grammarlab.derivation.values.frames import FramePool
-from grammarlab.derivation.values.materials import MaterialPool
-from grammarlab.derivation.values.strings import StringPool
+from grammarlab.derivation.state.tables import ArrayTable
+from grammarlab.derivation.state.texture_maps import TextureMapTable
+from grammarlab.derivation.values.frames import FrameTable
+from grammarlab.derivation.values.materials import MaterialTable
+from grammarlab.derivation.values.strings import StringTable
 from grammarlab.errors import AssetError, BudgetError, DerivationError, Location, MissingAssetError
 
 Code: TypeAlias = "Callable[[Shapes, Workspace], Value]"
@@ -49,7 +49,7 @@ class CompiledAttribute:
 
 @dataclass(slots=True)
 class Workspace:
-    """The pools, the record and the attribute values of one derivation."""
+    """The tables, the record and the attribute values of one derivation."""
 
     attributes: Mapping[str, CompiledAttribute]
     """The attributes and constants of the grammar, by name."""
@@ -67,16 +67,16 @@ class Workspace:
     """The symbols of `Lots.start_rules`."""
     roots: Shapes
     """One shape per model: the initial shapes."""
-    strings: StringPool
-    frames: FramePool
-    meshes: MeshPool
-    materials: MaterialPool
+    strings: StringTable
+    frames: FrameTable
+    meshes: MeshTable
+    materials: MaterialTable
     budget: Budget
     recorder: Recorder
     assets: AssetFolder | None = None
     """What asset paths are relative to and may not leave."""
-    tables: TablePool = field(default_factory=TablePool)
-    texture_maps: TextureMapPool = field(default_factory=TextureMapPool)
+    tables: ArrayTable = field(default_factory=ArrayTable)
+    texture_maps: TextureMapTable = field(default_factory=TextureMapTable)
     count_again_at: int = field(init=False)
     """Number of nodes up to which no model can have outgrown its budget."""
     call_depth: int = 0

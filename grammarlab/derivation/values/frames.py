@@ -67,7 +67,7 @@ def cube_indices(rotations: Floats) -> Ids:
     return np.where(straight, _CODES[code], np.int32(-1))
 
 
-class FramePool:
+class FrameTable:
     """The base rotations met in one derivation; the first one is the identity."""
 
     def __init__(self) -> None:

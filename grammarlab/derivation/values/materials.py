@@ -75,7 +75,7 @@ class Materials:
         return self.channels[:, 6:9]
 
 
-class MaterialPool:
+class MaterialTable:
     """The different materials met in one derivation. Id 0 is the material of a fresh shape."""
 
     def __init__(self) -> None:

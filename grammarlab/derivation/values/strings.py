@@ -1,4 +1,4 @@
-"""Strings as integers: a column of texts is a column of ids into one pool."""
+"""Strings as integers: a column of texts is a column of ids into one table."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 StringIds = NDArray[np.int32]
 
 
-class StringPool:
+class StringTable:
     """The different strings met in one derivation."""
 
     def __init__(self) -> None:

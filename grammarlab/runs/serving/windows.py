@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
 
 Message = dict[str, Any]
+Argument: TypeAlias = str | float | bool | None | Sequence["Argument"] | Mapping[str, "Argument"]
+"""A value of a request, as JSON has it."""
 Send = Callable[[Message, Sequence[bytes]], None]
 """Sends a message and binary buffers to one window. Called on the session's thread; it must not block."""
 Answer = Callable[[Message, Sequence[bytes]], None]

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from grammarlab.derivation.values.frames import COMPOSE, CUBE, FramePool, cube_index, cube_indices
+from grammarlab.derivation.values.frames import COMPOSE, CUBE, FrameTable, cube_index, cube_indices
 
 cubes = st.integers(0, 23)
 
@@ -32,35 +32,35 @@ def test_a_skew_rotation_is_no_rotation_of_the_cube():
 
 @given(st.integers(0, 1000), cubes, cubes)
 def test_turning_a_frame_multiplies_its_rotation(seed, first, second):
-    pool = FramePool()
+    table = FrameTable()
     base = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
-    frame = pool.turned(pool.turned(pool.add(base[None]), first), second)
-    assert np.allclose(pool.rotations(frame)[0], base @ CUBE[first] @ CUBE[second])
+    frame = table.turned(table.turned(table.add(base[None]), first), second)
+    assert np.allclose(table.rotations(frame)[0], base @ CUBE[first] @ CUBE[second])
     for axis in range(3):
-        assert np.array_equal(pool.axis(frame, axis)[0], pool.rotations(frame)[0, :, axis])
+        assert np.array_equal(table.axis(frame, axis)[0], table.rotations(frame)[0, :, axis])
 
 
 @given(st.integers(0, 1000), cubes)
 def test_vectors_go_to_the_world_and_back(seed, cube):
     rng = np.random.default_rng(seed)
-    pool = FramePool()
-    frames = pool.turned(pool.add(Rotation.random(5, rng=rng).as_matrix()), cube)
+    table = FrameTable()
+    frames = table.turned(table.add(Rotation.random(5, rng=rng).as_matrix()), cube)
     vectors = rng.normal(size=(5, 3))
-    assert np.allclose(pool.to_local(frames, pool.to_world(frames, vectors)), vectors)
+    assert np.allclose(table.to_local(frames, table.to_world(frames, vectors)), vectors)
 
 
 def test_one_rotation_makes_one_base_for_each_different_frame():
-    pool = FramePool()
+    table = FrameTable()
     turn = Rotation.from_euler("z", 30, degrees=True).as_matrix()
-    frames = pool.rotated(np.array([0, 5, 0, 5], dtype=np.int32), turn)
+    frames = table.rotated(np.array([0, 5, 0, 5], dtype=np.int32), turn)
     assert len(np.unique(frames)) == 2
-    assert np.allclose(pool.rotations(frames), CUBE[[0, 5, 0, 5]] @ turn)
+    assert np.allclose(table.rotations(frames), CUBE[[0, 5, 0, 5]] @ turn)
 
 
 def test_used_frames_are_renumbered_without_gaps():
-    pool = FramePool()
-    pool.add(Rotation.random(3, rng=np.random.default_rng(1)).as_matrix())
+    table = FrameTable()
+    table.add(Rotation.random(3, rng=np.random.default_rng(1)).as_matrix())
     frames = np.array([48, 0, 48, 30], dtype=np.int32)
-    rotations, places = pool.used(frames)
+    rotations, places = table.used(frames)
     assert len(rotations) == 3
-    assert np.array_equal(rotations[places], pool.rotations(frames))
+    assert np.array_equal(rotations[places], table.rotations(frames))

@@ -12,7 +12,7 @@ from grammarlab.derivation.functions.colors import to_hex
 from grammarlab.derivation.state.shapes import Ids, Shapes, Value
 from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.derivation.values.angles import euler_angles
-from grammarlab.derivation.values.materials import CHANNELS, REMEMBERED, MaterialPool
+from grammarlab.derivation.values.materials import CHANNELS, REMEMBERED, MaterialTable
 
 STATE_DEFAULTS: dict[str, float | str | bool] = {
     "split.index": 0.0,
@@ -55,8 +55,8 @@ def _orientation(axis: int) -> Code:
 
 def turn_angles(reference: Ids, frames: Ids, workspace: Workspace) -> NDArray[np.float64]:
     """[N, 3] by which angles in degrees frames [N] are turned against others [N]."""
-    pool = workspace.frames
-    return euler_angles(np.einsum("nji,njk->nik", pool.rotations(reference), pool.rotations(frames)))
+    table = workspace.frames
+    return euler_angles(np.einsum("nji,njk->nik", table.rotations(reference), table.rotations(frames)))
 
 
 def _state(name: str) -> Code:
@@ -68,7 +68,7 @@ def _channel(name: str) -> Code:
     return lambda shapes, workspace: workspace.materials.channel(shapes.material, name)
 
 
-def _of_material(describe: Callable[[MaterialPool, int], str]) -> Code:
+def _of_material(describe: Callable[[MaterialTable, int], str]) -> Code:
     """A text about each material."""
 
     def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
@@ -78,8 +78,8 @@ def _of_material(describe: Callable[[MaterialPool, int], str]) -> Code:
     return evaluate
 
 
-def _color(pool: MaterialPool, material: int) -> str:
-    return to_hex(*(float(pool.channel(np.array([material]), f"color.{channel}")[0]) for channel in "rgb"))
+def _color(table: MaterialTable, material: int) -> str:
+    return to_hex(*(float(table.channel(np.array([material]), f"color.{channel}")[0]) for channel in "rgb"))
 
 
 def _origin(axis: int) -> Code:
@@ -104,7 +104,7 @@ SHAPE_ATTRIBUTES: dict[str, Code] = {
     **{f"material.{name}": _channel(name) for name in CHANNELS},
     "material.color.a": _channel("opacity"),
     "material.color.rgb": _of_material(_color),
-    "material.colormap": _of_material(lambda pool, material: pool.texture(material)),
+    "material.colormap": _of_material(lambda table, material: table.texture(material)),
     "initialShape.name": lambda shapes, workspace: "InitialShape",
     "initialShape.startRule": lambda shapes, workspace: workspace.start_symbol(shapes),
     "initialShape.symbol": lambda shapes, workspace: workspace.start_symbol(shapes),

@@ -114,10 +114,10 @@ def stood_up(call: BoundCall, solid: Meshes, along: Floats) -> Shapes:
         solid: [N] the geometry in metres, in the axes of the old scopes and from their origins.
         along: [N, 3] unit vectors in the axes of the old scopes.
     """
-    shapes, frames, pool = call.shapes, call.workspace.frames, call.workspace.meshes
+    shapes, frames, table = call.shapes, call.workspace.frames, call.workspace.meshes
     rotation = _standing_on(along)
     turned = solid.with_points(np.einsum("pji,pj->pi", rotation[solid.mesh_of_point()], solid.points))
-    return replaced(shapes._replace(frame=frames.rotated(shapes.frame, rotation)), turned, pool, frames)
+    return replaced(shapes._replace(frame=frames.rotated(shapes.frame, rotation)), turned, table, frames)
 
 
 def _directions(call: BoundCall, shapes: Shapes, direction: str) -> Floats:
