@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 import re
-from concurrent.futures import Future
-from contextlib import suppress
 from pathlib import Path
-from threading import Thread
 
 from playwright.sync_api import FloatRect, Locator, Page, expect
 
 from grammarlab.facade.file import load_facade
 from grammarlab.facade.tree import Facade, X, check
-from grammarlab.runs.facade.editor.editor import Editor
-from grammarlab.runs.facade.editor.server import PAGE
-from grammarlab.runs.serving.server import serving
 from tests.browser.driver import Server
 
 
@@ -27,29 +20,6 @@ class EditorServer(Server):
 
     def arguments(self) -> list[str]:
         return ["facade", "open", self.grammar, "-o", str(self.session)]
-
-
-class EditorThread:
-    """The same in a thread of this process, which is there sooner."""
-
-    def __init__(self, file: Path, output: Path) -> None:
-        self._editor = Editor(file, output)
-        self._loop = asyncio.new_event_loop()
-        address: Future[str] = Future()
-        self._task = self._loop.create_task(serving(self._editor, PAGE, 0, address.set_result))
-        self._thread = Thread(target=self._run)
-        self._thread.start()
-        self.address = address.result()
-
-    def _run(self) -> None:
-        with suppress(asyncio.CancelledError):
-            self._loop.run_until_complete(self._task)
-
-    def close(self) -> None:
-        self._loop.call_soon_threadsafe(self._task.cancel)
-        self._thread.join()
-        self._loop.close()
-        self._editor.close()
 
 
 class EditorPage:

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
-from contextlib import suppress
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import pytest
@@ -19,32 +15,9 @@ from grammarlab.facade.examples.analysis.example import analyse
 from grammarlab.facade.examples.mesh.reading import read_mesh
 from grammarlab.runs.facade.example_page.corrector import Corrector
 from grammarlab.runs.facade.example_page.server import PAGE
-from grammarlab.runs.serving.server import serving
+from tests.browser.in_process import PageThread
 from tests.facade.examples.houses import house
 from tests.waiting import wait_until
-
-
-class CorrectorThread:
-    """The page's server in a thread of this process."""
-
-    def __init__(self, file: Path, output: Path) -> None:
-        self._corrector = Corrector(file, output)
-        self._loop = asyncio.new_event_loop()
-        address: Future[str] = Future()
-        self._task = self._loop.create_task(serving(self._corrector, PAGE, 0, address.set_result))
-        self._thread = Thread(target=self._run)
-        self._thread.start()
-        self.address = address.result()
-
-    def _run(self) -> None:
-        with suppress(asyncio.CancelledError):
-            self._loop.run_until_complete(self._task)
-
-    def close(self) -> None:
-        self._loop.call_soon_threadsafe(self._task.cancel)
-        self._thread.join()
-        self._loop.close()
-        self._corrector.close()
 
 
 @pytest.fixture
@@ -54,10 +27,10 @@ def building(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def opened(windows: Any, building: Path, tmp_path: Path) -> Iterator[Callable[[], Page]]:
-    servers: list[CorrectorThread] = []
+    servers: list[PageThread] = []
 
     def open_page() -> Page:
-        servers.append(CorrectorThread(building, tmp_path / "example.json"))
+        servers.append(PageThread(Corrector(building, tmp_path / "example.json"), PAGE))
         return windows(servers[-1].address)
 
     yield open_page

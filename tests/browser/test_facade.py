@@ -15,8 +15,11 @@ from playwright.sync_api import expect
 from grammarlab.facade.file import load_facade, save_facade
 from grammarlab.facade.grids.editing import grid_of
 from grammarlab.facade.tree import Facade, X, Y
+from grammarlab.runs.facade.editor.editor import Editor
+from grammarlab.runs.facade.editor.server import PAGE
 from grammarlab.runs.requests.examples import examples_folder
-from tests.browser.editing import EditorPage, EditorServer, EditorThread
+from tests.browser.editing import EditorPage, EditorServer
+from tests.browser.in_process import PageThread
 from tests.browser.test_page import contrast
 from tests.browser.test_touch import Hand
 
@@ -27,11 +30,11 @@ WINDOWS = "french window"
 @pytest.fixture
 def edited(windows: Any, tmp_path: Path) -> Iterator[Callable[..., EditorPage]]:
     """Opens a shipped facade on a page of its own: ``edited("townhouse", color_scheme="dark")``."""
-    servers: list[EditorThread] = []
+    servers: list[PageThread] = []
 
     def open_page(name: str = "townhouse", **options: Any) -> EditorPage:
         file = Path(name) if name.endswith(".json") else FACADES / f"{name}.json"
-        servers.append(EditorThread(file, tmp_path / "saved.facade.json"))
+        servers.append(PageThread(Editor(file, tmp_path / "saved.facade.json"), PAGE))
         return EditorPage(windows(servers[-1].address, **options), tmp_path / "saved.facade.json")
 
     yield open_page

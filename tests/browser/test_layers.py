@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
 import re
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
-from contextlib import suppress
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import pytest
@@ -17,8 +13,8 @@ from playwright.sync_api import Page, expect
 from grammarlab.facade.file import load_facade
 from grammarlab.facade.layers.designs.file import load_design
 from grammarlab.runs.facade.layers_page.designer import PAGE, Designer
-from grammarlab.runs.serving.server import serving
 from tests.browser.driver import Server
+from tests.browser.in_process import PageThread
 from tests.browser.test_page import contrast
 from tests.browser.test_touch import Hand
 from tests.facade.layers.samples import RESIDENTIAL
@@ -29,29 +25,6 @@ class DesignServer(Server):
 
     def arguments(self) -> list[str]:
         return ["facade", "open", self.grammar, "-o", str(self.session)]
-
-
-class DesignThread:
-    """The same in a thread of this process, which is there sooner."""
-
-    def __init__(self, file: Path, output: Path) -> None:
-        self._designer = Designer(file, output)
-        self._loop = asyncio.new_event_loop()
-        address: Future[str] = Future()
-        self._task = self._loop.create_task(serving(self._designer, PAGE, 0, address.set_result))
-        self._thread = Thread(target=self._run)
-        self._thread.start()
-        self.address = address.result()
-
-    def _run(self) -> None:
-        with suppress(asyncio.CancelledError):
-            self._loop.run_until_complete(self._task)
-
-    def close(self) -> None:
-        self._loop.call_soon_threadsafe(self._task.cancel)
-        self._thread.join()
-        self._loop.close()
-        self._designer.close()
 
 
 class DesignPage:
@@ -93,11 +66,11 @@ class DesignPage:
 
 @pytest.fixture
 def opened(windows: Any, tmp_path: Path) -> Iterator[Callable[..., DesignPage]]:
-    servers: list[DesignThread] = []
+    servers: list[PageThread] = []
 
     def open_page(text: str = RESIDENTIAL, **options: Any) -> DesignPage:
         (tmp_path / "house.toml").write_text(text, encoding="utf-8")
-        servers.append(DesignThread(tmp_path / "house.toml", tmp_path / "mine.toml"))
+        servers.append(PageThread(Designer(tmp_path / "house.toml", tmp_path / "mine.toml"), PAGE))
         return DesignPage(windows(servers[-1].address, **options))
 
     yield open_page

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
 import re
 from collections.abc import Iterator
-from concurrent.futures import Future
-from contextlib import suppress
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import pytest
@@ -19,31 +15,7 @@ from grammarlab.facade.templates.library import named
 from grammarlab.facade.templates.scenes import SceneOptions, rectangles
 from grammarlab.runs.facade.scan_page.desk import ScanDesk
 from grammarlab.runs.facade.scan_page.matcher import PAGE, Matcher
-from grammarlab.runs.serving.server import serving
-
-
-class MatcherThread:
-    """The page's server in a thread of this process."""
-
-    def __init__(self, target: Path) -> None:
-        elements = rectangles(SceneOptions(elements=4, kinds=2, noise=0.005, occluded=0.0), 2)
-        self._matcher = Matcher(ScanDesk("scene.json", elements, named("rectangle"), target))
-        self._loop = asyncio.new_event_loop()
-        address: Future[str] = Future()
-        self._task = self._loop.create_task(serving(self._matcher, PAGE, 0, address.set_result))
-        self._thread = Thread(target=self._run)
-        self._thread.start()
-        self.address = address.result()
-
-    def _run(self) -> None:
-        with suppress(asyncio.CancelledError):
-            self._loop.run_until_complete(self._task)
-
-    def close(self) -> None:
-        self._loop.call_soon_threadsafe(self._task.cancel)
-        self._thread.join()
-        self._loop.close()
-        self._matcher.close()
+from tests.browser.in_process import PageThread
 
 
 @pytest.fixture
@@ -53,7 +25,8 @@ def target(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def page(windows: Any, target: Path) -> Iterator[Page]:
-    server = MatcherThread(target)
+    elements = rectangles(SceneOptions(elements=4, kinds=2, noise=0.005, occluded=0.0), 2)
+    server = PageThread(Matcher(ScanDesk("scene.json", elements, named("rectangle"), target)), PAGE)
     yield windows(server.address)
     server.close()
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 Message = dict[str, Any]
-Argument: TypeAlias = str | float | bool | None | Sequence["Argument"] | Mapping[str, "Argument"]
+Argument: TypeAlias = str | float | bool | Sequence["Argument"] | Mapping[str, "Argument"] | None
 """A value of a request, as JSON has it."""
 Send = Callable[[Message, Sequence[bytes]], None]
 """Sends a message and binary buffers to one window. Called on the session's thread; it must not block."""
