@@ -34,6 +34,7 @@ class Desktop(Generic[Desk]):
         desk: Desk,
         run: Callable[[Desk, object, Sequence[bytes], Send], None],
         state_of: Callable[[Desk], tuple[Message, Sequence[bytes]]],
+        idle: Callable[[Desk], None] = lambda _: None,
     ) -> None:
         """Begins.
 
@@ -41,8 +42,9 @@ class Desktop(Generic[Desk]):
             desk: changed on the desktop's thread only.
             run: does what a window asks for, and answers; of `drag` the latest counts, others become `skip`.
             state_of: the event, with buffers, that windows are told at first and whenever `revision` has changed.
+            idle: does what can wait until nothing is asked for; only while there is a window.
         """
-        self.desk, self._run_request, self._state_of = desk, run, state_of
+        self.desk, self._run_request, self._state_of, self._idle = desk, run, state_of, idle
         self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._windows: dict[Send, None] = {}
         self._dragged: dict[Send, object] = {}
@@ -80,7 +82,9 @@ class Desktop(Generic[Desk]):
         while job := self._inbox.get():
             try:
                 job()
-                if self._told != self.desk.revision:
+                self._tell_state()
+                if self._windows and self._inbox.empty():
+                    self._idle(self.desk)
                     self._tell_state()
             except Exception:  # a mistake of ours must not end the desktop
                 traceback.print_exc()
@@ -100,6 +104,8 @@ class Desktop(Generic[Desk]):
         self._dragged.pop(send, None)
 
     def _tell_state(self) -> None:
+        if self._told == self.desk.revision:
+            return
         self._told = self.desk.revision
         message, buffers = self._state_of(self.desk)
         for send in tuple(self._windows):

@@ -24,7 +24,7 @@ def run(desk: ExampleDesk, message: object, buffers: Sequence[bytes], window: Se
     answered(COMMANDS, desk, message, buffers, window)
 
 
-def state_of(desk: ExampleDesk) -> Message:
+def state_of(desk: ExampleDesk) -> tuple[Message, Sequence[bytes]]:
     """Everything that the page shows, but the pictures."""
     kept = {wall["name"]: wall for wall in desk.document["walls"]}
     walls = []
@@ -50,7 +50,7 @@ def state_of(desk: ExampleDesk) -> Message:
         "names": desk.label_names(),
         "walls": walls,
     }
-    return {"event": "state", "state": state}
+    return {"event": "state", "state": state}, ()
 
 
 def _relabel(desk: ExampleDesk, request: Request) -> Message:

@@ -1,73 +1,35 @@
-"""Matching with a person, usable by any transport: one thread on which everything happens in order."""
+"""Matching with a person."""
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Callable, Sequence
 from functools import partial
-from queue import SimpleQueue
-from threading import Thread
 
 from grammarlab.facade.templates.kinds.corrections import correction_of
 from grammarlab.runs.facade.scan_page.desk import ScanDesk
+from grammarlab.runs.serving.desktop import Desktop
 from grammarlab.runs.serving.requests import Request, answered
 from grammarlab.runs.serving.server import built_page
-from grammarlab.runs.serving.windows import Message, Send
+from grammarlab.runs.serving.windows import Message
 
 PAGE = built_page(__file__, "grammarlab facade open", max_bytes=1 << 20)
 
 
-class Matcher:
-    """Elements that windows correct together.
-
-    `handle` and `listen` may be called from any thread and return at once. Functions given to send messages with are
-    called on a thread of its own, one after the other, and must not block.
-    """
+class Matcher(Desktop[ScanDesk]):
+    """Elements that windows correct together; matched again once nothing more is asked for."""
 
     def __init__(self, desk: ScanDesk) -> None:
-        self.desk = desk
-        self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
-        self._windows: dict[Send, None] = {}
-        self._told = -1
-        self._thread = Thread(target=self._run, daemon=True)
-        self._thread.start()
+        super().__init__(desk, partial(answered, COMMANDS), _state_of, _match)
 
-    def handle(self, message: object, buffers: Sequence[bytes], send: Send) -> None:
-        """Takes a request of a window; see `COMMANDS`."""
-        self._inbox.put(partial(answered, COMMANDS, self.desk, message, buffers, send))
 
-    def listen(self, send: Send) -> Callable[[], None]:
-        """Has a window told whenever something changes, and once at first; the result ends it."""
-        self._inbox.put(partial(self._open, send))
-        return lambda: self._inbox.put(lambda: self._windows.pop(send, None) and None)
+def _state_of(desk: ScanDesk) -> tuple[Message, Sequence[bytes]]:
+    return {"event": "state", "state": desk.state()}, ()
 
-    def close(self) -> None:
-        """Ends it, after all that was asked for before."""
-        self._inbox.put(None)
-        self._thread.join()
 
-    def _run(self) -> None:
-        while job := self._inbox.get():
-            try:
-                job()
-                self._tell()
-                # What was asked for meanwhile comes first, so that one match is enough for all of it.
-                if self.desk.is_stale and self._windows and self._inbox.empty():
-                    self.desk.rematch()
-                    self._tell()
-            except Exception:  # a mistake of ours must not end the page
-                traceback.print_exc()
-
-    def _open(self, send: Send) -> None:
-        self._windows[send] = None
-        send({"event": "state", "state": self.desk.state()}, ())
-
-    def _tell(self) -> None:
-        if self._told != self.desk.revision:
-            self._told = self.desk.revision
-            message = {"event": "state", "state": self.desk.state()}
-            for send in tuple(self._windows):
-                send(message, ())
+def _match(desk: ScanDesk) -> None:
+    # What was asked for meanwhile came first, so that one match is enough for all of it.
+    if desk.is_stale:
+        desk.rematch()
 
 
 def _correct(desk: ScanDesk, request: Request) -> Message:

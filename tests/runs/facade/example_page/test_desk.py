@@ -34,7 +34,7 @@ def ask(desk: ExampleDesk, **message: Any) -> dict[str, Any]:
 
 def test_a_split_that_is_joined_again_is_undone_and_every_step_is_an_example(desk: ExampleDesk) -> None:
     wall: Any = {"wall": "front"}
-    first = state_of(desk)["state"]["walls"][0]
+    first = state_of(desk)[0]["state"]["walls"][0]
     for axis, line in (("rows", 1), ("columns", 2)):
         lines = first[axis]
         assert ask(desk, command="split", axis=axis, at=(lines[line - 1] + lines[line]) / 2, **wall)["ok"]
