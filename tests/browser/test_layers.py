@@ -56,9 +56,10 @@ class DesignPage:
 
     def metre(self) -> float:
         """Pixels."""
-        box = self.page.locator(".fe-measure").first.bounding_box()
-        assert box
-        return box["width"] / float(self.width.get_attribute("aria-valuenow") or 0)
+        # At once, since another drawing may replace the line at any time.
+        width = self.page.evaluate("document.querySelector('.fe-measure').getBoundingClientRect().width")
+        assert width
+        return width / float(self.width.get_attribute("aria-valuenow") or 0)
 
     def expect_width(self, width: float) -> None:
         expect(self.width).to_have_attribute("aria-valuenow", f"{width:.2f}")
