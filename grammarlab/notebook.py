@@ -143,7 +143,7 @@ class ScoringSession(anywidget.AnyWidget):
         Raises:
             GrammarlabError: when it is refused; says why.
         """
-        result, _ = self._session.call(command, **arguments)
+        result, _ = self._session.call(command, (), **arguments)
         return result
 
     def close(self) -> None:
