@@ -1,7 +1,7 @@
-"""Sample real models from stochastic CGA shape grammars, say which ones you like, and get a grammar of those.
+"""Sample models from stochastic CGA shape grammars, score them, and learn a grammar that samples liked models.
 
-These names are what may be relied on; whatever else modules hold may change with any release. They are looked up when
-they are first used, so that importing the package loads nothing.
+The names in ``__all__`` are public; all other names may change with any release. They are imported when they are first
+used, so that importing the package loads nothing.
 
 >>> import grammarlab as gl
 >>> grammar = gl.Grammar.parse("Lot --> s(5, 0, 5) extrude(rand(3, 30)) Tower")
@@ -129,7 +129,7 @@ _HOMES = {
     "save_labels": "preference.labels.files",
     "show_facade": "runs.facade.show",
 }
-"""Where each name is at home, and under which name if that is another one."""
+"""Module of each public name, and its name in that module if it differs."""
 
 
 def __getattr__(name: str) -> Any:

@@ -1,8 +1,8 @@
-"""Which version this is, and where it lies."""
+"""Version and folder of the package."""
 
 from pathlib import Path
 
 __version__ = "0.1.0"
 
 PACKAGE = Path(__file__).parent
-"""The folder of the package: with its data inside it where it is installed, beside it in a checkout."""
+"""Folder of the package. Its data is inside it if it is installed, and beside it in a checkout."""

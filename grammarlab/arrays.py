@@ -1,4 +1,4 @@
-"""Ragged lists as values plus offsets, and the few column operations that everything else is made of.
+"""Ragged lists as values plus offsets, and basic operations on columns.
 
 A ragged list of N rows is ``values`` of length ``offsets[N]`` and ``offsets`` of length N + 1: row i is
 ``values[offsets[i]:offsets[i + 1]]``.
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 Ints = NDArray[np.int64]
 
 _MOST_PLACES = 8
-"""Up to so many possible values for each given one, marking a place for each is faster than sorting."""
+"""Largest ratio of possible to given values for which marking flags is faster than sorting."""
 
 
 def offsets_from_counts(counts: NDArray[np.integer]) -> Ints:
@@ -27,7 +27,7 @@ def offsets_from_counts(counts: NDArray[np.integer]) -> Ints:
 
 
 def row_of_value(counts: NDArray[np.integer]) -> Ints:
-    """For each value of a ragged list, the row it belongs to.
+    """Row of each value of a ragged list.
 
     >>> row_of_value(np.array([2, 0, 3])).tolist()
     [0, 0, 2, 2, 2]
@@ -36,7 +36,7 @@ def row_of_value(counts: NDArray[np.integer]) -> Ints:
 
 
 def index_in_row(counts: NDArray[np.integer]) -> Ints:
-    """For each value of a ragged list, its place within its row.
+    """Index of each value of a ragged list within its row.
 
     >>> index_in_row(np.array([2, 0, 3])).tolist()
     [0, 1, 0, 1, 2]
@@ -46,7 +46,7 @@ def index_in_row(counts: NDArray[np.integer]) -> Ints:
 
 
 def take_rows(offsets: NDArray[np.integer], rows: NDArray[np.integer]) -> tuple[Ints, Ints]:
-    """Where the values of the chosen rows lie, and the offsets of the list they make.
+    """Indices of the values of chosen rows, and the offsets of the list of these rows.
 
     Args:
         offsets: [N + 1] offsets of a ragged list.
@@ -89,5 +89,5 @@ def distinct_counts(values: NDArray[np.integer], limit: int) -> tuple[Ints, Ints
         found, counts = np.unique(values, return_counts=True)
         return found.astype(np.int64), counts
     counts = np.bincount(values, minlength=limit)
-    found = np.flatnonzero(counts > 0)  # of flags, twice as fast as of integers
+    found = np.flatnonzero(counts > 0)  # nonzero of flags is twice as fast as of integers
     return found, counts[found]

@@ -1,15 +1,15 @@
-"""Every error grammarlab raises on purpose, drawn once.
+"""Error classes of grammarlab.
 
 GrammarlabError
 ├── UsageError             wrong options or arguments: the command line exits with 2
-├── LanguageError          a rule file that cannot be used: carries its findings
-├── DerivationError        a rule that cannot be carried out on a shape: carries a location
+├── LanguageError          a rule file that cannot be used: has its findings
+├── DerivationError        a rule that cannot be applied to a shape: has a location
 │   └── BudgetError        too many shapes, or too deep
 ├── AssetError             a mesh, image or footprint that is missing, broken or out of bounds
 │   └── MissingAssetError  a file that its folder lacks
-├── WorkerError            a task whose processes have died again and again
-├── FacadeError            a facade that is none, or wishes for it that contradict each other
-└── InexactError           a density that no grammar gives exactly: says why
+├── WorkerError            a task whose processes have died repeatedly
+├── FacadeError            an invalid facade, or constraints that contradict each other
+└── InexactError           a density that no grammar has exactly: states the reason
 
 A finding is one remark of the checker about a place in a rule file. Locations count lines and
 columns from 1; a column counts characters, not bytes.
@@ -62,7 +62,7 @@ class Finding:
         return {**asdict(self), "location": asdict(self.location)}
 
     def render(self, lines: Sequence[str]) -> str:
-        """The finding with the line it is about and a caret under the place.
+        """The finding with its line of the rule file and a caret under the place.
 
         Args:
             lines: all lines of the rule file; without them only the place is named.
@@ -84,7 +84,7 @@ class Finding:
 
 
 class GrammarlabError(Exception):
-    """Anything grammarlab refuses to do, with a message meant for the person using it.
+    """Base class of all errors of grammarlab, with a message for the user.
 
     >>> import grammarlab as gl
     >>> try:
@@ -96,14 +96,14 @@ class GrammarlabError(Exception):
 
 
 class UsageError(GrammarlabError):
-    """Options or arguments that do not fit; the command line exits with 2."""
+    """Wrong options or arguments; the command line exits with 2."""
 
 
 class LanguageError(GrammarlabError):
     """A rule file with errors.
 
     Args:
-        findings: what the parser or checker found; at least one of them an error.
+        findings: findings of the parser or checker; at least one is an error.
         text: the rule file, for the carets in the message.
     """
 
@@ -114,16 +114,16 @@ class LanguageError(GrammarlabError):
         super().__init__("\n".join(finding.render(lines) for finding in findings))
 
     def __reduce__(self) -> tuple[type[LanguageError], tuple[tuple[Finding, ...], str]]:
-        """What makes an equal error in another process: an exception alone would be made of its message."""
+        """Arguments to pickle an equal error; by default an exception is pickled with its message only."""
         return type(self), (self.findings, self.text)
 
 
 class DerivationError(GrammarlabError):
-    """An operation that cannot be carried out.
+    """An operation that cannot be applied.
 
     Args:
         message: what was expected and what was found.
-        location: the place in the rule file, when one is to blame.
+        location: the place in the rule file that causes it, if any.
         hint: what to try.
     """
 
@@ -135,24 +135,24 @@ class DerivationError(GrammarlabError):
         super().__init__(f"{where}{message}" + (f"\n  hint: {hint}" if hint else ""))
 
     def __reduce__(self) -> tuple[type[DerivationError], tuple[str, Location | None, str]]:
-        """What makes an equal error in another process."""
+        """Arguments to pickle an equal error."""
         return type(self), (self.message, self.location, self.hint)
 
 
 class BudgetError(DerivationError):
-    """A model that grew past its shape or depth budget."""
+    """A model that exceeds its budget of shapes or depth."""
 
 
 class WorkerError(GrammarlabError):
-    """A task that cannot be done because the processes that work on it die."""
+    """A task that cannot be completed because its worker processes die."""
 
 
 class FacadeError(GrammarlabError):
-    """A facade, or a file of one, that cannot be used: says what and where."""
+    """An invalid facade or facade file, with the place of the mistake."""
 
 
 class InexactError(GrammarlabError):
-    """No grammar of the same form gives the density exactly, or it would be too large."""
+    """A density that no grammar of the same form has exactly, or only one that is too large."""
 
 
 class AssetError(GrammarlabError):
@@ -160,4 +160,4 @@ class AssetError(GrammarlabError):
 
 
 class MissingAssetError(AssetError):
-    """A name in the bounds of an asset folder for which there is no file."""
+    """A file that is missing in an asset folder."""

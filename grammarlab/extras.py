@@ -1,4 +1,4 @@
-"""Packages that not everybody installs, and what to say where one is missing."""
+"""Optional packages, and the error for a missing one."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ EXTRAS = {
     "anywidget": "notebook",
     "traitlets": "notebook",
 }
-"""The extra of grammarlab that installs a package."""
+"""Extra of grammarlab that installs each package."""
 
 
 @contextmanager
 def named_extras() -> Iterator[None]:
-    """Says which extra to install, where what is imported within finds a package of `EXTRAS` missing.
+    """Context in which a missing package of `EXTRAS` raises an error that names the extra to install.
 
     Raises:
-        UsageError: in the place of the ModuleNotFoundError; that of any other package stays as it is.
+        UsageError: Instead of the ModuleNotFoundError of a package of `EXTRAS`.
     """
     try:
         yield
@@ -44,10 +44,10 @@ def named_extras() -> Iterator[None]:
 
 
 def require(package: str) -> None:
-    """Makes sure, without importing it, that a package of `EXTRAS` is there before work begins that needs it later.
+    """Check that a package of `EXTRAS` is installed, without importing it.
 
     Raises:
-        UsageError: when it is not.
+        UsageError: If it is not installed.
     """
     with named_extras():
         if find_spec(package) is None:

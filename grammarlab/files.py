@@ -1,4 +1,4 @@
-"""Files and folders that are either whole or not there, whatever happens in between."""
+"""Atomic writing of files and folders: they are complete or absent, even after a crash."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from hashlib import sha256
 from pathlib import Path
 
 PART_PREFIX = ".part-"
-"""What the name of an unfinished file or folder begins with."""
+"""Prefix of the names of unfinished files and folders."""
 
 
 @contextmanager
 def atomic_file(path: Path, *, lasting: bool = True) -> Iterator[Path]:
-    """A path to write to; it becomes ``path`` when the block ends well and vanishes when it does not.
+    """A temporary path to write to; it is renamed to ``path`` after the block, or deleted if the block raises.
 
-    The path lies in the same folder and has the same suffix, since writers choose their format by it. No other process
-    or thread has the same one.
+    The temporary path is in the same folder and has the same suffix, since writers choose their format by it. It is
+    unique among processes and threads.
 
     Args:
-        path: where the file is to be; one of that name is replaced at once.
-        lasting: whether the file survives a power failure once the block has ended. That takes 10 ms or more a file,
-            too much for thousands that can be made again.
+        path: the final path; an existing file is replaced atomically.
+        lasting: whether the file survives a power failure after the block. This takes 10 ms or more per file,
+            too long for thousands of files that can be made again.
     """
     part = _part_of(path)
     try:
@@ -32,7 +32,7 @@ def atomic_file(path: Path, *, lasting: bool = True) -> Iterator[Path]:
         if lasting:
             _sync(part)
         part.replace(path)
-        if lasting and hasattr(os, "O_DIRECTORY"):  # elsewhere folders cannot be opened
+        if lasting and hasattr(os, "O_DIRECTORY"):  # other systems cannot open folders
             _sync(path.parent)
     finally:
         part.unlink(missing_ok=True)
@@ -40,9 +40,9 @@ def atomic_file(path: Path, *, lasting: bool = True) -> Iterator[Path]:
 
 @contextmanager
 def atomic_folder(path: Path) -> Iterator[Path]:
-    """A new folder to fill; it becomes ``path``, replacing what stood there, when the block ends well.
+    """A new folder to fill; it replaces ``path`` after the block, unless the block raises.
 
-    A process that is killed leaves the earlier folder whole, or none.
+    If the process is killed, the earlier folder is complete or absent.
     """
     part, earlier = _part_of(path), _part_of(path)
     part.mkdir(parents=True)
@@ -57,18 +57,18 @@ def atomic_folder(path: Path) -> Iterator[Path]:
 
 
 def write_bytes(path: Path, content: bytes, *, lasting: bool = True) -> None:
-    """Write a file whole or not at all; `lasting` as for `atomic_file`."""
+    """Write a file atomically; see `atomic_file` for `lasting`."""
     with atomic_file(path, lasting=lasting) as part:
         part.write_bytes(content)
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write UTF-8 text whole or not at all, with Unix line ends on every system."""
+    """Write UTF-8 text atomically, with Unix line ends on every system."""
     write_bytes(path, text.encode())
 
 
 def remove_parts(folder: Path) -> None:
-    """Remove the unfinished files and folders that killed processes left directly in a folder."""
+    """Remove unfinished files and folders of killed processes directly in a folder."""
     for part in folder.glob(f"{PART_PREFIX}*"):
         if part.is_dir() and not part.is_symlink():
             shutil.rmtree(part, ignore_errors=True)
@@ -86,12 +86,12 @@ def file_hash(path: Path) -> str:
 
 
 def _part_of(path: Path) -> Path:
-    """An unused name beside a path; short, since that of the path may be as long as a name can be."""
+    """An unused short name beside a path; the name of the path may already have the maximum length."""
     return path.with_name(f"{PART_PREFIX}{secrets.token_hex(8)}{path.suffix}")
 
 
 def _sync(path: Path) -> None:
-    """Wait until a file, or the names in a folder, are on the disk."""
+    """Flush a file, or the names in a folder, to the disk."""
     descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
     try:
         os.fsync(descriptor)

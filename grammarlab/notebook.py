@@ -1,4 +1,4 @@
-"""Scoring rounds in a notebook: the page of a session as a widget.
+"""Scoring in a notebook: the page of a session as a widget.
 
 Needs the extra ``notebook``: ``pip install 'grammarlab[notebook]'``.
 """
@@ -29,27 +29,27 @@ PAGE = Path(scoring.__file__).parent / "static"
 
 @dataclass(eq=False)
 class _OpenSession:
-    """A session that is open in this process."""
+    """An open session of this process."""
 
     session: Session
     path: Path
-    """Resolved."""
+    """Resolved path of the session file."""
     inode: int
     given: tuple[str, Path, SessionOptions]
-    """Text of the rule file, folder of its assets, and options that it was opened with."""
+    """Text of the rule file, folder of its assets, and options of the session."""
     newest: str = ""
-    """Identifier of the widget that was made last for it."""
+    """Identifier of the newest widget of the session."""
     warned: set[str] = field(default_factory=set)
-    """Warnings that were logged."""
+    """Warnings already logged."""
 
     @classmethod
     def of(cls, grammar: str, path: Path, options: SessionOptions) -> _OpenSession:
-        """The session of a file: the one that is open if it is the same, else one that takes its place."""
+        """Session of a file: the open one if grammar and options are equal, otherwise a new one that replaces it."""
         place, source = path.resolve(), find_rules(grammar, options.get("assets"))
         given = source.text(), source.assets.resolve(), options
         known = _OPEN.get(place)
         if known is not None and not known.has_its_file():
-            # First of all, since SQLite would take the new file's log for its own.
+            # Close first, since the old SQLite connection would use the log of the new file.
             known.close()
             known = None
         if known is not None and known.given == given:
@@ -61,17 +61,17 @@ class _OpenSession:
         return _OPEN[place]
 
     def has_its_file(self) -> bool:
-        """Whether the file is still there, and not another one."""
+        """Whether the file still exists and is the same file."""
         return self.path.exists() and self.path.stat().st_ino == self.inode
 
     def close(self) -> None:
-        """Ends the session."""
+        """End the session."""
         self.session.close()
         if _OPEN.get(self.path) is self:
             del _OPEN[self.path]
 
     def warn(self, warnings: Sequence[str]) -> None:
-        """Logs each warning once, whichever widgets hear of it."""
+        """Log each warning once, for any number of widgets."""
         for warning in warnings:
             if warning not in self.warned:
                 self.warned.add(warning)
@@ -79,16 +79,16 @@ class _OpenSession:
 
 
 _OPEN: dict[Path, _OpenSession] = {}
-"""By file. A cell that is run again makes another widget while ipywidgets keeps the one before it, which must not mean
-another session with processes of its own."""
+"""Open sessions by file. A cell that is run again makes a new widget while ipywidgets keeps the old one; both share the
+session and its processes."""
 
 
 class ScoringSession(anywidget.AnyWidget):
-    """Models to look at and to score; what was scored is in the session file before the page says so.
+    """Widget to view and score models; a score is in the session file before the page shows it as saved.
 
-    As the last line of a cell, ``ScoringSession("building", path="buildings.db")`` shows the page. What a person can do
-    there, a program can do with `do`. A cell that is run again goes on with the session that is open: widgets of one
-    file share it, until the newest of them is closed.
+    As the last line of a cell, ``ScoringSession("building", path="buildings.db")`` shows the page. A program can do the
+    same actions with `do`. A cell that is run again continues the open session: widgets of one file share it until the
+    newest of them is closed.
 
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as folder:
@@ -104,21 +104,21 @@ class ScoringSession(anywidget.AnyWidget):
     _esm = PAGE / "page.js"
     _css = PAGE / "page.css"
 
-    state = traitlets.Dict(read_only=True, help="What the page shows: factors, models, scores, predictions.")
+    state = traitlets.Dict(read_only=True, help="State of the page: factors, models, scores, predictions.")
 
     def __init__(self, grammar: str, path: Path | str, **options: Unpack[SessionOptions]) -> None:
-        """Opens a session file, or begins one.
+        """Open a session file, or create one.
 
         Args:
             grammar: a rule file or the name of a shipped grammar.
             path: the session file, ends in .db.
-            **options: as of `grammarlab.scoring.session.Session`.
+            **options: options of `grammarlab.scoring.session.Session`.
 
         Raises:
-            TypeError: for an option that there is not.
-            UsageError: when the session was begun with another grammar.
-            LanguageError: for a grammar with errors.
-            AssetError: for a file that is no session.
+            TypeError: If an option does not exist.
+            UsageError: If the session was created with another grammar.
+            LanguageError: If the grammar has errors.
+            AssetError: If the file is not a session.
         """
         super().__init__()
         self._path = Path(path)
@@ -134,24 +134,24 @@ class ScoringSession(anywidget.AnyWidget):
         return read_labels_or_session(self._path)[0]
 
     def do(self, command: str, **arguments: Argument) -> Message:
-        """Does what the page does, and waits for the answer.
+        """Run a command of the page, and wait for the answer.
 
         Args:
-            command: such as ``score``, ``compare``, ``update``; `grammarlab.scoring.commands` has all.
-            **arguments: of the command: ``session.do("populate", way="uncertainty")``.
+            command: such as ``score``, ``compare``, ``update``; `grammarlab.scoring.commands` lists all.
+            **arguments: arguments of the command: ``session.do("populate", way="uncertainty")``.
 
         Raises:
-            GrammarlabError: when it is refused; says why.
+            GrammarlabError: If the command is refused, with the reason.
         """
         result, _ = self._session.call(command, (), **arguments)
         return result
 
     def close(self) -> None:
-        """Ends the session and its processes, unless a newer widget goes on with it.
+        """End the session and its processes, unless a newer widget uses them.
 
         The file can be opened again at any time.
         """
-        # Widgets are closed when they are collected, also those whose session could not be opened.
+        # Garbage collection closes widgets, including those whose session could not be opened.
         if hasattr(self, "_unlisten") and self.comm is not None:
             if self._opened.newest == self.model_id:
                 self._opened.close()

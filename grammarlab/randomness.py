@@ -1,4 +1,4 @@
-"""Addressed random numbers: a draw is a pure function of where it is made.
+"""Addressed random numbers: a draw is a pure function of its place.
 
 A key is one 64-bit word. Keys form a tree: the root key of a model comes from the seed and the model's index, a
 child's key from its parent's key and its place. A draw is the key hashed with the draw's own site. Nothing is streamed,
@@ -40,7 +40,7 @@ def fold(keys: Keys, words: int | NDArray[np.integer]) -> Keys:
 
 
 def root_keys(seed: int | Keys, models: NDArray[np.integer]) -> Keys:
-    """The keys of the models with these indices under a seed (any integer below 2**64), or a seed each [N]."""
+    """Keys [N] of models from their indices and a seed (any integer below 2**64), or one seed per model [N]."""
     return fold(fold(np.zeros(len(models), np.uint64), seed), models)
 
 
@@ -50,7 +50,7 @@ def uniforms(keys: Keys, site: int | NDArray[np.integer]) -> NDArray[np.float64]
 
 
 def derived_seed(seed: int, *places: int) -> int:
-    """A seed for a place below a seed: 0 <= result < 2**64, different for different places.
+    """Seed of a place below a seed: 0 <= result < 2**64, different for different places.
 
     Args:
         seed: 0 <= seed < 2**64.

@@ -1,1 +1,1 @@
-"""Asset files of strangers: what they claim is checked, then they are read."""
+"""Asset files from strangers: their headers are checked before they are read."""

@@ -1,6 +1,6 @@
-"""What a glTF file claims, checked before anything is made of it.
+"""Checks of the sizes that a glTF file declares, before it is read.
 
-A few hundred bytes can ask for terabytes: accessors without data stand for zeros, and many nodes may draw one mesh.
+A few hundred bytes can require terabytes: accessors without data mean zeros, and many nodes may draw one mesh.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ _UNREADABLE = {"KHR_draco_mesh_compression", "EXT_meshopt_compression"}
 
 
 def check_gltf(content: bytes, name: str, most_values: int) -> None:
-    """Refuse a glTF or GLB file that asks for more than it should.
+    """Refuse a glTF or GLB file that declares too much data.
 
     Args:
         content: the whole file.
-        name: of the file, for messages.
+        name: name of the file, for messages.
         most_values: most vertices and most indices of the whole scene, and most rows of all accessors.
 
     Raises:
-        AssetError: when the file is broken, too large once unfolded, compressed, or its nodes form no tree.
+        AssetError: If the file is broken, too large when expanded, compressed, or its nodes are not a tree.
     """
     try:
         document = json.loads(_json_part(content))
         largest = _unfolded(document)
         compressed = sorted(_UNREADABLE.intersection(document.get("extensionsRequired", [])))
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError, struct.error) as error:
-        raise AssetError(f'the asset "{name}" is no valid glTF: {error or type(error).__name__}') from error
+        raise AssetError(f'the asset "{name}" is not a valid glTF file: {error or type(error).__name__}') from error
     if compressed:
         raise AssetError(f'the asset "{name}" needs {compressed[0]}; save it without compression')
     if largest > most_values:
-        raise AssetError(f'the asset "{name}" unfolds to {largest} values, more than the {most_values} that are read')
+        raise AssetError(f'the asset "{name}" expands to {largest} values, more than the {most_values} that are read')
 
 
 def _json_part(content: bytes) -> bytes:
@@ -73,7 +73,7 @@ def _count(value: object) -> int:
 
 
 def _require_tree(nodes: list[dict[str, Any]]) -> None:
-    """Where every node has one parent at most, a cycle is what no root reaches."""
+    """Refuse cycles: if every node has at most one parent, the nodes of a cycle are those that no root reaches."""
     children = [node.get("children", []) for node in nodes]
     with_parent = {child for group in children for child in group}
     reached = [index for index in range(len(nodes)) if index not in with_parent]

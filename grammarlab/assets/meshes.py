@@ -1,7 +1,7 @@
 """Meshes from files: OBJ and glTF, read by trimesh, fitted to the unit cube.
 
-A file may come from a stranger: it and what it refers to are only read from inside the asset folder, and its size is
-bounded before and after it is unfolded.
+A file may come from a stranger: it and the files it refers to are read only from inside the asset folder, and its size
+is bounded before and after it is expanded.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from grammarlab.geometry.meshes.mesh import Meshes
 
 FORMATS = (".obj", ".glb", ".gltf")
 MAX_BYTES = 64 * 2**20
-"""Largest asset file that is read."""
+"""Largest size of an asset file in bytes."""
 MAX_FACES = 2_000_000
-"""Most triangles of one asset."""
+"""Largest number of triangles of one asset."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,13 +34,13 @@ class Asset:
     meshes: Meshes
     """One mesh of triangles in the unit cube."""
     low: NDArray[np.float64]
-    """[3] the low corner of its bounding box in the file, in the file's units."""
+    """[3] low corner of its bounding box in the file, in the file's units."""
     size: NDArray[np.float64]
     """[3] the extent of its bounding box."""
 
 
 class AssetFolder:
-    """A folder of assets, each read once.
+    """A folder of assets; each file is read once.
 
     Args:
         root: the folder; nothing outside it is read.
@@ -58,19 +58,19 @@ class AssetFolder:
 
 
 def load_asset(path: str, root: Path) -> Asset:
-    """The mesh in a file, all its groups together.
+    """Mesh of a file, with all its groups.
 
     Args:
-        path: of the file, relative to the folder.
+        path: path of the file, relative to the folder.
         root: the asset folder; nothing outside it is read, links included.
 
     Raises:
-        MissingAssetError: when there is no such file in the folder.
-        AssetError: when it lies outside, is too large, or holds no mesh.
+        MissingAssetError: If the folder has no such file.
+        AssetError: If it lies outside, is too large, or has no mesh.
     """
     file = find_asset(path, root)
     if file.suffix.lower() not in FORMATS:
-        raise AssetError(f'the asset "{path}" is no mesh that can be read; expected {", ".join(FORMATS)}')
+        raise AssetError(f'the asset "{path}" is not a readable mesh; expected {", ".join(FORMATS)}')
     points, triangles = _read(file, path, root)
     low, high = points.min(axis=0), points.max(axis=0)
     size = high - low
@@ -82,11 +82,11 @@ def load_asset(path: str, root: Path) -> Asset:
 
 
 def find_asset(path: str, root: Path) -> Path:
-    """Where an asset lies.
+    """Path of an asset.
 
     Raises:
-        MissingAssetError: when there is no such file in the folder.
-        AssetError: when it lies outside, or is too large.
+        MissingAssetError: If the folder has no such file.
+        AssetError: If it lies outside, or is too large.
     """
     folder = root.resolve()
     for meaning in meanings(path):
@@ -101,7 +101,7 @@ def find_asset(path: str, root: Path) -> Path:
 
 
 def _look_up(folder: Path, meaning: str, path: str) -> tuple[Path, int | None]:
-    """A file inside a folder and its size in bytes; None where there is no such file."""
+    """Path of a file inside a folder and its size in bytes; None if there is no such file."""
     try:
         file = (folder / meaning).resolve()
         inside = file.is_relative_to(folder)
@@ -114,10 +114,10 @@ def _look_up(folder: Path, meaning: str, path: str) -> tuple[Path, int | None]:
 
 
 class _AssetFiles:
-    """The files that an asset refers to, as trimesh asks for them.
+    """Resolver for trimesh of the files that an asset refers to.
 
     Args:
-        folder: of the asset, relative to the root.
+        folder: folder of the asset, relative to the root.
         root: the asset folder.
     """
 
@@ -129,7 +129,7 @@ class _AssetFiles:
         return self.get(name)
 
     def get(self, name: str) -> bytes:
-        """The content of a file given by its path from the folder of the asset."""
+        """Content of a file, by its path relative to the folder of the asset."""
         content = find_asset(str(self._folder / unquote(name.strip())), self._root).read_bytes()
         self._left -= len(content)
         if self._left < 0:
@@ -157,10 +157,10 @@ def _read(file: Path, name: str, root: Path) -> tuple[NDArray[np.float64], NDArr
         )
         points = np.asarray(mesh.vertices, dtype=np.float64)
         triangles = np.asarray(mesh.faces, dtype=np.int64)
-    except Exception as error:  # trimesh's readers raise whatever a broken file leads them to
+    except Exception as error:  # trimesh's readers raise any exception for broken files
         raise AssetError(f'the asset "{name}" cannot be read: {error}') from error
     if len(triangles) == 0 or len(points) == 0:
-        raise AssetError(f'the asset "{name}" holds no faces')
+        raise AssetError(f'the asset "{name}" has no faces')
     if len(triangles) > MAX_FACES:
         raise AssetError(f'the asset "{name}" has {len(triangles)} triangles, more than the {MAX_FACES} that are read')
     if not np.isfinite(points).all():

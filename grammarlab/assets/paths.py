@@ -1,7 +1,7 @@
-"""What a path in a rule may mean in an asset folder.
+"""Candidates in an asset folder for a path in a rule.
 
-CityEngine finds ``assets/trees/oak.obj`` from the top of a project, and ``/City/assets/trees/oak.obj`` from the top of
-a workspace of projects. Here there is one asset folder, so the folders above it are left out of such a path.
+CityEngine resolves ``assets/trees/oak.obj`` from the root of a project, and ``/City/assets/trees/oak.obj`` from the
+root of a workspace of projects. Here there is one asset folder, so the folders above it are removed from such a path.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ _MOST = 12
 
 
 def meanings(path: str) -> list[str]:
-    """Paths relative to the asset folder that a path in a rule may stand for, likeliest first.
+    """Candidates, relative to the asset folder, for a path in a rule, most likely first.
 
     >>> meanings("trees/oak.obj"), meanings("assets/trees/oak.obj"), meanings("/City/assets/oak.obj")
     (['trees/oak.obj'], ['assets/trees/oak.obj', 'trees/oak.obj'], ['City/assets/oak.obj', 'assets/oak.obj', 'oak.obj'])

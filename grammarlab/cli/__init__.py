@@ -1,6 +1,6 @@
-"""The command line: parses arguments and calls one function a command.
+"""Command line: parses arguments and calls one function per command.
 
-Nothing heavy is imported here, so that ``--help`` and completion answer at once.
+Heavy libraries are imported inside functions, so that ``--help`` and completion answer at once.
 """
 
 from grammarlab.cli.app import app

@@ -33,7 +33,7 @@ app = typer.Typer(
     help="Sample real models from stochastic CGA shape grammars.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    rich_markup_mode=None,  # plain help needs half the time
+    rich_markup_mode=None,  # plain help takes half the time
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 

@@ -13,15 +13,15 @@ from grammarlab.cli.console.report import FAILURE, friendly_errors, print_json
 def check(
     grammar: Annotated[str, typer.Argument(metavar="FILE", help="A .cga file, or the name of a shipped grammar.")],
     assets: Annotated[
-        Path | None, typer.Option("--assets", help="Folder of assets. Default: the one that the rules have.")
+        Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the rules.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")] = False,
 ) -> None:
-    """List everything wrong with a rule file.
+    """List all findings about a rule file.
 
-    Errors, unsupported features and doubtful places, with those of imported files.
+    Findings are errors, unsupported features and warnings. Imported files are included.
 
-    Exits with 1 when there is an error.
+    The exit code is 1 if there is an error.
     """
     with friendly_errors():
         from grammarlab.runs.requests.checks import check_source

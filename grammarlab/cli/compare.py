@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from grammarlab.runs.comparing.compare import Comparison
 
 _SHOWN = 8
-"""Branches of a choice, and symbols of one grammar alone, that are named."""
+"""Largest number of listed branches of a choice, and of listed symbols that only one grammar makes."""
 
 
 def compare(
@@ -23,10 +23,10 @@ def compare(
         str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
     ],
     second: Annotated[
-        str, typer.Argument(help="The grammar to compare with; as the first.", autocompletion=complete_grammar)
+        str, typer.Argument(help="The grammar to compare with: file or shipped name.", autocompletion=complete_grammar)
     ],
     number: Annotated[
-        int, typer.Option("-n", "--number", help="Number of models to sample of each grammar.", min=1, max=100_000)
+        int, typer.Option("-n", "--number", help="Number of models to sample from each grammar.", min=1, max=100_000)
     ] = (2_500),
     seed: Annotated[int, typer.Option("--seed", help="Seed of the models.", min=0)] = 0,
     picture: Annotated[
@@ -75,11 +75,11 @@ def _tell(result: Comparison) -> None:
         say(f"divergence: {result.js:.4g} nats, as trees of {result.origin}")
     else:
         say(
-            f"divergence: about {result.at_least:.3g} nats or more, which the numbers of one shared symbol show; "
-            "neither was made from the other, nor both from a grammar that is known, so the whole cannot be computed"
+            f"divergence: about {result.at_least:.3g} nats or more, from the counts of one shared symbol. The exact "
+            "value needs a grammar made from the other, or two made from a grammar that grammarlab can find"
         )
     if not (result.choices or result.numbers or result.differences):
-        say("no choice is made differently, beyond chance")
+        say("no choice differs significantly")
     for found in result.choices:
         say(f"  {found.js:.3f} nats  {found.symbol} (line {found.line})")
         for branch in sorted(found.branches, key=lambda branch: -abs(branch.second - branch.first))[:_SHOWN]:
@@ -92,4 +92,4 @@ def _tell(result: Comparison) -> None:
     for which, symbols in (("first", result.only_first), ("second", result.only_second)):
         if symbols:
             more = f" and {len(symbols) - _SHOWN} more" if len(symbols) > _SHOWN else ""
-            say(f"only the {which} made: {', '.join(symbols[:_SHOWN])}{more}")
+            say(f"only the {which} makes: {', '.join(symbols[:_SHOWN])}{more}")

@@ -21,7 +21,7 @@ PERSONS_HELP = "How models are scored: exact, stars, sd5, sd10, sd20, blunders5,
 
 
 def complete_scenario(incomplete: str) -> list[str]:
-    """The shipped scenarios that begin so, for the shell."""
+    """Shipped scenarios whose names begin with a text, for shell completion."""
     from grammarlab.runs.evaluate.find import named_scenarios
 
     return [name for name in named_scenarios() if name.startswith(incomplete)]
@@ -128,12 +128,12 @@ def evaluate(
 
 
 def _folder_of(scenarios: str) -> Path:
-    """Where the results go when nobody says where: ``out/evaluation/F1+B1``."""
+    """Default folder of the results: ``out/evaluation/F1+B1``."""
     return Path("out", "evaluation", "+".join(Path(part).resolve().stem for part in scenarios.split(",")))
 
 
 def _command(scenarios: str, request: EvaluationRequest) -> str:
-    """The command that makes the same numbers again."""
+    """The command that reproduces the numbers."""
     words = ["grammarlab evaluate", scenarios]
     words += [f"--methods {request.methods}"] if request.methods else []
     names = ",".join(person.name for person in request.persons)

@@ -18,7 +18,7 @@ def format_file(
     ] = False,
     in_place: Annotated[bool, typer.Option("--in-place", "-i", help="Write the file instead of printing it.")] = False,
 ) -> None:
-    """Print a rule file in the one canonical style, comments included."""
+    """Print a rule file in the canonical style, comments included."""
     with friendly_errors():
         from grammarlab.files import write_text
         from grammarlab.language.formatting import format_grammar

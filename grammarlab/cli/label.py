@@ -26,7 +26,7 @@ def label(
         ),
     ] = None,
     seed: Annotated[
-        int, typer.Option("--seed", help="Number of the person; others score other models.", min=0, max=2**64 - 1)
+        int, typer.Option("--seed", help="Number of the person; it selects the scored models.", min=0, max=2**64 - 1)
     ] = 0,
     person: Annotated[str, typer.Option("--person", help=PERSONS_HELP)] = "exact",
     method: Annotated[
@@ -48,4 +48,4 @@ def label(
             values = {"file": str(file), "person": person, "labels": len(result.labels), "liked": liked, "js": js}
             print_json(values | {"factors": list(result.labels.factors)})
         else:
-            say(f"{file}: {len(result.labels)} scores, {liked} above 0; what is learned from them is {js:.3g} nats off")
+            say(f"{file}: {len(result.labels)} scores, {liked} above 0; their learned density is {js:.3g} nats off")

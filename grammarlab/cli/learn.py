@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 
 class _Told(NamedTuple):
-    """What is said about a result."""
+    """Description of a result."""
 
     values: dict[str, Any]
-    """As one object, for programs."""
+    """One JSON object, for programs."""
     lines: list[str]
-    """For people."""
+    """Lines of text, for people."""
     page: Report
 
 
@@ -38,7 +38,7 @@ def learn(
         str,
         typer.Option(
             "--scenario",
-            help="Exactly known preference: scenario file or shipped name. With labels or examples, to compare with.",
+            help="Exactly known preference: scenario file or shipped name. With labels or examples: only to compare.",
             autocompletion=complete_scenario,
         ),
     ] = "",
@@ -47,7 +47,7 @@ def learn(
     ] = None,
     examples: Annotated[
         Path | None,
-        typer.Option("--examples", help="Good models: a folder that grammarlab sample wrote, or a Parquet file of it."),
+        typer.Option("--examples", help="Good models: a folder that grammarlab sample wrote, or a Parquet file in it."),
     ] = None,
     method: Annotated[
         str,
@@ -91,15 +91,13 @@ def learn(
     ] = None,
     person: Annotated[
         str,
-        typer.Option(
-            "--person", help="With labels and a scenario: person whose truth to compare with. " + PERSONS_HELP
-        ),
+        typer.Option("--person", help="With labels and a scenario: person whose scores are the truth. " + PERSONS_HELP),
     ] = "exact",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:
-    """Make a grammar of what is liked.
+    """Make a grammar that samples liked models.
 
-    It samples models in proportion to their scores.
+    Its density is proportional to the scores.
     """
     with friendly_errors():
         from grammarlab.cli.console.progress import progress
@@ -111,16 +109,16 @@ def learn(
         from grammarlab.runs.requests.domains import suffix_of
 
         if base not in ("grammar", "uniform"):
-            raise UsageError(f"no base is called {base!r}; those there are: grammar, uniform")
+            raise UsageError(f"unknown base {base!r}; expected grammar or uniform")
         if labels is not None and examples is not None:
-            raise UsageError("learn from labels or from examples? Give one of --labels and --examples.")
+            raise UsageError("labels and examples exclude each other: give only one of --labels and --examples.")
         respondent = chosen_one(person, RESPONDENTS, "person")
         if respondent != EXACT and (labels is None or not scenario):
-            raise UsageError("--person says what to compare with: give --labels FILE and --scenario FILE with it.")
+            raise UsageError("--person needs --labels FILE and --scenario FILE.")
         known = find_scenario(scenario) if scenario else None
         source = labels or examples or known
         if source is None:
-            raise UsageError("learn from what? Give --labels FILE, --examples FOLDER or --scenario FILE.")
+            raise UsageError("nothing to learn from: give --labels FILE, --examples FOLDER or --scenario FILE.")
         wanted = file or Path(f"{Path(grammar).stem}_{source.stem}{suffix_of(Path(grammar))}")
         if labels is not None:
             from grammarlab.learning.designs.pool import Pool
@@ -202,7 +200,7 @@ def _as_json(result: LearnResult) -> dict[str, Any]:
 def _as_lines(result: LearnResult) -> list[str]:
     return [
         *_rules(result.learned, result.file),
-        f"divergence from what is liked: {result.js:.3g} nats, {result.js_before:.3g} before",
+        f"divergence from the target density: {result.js:.3g} nats, {result.js_before:.3g} before",
         *_notes(result.learned),
     ]
 
@@ -210,7 +208,7 @@ def _as_lines(result: LearnResult) -> list[str]:
 def _labels_as_json(result: LabelsResult) -> dict[str, Any]:
     density = result.density
     measured = density.measured
-    # What somebody is said to like counts for more than what the labels taught.
+    # A given scenario is a better truth than the density learned from the labels.
     best = measured if result.truth is None else result.truth.measured
     return {
         "labels": result.num_labels,
@@ -243,12 +241,12 @@ def _labels_as_lines(result: LabelsResult) -> list[str]:
     after, before = density.measured.after.js, density.measured.before.js
     return [
         *_rules(result.learned, result.file),
-        f"divergence from what {result.num_labels} labels taught: {after:.3g} nats, {before:.3g} before",
+        f"divergence from the density that {result.num_labels} labels taught: {after:.3g} nats, {before:.3g} before",
         *(f"  {step.js:.3g} {step.name}" for step in density.steps),
         *_truth_as_lines(result.truth),
         *density.predicted.words.lines,
         *([] if result.gain is None else [f"16 more scores are expected to gain {result.gain:.2g} nats"]),
-        f"looked at: {', '.join(density.names) or 'nothing: all models are liked alike'}",
+        f"features: {', '.join(density.names) or 'none: all models are liked equally'}",
         *(f"note: factor {name} is left out: all its scores are 0" for name in result.left_out),
         *(f"note: {finding}" for finding in density.predicted.findings),
         *_notes(result.learned),
@@ -277,11 +275,11 @@ def _examples_as_json(result: ExamplesResult) -> dict[str, Any]:
 
 def _examples_as_lines(result: ExamplesResult) -> list[str]:
     held = result.held_out
-    moved = f"divergence of the grammar as it was from what {result.num_examples:,} examples taught"
+    moved = f"divergence of the original grammar from the density that {result.num_examples:,} examples taught"
     lines = [*_rules(result.learned, result.file), f"{moved}: {result.measured.before.js:.3g} nats"]
     if held is not None:
         lines.append(
-            f"of {held.num_models:,} examples kept back it can make {held.possible:,}, which are "
-            f"{held.gain:.3g} nats likelier than before on average"
+            f"the new grammar can make {held.possible:,} of {held.num_models:,} held-out examples; their mean "
+            f"log-likelihood increased by {held.gain:.3g} nats"
         )
     return [*lines, *_truth_as_lines(result.truth), *_notes(result.learned)]

@@ -14,13 +14,13 @@ from grammarlab.cli.console.unfinished import Unfinished
 from grammarlab.errors import UsageError
 
 MOST_PRINTS = 50
-"""Printed lines that are shown."""
+"""Largest number of printed lines that are shown."""
 
 MOST_WARNINGS = 20
-"""Warnings about missing assets that are shown."""
+"""Largest number of warnings about missing assets that are shown."""
 
 MOST_NAMES = 8
-"""Features that are named where some are left out."""
+"""Largest number of names in a list."""
 
 if TYPE_CHECKING:
     from grammarlab.errors import Finding
@@ -51,7 +51,7 @@ class Scale(StrEnum):
 
 
 def complete_grammar(incomplete: str) -> list[str]:
-    """The shipped grammars that begin so, for the shell."""
+    """Shipped grammars whose names begin with a text, for shell completion."""
     from grammarlab.runs.requests.examples import shipped_examples
 
     return [example.name for example in shipped_examples() if example.name.startswith(incomplete)]
@@ -76,7 +76,7 @@ def sample(
         str, typer.Option("--footprint", help="20x12 (metres), WKT, or a GeoJSON file whose properties set attributes.")
     ] = "",
     assets: Annotated[
-        Path | None, typer.Option("--assets", help="Folder of assets. Default: the one that the rules have.")
+        Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the rules.")
     ] = None,
     file_format: Annotated[FileFormat, typer.Option("--format", help="Format of the model files.")] = FileFormat.glb,
     single_file: Annotated[bool, typer.Option("--single-file", help="All models in one file.")] = False,
@@ -96,7 +96,7 @@ def sample(
         Renderer,
         typer.Option(
             "--renderer",
-            help="cast: rays, the same picture everywhere; gl: OpenGL; auto: OpenGL where it works.",
+            help="cast: ray casting, the same picture everywhere; gl: OpenGL; auto: OpenGL if it works.",
         ),
     ] = Renderer.cast,
     manifest: Annotated[
@@ -128,7 +128,7 @@ def sample(
                 earlier = replace(earlier, request=replace(earlier.request, renderer=renderer.value))
             place = folder or Path("out", earlier.request.name)
             if not resume and place.resolve() == (manifest if manifest.is_dir() else manifest.parent).resolve():
-                raise UsageError(f"the run to repeat is in {place}: give another folder with -o, to compare with it.")
+                raise UsageError(f"the run to repeat is in {place}: give another folder with -o.")
             with progress(run.note) as on_progress:
                 result, different = repeat_run(
                     earlier, place, executor=executor, resume=resume, on_progress=on_progress
@@ -164,21 +164,21 @@ def sample(
 
 
 def _refuse_with_manifest(context: typer.Context) -> None:
-    """A manifest says everything about a run but where to put it; a machine may lack what drew its picture."""
+    """Refuse options that a manifest already defines: all but folders, jobs, output and renderer."""
     free = {"folder", "assets", "renderer", "manifest", "jobs", "resume", "as_json"}
     for name in context.params:
         if name not in free and was_given(context, name):
-            raise UsageError(f"--manifest repeats a run as it was: leave out {name.replace('_', ' ')}.")
+            raise UsageError(f"--manifest repeats a run with its own options: leave out {name.replace('_', ' ')}.")
 
 
 def _tell_left_out(grammar: str, findings: tuple[Finding, ...]) -> None:
-    """What of the rules no model will show, in a line or two; `check` says where."""
+    """Print ignored and unsupported features of the rules in a line or two; `check` lists their places."""
     harmless = {one.message.partition(" is left out")[0].split()[-1] for one in findings if one.severity == "warning"}
     serious = {one.message.partition(" is CGA")[0] for one in findings if one.severity != "warning"}
     if harmless:
-        say(f"left out, as no shape or colour depends on it: {_first(sorted(harmless))}")
+        say(f"ignored, since no shape or colour depends on it: {_first(sorted(harmless))}")
     if serious:
-        say(f"not carried out: {_first(sorted(serious))} (`grammarlab check {grammar}` says where)")
+        say(f"not supported: {_first(sorted(serious))} (`grammarlab check {grammar}` lists the places)")
 
 
 def _first(names: list[str]) -> str:
@@ -206,7 +206,7 @@ def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = 
 
 
 def _tell_acceptance(result: RunResult) -> None:
-    """How many candidates an acceptance rule kept."""
+    """Print the share of candidates that an acceptance rule kept."""
     from grammarlab.features.rules.accepting import MOST_TRIES
 
     if result.accept_rate is not None:
@@ -217,27 +217,27 @@ def _tell_acceptance(result: RunResult) -> None:
         shown = ", ".join(f"{model.index}" for model in result.not_accepted[:MOST_NAMES])
         say(
             f"warning: none of {MOST_TRIES:,} candidates was accepted for {len(result.not_accepted):,} models, such as "
-            f"{shown}: those that came nearest stand there. What is liked is too rare for this file: learn it again."
+            f"{shown}: their best candidates are used. Liked models are too rare in this file: learn it again."
         )
 
 
 def _tell_missing(result: RunResult) -> None:
-    """The meshes that were looked for in vain, each with the place that asked for it."""
+    """Print missing meshes, each with its place in the rules."""
     findings = result.missing_asset_warnings()
     for one in findings[:MOST_WARNINGS]:
         say(f"{one.location}: {one.severity}: {one.message} [{one.code}]")
     if len(findings) > MOST_WARNINGS:
-        say(f"… and {len(findings) - MOST_WARNINGS:,} more assets that are not there; --json has them")
+        say(f"… and {len(findings) - MOST_WARNINGS:,} more missing assets; --json lists them")
     if findings:
         say(f"  hint: {findings[0].hint}")
 
 
 def _tell_prints(texts: tuple[str, ...]) -> None:
-    """What the rules printed, without what could command a terminal."""
+    """Print the output of the rules, without control characters."""
     for text in texts[:MOST_PRINTS]:
         say("".join(c if c.isprintable() else " " for c in text))
     if len(texts) > MOST_PRINTS:
-        say(f"… and {len(texts) - MOST_PRINTS:,} lines more that the rules printed; --json has them")
+        say(f"… and {len(texts) - MOST_PRINTS:,} more printed lines; --json lists them")
 
 
 def _as_json(result: RunResult) -> dict[str, Any]:

@@ -29,7 +29,7 @@ def score(
     ] = True,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the models of a new session.", min=0)] = 0,
     assets: Annotated[
-        Path | None, typer.Option("--assets", help="Folder of assets. Default: the one that the rules have.")
+        Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the rules.")
     ] = None,
     stored_grammar: Annotated[
         bool, typer.Option("--stored-grammar", help="Use the grammar that the session was started with.")
@@ -54,13 +54,13 @@ def score(
         try:
             serve(opened, port, tell)
         except KeyboardInterrupt:
-            say(f"ended; go on with the same command. Scores are in {path}.")
+            say(f"ended; the same command continues the session. Scores are in {path}.")
         finally:
             opened.close()
 
 
 def _warner() -> Send:
-    """What says each warning of a session once."""
+    """A listener that prints each warning of a session once."""
     said: set[str] = set()
 
     def hear(message: Message, _buffers: Sequence[bytes]) -> None:

@@ -28,7 +28,7 @@ _OF_A_MODEL = {
     "everything": "--all",
     "as_json": "--json",
 }
-"""Parameters that say something about one model, and their options."""
+"""Parameters that apply to one model only, with their options."""
 
 
 def show(
@@ -50,7 +50,7 @@ def show(
     start_rule: Annotated[str, typer.Option("--start", help="Start rule.")] = "",
     footprint: Annotated[str, typer.Option("--footprint", help="20x12 (metres), WKT, or a GeoJSON file.")] = "",
     assets: Annotated[
-        Path | None, typer.Option("--assets", help="Folder of assets. Default: the one that the rules have.")
+        Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the rules.")
     ] = None,
     everything: Annotated[bool, typer.Option("--all", help="List equal shapes one by one.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the model as one JSON object.")] = False,
@@ -178,7 +178,7 @@ def _rule_table(rules: Iterable[Rule], symbols: RuleGraph) -> Table:
 
 
 def _probabilities(rule: Rule) -> tuple[str, int]:
-    """The percentages of each random choice of a rule, in the order of the text, and how many branches it has."""
+    """Percentages of each stochastic choice of a rule in the order of the text, with its number of branches."""
     from grammarlab.language.checking.percentages import constant
     from grammarlab.language.syntax.printing import expression
     from grammarlab.language.syntax.tree import Stochastic, alternatives

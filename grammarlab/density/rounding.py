@@ -1,4 +1,4 @@
-"""Round percentages: as few digits as a step has, and still 100 altogether."""
+"""Rounding of percentages to multiples of a step, with a sum of 100."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 EXACT = 0.0
-"""The step that leaves probabilities as they are."""
+"""Step of exact probabilities."""
 _DIGITS = 12
-"""Decimals of a probability beyond which there are rounding errors alone."""
+"""Number of decimals of a probability; further decimals are rounding errors."""
 
 
 def rounded(probabilities: Sequence[float], step: float) -> list[float]:
-    """Probabilities as multiples of a step; the largest takes what is left of 1.
+    """Probabilities as multiples of a step; the largest one gets the rest to 1.
 
-    Those that would become 0 keep one digit.
+    Probabilities that would become 0 keep one digit.
 
     Args:
         probabilities: above 0, summing to 1.
@@ -40,13 +40,13 @@ def rounded(probabilities: Sequence[float], step: float) -> list[float]:
 
 
 def rounded_parts(probabilities: Floats, original: Floats, branches: Sequence[object], step: float) -> Floats:
-    """Probabilities [parts] of an attribute such that those of its ranges are round.
+    """Probabilities [parts] of an attribute, rounded per range.
 
     Args:
         probabilities: [parts] summing to 1.
-        original: [parts] what they were; neighbours of one branch that keep their proportion are one range.
-        branches: [parts] where each comes from.
-        step: as in `rounded`.
+        original: [parts] original probabilities; adjacent parts of one branch in unchanged proportion are one range.
+        branches: [parts] branch of each part.
+        step: see `rounded`.
     """
     ratio = probabilities / original
     if step == EXACT or np.allclose(ratio, 1.0, rtol=1e-12):

@@ -25,15 +25,15 @@ class AbstractSampler(ABC):
 
     @abstractmethod
     def sample(self, num_models: int, seed: int) -> Forest:
-        """Models drawn from the density, as trees of the grammar that it is about.
+        """Models drawn from the density, as trees of its grammar.
 
         Args:
-            num_models: how many.
+            num_models: number of models.
             seed: 0 <= seed < 2**64; the same seed gives the same models.
         """
 
     def scene(self, num_models: int, seed: int) -> Scene:
-        """The models that `sample` draws, as meshes."""
+        """The models of `sample`, as meshes."""
         return realize(self.sample(num_models, seed))
 
     @abstractmethod
@@ -42,7 +42,7 @@ class AbstractSampler(ABC):
 
 
 class GrammarSampler(AbstractSampler):
-    """A grammar's own density, with that of its acceptance rule if it has one: then up to a factor.
+    """A grammar's own density; with an acceptance rule it is known up to a factor.
 
     Args:
         grammar: the grammar.
@@ -67,9 +67,9 @@ class GrammarSampler(AbstractSampler):
 
 
 def sample(grammar: Grammar, num_models: int, seed: int = 0, *, assets: Path | None = None) -> Forest:
-    """Models of a grammar, with those left out that its acceptance rule does not keep.
+    """Models of a grammar that its acceptance rule keeps.
 
-    `derive` knows nothing of acceptance rules, and is the same for a grammar without one.
+    `derive` ignores acceptance rules, and gives the same for a grammar without one.
 
     Args:
         grammar: the grammar.

@@ -1,7 +1,7 @@
-"""What a grammar leaves to chance: its symbols, their alternatives with probabilities, and the successors of each.
+"""Skeleton of a grammar: symbols, alternatives with probabilities, and successors, without geometry.
 
-Geometry is left out. What depends on it stays open: which branch of a ``case`` is taken, and how many shapes a
-successor inside a block makes. A sample of derivations can settle the second, for that sample.
+Choices that depend on geometry are unknown: the branch of a ``case``, and the number of shapes of a
+successor inside a block. A sample of derivations can determine the second, for that sample.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from grammarlab.language.numbering import Branch, Successor, SymbolKey, number_b
 from grammarlab.language.syntax.tree import Case, Choice, Stochastic
 
 ENOUGH_DERIVATIONS = 30
-"""From so many derivations on, what was always so is taken to be so."""
+"""Smallest number of derivations from which a constant count is assumed constant."""
 ENOUGH_MODELS = 300
-"""More models of a sample are not looked at."""
+"""Largest number of models of a sample that are examined."""
 _BLOCK = 1 << 16
-"""Nodes that are looked at together: so many stay in the cache."""
+"""Number of nodes examined together, so that they stay in the cache."""
 
 
 @dataclass(frozen=True, slots=True)
 class Alternative:
-    """The end of a rule's choices: one way to rewrite the symbol."""
+    """An alternative: a leaf of a rule's choices."""
 
     branch: Branch | None
-    """None where nothing rewrites it: a symbol without a rule, or no case that holds."""
+    """None if nothing rewrites the symbol: it has no rule, or no case holds."""
     successors: tuple[Successor, ...]
-    """In the order of the text: the place of each is its ``child`` in a forest."""
+    """Successors in the order of the text; the index of each is its ``child`` in a forest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,25 +45,25 @@ class Chance:
     """``N%`` branches."""
 
     path: Branch
-    """Where the choice stands: the branches that lead to it."""
+    """Place of the choice: the branches that lead to it."""
     probabilities: tuple[float, ...] | None
-    """Of each branch, summing to 1; None where some percentage is not a constant."""
+    """Probability of each branch, summing to 1; None if a percentage is not constant."""
     branches: tuple[Body, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Cases:
-    """``case`` branches: which one is taken is not left to chance."""
+    """``case`` branches, which are not random."""
 
     path: Branch
     branches: tuple[Body, ...]
     complete: bool
-    """Whether there is an ``else``; without one, the last branch here stands for no case that holds."""
+    """Whether there is an ``else``; without one, the last branch here is for shapes for which no case holds."""
 
 
 Body: TypeAlias = Alternative | Chance | Cases
 LEAF = Alternative(None, ())
-"""How a symbol without a rule is rewritten."""
+"""The alternative of a symbol without a rule."""
 
 
 @dataclass(frozen=True)
@@ -72,40 +72,40 @@ class TreeGrammar:
 
     start: SymbolKey
     bodies: Mapping[SymbolKey, Body]
-    """For each rule."""
+    """Choices of each rule."""
     seen: Mapping[tuple[SymbolKey, Branch], int] = field(default_factory=dict)
-    """How often each alternative was taken in the sample that settled the copies; empty without one."""
+    """Counts of each alternative in the sample that determined the copies; empty without a sample."""
 
     @classmethod
     def of(cls, grammar: Grammar, start_rule: str | None = None) -> TreeGrammar:
-        """The skeleton of a grammar as far as its text tells it.
+        """Skeleton of a grammar from its text.
 
         Args:
             grammar: the grammar.
             start_rule: symbol to start with, instead of the one that the grammar marks.
 
         Raises:
-            UsageError: when there is no rule to start with.
+            UsageError: If there is no start rule.
         """
         marked = [rule.name for rule in (*grammar.start_rules, *grammar.rules.values()) if not rule.parameters]
         start = start_rule if start_rule is not None else next(iter(marked), "")
         if (start, 0) not in grammar.rules:
-            raise UsageError(f"no rule without parameters is called {start or 'anything'}: the grammar cannot start")
+            raise UsageError(f"unknown start rule {start or '(none)'}: expected a rule without parameters")
         branches = number_branches(grammar, VOCABULARY)
         successors = {(branch.key, branch.branch): branch.successors for branch in branches}
         return cls((start, 0), {key: _body(key, rule.body, (), successors) for key, rule in grammar.rules.items()})
 
     def body(self, key: SymbolKey) -> Body:
-        """How a symbol is rewritten."""
+        """Choices of a symbol."""
         return self.bodies.get(key, LEAF)
 
     def alternatives(self, key: SymbolKey) -> Iterator[Alternative]:
-        """All ways to rewrite a symbol."""
+        """All alternatives of a symbol."""
         yield from leaves(self.body(key))
 
     @cached_property
     def reachable(self) -> tuple[SymbolKey, ...]:
-        """The symbols that some derivation holds, each after one that has it as a successor."""
+        """Reachable symbols, each after one that has it as a successor."""
         found = dict.fromkeys([self.start])
         queue = [self.start]
         while queue:
@@ -126,11 +126,10 @@ class TreeGrammar:
         return {key: tuple(callers) for key, callers in found.items()}
 
     def observed(self, forest: Forest) -> TreeGrammar:
-        """The skeleton with the numbers of copies that a sample of derivations shows.
+        """Skeleton with the numbers of copies from a sample of derivations.
 
-        A successor whose copies the text leaves open has as many as it always had in at least `ENOUGH_DERIVATIONS`
-        derivations of its branch; one that the text says to be one part of a split keeps that unless the sample
-        contradicts.
+        A successor with unknown copies gets the number that it always had in at least `ENOUGH_DERIVATIONS`
+        derivations of its branch; a single part of a split has one copy unless the sample contradicts.
         """
         counts = _Copies(forest)
         bodies = {key: _settled(body, key, counts) for key, body in self.bodies.items()}
@@ -165,7 +164,7 @@ def _body(
 
 
 class _Copies:
-    """How many children of each place the nodes of a forest have."""
+    """Number of children of each place, for the nodes of a forest."""
 
     def __init__(self, forest: Forest) -> None:
         nodes = forest.nodes
@@ -187,12 +186,12 @@ class _Copies:
         self._derivations, self._total, self._repeats = taken[1:], total, repeats
 
     def derivations(self, key: SymbolKey, branch: Branch) -> int:
-        """How often a branch was taken."""
+        """Number of times that a branch was taken."""
         rule = self._rules.get((*key, branch))
         return 0 if rule is None else int(self._derivations[rule])
 
     def constant(self, key: SymbolKey, branch: Branch, place: int) -> int | None:
-        """How many children it always had at that place; None where that differs."""
+        """Constant number of children at each place; None if it varies."""
         rule = self._rules[*key, branch]
         if place >= self._places:
             return 0
@@ -204,7 +203,7 @@ class _Copies:
 
 
 def _settled(body: Body, key: SymbolKey, counts: _Copies) -> Body:
-    """The choices with the numbers of copies that were counted; the same object where they say what it says."""
+    """The choices with the counted numbers of copies; the same object if they are equal."""
     if not isinstance(body, Alternative):
         branches = tuple(_settled(branch, key, counts) for branch in body.branches)
         same = all(new is old for new, old in zip(branches, body.branches, strict=True))

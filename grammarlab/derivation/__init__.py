@@ -1,4 +1,4 @@
-"""From a grammar to a forest; see README.md in this folder."""
+"""Derivation: from a grammar to a forest; see README.md in this folder."""
 
 from grammarlab.derivation.compiler import compile_grammar as compile_grammar
 from grammarlab.derivation.derive import derive as derive

@@ -1,4 +1,4 @@
-"""From a grammar to a `Program`."""
+"""Compiler from a grammar to a `Program`."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from grammarlab.language.syntax.walking import walk
 
 
 def compile_grammar(grammar: Grammar) -> Program:
-    """Everything about a grammar that does not depend on models and seeds.
+    """A grammar compiled to a program, independent of models and seeds.
 
     Raises:
-        DerivationError: when the grammar has no rule to start with.
+        DerivationError: If the grammar has no start rule.
     """
     return _Compilation(grammar).program()
 
@@ -99,12 +99,12 @@ class _Compilation:
         marked = [rule.name for rule in rules if rule.name in start_rules]
         if not marked:
             raise DerivationError(
-                "the grammar has no rule to start with", None, "mark a rule without parameters with @StartRule"
+                "the grammar has no start rule", None, "mark a rule without parameters with @StartRule"
             )
         return marked[0]
 
     def _draws(self, node: Node) -> bool:
-        """Whether anything random may happen in a piece of the tree or in what is derived from it."""
+        """Whether a part of the tree, or anything derived from it, may draw random numbers."""
         nodes = list(walk(node))
         return self._draw_themselves(nodes) or any(callee in self._drawing_rules for callee in _invoked(nodes))
 
@@ -148,21 +148,21 @@ def _is_random(node: Node) -> bool:
 
 
 def _called(node: Node) -> SymbolKey | None:
-    """The function of the grammar that a node would call, if there is one of that name."""
+    """Function of the grammar that a node calls, if it exists."""
     if isinstance(node, Call):
         return node.function, len(node.arguments)
     return (node.identifier, 0) if isinstance(node, Name) else None
 
 
 def _invoked(nodes: Iterable[Node]) -> Iterator[SymbolKey]:
-    """The symbols that some nodes make shapes of."""
+    """Symbols of the shapes that nodes make."""
     for node in nodes:
         if isinstance(node, Invoke) and node.name not in OPERATIONS:
             yield node.name, len(node.arguments)
 
 
 def _spread(drawing: set, calls: Mapping) -> frozenset:
-    """Everything that leads to one of ``drawing`` by its calls."""
+    """All definitions that call one of ``drawing``, directly or not."""
     callers: dict = {}
     for caller, callees in calls.items():
         for callee in callees:

@@ -1,4 +1,4 @@
-"""`derive`: a grammar and lots, or a number of models and a seed, give a forest."""
+"""`derive`: a forest from a grammar and lots, or from a grammar, a number of models and a seed."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
 
 NODES_PER_CHUNK = 400_000
-"""About how many nodes `derive_chunks` holds at once: fewer cost time per call, more fall out of the processor's
-caches."""
+"""Approximate number of nodes that `derive_chunks` holds at once: fewer cost time per call, more exceed the
+processor's caches."""
 
 _FIRST_CHUNK = 32
 
 
 class LotOptions(TypedDict, total=False):
-    """What `Lots.of` takes besides a number of models and a seed."""
+    """Options of `Lots.of` besides the number of models and the seed."""
 
     first_model: int
     """Index of the first model."""
     attributes: Mapping[str, float | bool | str] | None
-    """Values for attributes of the grammar, in place of its own."""
+    """Values of attributes, instead of those of the grammar."""
     start_rule: str | None
-    """Symbol to start with, in place of the one that the grammar marks."""
+    """Start symbol, instead of the one that the grammar marks."""
     footprint: Footprint
     """Width and depth of a rectangle, or the corners [n, 3] of a polygon."""
 
@@ -73,21 +73,21 @@ def derive(
 ) -> Forest:
     """Sample models from a grammar.
 
-    A model is the same in every batch: it depends on nothing but the grammar and its own row of the lots.
+    A model is the same in every batch: it depends only on the grammar and on its row of the lots.
 
     Args:
         grammar: the grammar, or the program that `compile_grammar` made of it.
-        num_models: how many models of a seed, which are alike in everything but their index; or lots, which say
-            everything about each model. None of them gives a forest without nodes.
+        num_models: number of models of a seed, which differ only in their index; or lots with all properties of each
+            model. With 0 models the forest has no nodes.
         seed: 0 <= seed < 2**64, with a number of models.
-        assets: folder of the meshes and images that the grammar uses; an `AssetFolder` keeps what it has read.
+        assets: folder of the meshes and images that the grammar uses; an `AssetFolder` caches its files.
         budget: bounds on the size of one model.
         options: first_model, attributes, start_rule and footprint as for `Lots.of`, with a number of models.
 
     Raises:
-        UsageError: for an unknown attribute or start rule, or lots that `Lots.of` refuses.
-        DerivationError: when a rule cannot be carried out.
-        BudgetError: when a model grows beyond the budget.
+        UsageError: If an attribute or start rule is unknown, or `Lots.of` refuses the lots.
+        DerivationError: If a rule cannot be applied.
+        BudgetError: If a model exceeds the budget.
 
     >>> from grammarlab.language.grammar import Grammar
     >>> forest = derive(Grammar.parse("Lot --> 50%: extrude(3) Low else: extrude(9) High"), 100, seed=5)
@@ -156,16 +156,16 @@ def derive_chunks(
     budget: Budget | None = None,
     **options: Unpack[LotOptions],
 ) -> Iterator[Forest]:
-    """The forests of consecutive lots, together the same as one `derive`; memory stays bounded for any number.
+    """Forests of consecutive lots, together equal to one `derive`; memory is bounded for any number of models.
 
     Args:
-        grammar: as for `derive`, like the other arguments.
-        num_models: how many models of a seed, or lots.
+        grammar: see `derive`.
+        num_models: number of models of a seed, or lots.
         seed: 0 <= seed < 2**64, with a number of models.
-        nodes_per_chunk: about how many nodes one forest has; at least one model.
-        assets: folder of meshes and images; all chunks share what is read.
+        nodes_per_chunk: approximate number of nodes per forest; at least one model.
+        assets: folder of meshes and images; all chunks share the cached files.
         budget: bounds on the size of one model.
-        options: as for `derive`.
+        options: see `derive`.
     """
     lots = _lots(num_models, seed, options)
     program = grammar if isinstance(grammar, Program) else compile_grammar(grammar)
@@ -180,14 +180,14 @@ def derive_chunks(
 
 
 def _lots(num_models: int | Lots, seed: int | None, options: LotOptions) -> Lots:
-    """The lots, or those of the usual case."""
+    """The given lots, or lots from a number of models and options."""
     if not isinstance(num_models, Lots):
         if seed is None:
             raise UsageError("a number of models needs a seed: expected derive(grammar, num_models, seed)")
         return Lots.of(num_models, seed, **options)
     if seed is not None or options:
         given = ", ".join([*(["seed"] if seed is not None else []), *options])
-        raise UsageError(f"lots say everything about their models: leave out {given}, or give a number of models")
+        raise UsageError(f"lots already define their models: leave out {given}, or give a number of models")
     return num_models
 
 
@@ -201,7 +201,7 @@ def _starts(program: Program, lots: Lots) -> NDArray[np.int32]:
     unknown = [name for name in names if name not in program.start_rules]
     if unknown:
         known = ", ".join(program.start_rules)
-        raise UsageError(f"no rule without parameters is called {unknown[0]}; those there are: {known}")
+        raise UsageError(f"unknown start rule {unknown[0]}; expected a rule without parameters: {known}")
     return np.array([program.start_rules[name] for name in names], dtype=np.int32)
 
 
@@ -209,13 +209,13 @@ def _check_attributes(program: Program, lots: Lots) -> None:
     unknown = [name for name in lots.attributes if name not in program.attributes]
     if unknown:
         known = ", ".join(program.attributes) or "none"
-        raise UsageError(f"the grammar has no attribute {unknown[0]}; those it has: {known}")
+        raise UsageError(f"unknown attribute {unknown[0]}; expected one of {known}")
 
 
 def _prepare(
     program: Program, lots: Lots, starts: NDArray[np.int32], budget: Budget, assets: AssetFolder | None
 ) -> Workspace:
-    """The workspace with the initial shapes in it."""
+    """Workspace with the initial shapes."""
     frames, meshes = FrameTable(), MeshTable()
     roots = initial_shapes(lots, frames, meshes)
     symbols = [program.rules[start].symbol for start in starts.tolist()]
@@ -242,7 +242,7 @@ def _prepare(
 
 
 def _evaluate_attributes(workspace: Workspace) -> None:
-    """Evaluate every drawn attribute, and give the initial shapes the state that rules read or change."""
+    """Evaluate every random attribute, and set the state of the initial shapes that rules read or change."""
     for attribute in workspace.attributes.values():
         if attribute.draws:
             workspace.attribute(attribute.name)

@@ -20,8 +20,8 @@ def run(program: Program, workspace: Workspace, starts: Ids) -> None:
         starts: [N] number of the start rule of each model.
 
     Raises:
-        BudgetError: when a model has too many shapes, or a group of rules goes on for too long.
-        DerivationError: when an operation cannot be carried out.
+        BudgetError: If a model has too many shapes, or a recursive group of rules is too deep.
+        DerivationError: If an operation cannot be applied.
     """
     pending, roots = workspace.pending, workspace.roots
     different = np.unique(starts).tolist()
@@ -48,9 +48,9 @@ def rewrite(rule: CompiledRule, shapes: Shapes, workspace: Workspace) -> None:
 
 
 def _check_size(workspace: Workspace, symbol: str) -> None:
-    """Refuse models that have outgrown their budget.
+    """Refuse models that exceed their budget.
 
-    Counting waits until so many nodes have come that one model could have.
+    Nodes per model are counted only when one model could have exceeded it.
     """
     recorder, budget = workspace.recorder, workspace.budget.shapes
     if recorder.num_nodes <= workspace.count_again_at:
@@ -61,7 +61,7 @@ def _check_size(workspace: Workspace, symbol: str) -> None:
         raise BudgetError(
             f"{workspace.lots.name(model)} has more than {budget} shapes after the rule {symbol}",
             None,
-            "look for a rule that leads back to itself, or raise the shape budget",
+            "look for a rule that calls itself, directly or not, or raise the shape budget",
         )
 
 
@@ -71,7 +71,7 @@ def _too_deep(program: Program, workspace: Workspace, group: tuple[int, ...]) ->
     models = np.concatenate([chunk.model for chunk in workspace.pending[waiting]])
     depth, model = workspace.budget.depth, workspace.lots.name(models.min())
     return BudgetError(
-        f"the rules {names} lead back to themselves more than {depth} times in {model}",
+        f"the rules {names} call themselves more than {depth} times in {model}",
         None,
         "a recursive rule needs a case that ends it, or an expected number of successors below one",
     )

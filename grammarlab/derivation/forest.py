@@ -1,7 +1,7 @@
 """The derivation trees of a whole batch of models, as flat columns.
 
-One row a node: every shape that a rule was applied to, and every leaf. Node ids are row numbers and a parent stands
-before its children. One row a draw: every stochastic choice and every random number, where it was made and its
+Nodes have one row per shape that a rule was applied to, and one per leaf. Node ids are row numbers, and a parent comes
+before its children. Draws have one row per stochastic choice and random number, with its place and its
 log-density.
 """
 
@@ -21,7 +21,7 @@ from grammarlab.geometry.meshes.mesh import Meshes
 
 Floats = NDArray[np.float64]
 NodeIds: TypeAlias = NDArray[np.int16 | np.int32]
-"""As wide as the grammar needs: int16 where it has at most 32,767 symbols, rules, random expressions and successors."""
+"""Integers as wide as the grammar needs: int16 for at most 32,767 symbols, rules, random expressions and successors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,11 +30,11 @@ class RuleName:
 
     symbol: str
     parameters: int
-    """How many parameters the rule has (overloads differ in it)."""
+    """Number of parameters of the rule (overloads differ in it)."""
     branch: tuple[int, ...]
-    """Which branch at each level of the tree, from the top; empty when the rule has no choice."""
+    """Index of the branch at each level of the tree, from the top; empty if the rule has no choice."""
     line: int
-    """Where the branch stands in the rule file, from 1."""
+    """Line of the branch in the rule file, from 1."""
 
 
 SiteKind: TypeAlias = Literal["choice", "uniform", "bernoulli", "file", "item"]
@@ -45,18 +45,18 @@ class Site:
     """One random expression of a grammar."""
 
     name: str
-    """What people call it: ``height`` where the draw is the value of that attribute, so that ``$height`` in an
-    expression means what it says; else the rule, function or attribute it stands in, numbered in the order of the text
-    where that has several: ``Wall``, ``Wall#2``. An attribute drawn from one of several ranges
-    (``25%: rand(1, 2) else: rand(2, 5)``) has one name for all of them; every other name stands for one site."""
+    """Name in expressions: ``height`` if the draw is the value of that attribute, so that ``$height`` is its value;
+    otherwise the rule, function or attribute that contains it, numbered in the order of the text
+    if it has several: ``Wall``, ``Wall#2``. An attribute drawn from one of several ranges
+    (``25%: rand(1, 2) else: rand(2, 5)``) has one name for all of them; every other name belongs to one site."""
     kind: SiteKind
     """``N%`` lists, ``rand``, ``p``, ``fileRandom``, and ``listRandom`` and others that draw an item of a list."""
     definition: str
-    """The rule, function or attribute it stands in."""
+    """The rule, function or attribute that contains it."""
     line: int
-    """Where it stands in the rule file, from 1."""
+    """Line in the rule file, from 1."""
     choices: int
-    """How many branches a choice has; 0 for the other kinds."""
+    """Number of branches of a choice; 0 for the other kinds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +72,9 @@ class Nodes:
     rule: NodeIds
     """[N] index into `Forest.rules`, -1 for a leaf."""
     child: NodeIds
-    """[N] which successor of the parent's rule, counted from 0 through the text of the branch."""
+    """[N] index of the successor in the parent's rule, from 0 in the text of the branch."""
     repeat: NDArray[np.int32]
-    """[N] which of the shapes that this successor made under one parent, from 0 in order of derivation."""
+    """[N] index among the shapes that this successor made under one parent, from 0 in order of derivation."""
 
     def __len__(self) -> int:
         return len(self.model)
@@ -110,7 +110,7 @@ class Draws:
     node: NDArray[np.int32]
     """[D] the node during whose rewriting it was made."""
     site: NodeIds
-    """[D] which random expression of the grammar, index into `Forest.sites`."""
+    """[D] the random expression, index into `Forest.sites`."""
     value: Floats
     """[D] the number drawn; for a choice, the index of the branch taken."""
     log_density: Floats
@@ -119,7 +119,7 @@ class Draws:
 
 @dataclass(frozen=True, slots=True)
 class Reports:
-    """R values that ``report`` collected."""
+    """R values collected by ``report``."""
 
     node: NDArray[np.int32]
     key: NDArray[np.int32]
@@ -131,12 +131,12 @@ class Reports:
 
 @dataclass(frozen=True, slots=True, order=True)
 class MissingAsset:
-    """A mesh that the asset folder lacks; a unit box stood in its place."""
+    """A mesh that the asset folder lacks; a unit box replaces it."""
 
     path: str
-    """As the rules call it."""
+    """Path in the rules."""
     location: Location
-    """The first place in the rule file that asked for it."""
+    """First place in the rule file that uses it."""
 
 
 def by_path(missing: Iterable[MissingAsset]) -> tuple[MissingAsset, ...]:
@@ -156,7 +156,7 @@ class Forest:
     """
 
     lots: Lots
-    """[num_models] what the models were made of; row i of it is model i of the batch."""
+    """[num_models] addresses and options of the models; row i is model i of the batch."""
     symbols: tuple[str, ...]
     rules: tuple[RuleName, ...]
     sites: tuple[Site, ...]
@@ -170,21 +170,21 @@ class Forest:
     meshes: Meshes
     materials: Materials
     texture_maps: Floats
-    """[K, 2, 4] how the colour map lies: u and v of a point, counted as positions are, are rows times (x, y, z, 1), v
-    upwards."""
+    """[K, 2, 4] maps to texture coordinates of the colour map: u and v (upwards) of a point are rows times
+    (x, y, z, 1), with the origin of positions."""
     prints: tuple[str, ...] = ()
-    """The texts that ``print`` showed while these models were derived, at most 10,000; no part of a stored forest."""
+    """Texts printed by ``print`` during the derivation, at most 10,000; not stored with a forest."""
     missing_assets: tuple[MissingAsset, ...] = ()
-    """By path; no part of a stored forest."""
+    """Missing assets by path; not stored with a forest."""
 
     @property
     def num_models(self) -> int:
-        """How many models there are."""
+        """Number of models."""
         return len(self.lots)
 
     @property
     def origins(self) -> Floats:
-        """[num_models, 3] where positions count from, in world metres; 0 but for models on far footprints."""
+        """[num_models, 3] origin of positions in world metres; 0 except for models on far footprints."""
         return self.lots.origins
 
     def log_probability(self) -> Floats:

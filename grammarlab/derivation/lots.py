@@ -1,6 +1,6 @@
-"""What models are asked for: one row per model, with its address, its footprint, attribute values and start rule.
+"""Lots, the requests for models: one row per model, with address, footprint, attribute values and start rule.
 
-A model is a function of the grammar and of its row alone, so rows may be mixed, reordered and cut in any way.
+A model is a function of the grammar and of its row only, so rows may be mixed, reordered and cut in any way.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ edge, y up, z out over the first edge."""
 Values: TypeAlias = "NDArray[np.float64 | np.bool_ | np.str_]"
 
 DEFAULT_FOOTPRINT = (20.0, 20.0)
-"""Width (along x) and depth (along z) in metres of the lot that a model is derived on when none is given."""
+"""Width (along x) and depth (along z) in metres of the default footprint."""
 
 _LARGEST_WORD = 2**64 - 1
 
@@ -51,7 +51,7 @@ class Footprints:
         """Footprints as a table, in the order given.
 
         Raises:
-            UsageError: one has fewer than three corners, a coordinate is not finite, or its first edge has no length.
+            UsageError: If one has fewer than three corners, a coordinate is not finite, or its first edge has length 0.
         """
         polygons = [_corners(footprint) for footprint in footprints]
         points = np.concatenate([np.zeros((0, 3)), *polygons])
@@ -69,10 +69,10 @@ class Footprints:
 
 @dataclass(frozen=True, slots=True)
 class AttributeColumn:
-    """Values of one attribute for N models, in place of those in the rule file."""
+    """Values of one attribute for N models, instead of those in the rule file."""
 
     values: Values
-    """[N] the values; anything where none is given."""
+    """[N] the values; arbitrary where none is given."""
     given: NDArray[np.bool_]
     """[N] False where the model has the value in the rule file."""
 
@@ -99,7 +99,7 @@ class Lots:
     footprint: NDArray[np.int32]
     """[N] index into `footprints`."""
     attributes: Mapping[str, AttributeColumn]
-    """Values of attributes by name, only of those that some model is given."""
+    """Values of attributes by name, for attributes with a value for at least one model."""
     start_rules: tuple[str, ...]
     """The different start rules; an empty name for the one that the grammar marks."""
     start_rule: NDArray[np.int32]
@@ -125,7 +125,7 @@ class Lots:
 
     @property
     def origins(self) -> Floats:
-        """[N, 3] where positions of each model count from, in world metres (see `grammarlab.derivation.origins`)."""
+        """[N, 3] origin of the positions of each model, in world metres (see `grammarlab.derivation.origins`)."""
         return origins_of_polygons(self.footprints.points, self.footprints.offsets)[self.footprint]
 
     @classmethod
@@ -139,18 +139,18 @@ class Lots:
         attributes: Mapping[str, float | bool | str] | None = None,
         start_rule: str | None = None,
     ) -> Self:
-        """Consecutive models of one seed that are alike in everything else.
+        """Consecutive models of one seed with equal footprints, attributes and start rules.
 
         Args:
-            num_models: how many models; 0 or more.
+            num_models: number of models, 0 or more.
             seed: 0 <= seed < 2**64.
             first_model: index of the first model under the seed, 0 <= first_model < 2**64.
-            footprint: what all of them stand on.
-            attributes: values of attributes of the grammar in place of its own.
-            start_rule: symbol to start with in place of the one that the grammar marks.
+            footprint: the footprint of all models.
+            attributes: values of attributes, instead of those of the grammar.
+            start_rule: start symbol, instead of the one that the grammar marks.
 
         Raises:
-            UsageError: for a number out of range, or a footprint that is not a polygon.
+            UsageError: If a number is out of range, or the footprint is not a polygon.
         """
         if num_models < 0:
             raise UsageError(f"expected 0 models or more, found {num_models}")
@@ -169,17 +169,17 @@ class Lots:
         attributes: Mapping[str, float | bool | str] | None = None,
         start_rule: str | None = None,
     ) -> Self:
-        """Models of any addresses that are alike in everything else.
+        """Models of any addresses with equal footprints, attributes and start rules.
 
         Args:
             seed: [N] seeds, or one for all.
             model: [N] indices under these seeds.
-            footprint: as for `of`, like the other arguments.
-            attributes: values of attributes of the grammar in place of its own.
-            start_rule: symbol to start with in place of the one that the grammar marks.
+            footprint: see `of`.
+            attributes: values of attributes, instead of those of the grammar.
+            start_rule: start symbol, instead of the one that the grammar marks.
 
         Raises:
-            UsageError: for a number out of range, or a footprint that is not a polygon.
+            UsageError: If a number is out of range, or the footprint is not a polygon.
         """
         models = _words("index of a model", model)
         num = len(models)
@@ -201,15 +201,15 @@ class Lots:
 
         Args:
             footprints: the different footprints.
-            footprint: [N] the index of the one that each model stands on.
+            footprint: [N] index of the footprint of each model.
 
         Raises:
-            UsageError: for an index that is not in the table, or not one for each model.
+            UsageError: If an index is not in the table, or their number is not N.
         """
         return replace(self, footprints=footprints, footprint=np.asarray(footprint).astype(np.int32))
 
     def take(self, rows: NDArray[np.integer]) -> Lots:
-        """The models at these rows, in any order, repeats allowed; tables keep what some model still needs."""
+        """The models at these rows, in any order, repeats allowed; tables keep only used values."""
         used, footprint = np.unique(self.footprint[rows], return_inverse=True)
         starts, start_rule = np.unique(self.start_rule[rows], return_inverse=True)
         columns = {name: column.take(rows) for name, column in self.attributes.items()}
@@ -225,10 +225,10 @@ class Lots:
 
     @staticmethod
     def concatenate(parts: Sequence[Lots]) -> Lots:
-        """All models of several values, in order; equal footprints and start rules are kept once.
+        """All models of several lots, in order; equal footprints and start rules are stored once.
 
         Raises:
-            UsageError: for no parts, or an attribute that is a number in one of them and a text or a bool in another.
+            UsageError: If there are no parts, or an attribute has different types in them.
         """
         if not parts:
             raise UsageError("expected at least one value of Lots to join")
@@ -261,7 +261,7 @@ class Lots:
         )
 
     def name(self, row: int) -> str:
-        """A model as messages call it: by its address.
+        """Name of a model in messages: its address.
 
         >>> Lots.of(3, seed=5, first_model=10).name(2)
         'model 12 of seed 5'
@@ -270,7 +270,7 @@ class Lots:
 
 
 def _joined(name: str, parts: Sequence[Lots]) -> AttributeColumn:
-    """One attribute of the models of several values."""
+    """One attribute of the models of several lots."""
     columns = [part.attributes.get(name) for part in parts]
     first = next(column for column in columns if column is not None)
     if len({column.values.dtype.kind for column in columns if column is not None}) > 1:
@@ -287,7 +287,7 @@ def _joined(name: str, parts: Sequence[Lots]) -> AttributeColumn:
 
 
 def _corners(footprint: Footprint) -> Floats:
-    """The corners [n, 3] of a footprint, checked."""
+    """Checked corners [n, 3] of a footprint."""
     if isinstance(footprint, tuple):
         if not (len(footprint) == 2 and all(np.isfinite(footprint)) and min(footprint) > 0):
             raise UsageError(f"footprint: expected width and depth in metres, both above 0, found {footprint}")
@@ -316,7 +316,7 @@ def _check_index(what: str, index: NDArray[np.int32], num_models: int, num: int)
 
 
 def _plain(name: str, value: object) -> Values:
-    """[1] a value of an attribute as columns hold it."""
+    """[1] a value of an attribute as a column."""
     if isinstance(value, bool | np.bool_):
         return np.array([value], dtype=np.bool_)
     if isinstance(value, str):
@@ -327,7 +327,7 @@ def _plain(name: str, value: object) -> Values:
 
 
 def _words(what: str, values: int | Sequence[int] | NDArray[np.integer]) -> NDArray[np.uint64]:
-    """[N] whole numbers as words of 64 bits."""
+    """[N] whole numbers as uint64."""
     if isinstance(values, np.ndarray) and values.ndim == 1 and values.dtype.kind in "iu":
         if values.dtype != np.uint64 and len(values):
             _check_word(what, int(values.min()))

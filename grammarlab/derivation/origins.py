@@ -1,7 +1,7 @@
-"""Where models are far from the origin of the world, and near to what instead.
+"""Local origins of models that are far from the origin of the world.
 
-A 32-bit number has steps of 0.25 m at 2,683,000 m, and a 64-bit one has lost its nanometres. So what is far away is
-derived, written and drawn from an origin of its own, and only the origin is a large number.
+A 32-bit number has steps of 0.25 m at 2,683,000 m, and a 64-bit one has lost its nanometres. So far models are
+derived, written and drawn relative to a local origin, and only the origin is a large number.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 NEAR = 1024.0
-"""Metres: in between, 32-bit coordinates are true to 0.03 mm."""
+"""Largest coordinate in metres without a local origin; below it, 32-bit coordinates are accurate to 0.03 mm."""
 
 
 def origins_of(low: Floats, high: Floats) -> Floats:
-    """The origin [N, 3] in the world to count the coordinates of things from.
+    """Origin [N, 3] in the world for the coordinates of each object.
 
-    Something of which all is farther than `NEAR` along some axis has the lowest corner of its box; everything else has
-    the origin of the world. So an origin depends on the thing alone, and things that differ by where they are have the
-    same coordinates about it.
+    An object that is farther than `NEAR` along some axis has the lowest corner of its bounding box as origin; others
+    have the origin of the world. So an origin depends only on the object, and equal objects at different places have
+    the same local coordinates.
 
     Args:
-        low: [N, 3] the smallest coordinates of each thing in the world.
-        high: [N, 3] the largest ones.
+        low: [N, 3] smallest world coordinates of each object.
+        high: [N, 3] largest world coordinates of each object.
 
     >>> low = np.array([[0.0, 0.0, -5.0], [2683000.0, 0.0, -5.0]])
     >>> origins_of(low, low + 9.0).tolist()
@@ -35,20 +35,20 @@ def origins_of(low: Floats, high: Floats) -> Floats:
 
 
 def origins_of_polygons(points: Floats, offsets: NDArray[np.int64]) -> Floats:
-    """The origins [F, 3] of polygons; arguments as for `brought_near`."""
+    """Origins [F, 3] of polygons; for the arguments see `brought_near`."""
     starts = offsets[:-1]
     return origins_of(np.minimum.reduceat(points, starts, axis=0), np.maximum.reduceat(points, starts, axis=0))
 
 
 def brought_near(points: Floats, offsets: NDArray[np.int64]) -> tuple[Floats, Floats]:
-    """The origins [F, 3] of footprints, and their corners [P, 3] counted from them.
+    """Origins [F, 3] of footprints, and their corners [P, 3] relative to the origins.
 
-    Far corners are rounded to the decimals that numbers of their size have, so that a side is as long as its end minus
-    its beginning on paper, not as the rounding of both leaves it.
+    Far corners are rounded to the decimals that numbers of their size have, so that rounding errors do not change the
+    lengths of sides.
 
     Args:
         points: [P, 3] the corners of all footprints in the world, at least one for each.
-        offsets: [F + 1] where those of each footprint begin.
+        offsets: [F + 1] offsets of the corners of each footprint.
 
     >>> corners = np.array([[2683000.13, 0, 0], [2683018.4, 0, 0], [2683018.4, 0, 9]])
     >>> origins, near = brought_near(corners, np.array([0, 3]))

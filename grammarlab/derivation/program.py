@@ -1,6 +1,6 @@
-"""A grammar made ready to derive.
+"""Compiled grammar.
 
-Rules, attributes and functions are compiled, symbols and sites numbered, rules ordered by who calls whom.
+Rules, attributes and functions are compiled, symbols and sites numbered, rules ordered by their calls.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class CompiledRule:
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """Everything about a grammar that does not depend on models and seeds."""
+    """A compiled grammar, independent of models and seeds."""
 
     symbols: tuple[str, ...]
     rule_names: tuple[RuleName, ...]
@@ -34,19 +34,19 @@ class Program:
     attributes: Mapping[str, CompiledAttribute]
     rules: tuple[CompiledRule, ...]
     order: tuple[tuple[int, ...], ...]
-    """Groups of rules that may call each other, every group before the ones it calls."""
+    """Groups of rules that may call each other, every group before the groups it calls."""
     start_rules: Mapping[str, int]
-    """Rules without parameters, by symbol: what a derivation may start with."""
+    """Rules without parameters, by symbol: possible start rules."""
     default_start: str
     state_names: frozenset[str]
     """Attributes that some rule sets and shape attributes that some expression reads: entries of `Shapes.state`."""
     most_successors: int
-    """Successors of the rule branch that has the most."""
+    """Largest number of successors of a rule branch."""
     uv_sets: frozenset[int]
-    """The sets of texture coordinates that some operation or expression mentions; all where one is computed."""
+    """Sets of texture coordinates that operations and expressions use; all sets if the number of one is computed."""
 
     @property
     def id_type(self) -> np.dtype[np.int16 | np.int32]:
-        """What columns of symbols, rules, children and sites hold: as narrow as this grammar allows."""
+        """Types of the columns of symbols, rules, children and sites: as narrow as this grammar allows."""
         most = max(len(self.symbols), len(self.rule_names), len(self.sites), self.most_successors)
         return np.dtype(np.int16) if most <= np.iinfo(np.int16).max else np.dtype(np.int32)

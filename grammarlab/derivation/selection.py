@@ -1,4 +1,4 @@
-"""Some of the models of a forest, and several forests as one."""
+"""Selection of models of a forest, and concatenation of forests."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _R = TypeVar("_R", Nodes, Leaves, Draws, Reports)
 
 
 def select_models(forest: Forest, models: NDArray[np.integer]) -> Forest:
-    """The forest of some models, numbered anew from 0 in the same order; each keeps its lot.
+    """Forest of selected models, renumbered from 0 in the same order; each keeps its lot.
 
     Args:
         forest: the models.
-        models: [K] which to keep, ascending, each once.
+        models: [K] models to keep, ascending, without repeats.
     """
     new_model = np.full(forest.num_models, -1, dtype=np.int32)
     new_model[models] = np.arange(len(models), dtype=np.int32)
@@ -45,10 +45,10 @@ def select_models(forest: Forest, models: NDArray[np.integer]) -> Forest:
 
 
 def join_forests(forests: Sequence[Forest]) -> Forest:
-    """The models of several forests of one grammar as one forest, in this order.
+    """Models of several forests of one grammar as one forest, in this order.
 
     Raises:
-        UsageError: for no forests, or forests of different grammars.
+        UsageError: If there are no forests, or forests of different grammars.
     """
     if not forests:
         raise UsageError("expected at least one forest to join")
@@ -99,12 +99,12 @@ def join_forests(forests: Sequence[Forest]) -> Forest:
 
 
 def _moved_maps(texture_map: NDArray[np.int32], first: np.integer | int) -> NDArray[np.int32]:
-    """A column of `Leaves.texture_map` in a table of maps in which its own ones come later."""
+    """A column of `Leaves.texture_map` after its maps moved to a later place in a table of maps."""
     return np.where(texture_map >= 0, texture_map + np.int32(first), texture_map)
 
 
 def _rows(columns: _R, kept: Flags) -> _R:
-    """The rows of a table that are kept."""
+    """The kept rows of a table."""
     found = {name: value[kept] for name in columns.__slots__ if isinstance(value := getattr(columns, name), np.ndarray)}
     return replace(columns, **found)
 

@@ -1,4 +1,4 @@
-"""What the random expressions of a grammar are called."""
+"""Names of the random expressions of a grammar."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _KINDS: dict[str, SiteKind] = {
 
 
 def describe_sites(grammar: Grammar, places: Sequence[Place]) -> tuple[Site, ...]:
-    """The sites of a forest, named as `Site.name` says.
+    """Sites of a forest, with names as described by `Site.name`.
 
     Args:
         grammar: the grammar.
@@ -48,7 +48,7 @@ def describe_sites(grammar: Grammar, places: Sequence[Place]) -> tuple[Site, ...
 
 
 def _values_of_attributes(grammar: Grammar, places: Sequence[Place]) -> dict[int, str]:
-    """By its number, the random expressions whose draw is the value of an attribute, and the attribute's name."""
+    """Names of attributes, by the number of the random expression whose draw is the attribute's value."""
     by_owner: dict[str, list[Place]] = {}
     for place in places:
         by_owner.setdefault(place.owner, []).append(place)

@@ -1,4 +1,4 @@
-"""Shapes of a forest traced to the rule text."""
+"""Places in the rule text that made the shapes of a forest."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from grammarlab.language.numbering import Numbering
 
 @dataclass(frozen=True, slots=True)
 class RuleOrigin:
-    """Where a node comes from."""
+    """Origin of a node in the rule text."""
 
     symbol: str
     made_at: Location | None
@@ -21,11 +21,11 @@ class RuleOrigin:
 
 
 def origin_of(forest: Forest, numbering: Numbering, node: int) -> RuleOrigin:
-    """Where a node of a forest comes from.
+    """Origin of a node of a forest in the rule text.
 
     Args:
         forest: models of a grammar.
-        numbering: of the grammar.
+        numbering: numbering of the grammar.
         node: row of the node.
     """
     nodes = forest.nodes
@@ -39,7 +39,7 @@ def origin_of(forest: Forest, numbering: Numbering, node: int) -> RuleOrigin:
 
 
 def way_to(forest: Forest, node: int) -> list[int]:
-    """The nodes from the root down to a node, both among them."""
+    """Nodes on the path from the root to a node, both included."""
     way = [node]
     while (parent := int(forest.nodes.parent[way[-1]])) >= 0:
         way.append(parent)

@@ -1,1 +1,1 @@
-"""How well preferences and grammars are learned: scenarios, a simulated person, divergences."""
+"""Evaluation of learning: scenarios, simulated persons, divergences."""

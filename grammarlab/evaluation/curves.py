@@ -1,4 +1,4 @@
-"""Learning curves: how far a learned density is from the wanted one after each number of labels."""
+"""Learning curves: divergence of a learned density from the target density, by number of labels."""
 
 from __future__ import annotations
 
@@ -9,34 +9,34 @@ from typing import NamedTuple
 import numpy as np
 
 CLOSE = 0.01
-"""Nats: the Jensen-Shannon divergence at which the paper calls a density learned (section 4.7)."""
+"""Jensen-Shannon divergence in nats at which the paper calls a density learned (section 4.7)."""
 
 
 class Point(NamedTuple):
     """One round of a curve."""
 
     labels: int
-    """Scores given so far, all factors together."""
+    """Number of scores so far, all factors together."""
     js: float
     """Jensen-Shannon divergence in nats, 0 to ln 2."""
     correlation: float
     """Pearson correlation of the weights, -1 to 1 (appendix B of the paper)."""
     liked: int
-    """How many of the scores so far are of models that the person likes: truly above 0, whatever was said."""
+    """Number of scores so far of models with a true score above 0."""
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """One simulated person's rounds, in order; the number of labels grows."""
+    """Rounds of one simulated person, by increasing number of labels."""
 
     points: tuple[Point, ...]
 
     def labels_to(self, js: float = CLOSE) -> int | None:
-        """The first number of labels with a divergence of at most ``js``, None when no round gets there."""
+        """The first number of labels with a divergence of at most ``js``; None if no round reaches it."""
         return next((point.labels for point in self.points if point.js <= js), None)
 
     def labels_until_below(self, js: float = CLOSE) -> int | None:
-        """The number of labels from which on the divergence stays at most ``js``, None when the last round is above."""
+        """The number of labels from which the divergence stays at most ``js``; None if the last round is above."""
         stays = None
         for point in reversed(self.points):
             if point.js > js:
@@ -45,7 +45,7 @@ class Curve:
         return stays
 
     def labels_before_first_liked(self) -> int | None:
-        """The labels before the round that showed the first model that is liked; None where none did."""
+        """Number of labels before the round that showed the first liked model; None if no round did."""
         before = 0
         for point in self.points:
             if point.liked:
@@ -54,10 +54,9 @@ class Curve:
         return None
 
     def since_first_liked(self) -> Curve:
-        """The rounds from the one on that showed the first model that is liked, as if they were the first ones.
+        """The rounds from the one that showed the first liked model, as if they were the first ones.
 
-        All labels of that round count, also those that were given before the liked model came. Without rounds where no
-        model is liked.
+        All labels of that round count, even those before the liked model. There are no rounds if no model is liked.
         """
         before = self.labels_before_first_liked()
         if before is None:
@@ -70,7 +69,7 @@ class Curve:
         return Curve(tuple(point for point in self.points if point.labels <= max_labels))
 
     def js_at(self, labels: int, before: float) -> float:
-        """The divergence once ``labels`` scores are given: that of the last round with at most as many.
+        """Divergence after ``labels`` scores: that of the last round with at most this number.
 
         Args:
             labels: any number.
@@ -82,24 +81,24 @@ class Curve:
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """Several numbers of labels, of which some may be missing: runs that never got there."""
+    """Summary of numbers of labels, some of which may be missing for runs that never reach the target."""
 
     median: float | None
-    """None when at least half of the runs never got there."""
+    """None if at least half of the runs never reach it."""
     lowest: int | None
-    """None when no run got there."""
+    """None if no run reaches it."""
     highest: int | None
-    """None when some run never got there."""
+    """None if some run never reaches it."""
     reached: int
-    """How many runs got there."""
+    """Number of runs that reach it."""
     runs: int
 
 
 def summarize(labels: list[int | None]) -> Summary:
-    """The median and the spread over runs; a run that never got there counts as later than all others."""
+    """Median and spread over runs; a run that never reaches the target counts as later than all others."""
     values = np.array([np.inf if value is None else value for value in labels])
     found = values[np.isfinite(values)].astype(int).tolist()
-    # The upper of two middle values, where they differ in being there at all: infinity wins.
+    # The upper of two middle values if one is missing: infinity wins.
     median = float(np.median(values)) if len(values) else np.inf
     return Summary(
         median if np.isfinite(median) else None,

@@ -1,4 +1,4 @@
-"""A set of labelled models with their true scores, and a simulated person who knows those of all others."""
+"""Material of an evaluation: labelled models with true scores, and a simulated person with all other true scores."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """n labelled models with the true scores of K factors, and a person who knows those of all others."""
+    """n labelled models with the true scores of K factors, and a person with those of all others."""
 
     factors: tuple[str, ...]
     """Names of the K factors, K >= 1; the preference is their product."""
     scores: Floats
     """[n, K] true scores of the labelled set, 0 to 100."""
     weights: Floats
-    """[n] > 0, how much each labelled model stands for (`agreement`)."""
+    """[n] > 0, importance weight of each labelled model (`agreement`)."""
     study: Study[Any]
     """The pool, with tables whose `Table.others` are the labelled set."""
     person: Person
-    """Scores any models."""
+    """True scores of any models."""
     meant: Callable[[Sequence[Address]], Floats]
-    """What the person means by scores of models by ascending address: [k, K] true scores, 0 to 100."""
+    """True scores [k, K] of models by ascending address, 0 to 100."""
 
     def as_one_factor(self) -> Material:
         """The same models for a person who scores the product of all factors."""
@@ -49,14 +49,14 @@ class Material:
         )
 
     def answered_by(self, respondent: Respondent, seed: int) -> Material:
-        """The same models for a person who has a way to answer; what they mean is what there is to learn.
+        """The same models for a respondent; its exact scores are the target.
 
         Args:
-            respondent: the way to answer.
-            seed: of the person, 0 <= seed < 2**64.
+            respondent: the respondent.
+            seed: seed of the person, 0 <= seed < 2**64.
 
         Raises:
-            UsageError: when no model of the labelled set is liked on the person's scale.
+            UsageError: If no model of the labelled set is liked on the person's scale.
         """
         answered = replace(
             self,
@@ -78,7 +78,7 @@ class Material:
 
     @property
     def js_original(self) -> float:
-        """Divergence in nats of the grammar as it is, nothing learned."""
+        """Divergence in nats of the original grammar."""
         return agreement(self.target, np.ones(len(self.weights)), self.weights).js
 
 

@@ -1,4 +1,4 @@
-"""The methods that are compared, by name, and how to write one down in a file."""
+"""Learning methods for comparison, by name, and their definitions in files."""
 
 from __future__ import annotations
 
@@ -12,43 +12,43 @@ from grammarlab.preference.fitting import Method as Fit
 from grammarlab.preference.questions.queries import Way
 
 FITS: tuple[Fit, ...] = get_args(Fit)
-"""What `grammarlab.preference.fit` offers."""
+"""Methods of `grammarlab.preference.fit`."""
 QUERIES: tuple[Way, ...] = tuple(way for way in get_args(Way) if way != "already ranked")
-"""Ways to choose the models of a round (`grammarlab.preference.questions.queries`), but those for people who look
-at their own scores again."""
+"""Query strategies (`grammarlab.preference.questions.queries`), except for those that show scored models
+again."""
 OPTIONS = {"paper": ("noise", "penalty")}
-"""Parameters of fits that may be set, by the name of the fit."""
+"""Parameters of fits, by the name of the fit."""
 PAPER_FAMILIES = ("paths", "symbols", "draws")
-"""The features that the paper begins with (sections 4.5.1 and 4.7), random parameters among them."""
+"""The initial features of the paper (sections 4.5.1 and 4.7), including random parameters."""
 MAX_BATCH = 1024
 
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """One way to learn a preference."""
+    """A method of learning a preference."""
 
     name: str
-    """What tables and pictures call it."""
+    """Name in tables and pictures."""
     fit: Fit = "blended"
     """One of `FITS`."""
     query: Way = "default"
     """One of `QUERIES`."""
     batch: int = 8
-    """Models a round, 1 to `MAX_BATCH`: the fewer, the more each of them is chosen with what the others told."""
+    """Models per round, 1 to `MAX_BATCH`: with fewer, each choice uses more of the earlier answers."""
     path_length: int = 0
-    """Edges of the longest paths to begin with, 1 to `MAX_PATH_LENGTH`; 0 for what the scenario says."""
+    """Initial number of edges of the longest paths, 1 to `MAX_PATH_LENGTH`; 0 for that of the scenario."""
     grows: bool = True
-    """Whether longer paths are taken in when models with equal rows got different scores."""
+    """Whether longer paths are added if models with equal rows got different scores."""
     factored: bool = True
-    """Whether each factor of a scenario has labels of its own; otherwise the person scores the product."""
+    """Whether each factor of a scenario has its own labels; otherwise the person scores the product."""
     families: tuple[str, ...] = FAMILIES
-    """Kinds of features that the method looks at; where it is all there are, the default's own, and for baselines those
-    that the scenario offers."""
+    """Kinds of features of the method; all kinds mean the default's own, and for baselines those
+    of the scenario."""
     options: tuple[tuple[str, float], ...] = ()
-    """Parameters of the fit by name: those of `OPTIONS`."""
+    """Parameters of the fit by name, from `OPTIONS`."""
 
     def as_json(self) -> dict[str, Any]:
-        """Everything that decides a curve, without the name."""
+        """All settings that determine a curve, without the name."""
         return {
             "fit": self.fit,
             "query": self.query,
@@ -61,10 +61,10 @@ class Method:
         }
 
     def settings(self, offered: FeatureOptions) -> Settings:
-        """How the method learns.
+        """Settings of learning.
 
         Args:
-            offered: the features that a scenario offers to baselines; the default learns alike from everybody.
+            offered: the features of a scenario for baselines; the default ignores them.
         """
         own = Settings().features if self.fit == "blended" else offered
         families = own.families if self.families == FAMILIES else self.families
@@ -75,12 +75,12 @@ class Method:
             query=self.query,
             grows=self.grows,
             widens=self.query == "default",
-            # The default is a function of the scores alone; the paper's process goes on from where it was.
+            # The default is a function of the scores only; the paper's process continues from its previous state.
             warm=self.fit in ("paper", "kde", "sklearn", "lightgbm"),
         )
 
 
-# The baselines follow the paper: two 4x4 grids a round, one of the current density, one of its complement.
+# The baselines follow the paper: two 4x4 grids per round, one of the current density, one of its complement.
 METHODS = {
     method.name: method
     for method in (
@@ -94,36 +94,36 @@ METHODS = {
 
 
 def methods_of(names: str, batch: int | None = None) -> tuple[Method, ...]:
-    """The methods of a comma-separated list.
+    """Methods from a comma-separated list.
 
     Args:
         names: ``default,paper``; each name once.
-        batch: models a round, instead of each method's own.
+        batch: models per round, instead of each method's own.
 
     Raises:
-        UsageError: an unknown or repeated name, or none; a batch out of range.
+        UsageError: If a name is unknown, repeated or missing, or the batch is out of range.
     """
     batches = {} if batch is None else {"batch": batch}
     return tuple(checked(replace(method, **batches)) for method in chosen(names, METHODS, "method"))
 
 
 def checked(method: Method, where: str = "") -> Method:
-    """The method itself, once it is sure that everything in it is in range.
+    """The method, after checking its values.
 
     Args:
-        method: what somebody asked for.
-        where: the place where it is written down, for the message.
+        method: the method.
+        where: the place of its definition, for messages.
 
     Raises:
-        UsageError: says what is out of range and what is possible.
+        UsageError: If a value is out of range; it names the value and the range.
     """
     place = f"{where}: " if where else ""
     for what, value, known in (("fit", method.fit, FITS), ("query", method.query, QUERIES)):
         if value not in known:
-            raise UsageError(f"{place}no {what} is called {value!r}. There are: {', '.join(known)}.")
+            raise UsageError(f"{place}unknown {what} {value!r}. Expected one of {', '.join(known)}.")
     for family in method.families:
         if family not in FAMILIES:
-            raise UsageError(f"{place}no family of features is called {family!r}. There are: {', '.join(FAMILIES)}.")
+            raise UsageError(f"{place}unknown family of features {family!r}. Expected one of {', '.join(FAMILIES)}.")
     ranges = (("batch", method.batch, 1, MAX_BATCH), ("path_length", method.path_length, 0, MAX_PATH_LENGTH))
     for what, number, least, most in ranges:
         if not least <= number <= most:

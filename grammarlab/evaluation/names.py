@@ -1,4 +1,4 @@
-"""What a list of names means."""
+"""Objects from lists of names."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ Named = TypeVar("Named")
 
 
 def chosen(names: str, known: Mapping[str, Named], what: str) -> tuple[Named, ...]:
-    """The things of a comma-separated list, in its order.
+    """Objects from a comma-separated list, in its order.
 
     Args:
         names: ``default,paper``; each name once.
-        known: all there are by name.
-        what: one of them is called, for messages: ``method``.
+        known: all objects by name.
+        what: noun for one of them, for messages: ``method``.
 
     Raises:
-        UsageError: an unknown or repeated name, or none.
+        UsageError: If a name is unknown, repeated or missing.
     """
     wanted = [name.strip() for name in names.split(",") if name.strip()]
     if not wanted:
@@ -29,17 +29,17 @@ def chosen(names: str, known: Mapping[str, Named], what: str) -> tuple[Named, ..
         if name not in known:
             near = get_close_matches(name, known, n=1)
             hint = f" Did you mean {near[0]!r}?" if near else ""
-            raise UsageError(f"no {what} is called {name!r}.{hint} There are: {', '.join(known)}.")
+            raise UsageError(f"unknown {what} {name!r}.{hint} Expected one of {', '.join(known)}.")
         if wanted.count(name) > 1:
             raise UsageError(f"{what} {name!r} is given twice.")
     return tuple(known[name] for name in wanted)
 
 
 def chosen_one(name: str, known: Mapping[str, Named], what: str) -> Named:
-    """The one thing of a name; arguments as those of `chosen`.
+    """Object from a single name; for the arguments see `chosen`.
 
     Raises:
-        UsageError: nothing is called so, or there are several names.
+        UsageError: If the name is unknown, or there are several names.
     """
     found = chosen(name, known, what)
     if len(found) != 1:

@@ -1,4 +1,4 @@
-"""Which models to show for each score of a scenario, as in appendix A of the paper."""
+"""Models to show for each score of a scenario, as in appendix A of the paper."""
 
 from __future__ import annotations
 
@@ -19,36 +19,35 @@ from grammarlab.features.rules.score import Score
 Floats = NDArray[np.float64]
 
 OTHERS = "others"
-"""What the models are called that no case is about."""
+"""Name of the models without a case."""
 BANDS = (80.0, 60.0, 40.0, 20.0, 0.0)
-"""Lower bounds of the groups of a score that takes any value."""
+"""Lower bounds of the groups of a continuous score."""
 
 
 @dataclass(frozen=True, slots=True)
 class LikedModels:
-    """Models that are liked alike, for one reason."""
+    """Models with equal scores for the same reason."""
 
     score: float
     """0 to 100; the lower bound of a band."""
     means: str
-    """Why, in words."""
+    """The reason in words."""
     models: tuple[int, ...]
-    """The first ones of the labelled set; none where it holds none."""
+    """The first ones of the labelled set; none if it has none."""
 
 
 def example_models(source: Source, num: int) -> tuple[LikedModels, ...]:
     """Models of the labelled set for every case of a scenario, the cases in their order and the others last.
 
-    Where the preference is a product of factors, there is a group for each score; where it is an expression, for
-    each band of scores.
+    A product of factors has one group per score, an expression one per band of scores.
 
     Args:
         source: the scenario with its grammar.
-        num: models a group, at most.
+        num: largest number of models per group.
 
     Raises:
-        UsageError: the preference does not fit the grammar.
-        DerivationError: a rule cannot be carried out.
+        UsageError: If the preference does not fit the grammar.
+        DerivationError: If a rule cannot be applied.
     """
     scenario, space = source.scenario, source.space
     scenario.check(space.program.symbols, space.program.rule_names, space.program.sites)
@@ -65,7 +64,7 @@ def example_models(source: Source, num: int) -> tuple[LikedModels, ...]:
 
 
 def _grouping(scenario: Scenario) -> tuple[list[tuple[float, str]], Callable[[Forest], NDArray[np.intp]]]:
-    """Score and meaning of the groups, and what tells the group of every model."""
+    """Score and meaning of the groups, and a function to the group of every model."""
     score = scenario.score
     if score.cases:
         decides = _deciding_case(score)
@@ -90,7 +89,7 @@ def _grouping(scenario: Scenario) -> tuple[list[tuple[float, str]], Callable[[Fo
 
 
 def _deciding_case(score: Score) -> Expression:
-    """Which case, from 0, decides about a model; their number when none does."""
+    """Index of the case, from 0, that holds for a model; their number if none does."""
     names = {f"case_{i}": case.when for i, case in enumerate(score.cases)}
     pairs = ", ".join(f"{name}, {i}" for i, name in enumerate(names))
     return Expression.parse(f"choose({pairs}, {len(names)})", names)

@@ -1,8 +1,8 @@
-"""From a scenario and its grammar to the material of the protocol.
+"""Preparation: the material of the protocol from a scenario and its grammar.
 
 The labelled set is derived at the scenario's seed. The pool is derived at seeds that follow from it
-(`grammarlab.learning.designs.pool`), so the two have no model in common. Each simulated person has models of their own
-(`Source.for_person`), so that nothing is fitted to one pool.
+(`grammarlab.learning.designs.pool`), so the two have no model in common. Each simulated person has its own models
+(`Source.for_person`), so that methods are not fitted to one pool.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ from grammarlab.randomness import derived_seed
 Floats = NDArray[np.float64]
 
 _PERSONS = 4
-"""Place below the seed of a scenario that persons have their models from."""
+"""Place below the seed of a scenario for the models of persons."""
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A scenario with what it takes to derive its models."""
+    """A scenario with its grammar and assets."""
 
     scenario: Scenario
     grammar: Grammar
     assets: Path
-    """The folder that asset names in the rules are relative to."""
+    """Folder of the assets named in the rules."""
 
     @property
     def space(self) -> GrammarSpace:
@@ -51,12 +51,12 @@ class Source:
 
     @property
     def pool(self) -> Pool:
-        """The models that there are to ask about."""
+        """The pool of models to ask about."""
         return Pool(self.scenario.seed, self.scenario.num_models)
 
     @property
     def labelled_address(self) -> Address:
-        """Of the first model of the labelled set; the others follow under the same seed."""
+        """Address of the first model of the labelled set; the others follow under the same seed."""
         return Address(self.scenario.draws == "flattened", self.scenario.seed, 0)
 
     def for_person(self, seed: int) -> Source:
@@ -66,7 +66,7 @@ class Source:
 
     @property
     def key(self) -> str:
-        """SHA-256 of everything that decides the models, their scores and what is offered to learn from."""
+        """SHA-256 of all inputs of the models, their scores and the features for learning."""
         scenario = self.scenario
         preference = [(factor.name, factor.score) for factor in scenario.factors]
         models = (self.grammar.hash, scenario.num_models, scenario.seed, scenario.draws)
@@ -79,11 +79,11 @@ def prepare(source: Source, settings: Settings) -> Material:
 
     Args:
         source: the scenario and its grammar.
-        settings: how to learn.
+        settings: settings of learning.
 
     Raises:
-        UsageError: the preference does not fit the grammar, or no model of the labelled set is liked.
-        DerivationError: a rule cannot be carried out.
+        UsageError: If the preference does not fit the grammar, or no model of the labelled set is liked.
+        DerivationError: If a rule cannot be applied.
     """
     scenario, space = source.scenario, source.space
     program = space.program
@@ -119,12 +119,12 @@ def labelled_set(source: Source, space: GrammarSpace) -> tuple[Forest, ...]:
 
 
 def true_scores(scenario: Scenario, forest: Forest) -> Floats:
-    """[models, K] how much each factor of a scenario likes some models, 0 to 100."""
+    """[models, K] scores of models by each factor of a scenario, 0 to 100."""
     return np.column_stack([factor.score.evaluate(count(forest, factor.score.features)) for factor in scenario.factors])
 
 
 def _log_weight(scenario: Scenario, space: GrammarSpace, forest: Forest) -> Floats:
-    """[models] log of the density that the preference multiplies over the density the models are drawn from."""
+    """[models] log of the base density divided by the density from which the models are drawn."""
     if scenario.base == "uniform":
         return -forest.log_probability()
     return space.log_ratio(forest) if scenario.draws == "flattened" else np.zeros(forest.num_models)

@@ -1,4 +1,4 @@
-"""Simulated persons: they score model after model, while the learned density is compared with the true one.
+"""Protocol of simulated persons: they score models, and the learned density is compared with the true one.
 
 This is the protocol of section 4.7 of the paper, around an interview (`grammarlab.learning.asking.interview`). Its
 quantities:
@@ -52,7 +52,7 @@ def run(material: Material, batch: int, seed: int, max_labels: int) -> tuple[Sta
 
 
 def _newly_liked(material: Material, before: State, after: State) -> int:
-    """How many of the answers of a round are about designs that the person likes, whatever they said."""
+    """Number of answers of a round about designs with a true score above 0."""
     found = 0
     for place, factor in enumerate(material.factors):
         known = len(before.answers[factor].designs) if factor in before.answers else 0

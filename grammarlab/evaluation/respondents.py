@@ -1,4 +1,4 @@
-"""How simulated persons answer: exactly, on a coarse scale, with noise, or now and then at random."""
+"""Respondents, the error models of simulated persons: exact, coarse scale, noise, or blunders."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from grammarlab.randomness import derived_seed, fold, root_keys, uniforms
 Floats = NDArray[np.float64]
 
 _LANE = 5
-"""Place below a person's seed that answers have their draws from."""
+"""Place below a person's seed for the draws of answers."""
 _HALF_STEP = 2.0**-54
-"""Half of what lies between two uniform draws: added to them, none is 0 or 1."""
+"""Half of the step of uniform draws; with it added, none is 0 or 1."""
 
 
 @dataclass(frozen=True, slots=True)
 class Respondent:
-    """How somebody with a preference scores models."""
+    """Error model of scores."""
 
     name: str
     noise: float = 0.0
-    """Standard deviation of what is added to each score, in points, >= 0; the sum is clipped to 0-100."""
+    """Standard deviation of the noise of each score, in points, >= 0; the sum is clipped to 0-100."""
     step: float = 0.0
     """Scores are rounded to multiples of it, halves up; 0 for any score. It divides 100."""
     blunders: float = 0.0
-    """Share of the scores, 0 to 1, that are drawn uniformly from 0-100 whatever the model."""
+    """Share of the scores, 0 to 1, that are drawn uniformly from 0-100 for any model."""
 
     def truth(self, scores: Floats) -> Floats:
-        """What somebody means who likes models that much, on their scale: what there is to learn.
+        """Scores on the scale of the respondent without errors: the target of learning.
 
         Args:
             scores: 0 to 100, of any shape.
@@ -40,15 +40,15 @@ class Respondent:
         return np.floor(scores / self.step + 0.5) * self.step if self.step else scores
 
     def answers(self, scores: Floats, seed: int, first: int) -> Floats:
-        """What is said about models, [k, K] for K factors.
+        """Scores of models with errors, [k, K] for K factors.
 
-        The draws of the n-th answer of a person are a function of (seed, n): asked about a model again, the person
-        answers afresh, and a repeated run gets the same answers.
+        The draws of the n-th answer of a person are a function of (seed, n): a second answer about a model has new
+        noise, and a repeated run gets the same answers.
 
         Args:
-            scores: [k, K] how much the models are liked, 0 to 100.
-            seed: of the person, 0 <= seed < 2**64.
-            first: how many answers the person has given before, >= 0.
+            scores: [k, K] true scores of the models, 0 to 100.
+            seed: seed of the person, 0 <= seed < 2**64.
+            first: number of earlier answers of the person, >= 0.
         """
         num, factors = scores.shape
         keys = root_keys(derived_seed(seed, _LANE), np.arange(first, first + num))
@@ -67,5 +67,5 @@ RESPONDENTS = {
         *(Respondent(f"blunders{percent}", blunders=percent / 100) for percent in (5, 10)),
     )
 }
-"""All there are, by name."""
+"""All respondents, by name."""
 EXACT = RESPONDENTS["exact"]

@@ -1,4 +1,4 @@
-"""Scenarios: a grammar, an exact preference over its models, and how learning it is measured.
+"""Scenarios: a grammar, an exact preference over its models, and the target of learning it.
 
 A scenario is a TOML file; docs/scenarios.md describes it. Those in ``scenarios/`` are the paper's (Table 4.2) and its
 limits (section 4.8.1).
@@ -28,7 +28,7 @@ MAX_DEFINITIONS = 200
 MAX_MODELS = 1_000_000
 MAX_FACTORS = 8
 MAX_DIVERGENCE = 0.7
-"""Nats; ln 2 is the most there is."""
+"""Largest divergence in nats: ln 2."""
 
 Base: TypeAlias = Literal["grammar", "uniform"]
 Draws: TypeAlias = Literal["grammar", "flattened"]
@@ -37,20 +37,20 @@ Since: TypeAlias = Literal["start", "first liked"]
 
 @dataclass(frozen=True, slots=True)
 class Factor:
-    """A named preference that a person is asked about on its own."""
+    """A named preference with its own labels."""
 
     name: str
     title: str
-    """What is liked, in words."""
+    """Description of the liked models."""
     score: Score
 
 
 @dataclass(frozen=True, slots=True)
 class PaperFigures:
-    """What the paper reports; None where it does not. Divergences in nats (Table 4.3)."""
+    """Results of the paper; None where it has none. Divergences are in nats (Table 4.3)."""
 
     original: float | None = None
-    """Of the grammar as it is."""
+    """Divergence of the original grammar."""
     p_learning: float | None = None
     """After parameter learning."""
     s_learning: float | None = None
@@ -60,33 +60,33 @@ class PaperFigures:
     kde_labels: int | None = None
     """The same for the density estimation it compares with."""
     figure: str = ""
-    """Where it shows the scenario: ``4.11b``."""
+    """Its figure of the scenario: ``4.11b``."""
 
 
 @dataclass(frozen=True, slots=True)
 class ScenarioGoal:
-    """What we want to reach."""
+    """Target of learning."""
 
     js: float = 0.01
     """Jensen-Shannon divergence in nats."""
     labels: int | None = None
-    """Scores until there, at most; None where there is no target."""
+    """Largest number of scores to reach it; None without a target."""
     aim: int | None = None
-    """Scores until there that would be better still."""
+    """A better number of scores."""
     since: Since = "start"
-    """From where these scores count: from the first one, or from the round that shows the first model that is liked
+    """Start of counting these scores: the first score, or the round that shows the first liked model
     (`Curve.since_first_liked`)."""
     ask: int | None = None
-    """Scores to ask for, all counted, so that the target can be reached; None for as many as it says."""
+    """Total number of scores to ask for, so that the target can be reached; None for that of the target."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What a simulated person likes about the models of a grammar, and how learning it is measured."""
+    """A preference of a simulated person over the models of a grammar, and the target of learning it."""
 
     name: str
     title: str
-    """What is liked, in words."""
+    """Description of the liked models."""
     grammar: str
     """Name of a shipped grammar, or the path of a rule file."""
     factors: tuple[Factor, ...]
@@ -94,11 +94,11 @@ class Scenario:
     num_models: int = DEFAULT_MODELS
     """Size of the labelled set on which densities are compared."""
     seed: int = 0
-    """Of the labelled set, 0 <= seed < 2**64."""
+    """Seed of the labelled set, 0 <= seed < 2**64."""
     base: Base = "grammar"
-    """What the preference multiplies: the grammar's own density, or the same for every model."""
+    """Density that the preference multiplies: the grammar's own, or the same for every model."""
     draws: Draws = "grammar"
-    """What the labelled set is drawn from: the grammar, or, for models too rare to turn up, the grammar with all
+    """Density of the labelled set: the grammar, or, for models too rare in its samples, the grammar with all
     alternatives of a choice equally likely and importance weights."""
     features: FeatureOptions = DEFAULT_FEATURES
     methods: tuple[str, ...] = ("default",)
@@ -108,26 +108,26 @@ class Scenario:
 
     @property
     def score(self) -> Score:
-        """The whole preference: of several factors their product, as a score from 0 to 100."""
+        """The whole preference as a score from 0 to 100; several factors are multiplied."""
         return Score.product([factor.score for factor in self.factors])
 
     @property
     def hash(self) -> str:
-        """SHA-256, in hexadecimal, of what is liked and on which models; of the grammar, its name only."""
+        """SHA-256, in hexadecimal, of the preference and its models; the grammar is included by name only."""
         steps = [(factor.name, factor.score.expression.steps) for factor in self.factors]
         values = (self.name, self.grammar, steps, self.num_models, self.seed, self.base, self.draws, self.features)
         return hashlib.sha256(repr(values).encode()).hexdigest()
 
     def check(self, symbols: Sequence[str], rules: Sequence[RuleName], sites: Sequence[Site]) -> None:
-        """Makes sure that the preference speaks about things that the grammar has.
+        """Check that the grammar has all symbols, branches and attributes of the preference.
 
         Args:
             symbols: all symbols of the grammar.
-            rules: all ways to rewrite them.
+            rules: all rules.
             sites: its random expressions.
 
         Raises:
-            UsageError: names what the grammar lacks, and the nearest that it has.
+            UsageError: If the grammar lacks something; it names this and the nearest existing name.
         """
         try:
             check((feature for factor in self.factors for feature in factor.score.features), symbols, rules, sites)
@@ -136,23 +136,23 @@ class Scenario:
 
 
 def load(path: Path) -> Scenario:
-    """Reads a scenario file, and the scenario files beside it that it names as factors.
+    """Read a scenario file, and the scenario files of its factors.
 
     Raises:
-        UsageError: for a file that cannot be read or is no scenario; says what was expected, and in which line.
+        UsageError: If a file cannot be read or is not a scenario; it names the expected text and the line.
     """
     return parse(read(path, "scenario"), path)
 
 
 def parse(text: str, path: Path = Path("<text>")) -> Scenario:
-    """Reads the text of a scenario file.
+    """Parse the text of a scenario file.
 
     Args:
         text: the whole file.
-        path: where it lies: paths of grammars and factors are seen from there.
+        path: its path; paths of grammars and factors are relative to it.
 
     Raises:
-        UsageError: for a text that is no scenario.
+        UsageError: If the text is not a scenario.
     """
     file = TomlFile(text, path)
     table = file.table()
@@ -204,12 +204,12 @@ def _factors(file: TomlFile, table: dict[str, Any], name: str, title: str) -> tu
 
 
 def _factor(file: TomlFile, table: dict[str, Any], name: str) -> Factor:
-    """The preference of another scenario file."""
+    """Preference of another scenario file."""
     if not re.fullmatch(_NAME, name):
         raise file.wrong(f"expected the name of a scenario file beside this one, found {name!r:.80}", "factors")
     path = file.path.parent / f"{name}{SUFFIX}"
     text = read(path, "scenario")
-    # Looked at before it is read, so that files that name each other come to an end.
+    # Checked before it is read, so that files that name each other do not recurse.
     if "factors" in TomlFile(text, path).table():
         raise file.wrong(f"{name} has factors itself; expected scenarios with a preference", "factors")
     other = parse(text, path)
@@ -275,7 +275,7 @@ def _features(file: TomlFile, table: dict[str, Any]) -> FeatureOptions:
     families = file.strings(part, "families", FeatureOptions().families)
     for family in families:
         if family not in FAMILIES:
-            raise file.wrong(f"no family of features is called {family!r:.60}{nearest(family, FAMILIES)}", "families")
+            raise file.wrong(f"unknown family of features {family!r:.60}{nearest(family, FAMILIES)}", "families")
     length = file.integer(part, "path_length", 1, MAX_PATH_LENGTH)
     return FeatureOptions(length or FeatureOptions().path_length, families)
 

@@ -1,4 +1,4 @@
-"""TOML files taken apart: values of the right kind, or an error that names the file, the line and what was expected."""
+"""Typed values from TOML files; errors name the file, the line and the expected value."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from grammarlab.errors import UsageError
 SUFFIX = ".toml"
 
 MAX_BYTES = 1 << 18
-"""Largest file that is read."""
+"""Largest size of a file in bytes."""
 MAX_CHARACTERS = 1000
-"""Longest text that `TomlFile.string` gives."""
+"""Largest number of characters of a text."""
 MAX_ITEMS = 100
-"""Longest list that `TomlFile.strings` gives."""
+"""Largest number of items of a list."""
 
 
 def read(path: Path, what: str) -> str:
-    """The text of a file.
+    """Text of a file.
 
     Args:
         path: the file.
-        what: what it should be, for messages: ``scenario``.
+        what: expected kind of file, for messages: ``scenario``.
 
     Raises:
-        UsageError: for a file that is missing, cannot be read, is too large or not in UTF-8.
+        UsageError: If the file is missing, unreadable, too large or not in UTF-8.
     """
     if not path.is_file():
         near = get_close_matches(path.name, [p.name for p in path.parent.glob(f"*{SUFFIX}")], n=3, cutoff=0.5)
@@ -49,11 +49,11 @@ def read(path: Path, what: str) -> str:
 
 
 class TomlFile:
-    """A TOML file; knows where things stand in the text.
+    """A parsed TOML file with the lines of its values.
 
     Args:
         text: the whole file.
-        path: where it lies, for messages.
+        path: its path, for messages.
     """
 
     def __init__(self, text: str, path: Path) -> None:
@@ -69,10 +69,10 @@ class TomlFile:
         except ValueError as error:
             message, _, place = str(error).partition(" (at ")
             line = re.match(r"line (\d+)", place)
-            raise self.wrong(f"this is no TOML: {message}", line=int(line[1]) if line else None) from None
+            raise self.wrong(f"this is not TOML: {message}", line=int(line[1]) if line else None) from None
 
     def part(self, table: dict[str, Any], key: str, known: Sequence[str]) -> dict[str, Any]:
-        """A table in the table, empty when it is missing; ``known`` are the keys it may have."""
+        """A subtable, empty if it is missing; ``known`` are the allowed keys."""
         part = table.get(key, {})
         if not isinstance(part, dict):
             raise self.wrong(f"expected a table [{key}], found {part!r:.40}", key)
@@ -80,7 +80,7 @@ class TomlFile:
         return part
 
     def string(self, table: dict[str, Any], key: str, default: str | None = None) -> str:
-        """A text; must be there and say something when there is no default."""
+        """A text; required and not empty if there is no default."""
         value = table.get(key, default)
         if not isinstance(value, str) or (default is None and not value.strip()) or len(value) > MAX_CHARACTERS:
             raise self.wrong(f"expected {key} = a text of 1 to {MAX_CHARACTERS} characters, found {value!r:.40}", key)
@@ -94,21 +94,21 @@ class TomlFile:
         return tuple(value)
 
     def one_of(self, table: dict[str, Any], key: str, known: tuple[str, ...]) -> str:
-        """One of some texts; the first of them when the key is missing."""
+        """One of several texts; the first of them if the key is missing."""
         value = table.get(key, known[0])
         if value not in known:
             raise self.wrong(f"expected {key} = {' or '.join(repr(item) for item in known)}, found {value!r:.40}", key)
         return value
 
     def integer(self, table: dict[str, Any], key: str, low: int, high: int) -> int | None:
-        """A whole number from ``low`` to ``high``; None when the key is missing."""
+        """A whole number from ``low`` to ``high``; None if the key is missing."""
         value = table.get(key)
         if key in table and (isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high):
             raise self.wrong(f"expected {key} = a whole number from {low} to {high}, found {value!r:.40}", key)
         return value
 
     def number(self, table: dict[str, Any], key: str, high: float, line: int | None = None) -> float | None:
-        """A number from 0 to ``high``; None when the key is missing."""
+        """A number from 0 to ``high``; None if the key is missing."""
         value = table.get(key)
         if key not in table:
             return None
@@ -117,14 +117,14 @@ class TomlFile:
         return float(value)
 
     def check_keys(self, table: dict[str, Any], known: Sequence[str], part: str = "", line: int | None = None) -> None:
-        """Makes sure that a table, called ``part``, has only keys that mean something."""
+        """Check that a table, called ``part``, has only known keys."""
         for key in table:
             if key not in known:
                 where = f" in [{part}]" if part else ""
-                raise self.wrong(f"nothing{where} is called {key!r:.60}{nearest(key, known)}", key, line)
+                raise self.wrong(f"unknown key {key!r:.60}{where}{nearest(key, known)}", key, line)
 
     def line(self, pattern: str, number: int = 0) -> int | None:
-        """The line, from 1, of the match ``number``, from 0, of a regular expression; None where there is none."""
+        """Line, from 1, of the match ``number``, from 0, of a regular expression; None if there is none."""
         starts = [match.start() for match in re.finditer(pattern, self._text, re.MULTILINE)]
         return self._text.count("\n", 0, starts[number]) + 1 if number < len(starts) else None
 
@@ -136,6 +136,6 @@ class TomlFile:
 
 
 def nearest(name: str, known: Sequence[str]) -> str:
-    """What may have been meant, as the end of a message."""
+    """Suggestion at the end of a message."""
     near = get_close_matches(name, known, n=1, cutoff=0.6)
     return f"; did you mean {near[0]}?" if near else f"; expected {', '.join(known)}"

@@ -20,17 +20,17 @@ from grammarlab.scene import Scene, TriangleBatch
 from grammarlab.scene.texture_coordinates import texture_coordinates
 
 Content: TypeAlias = Callable[[Scene, TriangleBatch, str], dict[str, Any]]
-"""Adds a model of some name to a document; returns the properties of its node that show it."""
+"""Function that adds a named model to a document and returns the properties of its node."""
 
 
 @final
 class GlbWriter(AbstractWriter):
-    """A file with one node for each model, below another one where the origin of the file is not the world's.
+    """A file with one node per model, below a common node if the origin of the file is not the world's.
 
     Args:
         document: the file.
-        content: how models are written.
-        origin: [3] of the file in the world, in metres. JSON holds it in 64 bits, as numbers in the buffer are not.
+        content: writer of models.
+        origin: [3] origin of the file in the world, in metres; JSON stores it in 64 bits, unlike the buffer.
     """
 
     def __init__(self, document: GltfDocument, content: Content, origin: NDArray[np.float64]) -> None:
@@ -40,17 +40,17 @@ class GlbWriter(AbstractWriter):
         self._roots: list[int] = []
 
     def add(self, scene: Scene, batch: TriangleBatch, name: str, offset: NDArray[np.float64]) -> None:
-        """As `AbstractWriter.add`."""
+        """See `AbstractWriter.add`."""
         node: dict[str, Any] = {"name": name, **self._content(scene, batch, name)}
         if offset.any():
             node["translation"] = offset.tolist()
         self._roots.append(self._document.add("nodes", node))
 
     def finish(self) -> None:
-        """As `AbstractWriter.finish`.
+        """See `AbstractWriter.finish`.
 
         Raises:
-            UsageError: the file would be too large.
+            UsageError: If the file would be too large.
         """
         if self._origin.any():
             node = {"name": "origin", "translation": self._origin.tolist(), "children": self._roots}
@@ -59,15 +59,15 @@ class GlbWriter(AbstractWriter):
 
 
 def merged_glb(batch: TriangleBatch, name: str, assets: Path | None = None) -> bytes:
-    """A file of one model about its own origin.
+    """A file of one model relative to its own origin.
 
     Args:
         batch: the model.
-        name: of its node.
+        name: name of its node.
         assets: folder of the textures; None leaves them out.
 
     Raises:
-        AssetError: a texture is unusable.
+        AssetError: If a texture is unusable.
     """
     with ExitStack() as parts:
         stream = BytesIO()
@@ -91,7 +91,7 @@ class MergedContent:
 
 
 def merged_content(document: GltfDocument, materials: GltfMaterials, batch: TriangleBatch, name: str) -> dict[str, Any]:
-    """One mesh with one primitive for each material of a model; nothing for a model without triangles."""
+    """One mesh with one primitive for each material of a model; None for a model without triangles."""
     written = [materials.index(batch.materials, material) for material in batch.group_material.tolist()]
     plain = np.array([not textured for _, textured in written], dtype=bool)
     shared = iter(_shared_primitives(document, batch if plain.all() else batch.of_groups(np.flatnonzero(plain))))
@@ -103,7 +103,7 @@ def merged_content(document: GltfDocument, materials: GltfMaterials, batch: Tria
 
 
 def _shared_primitives(document: GltfDocument, batch: TriangleBatch) -> list[dict[str, Any]]:
-    """[G] one primitive a group; all groups share three stretches of the buffer."""
+    """[G] one primitive per group; all groups share three ranges of the buffer."""
     if len(batch.group_model) == 0:
         return []
     low = np.minimum.reduceat(batch.vertices, batch.group_vertices[:-1], axis=0)

@@ -1,4 +1,4 @@
-"""GLB files that keep each mesh once and refer to it from many places."""
+"""GLB files that store each mesh once and refer to it from many nodes."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from grammarlab.scene.triangles import CREASE_ANGLE
 
 INSTANCING = "EXT_mesh_gpu_instancing"
 THINNEST = 1e-6
-"""Smallest scale of a node in metres: at zero, readers cannot work out normals."""
+"""Smallest scale of a node in metres, since readers cannot compute normals at zero."""
 
 
 @dataclass(frozen=True, slots=True)
 class Placements:
-    """Translation, rotation and scale of I instances, as glTF nodes hold them."""
+    """Translation, rotation and scale of I instances, as in glTF nodes."""
 
     translation: NDArray[np.float32]
     """[I, 3] metres."""
@@ -42,8 +42,8 @@ class Placements:
 class ReusedContent:
     """Models as nodes that refer to one mesh for each combination of mesh and material in the file.
 
-    Textured shapes share nothing: their texture coordinates differ with the size and the place of each shape. Those of
-    one model are merged into one mesh.
+    Textured shapes do not share meshes: their texture coordinates depend on the size and the place of each shape. Those
+    of one model are merged into one mesh.
 
     Args:
         document: the file.
@@ -62,7 +62,7 @@ class ReusedContent:
         """Add one model; the properties of its node.
 
         Raises:
-            AssetError: a texture is unusable.
+            AssetError: If a texture is unusable.
         """
         textured = np.zeros(len(scene.materials), dtype=bool)
         for material in batch.group_material.tolist():
@@ -109,7 +109,7 @@ class ReusedContent:
 def _by_pair(
     mesh: NDArray[np.integer], material: NDArray[np.integer], rows: NDArray[np.int64]
 ) -> Iterator[tuple[tuple[int, int], NDArray[np.int64]]]:
-    """The rows of each combination of mesh and material, in the order in which they come first."""
+    """Rows of each combination of mesh and material, in the order of their first occurrence."""
     _, first, pair_of_row = np.unique(
         np.stack([mesh[rows], material[rows]], axis=1), axis=0, return_index=True, return_inverse=True
     )
@@ -123,12 +123,12 @@ def _by_pair(
 
 
 def _placements(scene: Scene, shaded: ShadedMeshes, mesh: NDArray[np.integer]) -> Placements:
-    # Imported here since the usual files do without it.
+    # Imported here, since most files do not need it.
     from scipy.spatial.transform import Rotation  # noqa: PLC0415
 
     extends = np.zeros((len(shaded.mesh_triangles) - 1, 3), dtype=bool)
     np.logical_or.at(extends, row_of_value(np.diff(shaded.mesh_vertices)), shaded.points != 0)
-    # A mesh that lies in the plane 0 of an axis is the same at any size along it.
+    # A mesh in the plane 0 of an axis is the same at any size along it.
     scale = np.where(~extends[mesh] & (scene.size < THINNEST), 1.0, np.maximum(scene.size, THINNEST))
     used, frame = np.unique(scene.frame, return_inverse=True)
     quaternion = Rotation.from_matrix(scene.frames[used]).as_quat() if len(used) else np.zeros((0, 4))
@@ -137,7 +137,7 @@ def _placements(scene: Scene, shaded: ShadedMeshes, mesh: NDArray[np.integer]) -
 
 
 class _ReusedMeshes:
-    """The meshes of one document, each geometry written when it is first asked for; equal ones are one."""
+    """Meshes of one document, each written when it is first used; equal ones are written once."""
 
     def __init__(self, document: GltfDocument, materials: GltfMaterials) -> None:
         self._document = document
@@ -146,7 +146,7 @@ class _ReusedMeshes:
         self._geometry: dict[bytes, tuple[int, dict[str, Any]]] = {}
 
     def index(self, shaded: ShadedMeshes, mesh: int, table: Materials, material: int) -> int:
-        """The index in the document of one of some meshes in a material of a table."""
+        """Index in the document of a mesh with a material of a table."""
         material_index, _ = self._materials.index(table, material)
         number, geometry = self._geometry_of(shaded, mesh)
         if (number, material_index) not in self._written:

@@ -1,4 +1,4 @@
-"""A glTF 2.0 document in the making: its JSON lists and its one binary buffer."""
+"""Unfinished glTF 2.0 document: its JSON lists and its binary buffer."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
 COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint32): 5125, np.dtype(np.uint16): 5123}
 MAGIC, VERSION, JSON_CHUNK, BINARY_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 MOST_BYTES = 2**32 - 1
-"""A GLB states its length in 32 bits."""
+"""Largest size of a GLB in bytes, since its length has 32 bits."""
 ENTRIES_AT_ONCE = 512
 
 _encode = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
@@ -25,7 +25,7 @@ _encode = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
 class GltfDocument:
     """Collects the parts of one file; `pack` writes the GLB (glTF 2.0 specification, section 4).
 
-    What is added is turned into bytes at once and kept outside memory when it is much, since a file states its lengths
+    Added parts are converted to bytes at once and stored outside memory if they are large, since a file has its lengths
     before its content.
 
     Args:
@@ -45,14 +45,14 @@ class GltfDocument:
         return self._lists[kind].add(entry)
 
     def require(self, extension: str) -> None:
-        """Declare that a reader must know an extension to show this file."""
+        """Declare an extension that readers must support."""
         self._extensions.add(extension)
 
     def add_bytes(self, content: bytes, **properties: int) -> int:
-        """Append to the buffer, aligned to 4 bytes; the index of the buffer view, which has some more properties.
+        """Append to the buffer, aligned to 4 bytes; returns the index of the buffer view with further properties.
 
         Raises:
-            UsageError: the file would have more than `MOST_BYTES`.
+            UsageError: If the file would have more than `MOST_BYTES`.
         """
         view = {"buffer": 0, "byteOffset": self._buffer.tell(), "byteLength": len(content), **properties}
         self._buffer.write(content)
@@ -75,8 +75,8 @@ class GltfDocument:
         Args:
             view: the buffer view that holds the whole array.
             values: the rows, [N] or [N, 2..4].
-            first: which row of the array in the view is the first.
-            bounds: smallest and largest value of each column, where glTF asks for them.
+            first: index of the first row in the view.
+            bounds: smallest and largest value of each column, if glTF requires them.
         """
         width = 1 if values.ndim == 1 else values.shape[1]
         accessor: dict[str, Any] = {
@@ -94,7 +94,7 @@ class GltfDocument:
         """Write the GLB whose scene shows these nodes.
 
         Raises:
-            UsageError: it would have more than `MOST_BYTES`.
+            UsageError: If it would have more than `MOST_BYTES`.
         """
         head: dict[str, Any] = {"asset": {"version": "2.0", "generator": generator}, "scene": 0}
         head["scenes"] = [{"nodes": root_nodes} if root_nodes else {}]
@@ -124,7 +124,7 @@ class GltfDocument:
 
 
 class _Entries:
-    """One list of the JSON, of which at most `ENTRIES_AT_ONCE` are kept as they came: one text costs less than many.
+    """One list of the JSON, of which at most `ENTRIES_AT_ONCE` are kept as objects, since text needs less memory.
 
     Args:
         part: an empty stream.
@@ -136,7 +136,7 @@ class _Entries:
         self._num_written = 0
 
     def add(self, entry: dict[str, Any]) -> int:
-        """Append an entry, which must not change any more; its index."""
+        """Append an entry, which must not change afterwards; returns its index."""
         self._waiting.append(entry)
         index = self._num_written + len(self._waiting) - 1
         if len(self._waiting) == ENTRIES_AT_ONCE:

@@ -16,7 +16,7 @@ REPEAT = 10497
 
 
 class GltfMaterials:
-    """The materials of one document, each written when it is first asked for."""
+    """Materials of one document, each written when it is first used."""
 
     def __init__(self, document: GltfDocument, assets: Path | None) -> None:
         self._document = document
@@ -33,7 +33,7 @@ class GltfMaterials:
             material: row of the table.
 
         Raises:
-            AssetError: its texture is unusable.
+            AssetError: If its texture is unusable.
         """
         number = self._numbers.number(table, material)
         if number == len(self._textured):
@@ -82,13 +82,13 @@ class GltfMaterials:
 
 
 class MaterialNumbers:
-    """The different materials of one file, numbered in the order in which they are first asked for."""
+    """The different materials of one file, numbered in the order of their first use."""
 
     def __init__(self) -> None:
         self._numbers: dict[tuple[bytes, str], int] = {}
 
     def number(self, table: Materials, material: int) -> int:
-        """The number of a row of a table; rows that look the same have the same one, whatever their table."""
+        """The number of a row of a table; rows of equal appearance have the same number in all tables."""
         key = table.channels[material].tobytes(), table.textures[material]
         return self._numbers.setdefault(key, len(self._numbers))
 

@@ -21,13 +21,13 @@ from grammarlab.scene.texture_coordinates import texture_coordinates
 class ObjWriter(AbstractWriter):
     """A file in which each model is an object, and each of its materials a group of faces.
 
-    The format has nothing to move things with, and most readers keep coordinates in 32 bits. So a comment in the first
-    lines tells where the origin of the file is, and coordinates count from it.
+    The format has no transforms, and most readers store coordinates in 32 bits. So a comment in the first
+    lines gives the origin of the file, and coordinates are relative to it.
 
     Args:
         output: the file.
-        path: where it will be; the library and the images go beside it.
-        origin: [3] of the file in the world, in metres.
+        path: its path; the library and the images go beside it.
+        origin: [3] origin of the file in the world, in metres.
         assets: folder of the textures; None leaves them out.
     """
 
@@ -44,7 +44,7 @@ class ObjWriter(AbstractWriter):
         self._write(["# grammarlab: metres, y up", *origin_comments("# ", origin), f"mtllib {path.stem}.mtl"])
 
     def add(self, scene: Scene, batch: TriangleBatch, name: str, offset: NDArray[np.float64]) -> None:
-        """As `AbstractWriter.add`."""
+        """See `AbstractWriter.add`."""
         moved = _rows("v", batch.vertices + offset, 12) if offset.any() else _rows("v", batch.vertices)
         lines = [moved, _rows("vn", batch.normals), f"o {name}"]
         for group, material in enumerate(batch.group_material.tolist()):
@@ -64,7 +64,7 @@ class ObjWriter(AbstractWriter):
         self._write(lines)
 
     def finish(self) -> None:
-        """Write the images and the library: while the geometry is missing, nothing points to a missing file."""
+        """Write the images and the library before the geometry that refers to them."""
         for name, content in self._images.values():
             write_whole(self._path.with_name(name), content)
         write_whole(self._path.with_suffix(".mtl"), ("\n".join(self._library) + "\n").encode())
@@ -73,9 +73,9 @@ class ObjWriter(AbstractWriter):
         self._stream.write("".join(f"{line}\n" for line in lines if line).encode())
 
     def _material(self, table: Materials, material: int) -> int:
-        """The number of a material, which the library has from now on.
+        """Number of a material, which is added to the library.
 
-        Colours are written as sRGB, which is what programs that show OBJ files without colour management expect.
+        Colours are written as sRGB, as programs without colour management expect.
         """
         number = self._numbers.number(table, material)
         if number < self._num_materials:
@@ -97,18 +97,18 @@ class ObjWriter(AbstractWriter):
 
 
 def origin_comments(start: str, origin: NDArray[np.float64]) -> list[str]:
-    """The line that tells where the origin [3] of a file is, in 64 bits; none for that of the world."""
+    """Line with the origin [3] of a file in 64 bits; none for that of the world."""
     x, y, z = origin.tolist()
     return [f"{start}origin {x!r} {y!r} {z!r} (metres, to be added to all coordinates)"] if origin.any() else []
 
 
 def _rows(keyword: str, values: NDArray[np.floating], digits: int = 9) -> str:
-    """One line a row; nine digits give back every 32-bit number exactly."""
+    """One line per row; nine digits reproduce every 32-bit number exactly."""
     template = "\n".join([keyword + f" %.{digits}g" * values.shape[1]] * len(values))
     return template % tuple(values.ravel().tolist())
 
 
 def _faces(corner: str, references: NDArray[np.int64]) -> str:
-    """One line a triangle from the references of its corners [3 T, 2 or 3]."""
+    """One line per triangle from the references of its corners [3 T, 2 or 3]."""
     template = "\n".join([f"f {corner} {corner} {corner}"] * (len(references) // 3))
     return template % tuple(references.ravel().tolist())

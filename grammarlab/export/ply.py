@@ -22,12 +22,12 @@ PROPERTY_TYPES = {"<f4": "float", "<f8": "double", "|u1": "uchar"}
 class PlyWriter(AbstractWriter):
     """All models as one mesh, with the sRGB colours of their materials.
 
-    A comment tells where the origin of the file is, since the format has nothing to move things with.
+    A comment gives the origin of the file, since the format has no transforms.
 
     Args:
         output: the file.
-        origin: [3] of the file in the world, in metres.
-        wide: whether positions need 64 bits, since models stand far from each other.
+        origin: [3] origin of the file in the world, in metres.
+        wide: whether positions need 64 bits, since models are far apart.
     """
 
     def __init__(self, output: Output, origin: NDArray[np.float64], *, wide: bool) -> None:
@@ -42,7 +42,7 @@ class PlyWriter(AbstractWriter):
         )
 
     def add(self, scene: Scene, batch: TriangleBatch, name: str, offset: NDArray[np.float64]) -> None:
-        """As `AbstractWriter.add`."""
+        """See `AbstractWriter.add`."""
         vertices = np.empty(len(batch.vertices), self._vertex)
         positions = batch.vertices + offset
         material = batch.group_material[row_of_value(np.diff(batch.group_vertices))]
@@ -60,7 +60,7 @@ class PlyWriter(AbstractWriter):
         self._faces.write(faces.tobytes())
 
     def finish(self) -> None:
-        """As `AbstractWriter.finish`."""
+        """See `AbstractWriter.finish`."""
         header = ["ply", "format binary_little_endian 1.0", "comment grammarlab: metres, y up"]
         header += origin_comments("comment ", self._origin)
         header.append(f"element vertex {self._num_vertices}")

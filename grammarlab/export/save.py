@@ -1,4 +1,4 @@
-"""Scenes to files: all models in one, or each in its own."""
+"""Saving scenes: all models in one file, or each in its own."""
 
 from __future__ import annotations
 
@@ -32,26 +32,26 @@ REUSES: tuple[str, ...] = get_args(Reuse)
 
 @dataclass(frozen=True, slots=True)
 class SaveOptions:
-    """How files are written.
+    """Options of writing files.
 
     >>> SaveOptions(columns=4).columns
     4
     """
 
     reuse: Reuse = "merged"
-    """For GLB: one primitive a material (``merged``, the fastest to draw), one node a shape that refers to shared
+    """For GLB: one primitive per material (``merged``, the fastest to draw), one node per shape that refers to shared
     meshes (``nodes``, the easiest to edit), or ``instancing`` with EXT_mesh_gpu_instancing (the smallest; readers
-    that do not know the extension refuse the file)."""
+    without the extension refuse the file)."""
     assets: Path | None = None
     """Folder that textures are relative to; None leaves textures out."""
     columns: int | None = None
-    """Models side by side when several share a file; about a square when None."""
+    """Number of columns if several models share a file; None for about a square."""
     in_place: bool = False
-    """Models that share a file stay where they are in the world, not on a grid."""
+    """Whether models that share a file keep their places in the world, instead of a grid."""
 
     def __post_init__(self) -> None:
         if self.reuse not in REUSES:
-            raise UsageError(f"unknown way of reuse {self.reuse!r}; choose one of {', '.join(REUSES)}")
+            raise UsageError(f"unknown reuse {self.reuse!r}; choose one of {', '.join(REUSES)}")
         if self.columns is not None and self.columns < 1:
             raise UsageError(f"columns is {self.columns}; expected at least 1")
 
@@ -59,21 +59,21 @@ class SaveOptions:
 def save(
     scene: Scene, path: str | os.PathLike[str], file_format: Format | None = None, options: SaveOptions | None = None
 ) -> Path:
-    """Write all models of a scene into one file; several models stand on a grid.
+    """Write all models of a scene into one file; several models are placed on a grid.
 
     Args:
         scene: at least one model.
         path: the file; an OBJ puts its MTL and images beside it.
-        file_format: ``glb``, ``obj`` or ``ply``; by the ending of `path` when left out.
+        file_format: ``glb``, ``obj`` or ``ply``; by default from the suffix of `path`.
         options: see `SaveOptions`.
 
     Returns:
         The path of the file, which exists only when it is complete.
 
     Raises:
-        UsageError: an unknown format, or a place that cannot be written to.
-        DerivationError: a scene with coordinates that are not finite.
-        AssetError: a texture outside the asset folder, or broken.
+        UsageError: If the format is unknown, or the path cannot be written to.
+        DerivationError: If a coordinate of the scene is not finite.
+        AssetError: If a texture is outside the asset folder, or broken.
 
     >>> import grammarlab as gl
     >>> from pathlib import Path
@@ -95,8 +95,8 @@ def save_together(
     """Write the models of several scenes into one file, with one scene in memory at a time.
 
     Args:
-        scenes: gone through twice; at least one model in all. How models are spread over them makes no difference.
-        path: as for `save`, like the other arguments.
+        scenes: iterated twice; at least one model in all. The division of models into scenes has no effect.
+        path: see `save`.
         file_format: ``glb``, ``obj`` or ``ply``.
         options: see `SaveOptions`.
 
@@ -118,16 +118,16 @@ def save_each(
     first_model: int = 0,
     on_saved: Callable[[int], None] | None = None,
 ) -> tuple[Path, ...]:
-    """Write each model of a scene into its own file, which depends on nothing but the model.
+    """Write each model of a scene into its own file, which depends only on the model.
 
     Args:
         scene: any number of models.
-        folder: made when it does not exist.
+        folder: made if it does not exist.
         file_format: ``glb``, ``obj`` or ``ply``.
         options: see `SaveOptions`.
-        name: file name without ending from the number of a model.
+        name: function from the number of a model to the file name without suffix.
         first_model: number of the first model.
-        on_saved: called with the number of each model when its file is complete.
+        on_saved: called with the number of each model after its file is complete.
 
     Returns:
         The files in order. When interrupted, all files that exist are complete.

@@ -11,9 +11,9 @@ from grammarlab.assets.paths import meanings
 from grammarlab.errors import AssetError
 
 MOST_BYTES = 64 * 2**20
-"""Largest image that is embedded."""
+"""Largest size of an embedded image in bytes."""
 MOST_PIXELS = 8192 * 8192
-"""What common graphics cards hold in one texture."""
+"""Largest number of pixels of one texture on common graphics cards."""
 SIGNATURES = {b"\x89PNG\r\n\x1a\n": ("image/png", ".png"), b"\xff\xd8\xff": ("image/jpeg", ".jpg")}
 
 _CONVERTED = {b"II*\0": "TIFF", b"MM\0*": "TIFF", b"BM": "BMP"}
@@ -21,7 +21,7 @@ _CONVERTED = {b"II*\0": "TIFF", b"MM\0*": "TIFF", b"BM": "BMP"}
 
 @dataclass(frozen=True, slots=True)
 class Texture:
-    """An image file, as it lies on disk where glTF can hold it."""
+    """An image file, unchanged if glTF supports its format."""
 
     name: str
     """Path relative to the asset folder."""
@@ -31,7 +31,7 @@ class Texture:
 
 
 def find_texture(name: str, assets: Path | None) -> Texture | None:
-    """The image of this name below the asset folder; None where there is none.
+    """Image of this name below the asset folder; None if there is none.
 
     Args:
         name: path relative to `assets`; empty for no texture.
@@ -40,7 +40,7 @@ def find_texture(name: str, assets: Path | None) -> Texture | None:
     TIFF and BMP images are converted to PNG.
 
     Raises:
-        AssetError: the path leads out of the folder, or the file is no such image, too large, or unreadable.
+        AssetError: If the path leads out of the folder, or the file is not such an image, too large, or unreadable.
     """
     if not name or assets is None:
         return None
@@ -66,10 +66,10 @@ def find_texture(name: str, assets: Path | None) -> Texture | None:
 
 
 def image_file(name: str, assets: Path) -> Path | None:
-    """The file of an image below the asset folder; None where there is none.
+    """Path of an image below the asset folder; None if there is none.
 
     Raises:
-        AssetError: the path leads out of the folder, or is none.
+        AssetError: If the path leads out of the folder, or is not valid.
     """
     paths = [path_below(assets, meaning) for meaning in meanings(name)]
     try:
@@ -79,7 +79,7 @@ def image_file(name: str, assets: Path) -> Path | None:
 
 
 def _as_png(name: str, content: bytes, kind: str) -> bytes:
-    """An image in a format that glTF cannot hold, as PNG."""
+    """An image of a format that glTF does not support, as PNG."""
     from PIL import Image  # noqa: PLC0415
 
     result = BytesIO()
@@ -89,23 +89,23 @@ def _as_png(name: str, content: bytes, kind: str) -> bytes:
             with Image.open(BytesIO(content), formats=[kind]) as image:
                 see_through = image.mode in ("LA", "PA", "RGBA") or "transparency" in image.info
                 image.convert("RGBA" if see_through else "RGB").save(result, "PNG")
-    except Exception as error:  # readers raise whatever a broken file leads them to
+    except Exception as error:  # readers raise any exception for broken files
         raise AssetError(f"texture {name!r} is a broken image: {error}; save it again") from error
     return result.getvalue()
 
 
 def _require_image(name: str, content: bytes, *kinds: str) -> None:
-    """Refuse a file that only begins like an image.
+    """Refuse a file with the header of an image but broken content.
 
     Raises:
-        AssetError: it is broken, or has more than `MOST_PIXELS`.
+        AssetError: If it is broken, or has more than `MOST_PIXELS`.
     """
-    # Imported here since most files have no textures.
+    # Imported here, since most files have no textures.
     from PIL import Image, UnidentifiedImageError  # noqa: PLC0415
 
     try:
         with warnings.catch_warnings():
-            # What Pillow warns of is refused below, or does not matter.
+            # Pillow's warnings are refused below, or do not matter.
             warnings.simplefilter("ignore")
             with Image.open(BytesIO(content), formats=kinds or ("PNG", "JPEG")) as image:
                 width, height = image.size

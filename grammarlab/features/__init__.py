@@ -1,4 +1,4 @@
-"""What can be counted and measured on derivation trees, and tables of it; see README.md in this folder."""
+"""Features of derivation trees, and tables of them; see README.md in this folder."""
 
 from grammarlab.features.columns.table import FeatureTable as FeatureTable
 from grammarlab.features.columns.vocabulary import Options as Options

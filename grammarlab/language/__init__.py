@@ -1,1 +1,1 @@
-"""The rule language: CGA text to a checked `grammar.Grammar`, and back."""
+"""The rule language: from CGA text to a checked `grammar.Grammar`, and back."""

@@ -1,4 +1,4 @@
-"""Values for attributes, as people type them and as files state them."""
+"""Values of attributes, from the command line and from files."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ _BOOLEANS = {"true": True, "false": False}
 def read_attributes(texts: Iterable[str], grammar: Grammar) -> dict[str, AttributeValue]:
     """Attribute values from texts like ``height=12``, ``shops=true``, ``style=old``.
 
-    Whether a text is a number, a bool or a string follows from the attribute's own value where that is a plain one,
-    else from the text.
+    The attribute's own value decides whether a text is a number, a bool or a string, if that value is a literal;
+    otherwise the text decides.
 
     Args:
-        texts: what the user typed.
-        grammar: says what kinds of value its attributes have.
+        texts: texts of the user.
+        grammar: a grammar with these attributes.
 
     Raises:
-        UsageError: when a text has no name or no ``=``, a name comes twice, or a value does not fit its attribute or
-            is none that its annotations allow.
+        UsageError: If a text has no name or no ``=``, a name occurs twice, or a value has another type than its
+            attribute or violates its annotations.
 
     >>> grammar = Grammar.parse('attr height = rand(3) attr style = "new" attr shops = false Lot --> NIL')
     >>> read_attributes(["height=12.5", "shops=true", "style=1900"], grammar)
@@ -50,17 +50,17 @@ def read_attributes(texts: Iterable[str], grammar: Grammar) -> dict[str, Attribu
 
 
 def fit_properties(properties: Mapping[str, AttributeValue], grammar: Grammar) -> dict[str, AttributeValue]:
-    """The properties of a footprint that a grammar has attributes for, as values of the kind these have.
+    """Properties of a footprint with the names of a grammar's attributes, as values of their types.
 
     Raises:
-        UsageError: when a value does not fit.
+        UsageError: If a value has another type.
     """
     free = [name for name, attribute in grammar.attributes.items() if not attribute.constant and name in properties]
     return {name: _fitted(name, _written(properties[name]), grammar) for name in free}
 
 
 def _fitted(name: str, text: str, grammar: Grammar) -> AttributeValue:
-    """The value that a text means for an attribute."""
+    """Value of an attribute from a text."""
     kind = _kind(name, grammar)
     number = _number(text)
     if kind is String or (kind is None and number is None and text.lower() not in _BOOLEANS):
@@ -75,7 +75,7 @@ def _fitted(name: str, text: str, grammar: Grammar) -> AttributeValue:
 
 
 def _kind(name: str, grammar: Grammar) -> type | None:
-    """Number, String or Boolean where the attribute's own value is written as one, None where that takes computing."""
+    """Number, String or Boolean if the attribute's own value is such a literal, otherwise None."""
     if name not in grammar.attributes:
         return None
     kinds = {type(leaf) for leaf in alternatives(grammar.attributes[name].value)}

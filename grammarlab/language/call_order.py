@@ -1,4 +1,4 @@
-"""The order in which things that refer to each other can be dealt with."""
+"""Topological order of definitions that refer to each other."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ _K = TypeVar("_K", bound=Hashable)
 
 
 def groups(calls: Mapping[_K, Iterable[_K]]) -> list[tuple[_K, ...]]:
-    """The strongly connected groups of a graph, each after all that it leads to (Tarjan 1972, without recursion).
+    """Strongly connected components of a graph, each after all its successors (Tarjan 1972, without recursion).
 
     Args:
-        calls: for each thing those that it refers to, all of them keys too; their order decides between groups that
-            could stand in either.
+        calls: successors of each node; every successor is a key. Their order decides between components that have no
+            order.
 
     >>> groups({"a": "bc", "b": "a", "c": ""})
     [('c',), ('a', 'b')]
@@ -22,7 +22,7 @@ def groups(calls: Mapping[_K, Iterable[_K]]) -> list[tuple[_K, ...]]:
     index: dict[_K, int] = {}
     low: dict[_K, int] = {}
     waiting: dict[_K, None] = {}
-    """The keys visited whose group is not complete yet, in the order of the visits."""
+    """Visited keys whose component is not complete yet, in the order of the visits."""
     found: list[tuple[_K, ...]] = []
 
     def visit(key: _K) -> tuple[_K, Iterator[_K]]:

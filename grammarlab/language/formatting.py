@@ -1,8 +1,8 @@
-"""One way to write every rule file.
+"""Canonical style of rule files.
 
-A definition stands on one line when it fits and no comment stands inside it; otherwise every branch and every part
+A definition is on one line if it fits and has no comment inside; otherwise every branch and every part
 gets its own line, and operations fill lines. Comments go before the next operation, part, branch or definition, or to
-the end of the line when they stood at the end of one. Formatting what was formatted changes nothing.
+the end of the line if they were at the end of a line. Formatting is idempotent.
 """
 
 from __future__ import annotations
@@ -39,18 +39,18 @@ from grammarlab.language.syntax.tree import (
 from grammarlab.language.syntax.walking import walk
 
 WIDTH = 100
-"""Characters a line may have, where it can be broken."""
+"""Largest length of a line that can be broken, in characters."""
 _STEP = "    "
 
 
 def format_grammar(grammar: Grammar | RuleFile) -> str:
-    """A rule file in the one canonical style.
+    """A rule file in the canonical style.
 
     Args:
         grammar: a grammar, whose comments are kept, or a bare tree.
 
     Raises:
-        ValueError: a number of a bare tree is infinite or not a number, which no text says.
+        ValueError: If a number of a bare tree is infinite or NaN, which CGA cannot express.
     """
     if isinstance(grammar, RuleFile):
         return _Formatter(grammar, "").run()
@@ -98,7 +98,7 @@ class _Formatter:
         return bool(self.comments) and (before is None or self.comments[0].location < _place(before))
 
     def _trailing(self, before: Location | None) -> None:
-        """Adds the comment that stood at the end of the line just written, if any."""
+        """Add the comment from the end of the line just written, if any."""
         if self._has_comment(before) and not self.comments[0].alone and self.lines:
             self._append(self.comments.popleft())
 
@@ -114,7 +114,7 @@ class _Formatter:
         self.sealed = len(self.lines) - 1
 
     def _leading(self, before: Location | None, start: int) -> None:
-        """Writes the comments that stand before a definition, with the empty lines that stood around them."""
+        """Write the comments before a definition, with the empty lines around them."""
         while self._has_comment(before):
             comment = self.comments.popleft()
             if len(self.lines) > start and self._blank_before(comment.location):
@@ -124,7 +124,7 @@ class _Formatter:
             self.lines.append("")
 
     def _inner(self, before: Location, indent: str) -> bool:
-        """Writes the comments that stand before something inside a definition; whether there were any."""
+        """Write the comments before a place inside a definition; returns whether there were any."""
         found = self._has_comment(before)
         while self._has_comment(before):
             comment = self.comments.popleft()
@@ -135,7 +135,7 @@ class _Formatter:
         return found
 
     def _commented(self, node: Node) -> bool:
-        """Whether a comment stands before the last place inside a node that one can stand before."""
+        """Whether a comment is before the last place for comments inside a node."""
         if not self.comments:
             return False
         return any(self._has_comment(place) for place in _anchors(node))
@@ -180,7 +180,7 @@ class _Formatter:
             self.lines.append(line)
 
     def _headed(self, head: str, choice: Choice, rule: bool) -> None:
-        """A definition: on one line, or its head and below it what it is."""
+        """Write a definition on one line, or its head and then its body on further lines."""
         branches = isinstance(choice, Case | Stochastic)
         flat = f"{head} {printing.body(choice) if rule else printing.value(choice)}".rstrip()
         if not self._commented(choice) and not (branches and rule) and (len(flat) <= WIDTH or not (rule or branches)):
@@ -247,7 +247,7 @@ class _Formatter:
             self.lines.append(line)
 
     def _broken(self, item: Item, indent: str) -> str:
-        """Writes what an item holds on lines of its own; its last line, which may go on."""
+        """Write the content of an item on separate lines; returns its last line, which may continue."""
         match item:
             case Block():
                 last = self._group(item.group, indent)
@@ -282,7 +282,7 @@ class _Formatter:
 
 
 def _head(item: Item) -> str:
-    """The first line of an item that is broken over several."""
+    """First line of an item that spans several lines."""
     match item:
         case Scoped():
             return "["
@@ -298,7 +298,7 @@ def _braced(item: Item) -> bool:
 
 
 def _anchors(node: Node) -> list[Location]:
-    """The places inside a node that a comment can be written before."""
+    """Places for comments inside a node."""
     places: list[Location] = []
     for inner in walk(node):
         if isinstance(inner, Case | Stochastic):

@@ -1,4 +1,4 @@
-"""A rule file as a value: its text, its tree, and look-ups by name."""
+"""Rule file as a value: text, syntax tree, and look-ups by name."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Grammar:
-    """A rule file without syntax errors. Equal text, equal value.
+    """A rule file without syntax errors; grammars of equal text are equal.
 
     >>> grammar = Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
     >>> [rule.name for rule in grammar.start_rules]
@@ -32,24 +32,24 @@ class Grammar:
     text: str
     """The whole rule file, without a byte order mark."""
     tree: RuleFile = field(compare=False, repr=False)
-    """What the text says."""
+    """Syntax tree of the text."""
     file: str = field(default="<text>", compare=False)
     """Its name as the user gave it, for messages."""
     libraries: Mapping[str, Grammar | None] = field(default_factory=dict, compare=False, repr=False)
     """The imported rule files by alias; None for one that could not be read. See `grammarlab.language.importing`."""
     import_findings: tuple[Finding, ...] = field(default=(), compare=False, repr=False)
-    """What is wrong with the imports."""
+    """Findings about the imports."""
 
     @classmethod
     def parse(cls, text: str, file: str = "<text>") -> Grammar:
-        """Reads a rule file.
+        """Parse a rule file.
 
         Args:
             text: the whole file.
             file: its name, for messages.
 
         Raises:
-            LanguageError: with every syntax error of the file.
+            LanguageError: If the file has syntax errors; it lists all of them.
         """
         text = text.removeprefix("\ufeff")
         parsed = parse(text, file)
@@ -65,7 +65,7 @@ class Grammar:
 
     @cached_property
     def rules(self) -> dict[tuple[str, int], Rule]:
-        """The rules by name and number of parameters; the first of equals. Those of styles are left out."""
+        """Rules by name and number of parameters, without those of styles; of duplicates the first."""
         return _first_by_key(((rule.name, len(rule.parameters)), rule) for rule in self._of_default_style(Rule))
 
     @cached_property
@@ -86,7 +86,7 @@ class Grammar:
 
     @property
     def start_rules(self) -> tuple[Rule, ...]:
-        """The rules that are meant to be begun with: those marked ``@StartRule`` or ``start``, else the first rule."""
+        """Start rules: those marked ``@StartRule`` or ``start``, otherwise the first rule."""
         return start_rules(self.tree)
 
     @property
@@ -99,12 +99,12 @@ class Grammar:
 
 
 def is_start_rule(rule: Rule) -> bool:
-    """Whether a rule is marked as one to begin with."""
+    """Whether a rule is marked as a start rule."""
     return rule.keyword == "start" or any(mark.name.lower() == "startrule" for mark in rule.annotations)
 
 
 def start_rules(tree: RuleFile) -> tuple[Rule, ...]:
-    """The rules of the default style that derivations may begin with: those marked so, else the first rule."""
+    """Start rules of the default style: the marked ones, otherwise the first rule."""
     rules = tuple(node for node in _default_style(tree) if isinstance(node, Rule))
     return tuple(rule for rule in rules if is_start_rule(rule)) or rules[:1]
 
@@ -114,10 +114,10 @@ def _default_style(tree: RuleFile) -> Iterable[Definition]:
 
 
 def read_text(path: Path) -> str:
-    """The text of a rule file.
+    """Text of a rule file.
 
     Raises:
-        LanguageError: the file cannot be read, or is too large.
+        LanguageError: If the file cannot be read, or is too large.
     """
     try:
         with path.open("rb") as stream:

@@ -1,4 +1,4 @@
-"""Rule files from disk, with the files they import."""
+"""Rule files from disk, with their imported files."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.language.syntax.tree import Import
 
 MAX_FILES = 200
-"""A rule file may import so many others, directly or not."""
+"""Largest number of files that a rule file may import, directly or not."""
 _MOST_ABOVE = 12
 RULES = "rules"
-"""What CityEngine calls the folder of rule files in a project."""
+"""Name of the folder of rule files in a CityEngine project."""
 
 
 def load(path: str | Path, root: str | Path | None = None) -> Grammar:
-    """Reads a rule file and what it imports: UTF-8, or Latin-1 where it is not UTF-8.
+    """Read a rule file and its imports: UTF-8, otherwise Latin-1.
 
-    What is wrong with an import is among the grammar's `Grammar.import_findings`.
+    Findings about imports are in `Grammar.import_findings`.
 
     Args:
         path: the rule file.
-        root: the folder that no import may leave, and that paths beginning with a slash start from; by default
-            what `rules_folder` gives.
+        root: the folder that no import may leave, and that paths beginning with a slash start from. Default:
+            `rules_folder`.
 
     Raises:
-        LanguageError: with every syntax error of the file, or because it cannot be read or is too large.
+        LanguageError: If the file has syntax errors, cannot be read, or is too large.
     """
     path = Path(path)
     grammar = Grammar.parse(read_text(path), str(path))
@@ -37,24 +37,24 @@ def load(path: str | Path, root: str | Path | None = None) -> Grammar:
 
 
 def rules_folder(folder: Path) -> Path:
-    """The folder that imports of the rule files in a folder may not leave: the ``rules`` that it is in, or itself."""
+    """Root folder for imports of the rule files in a folder: the enclosing ``rules`` folder, or the folder itself."""
     return next((each for each in (folder, *folder.parents) if each.name.lower() == RULES), folder)
 
 
 class _ImportReader:
-    """Reads imported files, each once."""
+    """Reads each imported file once."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
         self.read: dict[Path, Grammar] = {}
 
     def with_imports(self, grammar: Grammar, folder: Path, users: tuple[Path, ...]) -> Grammar:
-        """The grammar with the files it imports.
+        """The grammar with its imported files.
 
         Args:
             grammar: a grammar read from a file.
-            folder: where that file lies.
-            users: the file, and before it those whose imports led to it.
+            folder: the folder of that file.
+            users: the chain of importing files, ending with this file.
         """
         libraries: dict[str, Grammar | None] = {}
         findings: list[Finding] = []
@@ -84,20 +84,20 @@ class _ImportReader:
 
 
 def locate(statement: Import, folder: Path, root: Path, users: tuple[Path, ...]) -> Path:
-    """Where an imported file lies.
+    """Path of an imported file.
 
-    A path is looked for in the folder of the importing file, then in those above it up to the root; it may begin with
-    ``rules``, as seen from a project. One that begins with a slash starts in CityEngine from a workspace of projects:
-    it is looked for from the root first, and the folders in front are left out one by one.
+    A path is searched in the folder of the importing file, then in the folders above it up to the root; it may begin
+    with ``rules``, relative to a project. In CityEngine, a path with a leading slash starts from a workspace of
+    projects: it is searched from the root first, then with its leading folders removed one by one.
 
     Args:
-        statement: what imports it.
-        folder: of the importing file.
+        statement: the import statement.
+        folder: folder of the importing file.
         root: the folder that no import may leave, and that paths beginning with a slash start from.
-        users: the importing file, and before it those whose imports led to it.
+        users: the chain of importing files, ending with the importing file.
 
     Raises:
-        ImportProblemError: it lies outside, is no path, or imports the file that imports it.
+        ImportProblemError: If the file lies outside the root, is not a valid path, or imports the importing file.
     """
     written = PurePosixPath(statement.path.replace("\\", "/"))
     parts = tuple(part for part in written.parts if part != "/")
@@ -115,15 +115,15 @@ def locate(statement: Import, folder: Path, root: Path, users: tuple[Path, ...])
     path = next(filter(_is_file, paths), paths[0])
     if path in users:
         message = f"'{statement.path}' imports the file that imports it"
-        raise ImportProblemError(message, "move what both need to a third")
+        raise ImportProblemError(message, "move shared definitions to a third file")
     return path
 
 
 def _inside(statement: Import, start: Path, parts: tuple[str, ...], root: Path) -> Path:
     try:
         path = start.joinpath(*parts).resolve()
-    except (OSError, ValueError, RuntimeError) as error:  # a name too long, a zero byte, links in a circle
-        raise ImportProblemError(f"'{statement.path}' is no path: {error}", "") from error
+    except (OSError, ValueError, RuntimeError) as error:  # a name that is too long, a zero byte, circular links
+        raise ImportProblemError(f"'{statement.path}' is not a valid path: {error}", "") from error
     if not path.is_relative_to(root):
         raise ImportProblemError(f"'{statement.path}' lies outside the folder of the rule file", "move it inside")
     return path
@@ -137,7 +137,7 @@ def _is_file(path: Path) -> bool:
 
 
 class ImportProblemError(Exception):
-    """An import that cannot be followed."""
+    """An import that cannot be resolved."""
 
     def __init__(self, message: str, hint: str) -> None:
         self.hint = hint

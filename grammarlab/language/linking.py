@@ -1,11 +1,11 @@
-"""A rule file and what it imports as the text of one rule file.
+"""A rule file and its imports merged into the text of one rule file.
 
-What a file imported as ``st`` defines is called ``st.`` and its name there, and so are the symbols that its rules make.
-An attribute of it takes the value of the importing file's attribute of the same name, unless the import protects it or
-gives it another value; `CGA reference, import`. Where the importing file defines a rule ``st.Facade``, that rule stands
-in place of the imported one. Styles are left out.
+Definitions of a file imported as ``st`` get the prefix ``st.``, and so do the symbols that its rules make. An imported
+attribute takes the value of the importing file's attribute of the same name, unless the import protects it or
+gives it another value; `CGA reference, import`. If the importing file defines a rule ``st.Facade``, that rule replaces
+the imported one. Styles are dropped.
 
-Imports that cannot be read stay as they are, so that the checker and derivations can say so.
+Imports that cannot be read are kept, so that the checker and derivations report them.
 """
 
 from __future__ import annotations
@@ -43,22 +43,22 @@ from grammarlab.language.vocabulary.builtins import Signature, attributes, block
 from grammarlab.language.vocabulary.keywords import KEYWORDS
 
 MAX_COPIES = 200
-"""A file imported under several names is written once for each; so many copies of files there may be."""
+"""Largest number of copies of imported files; a file imported under several names has one copy per name."""
 
 _BUILTIN = frozenset(functions()) | frozenset(attributes())
 _Node = TypeVar("_Node", bound=Node)
 
 
 def linked(grammar: Grammar) -> str:
-    """The text of a rule file that imports nothing and says the same.
+    """Text of an equivalent rule file without imports.
 
-    The text of the importing file keeps its lines; what it imports follows, before its first style.
+    The text of the importing file keeps its lines; the imported text follows, before its first style.
 
     Args:
         grammar: from `grammarlab.language.importing.load`.
 
     Raises:
-        LanguageError: the imported files are too many, or hold a number that no text says.
+        LanguageError: If there are too many imported files, or a number that CGA cannot express.
     """
     tree = grammar.tree
     if not any(isinstance(definition, Import) for definition in tree.definitions):
@@ -79,16 +79,16 @@ def linked(grammar: Grammar) -> str:
 
 @dataclass(frozen=True)
 class _Scope:
-    """A file under the name that it is imported as."""
+    """An imported file under its alias."""
 
     prefix: str
-    """What the names of its definitions get in front of them: empty, or ``st.``."""
+    """Prefix of the names of its definitions: empty, or ``st.``."""
     grammar: Grammar
     handed: Mapping[str, str]
-    """Full names of the attributes of importing files by the plain names of those they give their values to."""
+    """Full names of the attributes of importing files, by the plain names of the attributes that take their values."""
 
     def full(self, name: str, local: frozenset[str] = frozenset()) -> str:
-        """The full name of what has a value, or of a function."""
+        """Full name of an attribute, constant or function."""
         if name in local:
             return name
         own = name in self._names or (name.partition(".")[0] in self.grammar.imports and name not in _BUILTIN)
@@ -99,7 +99,7 @@ class _Scope:
         return frozenset(self.grammar.attributes) | {name for name, _ in self.grammar.functions}
 
     def handed_on(self, statement: Import) -> dict[str, str]:
-        """What of this file's attributes an imported file takes its values from."""
+        """Attributes of this file that an imported file takes its values from."""
         if statement.protected is None:
             return {}
         own = {
@@ -112,15 +112,15 @@ class _Scope:
 
 
 class _Linker:
-    """Writes imported files, each under a name of its own."""
+    """Writes imported files, each with its own prefix."""
 
     def __init__(self) -> None:
         self.taken: set[tuple[type, str, int]] = set()
-        """What is defined already: kind, full name, number of parameters."""
+        """Existing definitions: kind, full name, number of parameters."""
         self.copies = 0
 
     def library(self, statement: Import, importer: _Scope) -> Iterator[str]:
-        """The text of an imported file, and of those it imports."""
+        """Text of an imported file and of its imports."""
         library = importer.grammar.libraries[statement.alias]
         if library is None:
             values = tuple((name, _renamed(value, importer)) for name, value in statement.arguments)
@@ -180,7 +180,7 @@ def _key(definition: Definition) -> tuple[type, str, int]:
 
 
 def _annotations(node: Attribute | Function | Rule) -> tuple[Annotation, ...]:
-    """Without the mark of a rule to start with: only the importing file says where to start."""
+    """The rule without its start mark: only the importing file defines start rules."""
     return tuple(mark for mark in node.annotations if mark.name.lower() != "startrule")
 
 
@@ -205,7 +205,7 @@ def _unlinkable(message: str, statement: Import) -> LanguageError:
 
 
 def _renamed(node: _Node, scope: _Scope, local: frozenset[str] = frozenset()) -> _Node:
-    """A piece of the tree with the names of a file's definitions written in full, but for those in `local`."""
+    """Part of the tree with full names of the file's definitions, except for names in `local`."""
     match node:
         case Name():
             return replace(node, identifier=scope.full(node.identifier, local))
@@ -232,7 +232,7 @@ def _renamed(node: _Node, scope: _Scope, local: frozenset[str] = frozenset()) ->
 
 
 def _below(node: _Node, scope: _Scope, local: frozenset[str], *without: str) -> _Node:
-    """A node with the names below it written in full, but for some of its fields."""
+    """A node with full names below it, except in some of its fields."""
     names = [field.name for field in fields(node) if field.name not in without]
     return replace(node, **{name: _all(getattr(node, name), scope, local) for name in names})
 
@@ -248,7 +248,7 @@ def _all(value: object, scope: _Scope, local: frozenset[str]) -> object:
 def _arguments(
     arguments: tuple[Expression, ...], forms: tuple[Signature, ...], scope: _Scope, local: frozenset[str]
 ) -> tuple[Expression, ...]:
-    """Arguments with their names in full, but for the words that an operation or function has at their places."""
+    """Arguments with full names, except for keywords of the operation or function."""
     fitting = [form for form in forms if form.takes(len(arguments))]
     words = [frozenset[str]().union(*(form.parameters[i].keywords for form in fitting)) for i in range(len(arguments))]
     return tuple(
@@ -258,7 +258,7 @@ def _arguments(
 
 
 def _group(group: Group, words: frozenset[str], scope: _Scope, local: frozenset[str]) -> Group:
-    """Parts with their names in full, but for the selectors before their colons."""
+    """Parts with full names, except for the selectors before their colons."""
     parts = tuple(
         _group(part, words, scope, local)
         if isinstance(part, Group)

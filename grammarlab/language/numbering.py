@@ -1,6 +1,6 @@
-"""One numbering of what stands in a grammar: the branches of its rules, their successors and blocks, its random places.
+"""Numbering of a grammar: the branches of its rules, their successors and blocks, and its random places.
 
-Engine, densities and reports read it, so that number 3 means the same place of the text to all of them.
+Engine, densities and reports share it, so that number 3 is the same place of the text in all of them.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ from grammarlab.language.syntax.walking import walk
 from grammarlab.language.vocabulary.builtins import operations
 
 SymbolKey: TypeAlias = tuple[str, int]
-"""A symbol and how many arguments it is given: rules of one name may differ in it."""
+"""A symbol with its number of arguments: rules of one name may differ in it."""
 Branch: TypeAlias = tuple[int, ...]
-"""Which branch at each level of a rule's choices, from the top; empty when the rule has no choice."""
+"""Index of the branch at each level of a rule's choices, from the top; empty if the rule has no choice."""
 
 
 @dataclass(frozen=True, slots=True)
 class EngineWords:
-    """The words that an engine carries out; other words in the place of operations are symbols."""
+    """Operations and functions of an engine; other words in the place of operations are symbols."""
 
     operations: frozenset[str]
     """Operations without a block."""
@@ -52,7 +52,7 @@ class EngineWords:
     """Functions that draw random numbers."""
 
     def is_symbol(self, name: str) -> bool:
-        """Whether a word in the place of an operation is none that is carried out."""
+        """Whether a word in the place of an operation is not an operation of the engine."""
         return name not in self.operations and name not in self.blocks and name != "NIL"
 
     def makes_shape(self, item: Invoke, rules: Collection[SymbolKey]) -> bool:
@@ -60,7 +60,7 @@ class EngineWords:
 
         Args:
             item: the item.
-            rules: the symbols with rules: they may be called like an operation that is not carried out.
+            rules: the symbols with rules; they may have the name of an operation that the engine lacks.
         """
         return self.is_symbol(item.name) and (
             item.name not in operations() or (item.name, len(item.arguments)) in rules
@@ -73,11 +73,11 @@ class Successor:
 
     key: SymbolKey
     location: Location
-    """Where its name stands in the rule file."""
+    """Place of its name in the rule file."""
     copies: int | None
-    """How many shapes it makes whenever the branch is taken; None where that differs."""
+    """Number of shapes that it makes each time the branch is taken; None if it varies."""
     certain: bool
-    """Whether the text alone says so: a part of a split may have no extent and so make no shape."""
+    """Whether `count` follows from the text alone: a part of a split may have size 0 and make no shape."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,9 +88,9 @@ class RuleBranch:
     branch: Branch
     location: Location
     successors: tuple[Successor, ...]
-    """In the order of the text: the place of each is its number, `Nodes.child` of what it makes."""
+    """Successors in the order of the text; the index of each is `Nodes.child` of its shapes."""
     blocks: tuple[Location, ...]
-    """In the order of the text: the place of each is its number; ``scatter`` counts as two."""
+    """Blocks in the order of the text; the index of each is its number; ``scatter`` counts as two."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,34 +99,34 @@ class Place:
 
     node: Numbered
     definition: Definition
-    """What it stands in."""
+    """Definition that contains it."""
 
     @property
     def owner(self) -> str:
-        """The name of the rule, function or attribute that it stands in."""
+        """Name of the rule, function or attribute that contains it."""
         return self.definition.alias if isinstance(self.definition, Import) else self.definition.name
 
 
 @dataclass(frozen=True, slots=True)
 class Numbering:
-    """What stands in a grammar; the index of each is its number."""
+    """Symbols, branches and random places of a grammar; the index of each is its number."""
 
     symbols: tuple[str, ...]
-    """Those with rules first, then the others, each in the order of the text."""
+    """Symbols with rules first, then the others, each in the order of the text."""
     branches: tuple[RuleBranch, ...]
-    """Rule by rule, each from left to right."""
+    """Branches rule by rule, each from left to right."""
     places: tuple[Place, ...]
-    """In the order of the tree."""
+    """Random places in the order of the tree."""
     nodes: tuple[tuple[Node, ...], ...]
     """The nodes of each definition of the file, in the order of the tree."""
 
     @classmethod
     def of(cls, grammar: Grammar, vocabulary: EngineWords) -> Numbering:
-        """The numbering of a grammar.
+        """Numbering of a grammar.
 
         Args:
             grammar: the grammar.
-            vocabulary: what its words mean.
+            vocabulary: operations and functions of the engine.
         """
         definitions = grammar.tree.definitions
         nodes = tuple(tuple(walk(definition)) for definition in definitions)
@@ -145,7 +145,7 @@ class Numbering:
 
 
 def number_branches(grammar: Grammar, vocabulary: EngineWords) -> tuple[RuleBranch, ...]:
-    """The branches of a grammar's rules as in its `Numbering`, without a look at the rest of its tree."""
+    """Branches of a grammar's rules as in its `Numbering`, without reading the rest of its tree."""
     branches: list[RuleBranch] = []
     for key, rule in grammar.rules.items():
         for path, leaf in _leaves(rule.body):
@@ -155,7 +155,7 @@ def number_branches(grammar: Grammar, vocabulary: EngineWords) -> tuple[RuleBran
 
 
 def function_name(node: Node) -> str:
-    """The function that a node calls, with parentheses or without; empty for other nodes."""
+    """Name of the function that a node calls, with or without parentheses; empty for other nodes."""
     return node.function if isinstance(node, Call) else node.identifier if isinstance(node, Name) else ""
 
 
@@ -168,7 +168,7 @@ def _leaves(choice: Choice, path: Branch = ()) -> Iterator[tuple[Branch, Choice]
 
 
 class _Reader:
-    """Reads the successors and blocks of one branch."""
+    """Reads the successors and blocks of a branch."""
 
     def __init__(self, leaf: Choice, vocabulary: EngineWords, rules: Collection[SymbolKey]) -> None:
         self._vocabulary = vocabulary

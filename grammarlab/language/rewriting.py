@@ -1,7 +1,7 @@
-"""Text surgery on rule files: what changes is written anew, everything else keeps its text, comments and order.
+"""Edits of rule files: changed definitions are rewritten, everything else keeps its text, comments and order.
 
-A rule may be replaced by copies of itself under other names, whose successors are renamed, whose percentages are
-others, and in which branches are left out or stand several times.
+A rule may be replaced by copies under other names, with renamed successors, new percentages, and branches that are
+left out or repeated.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from grammarlab.language.syntax.tree import Attribute, Case, Choice, Rule, Stoch
 
 T = TypeVar("T")
 Path: TypeAlias = tuple[int, ...]
-"""A place in the choices of a rule: the number of the branch at each level, from the top."""
+"""Path in the choices of a rule: the number of the branch at each level, from the top."""
 
 _LEAST_ELSE = 1e-3
-"""A less probable ``else`` would lose digits: it is what is left of 100."""
+"""Smallest probability of an ``else``; since it is the rest to 100, a less probable one would lose digits."""
 _HEADS = frozenset({"CASE", "CHANCE", "_ELSE"})
 _OPENING = frozenset({"_LPAR", "_LBRACE", "_LBRACKET"})
 _CLOSING = frozenset({"RPAR", "CLOSE", "RBRACKET"})
@@ -34,11 +34,11 @@ _WIDTH = 120
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """The operations at the end of a rule's choices, as they stand, with some successors renamed."""
+    """Operations of a branch without further choices, unchanged except for renamed successors."""
 
     path: Path
     names: Mapping[Location, str]
-    """New names of successors by the place of the old ones."""
+    """New names of successors by the index of the old ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,22 +51,22 @@ class Chances:
 
 @dataclass(frozen=True, slots=True)
 class Same:
-    """A choice that keeps the heads of its branches: conditions, or percentages."""
+    """A choice whose branches keep their heads: conditions, or percentages."""
 
     path: Path
     branches: tuple[Body, ...]
-    """One for each of its branches."""
+    """One body for each of its branches."""
     closed: bool = False
-    """Whether to end ``case`` branches without ``else`` by one that makes nothing: without it, a branch that follows
+    """Whether to add an empty ``else`` to ``case`` branches without one: otherwise a branch that follows
     would be read as one of these."""
 
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """``case`` branches that are new."""
+    """New ``case`` branches."""
 
     branches: tuple[tuple[str, Body], ...]
-    """Each with its condition; the last becomes ``else``."""
+    """Bodies with their conditions; the last becomes ``else``."""
 
 
 Body: TypeAlias = Text | Chances | Same | Conditions
@@ -74,15 +74,15 @@ Body: TypeAlias = Text | Chances | Same | Conditions
 
 @dataclass(frozen=True, slots=True)
 class RuleCopy:
-    """What stands in place of a rule, or beside others made of it."""
+    """A copy that replaces a rule, alone or with other copies."""
 
     name: str
     body: Body | None = None
-    """None for the rule as it is."""
+    """None for the unchanged body."""
     comment: str = ""
-    """A line above it, without the marks of a comment."""
+    """Text of a comment line above it, without comment marks."""
     start: bool = False
-    """Whether to mark it as a rule to start with."""
+    """Whether to mark it as a start rule."""
 
 
 def rewrite(
@@ -92,16 +92,16 @@ def rewrite(
     new_attributes: Sequence[str] = (),
     header: Sequence[str] = (),
 ) -> str:
-    """The text of a rule file with some rules replaced by copies of them, and some attributes given other values.
+    """Text of a rule file with some rules replaced by copies, and new values of some attributes.
 
-    A copy under another name has no annotations and no keyword. Where one copy is marked as a rule to start with, the
-    others are not.
+    A copy under another name has no annotations and no keyword. If one copy is marked as a start rule, the others
+    are not.
 
     Args:
         grammar: the rule file; it has no syntax errors.
-        rules: by name and number of parameters, what stands in place of a rule, in this order; nothing removes it.
+        rules: the copies that replace each rule, in this order, by name and number of parameters; no copies remove it.
         attributes: text of the new value by name.
-        new_attributes: definitions to be put in front of the first one.
+        new_attributes: definitions to insert before the first one.
         header: lines of a comment at the top of the file.
     """
     text = _Surgery(grammar).run(rules, attributes or {}, new_attributes)
@@ -110,9 +110,9 @@ def rewrite(
 
 
 def likely_last(choice: Sequence[tuple[float, T]]) -> tuple[tuple[float, T], ...]:
-    """The branches of a choice, with one in the last place that ``else`` can stand for.
+    """Branches of a choice, reordered so that the last one can become ``else``.
 
-    An ``else`` is what is left of 100 %: where that is little, most of its digits are lost.
+    An ``else`` is the rest to 100 %; a small rest would lose most of its digits.
 
     Args:
         choice: branches, each with its probability.
@@ -128,7 +128,7 @@ def choice_text(choice: Sequence[tuple[float, str]], indent: str) -> str:
 
     Args:
         choice: at least two branches, each with its probability, above 0; they sum to 1. See `likely_last`.
-        indent: white space in front of each line.
+        indent: white space before each line.
     """
     return _lines(_percentages([probability for probability, _ in choice]), [text for _, text in choice], indent)
 
@@ -138,7 +138,7 @@ def _percentages(probabilities: Sequence[float]) -> list[str]:
 
 
 def _percentage(value: float) -> str:
-    """The number without the last digits that rounding errors make: 5, not 5.000000000000001."""
+    """The number without rounding errors in its last digits: 5, not 5.000000000000001."""
     short = f"{value:.14g}"
     return short if abs(float(short) - value) <= 4e-16 * value else repr(value).removesuffix(".0")
 
@@ -150,7 +150,7 @@ def _lines(heads: Sequence[str], texts: Sequence[str], indent: str) -> str:
 
 
 class _Surgery:
-    """The edits to one rule file. Only the definitions that change are read again, word by word."""
+    """Edits of one rule file. Only changed definitions are tokenized again."""
 
     def __init__(self, grammar: Grammar) -> None:
         self.text = grammar.text
@@ -192,18 +192,18 @@ class _Surgery:
         writer = _Writer(self.text, rule, self._tokens(number), self._offset)
         marked = any(copy.start for copy in copies)
         text = "\n\n".join(writer.copy(copy, marked) for copy in copies)
-        # Several rules stand apart from what follows, as they do from each other.
+        # Several rules are separated from the following text by an empty line, as from each other.
         crowded = len(copies) > 1 and self.text[end:].strip() and self.text[end : end + 2] != "\n\n"
         return start, end, text + ("\n" if crowded else "")
 
     def _value(self, number: int, value: str) -> tuple[int, int, str]:
-        """The edit that gives an attribute another value."""
+        """Edit that changes the value of an attribute."""
         name = self._offset(self.definitions[number].location)
         equals = next(token for token in self._tokens(number) if token.start > name and token.type == "_EQUALS")
         return equals.end, self.spans[number][1], value
 
     def _tokens(self, number: int) -> list[Token]:
-        """The words of a definition, with offsets in the whole text."""
+        """Words of a definition, with offsets in the whole text."""
         start, end = self.spans[number]
         words = (token for chunk in outline(tokenize(self.text[start:end])).chunks for token in chunk.tokens)
         return [token._replace(start=token.start + start, end=token.end + start) for token in words]
@@ -213,16 +213,16 @@ class _Surgery:
         return self.line_starts[location.line - 1] + location.column - 1
 
     def _begin_with_comments(self, number: int) -> int:
-        """Where a definition begins, with the comments right above it and the empty line above those."""
+        """Offset of the beginning of a definition, including the comments directly above it and an empty line."""
         start = self.spans[number][0]
         above = self.spans[number - 1][1] if number else 0
         words = tokenize(self.text[above:start])
         line, line_above = (bisect_right(self.line_starts, offset) for offset in (start, above))
         first_line: dict[int, int] = {}
-        """Of each comment that stands alone, by its last line."""
+        """Comments on separate lines, by their last line."""
         for comment in words.comments:
             begin = line_above + comment.location.line - 1
-            # What stands at the top of the file is about the file, what stands beside a definition about that.
+            # Comments at the top belong to the file, comments beside a definition to that definition.
             if comment.alone and begin > line_above:
                 first_line[begin + comment.text.count("\n")] = begin
         while line - 1 in first_line:
@@ -231,12 +231,12 @@ class _Surgery:
         if line > 1 and not self.text[self.line_starts[line - 2] : start].strip():
             start = self.line_starts[line - 2]
         start -= 2 if self.text[start - 2 : start] == "\r\n" else min(start, 1)
-        # Only the version may be in between: it belongs to no definition.
+        # Only the version may be in between; it belongs to no definition.
         return max(start, above + max((word.end for word in words.tokens), default=0))
 
 
 class _Writer:
-    """The text of one rule, cut at its choices."""
+    """Text of one rule, cut at its choices."""
 
     def __init__(self, text: str, rule: Rule, tokens: Sequence[Token], offset: Callable[[Location], int]) -> None:
         self.text = text
@@ -250,14 +250,14 @@ class _Writer:
         self.heads: dict[Path, str] = {}
         """Text of the head of each branch."""
         self.ends: dict[Path, Sequence[Token]] = {}
-        """Words of the operations at each end of the choices."""
+        """Words of the operations of each branch without further choices."""
         self._cut(rule.body, arrow + 1, ())
         first = next((token for token in tokens[arrow + 1 :] if token.location.line > self.arrow.location.line), None)
         before = text[: first.start].rpartition("\n")[2] if first is not None else ""
         self.indent = before if before and not before.strip() else "    "
 
     def copy(self, copy: RuleCopy, one_start: bool) -> str:
-        """The text of a copy; ``one_start`` tells whether only marked copies are rules to start with."""
+        """Text of a copy; with ``one_start``, only marked copies are start rules."""
         comment = f"// {copy.comment}\n" if copy.comment else ""
         if copy.name == self.rule.name:
             head = self.text[self.tokens[0].start : self.arrow.end]
@@ -274,14 +274,14 @@ class _Writer:
         return comment + head + text
 
     def _gap(self, body: Text, head: str, text: str) -> str:
-        """What stands between the head of a rule and its only sequence of operations."""
+        """Text between the head of a rule and its only sequence of operations."""
         if not body.path and self.ends[()]:
             return self.text[self.arrow.end : self.ends[()][0].start]
         flat = "\n" not in text and len(head.rpartition("\n")[2]) + 1 + len(text) <= _WIDTH
         return " " if flat else f"\n{self.indent}"
 
     def _cut(self, choice: Choice, at: int, path: Path) -> int:
-        """Finds the heads and ends of a choice that begins at a token; the index past it."""
+        """Find the heads and ends of a choice that begins at a token; returns the index past it."""
         if not isinstance(choice, Case | Stochastic):
             end = self._next(at, _HEADS)
             self.ends[path] = self.tokens[at:end]
@@ -293,7 +293,7 @@ class _Writer:
         return at
 
     def _next(self, at: int, kinds: frozenset[str]) -> int:
-        """Index of the next token of some kind outside brackets, or past the end."""
+        """Index of the next token of a type outside brackets, or past the end."""
         depth = 0
         for i in range(at, len(self.tokens)):
             kind = self.tokens[i].type
@@ -334,13 +334,13 @@ class _Writer:
 
 
 def _end_with_comment(text: str, end: int) -> int:
-    """Where words end, with the comment that follows on their line."""
+    """Offset of the end of words, including a comment that follows on their line."""
     comment = _LINE_COMMENT.match(text, end)
     return comment.end() if comment else end
 
 
 def _edited(text: str, edits: Sequence[tuple[int, int, str]]) -> str:
-    """The text with each stretch from start to end replaced; stretches do not overlap."""
+    """Text with each range from start to end replaced; ranges do not overlap."""
     pieces: list[str] = []
     at = 0
     for start, end, new in sorted(edits, key=lambda edit: edit[:2]):

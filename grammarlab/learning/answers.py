@@ -1,4 +1,4 @@
-"""What somebody said about designs, whoever it was."""
+"""Answers of any respondent: labels of designs."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.preference.labels.table import COMPARISONS, Kind, Labels
 
 MAX_DESIGNS = 20_000
-"""Different designs that labels may be about."""
+"""Largest number of different labelled designs."""
 
 
 @dataclass(frozen=True)
 class Answers:
-    """What was said of designs for one factor, in the order in which it was said."""
+    """Answers for one factor, in the order of the labels."""
 
     factor: str
     designs: tuple[Address, ...]
-    """[n] they may repeat."""
+    """[n] labelled designs, with repeats."""
     scores: NDArray[np.float64]
     """[n] 0 to 100."""
     kinds: tuple[Kind, ...] = ()
-    """[n] how each was said; none where all are scores of 0 to 100."""
+    """[n] kind of each label; none if all are scores of 0 to 100."""
     others: tuple[Address | None, ...] = ()
-    """[n] the designs that comparisons are with; none where there are no kinds."""
+    """[n] the other designs of comparisons; none without kinds."""
 
     @property
     def is_liked(self) -> bool:
@@ -37,7 +37,7 @@ class Answers:
 
     @property
     def scored(self) -> Answers:
-        """Those that are about one design each."""
+        """The answers about single designs."""
         if not self.kinds:
             return self
         some = np.array([kind not in COMPARISONS for kind in self.kinds], dtype=bool)
@@ -46,7 +46,7 @@ class Answers:
 
     @property
     def mentioned(self) -> tuple[Address, ...]:
-        """All designs that something was said of."""
+        """All designs with answers."""
         return self.designs + tuple(other for other in self.others if other is not None)
 
     def __add__(self, other: Answers) -> Answers:
@@ -71,7 +71,7 @@ def answers_of(labels: Labels, hashes: tuple[str, str]) -> tuple[Answers, ...]:
         hashes: `AbstractDesignSpace.hashes` of what they should be about.
 
     Raises:
-        UsageError: when there are none, they are about too many designs or another grammar, or nothing is liked; says
+        UsageError: If there are none, they belong to too many designs or another grammar, or nothing is liked; it says
             how to go on.
     """
     if not len(labels):
@@ -97,7 +97,7 @@ def answers_of(labels: Labels, hashes: tuple[str, str]) -> tuple[Answers, ...]:
 
 
 def answers_for(factor: str, labels: Labels, hashes: tuple[str, str]) -> Answers:
-    """What labels say for one factor, whether or not anything is liked; see `answers_of`."""
+    """Answers from labels for one factor, even if nothing is liked; see `answers_of`."""
     labels = labels.of(factor)
     answers = Answers(factor, tuple(Address.of(label, hashes) for label in labels), labels.scores)
     if all(label.kind == "score" for label in labels):

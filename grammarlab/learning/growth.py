@@ -1,6 +1,6 @@
-"""More columns where those at hand cannot explain the scores: features that are searched for, and longer paths.
+"""Growth of columns if they cannot explain the scores: features found by a search, and longer paths.
 
-Both are functions of the designs with a score and of their scores alone, whatever the order in which they were given.
+Both are functions of the scored designs and their scores only, independent of their order.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ def path_length(
 ) -> int:
     """The shortest paths that leave the fewest designs with equal rows and different scores (paper 4.5.1).
 
-    Only scores that were given more than once count: a person who errs contradicts themselves by scores that fit
-    nothing, and longer paths would explain these.
+    Only scores that were given more than once count: a person with errors gives contradicting scores, and longer paths
+    would explain them.
 
     Args:
-        space: of the designs.
-        designs: all that have a score, n together.
-        scores: of each factor, indices of designs, each once, and as many scores.
-        features: what is counted, with the length to start from.
-        extra: features that were searched for, which may tell designs apart as well.
+        space: the design space.
+        designs: all n scored designs.
+        scores: for each factor, indices of designs, each once, and their scores.
+        features: the features, with the initial length.
+        extra: features found by a search, which may also distinguish designs.
     """
     searched = space.values(designs, extra)
     fewest, best = -1, features.path_length
-    # Continuous columns tell all designs apart, and thereby explain nothing.
+    # Continuous columns distinguish all designs, and so explain nothing.
     counted = replace(features, families=tuple(family for family in features.families if family != "draws"))
     scores = [(indices[again], values[again]) for indices, values in scores for again in (_given_again(values),)]
     for length in range(features.path_length, max(features.path_length, space.longest_path) + 1):
@@ -55,13 +55,13 @@ def path_length(
 
 
 def _given_again(scores: Floats) -> NDArray[np.bool_]:
-    """[n] which scores were given more than once."""
+    """[n] whether scores were given more than once."""
     _, place, times = np.unique(scores, return_inverse=True, return_counts=True)
     return times[place.reshape(-1)] > 1
 
 
 def num_conflicts(rows: Floats, scores: Floats) -> int:
-    """How many sets of designs with equal rows [n, F] have different scores [n], which no function of rows explains.
+    """Number of sets of designs with equal rows [n, F] and different scores [n], which no function of rows explains.
 
     >>> num_conflicts(np.array([[1.0], [2.0], [1.0]]), np.array([10.0, 0.0, 90.0]))
     1

@@ -1,4 +1,4 @@
-"""`learn`: a grammar, a budget and a function in the place of a person give the grammar that the function likes."""
+"""`learn`: a grammar learned from the scores of a function."""
 
 from __future__ import annotations
 
@@ -70,29 +70,29 @@ def learn(
     max_rules: int | None = None,
     seed: int = 0,
 ) -> LearnedDensity[Forest]:
-    """The grammar that samples models in proportion to what a function says of them.
+    """Grammar that samples models in proportion to the scores of a function.
 
-    The function is asked about a few models at a time, as a person in a scoring session is, and learned from alike.
+    The function is asked about a few models at a time, like a person in a scoring session.
 
     Args:
-        grammar: what to learn about.
-        score: models [k] give scores [k] from 0 (not wanted) to 100.
-        budget: scores to ask for, >= 1.
-        sees: what the function is given: the derivation trees and leaves of the models, or their scene of meshes.
+        grammar: the original grammar.
+        score: function from models [k] to scores [k] from 0 (disliked) to 100.
+        budget: number of scores to ask for, >= 1.
+        sees: argument of the function: the derivation trees and leaves of the models, or their scene of meshes.
         assets: folder of the meshes and images that the grammar uses.
-        pool: the models that there are to ask about.
-        settings: how to learn; what a person gets when left out.
-        base: what the scores multiply: the grammar's own density, or the same for every tree.
-        max_rules: how many rules the grammar may have; twice as many as before when left out.
-        seed: of the choice of models, 0 <= seed < 2**64.
+        pool: the models to ask about.
+        settings: options of learning; by default those for a person.
+        base: density that the scores multiply: the grammar's own, or the same for every tree.
+        max_rules: largest number of rules of the grammar; by default twice as many as before.
+        seed: seed of the choice of models, 0 <= seed < 2**64.
 
     Returns:
-        The learned grammar (`LearnedDensity.learned`, whose `text` is a rule file and which can be sampled), what it
-        looks at, and how near it comes to the predicted scores.
+        The learned grammar (`LearnedDensity.learned`, whose `text` is a rule file and which can be sampled), its
+        features, and its distance from the predicted scores.
 
     Raises:
-        UsageError: for a budget below 1, or scores of another number or range.
-        GrammarlabError: when nothing is liked, or the density cannot be made.
+        UsageError: If the budget is below 1, or scores have another number or range.
+        GrammarlabError: If nothing is liked, or the density cannot be made.
 
     >>> from grammarlab.features import count
     >>> from grammarlab.features.patterns.text import parse
@@ -118,7 +118,7 @@ def learn(
         if not state.liked:
             raise UsageError(
                 f"none of the {state.num_answers} models that the function was asked about has a score above 0, so "
-                "nothing is liked. Raise the budget, or give low scores to what comes near."
+                "nothing is liked. Raise the budget, or give low scores to models that are nearly liked."
             )
         return GrammarWriter(space).learn(study, state, Making(base=base, max_rules=max_rules))
 

@@ -1,13 +1,13 @@
 """One round of learning: answers in, a preference out.
 
-The state after a round is a function of the pool and of the scores alone, so that a simulated person, a person at the
-page, a label file and a Python function who say the same are understood alike. Its quantities:
+The state after a round is a function of the pool and of the scores only, so that equal scores of a simulated person, a
+person at the page, a label file and a Python function give equal states. Its quantities:
 
-- answer: a score (0-100) of a design for a factor. With several factors, what is liked is their product.
-- pool: the designs that there are to ask about (`grammarlab.learning.designs.pool`). Designs from elsewhere may have a
+- answer: a score (0-100) of a design for a factor. With several factors, the preference is their product.
+- pool: the designs to ask about (`grammarlab.learning.designs.pool`). Designs from elsewhere may have a
   score.
-- liked factor: one with a score above 0. Others are left out of the product: nothing is known about what they like.
-- columns: features of designs. Those that scores ask for are searched for, and paths grow longer, by the rules of
+- liked factor: one with a score above 0. Others are left out of the product, since their preference is unknown.
+- columns: features of designs. A search adds features that explain scores, and paths grow longer, see
   `grammarlab.learning.growth`.
 """
 
@@ -35,42 +35,42 @@ from grammarlab.preference.fitting import fit
 from grammarlab.preference.questions.liked import liked_are_rare, noise_of
 
 Report = Callable[[str, int, int], None]
-"""Told what is being done, and how many parts of it are done, of how many."""
+"""Function called with the name of a task, the number of finished parts, and the number of all parts."""
 
 
 def silent(_stage: str, _done: int, _total: int) -> None:
-    """Tells nobody."""
+    """Ignore progress."""
 
 
 @dataclass(frozen=True)
 class State:
-    """What is known between two rounds."""
+    """State between two rounds."""
 
     answers: Mapping[str, Answers]
-    """All of them by factor, in order of the first one."""
+    """All answers by factor, in order of the first one."""
     preferences: Mapping[str, AbstractPreference]
-    """Of the factors that had answers at the last step."""
+    """Preferences of the factors with answers at the last step."""
     columns: Columns
-    """What `preferences` look at."""
+    """Columns of `preferences`."""
     liked: tuple[str, ...] = ()
-    """Factors that had a score above 0 then."""
+    """Factors with a score above 0 at the last step."""
     wide: bool = False
     """Whether the pool has been widened for rare designs."""
 
     @property
     def num_answers(self) -> int:
-        """Scores given so far, all factors together."""
+        """Number of scores so far, all factors together."""
         return sum(len(answers.designs) for answers in self.answers.values())
 
     @property
     def product(self) -> ProductPreference | None:
-        """The preference: the product of the factors that are liked; None where none is."""
+        """The preference: the product of the liked factors; None if there is none."""
         liked = {name: self.preferences[name] for name in self.liked}
         return ProductPreference(liked) if liked else None
 
 
 class Study(Generic[Designs]):
-    """A space of designs with the pool to ask about and the settings; keeps what it has made and counted."""
+    """A space of designs with the pool and the settings; caches designs and tables."""
 
     def __init__(
         self,
@@ -79,13 +79,13 @@ class Study(Generic[Designs]):
         settings: Settings | None = None,
         others: tuple[Designs, ...] = (),
     ) -> None:
-        """Nothing is made yet.
+        """A study without made designs.
 
         Args:
-            space: of the designs.
-            pool: which designs there are to ask about.
-            settings: how to learn; what a person gets when left out.
-            others: more designs that tables have rows of; nobody is asked about them.
+            space: the design space.
+            pool: the designs to ask about.
+            settings: options of learning; by default those for a person.
+            others: further designs with rows in tables; there are no questions about them.
         """
         self.space, self.pool, self.settings, self._others = space, pool, settings or Settings(), others
         self._tables: dict[bool, DesignTables[Designs]] = {}
@@ -102,12 +102,12 @@ class Study(Generic[Designs]):
         return self._tables[wide]
 
     def table(self, state: State) -> DesignTable:
-        """The rows that the preferences of a state look at."""
+        """Rows for the preferences of a state."""
         return self.tables(state.wide).table(state.columns)
 
 
 def init(study: Study[Designs]) -> State:
-    """A state before the first answer."""
+    """State before the first answer."""
     return State({}, {}, Columns(study.settings.features.path_length), wide=study.pool.wide)
 
 
@@ -127,21 +127,21 @@ def step(
     *,
     widens: bool = True,
 ) -> State:
-    """Learns from more answers: looks for columns, then fits each factor.
+    """Learn from more answers: find columns, then fit each factor.
 
     Args:
         study: the pool and the settings.
-        state: after the round before.
-        answers: the new ones, each of one factor.
-        report: told about what takes long.
-        widens: whether the pool may be widened now, where the settings have it.
+        state: state after the previous round.
+        answers: the new answers, each of one factor.
+        report: called with the progress.
+        widens: whether the pool may be widened now, if the settings allow it.
 
     Returns:
-        The same state whether answers come at once or in many steps, as long as liked designs are not rare.
+        The new state; it is the same for answers at once or in many steps, as long as liked designs are not rare.
     """
     told = answered(state, answers)
     widens = widens and study.settings.widens
-    # Scores that are rare without any noise are rare with it, and need not be looked at twice.
+    # Scores that are rare without noise are rare with it, and need no second test.
     wide = told.wide or (widens and any(liked_are_rare(found.scored.scores) for found in _given(told)))
     learned = _learned(study, state, replace(told, wide=wide), report)
     if not learned.wide and widens and _are_rare(learned):
@@ -150,25 +150,25 @@ def step(
 
 
 def _given(state: State) -> list[Answers]:
-    """The answers of factors that have any."""
+    """Answers of factors with at least one."""
     return [found for found in state.answers.values() if len(found.designs)]
 
 
 def _are_rare(state: State) -> bool:
-    """Whether liked designs are rare, for what the persons seem to err."""
+    """Whether liked designs are rare, given the estimated errors of the persons."""
     return any(
         liked_are_rare(found.scored.scores, noise_of(state.preferences[found.factor])) for found in _given(state)
     )
 
 
 def _learned(study: Study[Designs], state: State, told: State, report: Report) -> State:
-    """Learns on one pool.
+    """Learn on one pool.
 
     Args:
         study: the pool and the settings.
-        state: after the round before.
-        told: with all answers.
-        report: told about what takes long.
+        state: state after the previous round.
+        told: state with all answers.
+        report: called with the progress.
     """
     given = _given(told)
     tables = study.tables(told.wide, report)
@@ -192,14 +192,14 @@ def _learned(study: Study[Designs], state: State, told: State, report: Report) -
 
 
 def places(tables: DesignTables[Designs], columns: Columns, answers: Answers) -> Ints:
-    """[n] rows of the table of some columns that answers are about; each is of the pool or of `Columns.elsewhere`."""
+    """[n] rows of the table for answers; each is of the pool or of `Columns.elsewhere`."""
     outside = {address: len(tables.made.pool) + place for place, address in enumerate(columns.elsewhere)}
     found = (tables.index.get(address, outside.get(address, -1)) for address in answers.designs)
     return np.array(list(found), dtype=np.int64)
 
 
 def _columns(tables: DesignTables[Designs], answers: Sequence[Answers], settings: Settings) -> Columns:
-    """The columns that answers ask for."""
+    """The columns needed for answers."""
     different = {address for found in answers for address in found.mentioned}
     elsewhere = tuple(sorted(address for address in different if address not in tables.index))
     columns = Columns(settings.features.path_length, elsewhere=elsewhere)
@@ -227,7 +227,7 @@ def _per_design(rows: Ints, scores: Floats) -> tuple[Ints, Floats]:
 
 
 def _compared(answers: Answers) -> tuple[Address, ...]:
-    """[n] the designs that comparisons are with; of other answers the designs that they are about."""
+    """[n] the other designs of comparisons; for other answers their own designs."""
     others = answers.others or (None,) * len(answers.designs)
     return tuple(own if other is None else other for own, other in zip(answers.designs, others, strict=True))
 
@@ -236,11 +236,11 @@ def _fit(
     table: DesignTable, rows: Ints, answers: Answers, others: Ints, settings: Settings, warm: AbstractPreference | None
 ) -> AbstractPreference:
     kinds = answers.kinds or ("score",) * len(rows)
-    # In one order, whatever the order in which they were given: sums of floats depend on it.
+    # In a fixed order, independent of the order of answers, since sums of floats depend on it.
     order = np.lexsort((np.array(kinds), others, answers.scores, rows))
     labelled, scores = table.rows[rows[order]], answers.scores[order]
     if settings.options:
-        # Only this baseline has parameters, and only experiments change them.
+        # Only this baseline has parameters, and only experiments set them.
         from grammarlab.preference.processes import gaussian_process  # noqa: PLC0415 - loads JAX
 
         options: dict[str, Any] = dict(settings.options)

@@ -1,11 +1,11 @@
-"""How to learn: the choices that methods differ in."""
+"""Settings of learning, in which methods differ."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:  # these load JAX, which sampling need not wait for
+if TYPE_CHECKING:  # these load JAX, which sampling does not need
     from grammarlab.preference.fitting import Method as Fit
     from grammarlab.preference.questions.queries import Way
 
@@ -14,35 +14,35 @@ FAMILIES = ("paths", "symbols", "draws", "thresholds", "skips", "siblings", "sub
 """Kinds of features."""
 MAX_PATH_LENGTH = 4
 POOL_SIZE = 5000
-"""Designs to ask about, before rare ones ask for more."""
+"""Default size of the pool, before it is widened for rare designs."""
 
 
 @dataclass(frozen=True, slots=True)
 class FeatureOptions:
-    """What a learner looks at."""
+    """Features of a learner."""
 
     path_length: int = 2
-    """Edges of the longest paths to begin with, 1 to `MAX_PATH_LENGTH`."""
+    """Initial number of edges of the longest paths, 1 to `MAX_PATH_LENGTH`."""
     families: tuple[str, ...] = ("paths",)
     """Kinds of features, of `FAMILIES`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What a step of learning does with answers. The default is what a person gets."""
+    """Settings of a step of learning. The default is for persons."""
 
     features: FeatureOptions = FeatureOptions(2, ("paths", "symbols", "draws", "thresholds"))
     fit: Fit = "blended"
     options: tuple[tuple[str, float], ...] = ()
     """Parameters of the fit by name; only the paper's baseline has any."""
     query: Way = "default"
-    """How designs to ask about are chosen."""
+    """Query strategy."""
     grows: bool = True
-    """Whether longer paths are taken in where designs with equal rows got different scores."""
+    """Whether longer paths are added if designs with equal rows got different scores."""
     widens: bool = True
-    """Whether the pool is widened where liked designs are rare (`grammarlab.learning.designs.pool`)."""
+    """Whether the pool is widened if liked designs are rare (`grammarlab.learning.designs.pool`)."""
     warm: bool = False
-    """Whether a fit starts from that of the round before: what is learned then depends on the rounds as well as on the
-    scores, as it does for the paper's process."""
+    """Whether a fit starts from that of the previous round: the result then depends on the rounds and the scores, as
+    for the paper's process."""
     seed: int = 0
-    """Of the random starts of fits."""
+    """Seed of the random starts of fits."""

@@ -1,4 +1,4 @@
-"""Preferences: from scores of some models to a function over all of them. It sees rows of numbers, never shapes."""
+"""Preferences: functions over all models, learned from scores of some. Their input is rows of numbers, not shapes."""
 
 from grammarlab.preference.base import AbstractPreference, Prediction, Relevance
 from grammarlab.preference.fitting import Method, fit

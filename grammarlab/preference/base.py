@@ -1,4 +1,4 @@
-"""What every way of learning a preference has in common: rows of numbers and scores go in, a function comes out."""
+"""Interface of all preferences: functions learned from rows of numbers and scores."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 Rows = ArrayLike | sparse.sparray | sparse.spmatrix
-"""What describes models: [n, F], one row a model, dense or sparse."""
+"""Features of models: [n, F], one row per model, dense or sparse."""
 
 MAX_SCORE = 100.0
-"""Scores run from 0, not wanted, to this."""
+"""Highest score; the lowest is 0 for disliked models."""
 
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """What a preference expects of models."""
+    """Predicted scores of models."""
 
     mean: Floats
     """[m] expected score, on the scale of the labels (0-100). It may leave that range a little."""
@@ -38,15 +38,15 @@ Level = Literal["strong", "medium", "weak", "none"]
 
 @dataclass(frozen=True, slots=True)
 class Relevance:
-    """How much a preference looks at one group of columns."""
+    """Relevance of one group of columns to a preference."""
 
     name: str
-    """The group, as the caller names it: ``roof of the top block``."""
+    """Name of the group, from the caller: ``roof of the top block``."""
     share: float
-    """How unlike two models become by differing in this group alone, 0 <= share <= 1; see
+    """Loss of correlation of two models that differ in this group only, 0 <= share <= 1; see
     `grammarlab.preference.explain`."""
     level: Level
-    """The share in a word."""
+    """The share as a word."""
 
     def __str__(self) -> str:
         return f"{self.name}: {self.level}"
@@ -56,32 +56,32 @@ class AbstractPreference(ABC):
     """A learned preference function."""
 
     num_columns: int
-    """F: how many columns the rows have."""
+    """F: number of columns of the rows."""
 
     @abstractmethod
     def predict(self, rows: Rows) -> Prediction:
-        """The expected scores of models, and how sure they are.
+        """Expected scores of models, with their uncertainty.
 
         Args:
             rows: [m, F] the columns that the preference was fitted on.
 
         Raises:
-            UsageError: when the rows have another number of columns or hold a value that is not finite.
+            UsageError: If the rows have another number of columns or a value that is not finite.
         """
 
     @abstractmethod
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
-        """What the preference looks at: one entry a group, most relevant first.
+        """Relevance of the groups: one entry per group, most relevant first.
 
         Args:
-            group_names: a name for each group number that `fit` was given; without groups every column is its own.
+            group_names: a name for each group number of `fit`; without groups every column is its own group.
 
         Raises:
-            UsageError: when there are fewer names than groups.
+            UsageError: If there are fewer names than groups.
         """
 
     def column_weights(self) -> Floats | None:
-        """[F] >= 0, how much each column matters to how alike two models are; None where there is no such measure."""
+        """[F] >= 0, weight of each column in the distance of two models; None without such a measure."""
         return None
 
 
@@ -89,7 +89,7 @@ def dense_rows(rows: Rows, what: str = "rows") -> Floats:
     """Rows as a dense [n, F] table of finite float64 numbers.
 
     Raises:
-        UsageError: when they are no such table; the message names the first bad row and column.
+        UsageError: If they are not such a table; the message names the first bad row and column.
     """
     values: Any = rows
     if isinstance(rows, sparse.sparray | sparse.spmatrix):
@@ -112,7 +112,7 @@ def rows_to_predict(rows: Rows, num_columns: int) -> Floats:
     """Rows as a dense table with as many columns as a preference was fitted on.
 
     Raises:
-        UsageError: when they are no such table.
+        UsageError: If they are not such a table.
     """
     table = dense_rows(rows)
     if table.shape[1] != num_columns:

@@ -1,8 +1,8 @@
-"""What a preference looks at, in words.
+"""Relevance of groups of columns, in words.
 
-The share of a group is how unlike two models become, to the preference, by differing in this group alone: one minus
+The share of a group is the loss of correlation of two models that differ in this group only: one minus
 the kernel's correlation exp(-1/2 sum over the group of weight_d (x_d - x'_d)^2), averaged over all pairs of labelled
-rows that do differ there. From 1/2 on it is called strong, from 1/10 medium, from 1/100 weak, and below that none.
+rows that do differ there. A share is called strong from 1/2, medium from 1/10, weak from 1/100, and below that none.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from grammarlab.errors import UsageError
 from grammarlab.preference.base import Floats, Ints, Level, Relevance
 
 LEVELS: tuple[tuple[float, Level], ...] = ((0.5, "strong"), (0.1, "medium"), (0.01, "weak"))
-"""The smallest share that earns each word."""
+"""Smallest share of each word."""
 
 
 def level_of(share: float) -> Level:
@@ -32,7 +32,7 @@ def level_of(share: float) -> Level:
 
 
 def relevances(rows: Floats, weights: Floats, groups: Ints, group_names: Sequence[str]) -> list[Relevance]:
-    """One entry a group, largest share first; groups of equal share in the order of their numbers.
+    """One entry per group, largest share first; groups of equal share in the order of their numbers.
 
     Args:
         rows: [n, F] labelled rows.
@@ -41,10 +41,10 @@ def relevances(rows: Floats, weights: Floats, groups: Ints, group_names: Sequenc
         group_names: a name for each group number.
 
     Raises:
-        UsageError: when a group has no name.
+        UsageError: If a group has no name.
     """
     if len(groups) and len(group_names) <= groups.max():
-        raise UsageError(f"group_names: expected {groups.max() + 1} names, one a group, found {len(group_names)}.")
+        raise UsageError(f"group_names: expected {groups.max() + 1} names, one per group, found {len(group_names)}.")
     found = []
     for number, name in enumerate(group_names):
         columns = np.flatnonzero((groups == number) & (weights > 0.0))
@@ -54,7 +54,7 @@ def relevances(rows: Floats, weights: Floats, groups: Ints, group_names: Sequenc
 
 
 def _share(scaled: Floats) -> float:
-    """Mean loss of correlation over the pairs of rows [n, f] that differ; every row counts as often as it occurs."""
+    """Mean loss of correlation over pairs of different rows [n, f], with repeats."""
     if not scaled.shape[1]:
         return 0.0
     distinct, counts = np.unique(scaled, axis=0, return_counts=True)

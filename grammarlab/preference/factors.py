@@ -1,4 +1,4 @@
-"""Products of preferences, each about one aspect and with its own labels: Equation 4.3."""
+"""Products of preferences, one per factor with its own labels: Equation 4.3."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Prediction
 class ProductPreference(AbstractPreference):
     """The product of named factors, each as a share of the highest score: u = 100 prod_i u_i / 100.
 
-    A factor that expects less than 0 counts as 0, one that expects more than the highest score as that.
+    Expected scores of factors are clipped to 0 and the highest score.
     """
 
     def __init__(self, factors: Mapping[str, AbstractPreference]) -> None:
@@ -23,7 +23,7 @@ class ProductPreference(AbstractPreference):
             factors: at least one, all fitted on the same columns.
 
         Raises:
-            UsageError: when there is none, or they were fitted on different numbers of columns.
+            UsageError: If there is none, or they were fitted on different numbers of columns.
         """
         sizes = {name: factor.num_columns for name, factor in factors.items()}
         if len(set(sizes.values())) != 1:
@@ -33,7 +33,7 @@ class ProductPreference(AbstractPreference):
         self.num_columns = next(iter(sizes.values()))
 
     def predict(self, rows: Rows) -> Prediction:
-        """Mean and standard deviation of the product, the factors taken as independent.
+        """Mean and standard deviation of the product of independent factors.
 
         With means m_i and variances v_i as shares, the product has mean prod m_i and variance
         prod (v_i + m_i^2) - prod m_i^2.
@@ -46,7 +46,7 @@ class ProductPreference(AbstractPreference):
         return Prediction(MAX_SCORE * product, MAX_SCORE * np.sqrt(np.maximum(total, 0.0)))
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
-        """One entry a factor and group, ``factor: group``, most relevant first."""
+        """One entry per factor and group, ``factor: group``, most relevant first."""
         entries = [
             Relevance(f"{name}: {entry.name}", entry.share, entry.level)
             for name, factor in self.factors.items()

@@ -1,4 +1,4 @@
-"""`fit`: labelled rows become a preference, by the method of choice."""
+"""`fit`: a preference from labelled rows, by a chosen method."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _MODULES: dict[Method, str] = {
     "sklearn": "grammarlab.preference.rivals.sklearn_process",
     "lightgbm": "grammarlab.preference.rivals.boosted_trees",
 }
-"""Where each method's own `fit` lives; JAX, scikit-learn and LightGBM are imported where they are needed."""
+"""Module of each method; JAX, scikit-learn and LightGBM are imported only if needed."""
 
 _TELLING_KINDS = ("blended", "partition", "grouped")
-"""Methods to which counts and continuous columns are not the same."""
+"""Methods that distinguish counts from continuous columns."""
 
 
 def fit(
@@ -42,27 +42,27 @@ def fit(
     kinds: Sequence[Kind] = (),
     others: Rows | None = None,
 ) -> AbstractPreference:
-    """A preference function that explains the scores of some models and predicts those of all others.
+    """A preference that explains the scores of some models and predicts those of all others.
 
-    Defined for every set of at least one label. Rows may repeat, and repeated rows may have different scores: the
-    preference then lies near their mean. With scores of zero only, zero is predicted everywhere.
+    It is defined for every set of at least one label. Rows may repeat, and repeated rows may have different scores:
+    the prediction is then near their mean. If all scores are zero, all predictions are zero.
 
     Args:
         rows: [n, F] finite numbers that describe the labelled models.
-        scores: [n] what the person said, 0 (not wanted) to 100.
-        groups: [F] a number >= 0 for each column; columns of one group are about one thing.
-        continuous: [F] which columns are no counts; the baselines do not ask.
-        method: ``blended`` (the two that follow, as held-out scores tell), ``partition`` (cells that pool their
+        scores: [n] scores of the person, 0 (disliked) to 100.
+        groups: [F] a number >= 0 for each column; columns of one group belong to one choice.
+        continuous: [F] whether columns are continuous instead of counts; the baselines ignore it.
+        method: ``blended`` (the next two, with weights from held-out scores), ``partition`` (cells that average their
             scores), ``grouped`` (a weight for each group, averaged by evidence), ``paper`` (a weight for each column,
             Equations 4.4-4.8), ``kde`` (score-weighted density, the paper's baseline), ``sklearn`` or ``lightgbm``
             (boosted trees).
-        seed: for what a method draws; the same seed gives the same preference.
+        seed: seed of random draws; the same seed gives the same preference.
         warm: the preference of the round before, found by the same method on the same columns.
-        kinds: [n] how each label was said; none where all are scores.
-        others: [n, F] of the models that comparisons are with, for which there is the method ``blended`` alone.
+        kinds: [n] kind of each label; by default all are scores.
+        others: [n, F] rows of the other models of comparisons; only the method ``blended`` supports them.
 
     Raises:
-        UsageError: when an argument does not fit or a library is missing; the message says where and what to do.
+        UsageError: If an argument is wrong or a library is missing; the message says where and what to do.
 
     >>> likes_the_second = fit([[0.0, 1.0], [1.0, 0.0], [0.0, 0.0], [1.0, 1.0]], [100.0, 0.0, 0.0, 100.0], method="kde")
     >>> likes_the_second.predict([[0.0, 1.0], [0.0, 0.0]]).mean.round().tolist()
@@ -76,7 +76,7 @@ def fit(
         beside = rows if others is None else others
         return mixed.fit(rows, scores, kinds=kinds, others=beside, groups=groups, continuous=continuous, seed=seed)
     if set(kinds) & set(COMPARISONS):
-        raise UsageError(f"kinds: the method {method!r} learns from scores alone; use 'blended' with comparisons.")
+        raise UsageError(f"kinds: the method {method!r} learns only from scores; use 'blended' with comparisons.")
     with named_extras():
         module = import_module(_MODULES[method])
     telling = {"continuous": continuous} if method in _TELLING_KINDS else {}

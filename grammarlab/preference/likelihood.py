@@ -1,19 +1,18 @@
-"""What was said tells about the value that somebody had in mind.
+"""Likelihood of labels, given the value of a design for a person.
 
-A score y stands for the interval [y - h, y + h] of its scale, open at 0 and 100: who would give less than nothing says
-0. The person misses the value v by normal noise of standard deviation sigma, and now and then, with probability pi,
-gives any score at all:
+A score y means the interval [y - h, y + h] of its scale, open at 0 and 100, where scores are clipped. A score differs
+from the value v by normal noise of standard deviation sigma, and with probability pi it is a blunder, a random score:
 
     p(y | v) = (1 - pi) [Phi((y + h - v) / sigma) - Phi((y - h - v) / sigma)] + pi (length of the interval) / 100
 
-Stars are scores of a larger h, and thumbs say on which side of the person's middle the value lies. A comparison is such
-an interval of the difference of two values, each of which is missed by noise of its own:
+Stars are scores with a larger h, and thumbs tell the side of the person's middle on which the value lies. A comparison
+is such an interval of the difference of two values, each with its own noise:
 
     p(a rather than b | v_a, v_b) = (1 - pi) Phi((v_a - v_b) / (sqrt(2) sigma)) + pi / 2
 
-Whoever may say that two are alike does so where the difference seems smaller than a few points (Rao and Kupper 1967),
-and any of three answers at random. Where v_b is known to be normal around m_b with variance s^2, what is said of v_a is
-the same with m_b in the place of v_b and 2 sigma^2 + s^2 in that of 2 sigma^2.
+If ties are allowed, two models are called equal if the difference seems smaller than a few points (Rao and Kupper
+1967), and a blunder is one of three answers. If v_b is normal around m_b with variance s^2, the likelihood of v_a is
+the same with m_b instead of v_b and 2 sigma^2 + s^2 instead of 2 sigma^2.
 """
 
 from __future__ import annotations
@@ -29,25 +28,25 @@ from grammarlab.preference.base import MAX_SCORE, Floats, Ints
 HALF_STEP = 0.5
 """h, in points."""
 _LEAST = 1e-12
-"""No score is impossible, whatever the noise."""
+"""Smallest likelihood of a score, for any noise."""
 
 Singles = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
 class Intervals:
-    """What was said, each that a value missed by noise lies between two bounds."""
+    """Intervals of labels: a value with noise lies between two bounds."""
 
     low: Floats
-    """[n] points; minus infinity where the interval is open."""
+    """[n] points; minus infinity if the interval is open."""
     high: Floats
     """[n] points."""
     length: Floats
-    """[n] how often it is said by chance, in percent."""
+    """[n] probability of the label by chance, in percent."""
     looks: Floats
-    """[n] how many values were missed by noise: 1, or 2 in comparisons."""
+    """[n] number of values with noise: 1, or 2 in comparisons."""
     variance: Floats
-    """[n] >= 0, of the bounds, in squared points; 0 where they are known."""
+    """[n] >= 0, variance of the bounds, in squared points; 0 if they are known."""
 
     def __len__(self) -> int:
         return len(self.low)
@@ -57,11 +56,11 @@ class Intervals:
         return Intervals(*(np.concatenate(pair) for pair in both))
 
     def take(self, some: Ints | NDArray[np.bool_]) -> Intervals:
-        """Some of them."""
+        """Selected intervals."""
         return Intervals(*(column[some] for column in self._columns()))
 
     def deviation(self, noise: float) -> Floats:
-        """[n] standard deviation of what was seen around the value."""
+        """[n] standard deviation of labels around the value."""
         return np.sqrt(self.looks * (noise * noise) + self.variance)
 
     def _columns(self) -> tuple[Floats, ...]:
@@ -69,7 +68,7 @@ class Intervals:
 
 
 def intervals_of(scores: Floats, half_step: float = HALF_STEP) -> Intervals:
-    """Scores [n] of 0 to 100 on a scale whose steps are so wide, in points."""
+    """Intervals of scores [n] of 0 to 100 on a scale with a given step in points."""
     at_bottom, at_top = scores <= half_step / 2.0, scores >= MAX_SCORE - half_step / 2.0
     low = np.where(at_bottom, -np.inf, scores - half_step)
     high = np.where(at_top, np.inf, scores + half_step)
@@ -78,11 +77,11 @@ def intervals_of(scores: Floats, half_step: float = HALF_STEP) -> Intervals:
 
 
 def log_likelihood(scores: Floats | Intervals, values: Floats, noise: float, blunders: float) -> Singles:
-    """[n, G] log p(y | v) of what was said [n] for values [G], 0 to 100.
+    """[n, G] log p(y | v) of labels [n] for values [G], 0 to 100.
 
     Args:
-        scores: what was said: scores of 0 to 100, or anything.
-        values: what may have been meant.
+        scores: scores of 0 to 100, or intervals.
+        values: possible values.
         noise: sigma > 0, in points.
         blunders: pi, 0 to 1.
 
@@ -99,7 +98,7 @@ def log_likelihood(scores: Floats | Intervals, values: Floats, noise: float, blu
 def matched(
     said: Intervals, means: Floats, variances: Floats, noise: float, blunders: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Log-evidence [n], mean [n] and variance [n] of values that were normal before something was said of each.
+    """Log-evidence [n], posterior mean [n] and variance [n] of values with normal priors, given labels.
 
     Args:
         said: [n].
@@ -119,13 +118,13 @@ def matched(
 
 
 def expected_score(values: Floats, noise: float, blunders: float) -> Floats:
-    """[m] the mean of the scores that are given to values [m]: more than the value near 0, less near 100.
+    """[m] mean score of values [m]: above the value near 0, below it near 100.
 
     >>> expected_score(np.array([0.0, 50.0]), 10.0, 0.0).round(2).tolist()
     [3.99, 50.0]
     """
     low, high = values / noise, (MAX_SCORE - values) / noise
-    # E max(0, v + e) is v Phi(v / sigma) + sigma phi(v / sigma); what lies above 100 is cut off likewise.
+    # E max(0, v + e) is v Phi(v / sigma) + sigma phi(v / sigma); the part above 100 is clipped in the same way.
     above_0 = values * ndtr(low) + noise * _density(low)
     above_100 = (values - MAX_SCORE) * ndtr(-high) + noise * _density(high)
     return (1.0 - blunders) * (above_0 - above_100) + blunders * MAX_SCORE / 2.0

@@ -1,7 +1,7 @@
 """The default preference of labels of several kinds: scores, stars, thumbs and comparisons in one likelihood.
 
-Under a kernel, sites take the place of what is not a score (`grammarlab.preference.processes.kinds`); a kernel is
-searched for with these, and so in turns. Cells are told the intervals that values lie in. Scores alone never come here.
+Under a kernel, sites replace labels that are not scores (`grammarlab.preference.processes.kinds`). Kernels and sites
+are improved in turns. Cells get the intervals of values. Labels that are all scores are not handled here.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from grammarlab.preference.processes.kinds import BLUNDERS, Judgements, Understo
 from grammarlab.preference.processes.posterior import Hyperparameters, condition
 
 NOISE = 5.0
-"""Standard deviation in points that is assumed as long as no kernel has been found."""
+"""Standard deviation in points before a kernel has been found."""
 LEAST_NOISE = 3.0
-"""Points that predictions of held-out labels may miss by, at least."""
+"""Smallest error in points of predictions of held-out labels."""
 AS_GOOD = 2.0
-"""Nats; shares that differ by less tell nothing, and the smallest is taken: what cells say is simpler."""
+"""Difference in nats below which shares count as equal; then the smallest is used, since cells are simpler."""
 
 
 def fit(
@@ -49,15 +49,15 @@ def fit(
 
     Args:
         rows: [n, F] finite numbers.
-        scores: [n] 0-100, as label tables have them.
-        kinds: [n] how each was said.
-        others: [n, F] the rows that comparisons are with; anything for other kinds.
-        groups: [F] group numbers; every column its own group when there are none.
-        continuous: [F] which columns are no counts; none of them when left out.
-        seed: of random starts and draws, and of what is held out.
+        scores: [n] 0-100, as in label tables.
+        kinds: [n] kinds of the labels.
+        others: [n, F] rows of the other models of comparisons; arbitrary for other kinds.
+        groups: [F] group numbers; by default every column is its own group.
+        continuous: [F] whether columns are continuous instead of counts; by default none is.
+        seed: seed of random starts and draws, and of the held-out labels.
 
     Raises:
-        UsageError: when labels or groups are out of range.
+        UsageError: If labels or groups are out of range.
     """
     judgements = judgements_of(rows, scores, kinds, others)
     numbers = checked_groups(groups, judgements.rows.shape[1])
@@ -73,7 +73,7 @@ def fit(
 def _in_turns(
     judgements: Judgements, groups: Ints, continuous: Flags, seed: int
 ) -> tuple[Understood, GroupedPreference]:
-    """What labels say under the best kernel, which is found with what they say under one without preferences."""
+    """Observations from labels under the best kernel, which is found from those under a kernel of equal weights."""
     spread = 2.0 * np.var(judgements.rows, axis=0).sum()
     varies = np.ptp(judgements.rows, axis=0) > 0.0
     kernel = Hyperparameters(AMPLITUDE[0] * MAX_SCORE**2, varies / max(float(spread), 1.0), NOISE**2)
@@ -86,7 +86,7 @@ def _in_turns(
 
 
 def _under(judgements: Judgements, process: GroupedPreference) -> Understood:
-    """What labels say under the best kernel of a process."""
+    """Observations from labels under the best kernel of a process."""
     kernel = process.explanations[0].posterior.hyperparameters
     return understood(judgements, kernel, middle_of(judgements, kernel))
 
@@ -103,10 +103,10 @@ def _given(process: GroupedPreference, observations: Observations) -> GroupedPre
 def _share(
     judgements: Judgements, told: Understood, groups: Ints, continuous: Flags, seed: int, cells: PartitionPreference
 ) -> float:
-    """The share of the process under which held-out labels are likeliest."""
+    """Share of the process that maximises the likelihood of held-out labels."""
     randomness = np.random.default_rng(seed)
     num_rows, num_labels = len(judgements.rows), len(judgements.scores)
-    # Labels of equal rows are held out together: otherwise one would tell the other.
+    # Labels of equal rows are held out together: otherwise one would predict the other.
     fold_of = randomness.permutation(FOLDS * (1 + num_rows // FOLDS))[:num_rows] % FOLDS
     first, compared = judgements.first, judgements.second >= 0
     second = np.where(compared, judgements.second, first)
@@ -134,7 +134,7 @@ def _share(
 
 
 def _log_likelihood(said: Intervals, values: Floats, cells: PartitionPreference) -> float:
-    """Of what was said of values [n], by somebody who errs as cells have it."""
+    """Likelihood of labels of values [n], under the error model of the cells."""
     noise, blunders = max(cells.noise, LEAST_NOISE), max(cells.blunders, BLUNDERS)
     evidence, _, _ = matched(said, values, np.full(len(values), 1e-9), noise, blunders)
     return float(evidence.sum())

@@ -1,4 +1,4 @@
-"""Labelled rows as the methods use them: checked, with equal rows taken together."""
+"""Observations: checked labelled rows, with equal rows merged."""
 
 from __future__ import annotations
 
@@ -14,46 +14,45 @@ from grammarlab.preference.base import MAX_SCORE, Floats, Ints, Rows, dense_rows
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """Which observations are differences of two rows, and how certain they are."""
+    """Observations that are differences of two rows, and their variances."""
 
     others: Floats
-    """[n, F] the rows that are subtracted; anything where none is."""
+    """[n, F] subtracted rows; arbitrary where none is."""
     compared: Floats
     """[n] 1 where a row is subtracted, else 0."""
     variances: Floats
-    """[n] of each observation around what it is of; 0 for mean scores, which have the noise of their labels."""
+    """[n] variance of each observation; 0 for mean scores, which have the noise of their labels."""
 
     def take(self, chosen: Ints) -> Beside:
-        """Of some of the observations."""
+        """The values of selected observations."""
         return Beside(self.others[chosen], self.compared[chosen], self.variances[chosen])
 
 
 @dataclass(frozen=True, slots=True)
 class Observations:
-    """Distinct rows, and what is known of each, or of differences between them.
+    """Observations of distinct rows, or of differences between them.
 
-    Scores of one row that differ are not an error: a person may change their mind, and rows may be too coarse to tell
-    two models apart. They count as so many noisy looks at one value. With Gaussian noise of one variance the mean and
-    the number of looks hold everything that the labels say about the function, so that taking equal rows together
-    changes no prediction.
+    Different scores of one row are not an error: a person may change their mind, and rows may be too coarse to
+    distinguish two models. They count as noisy measurements of one value. With Gaussian noise of one variance, the mean
+    and the number of measurements are sufficient statistics, so that merging equal rows changes no prediction.
 
-    Beside mean scores there may be observations of another kind: of a row or of a difference of two, each with a
-    variance of its own (`grammarlab.preference.processes.propagation`).
+    Other observations are values of a row or differences of two, each with its own variance
+    (`grammarlab.preference.processes.propagation`).
     """
 
     rows: Floats
-    """[n, F] all different where there are only scores."""
+    """[n, F] all different if there are only scores."""
     means: Floats
     """[n] mean score of each row's labels, 0-100."""
     counts: Floats
-    """[n] how many labels each row has, >= 1."""
+    """[n] number of labels of each row, >= 1."""
     spread: float
     """Sum over all labels of the squared distance to their row's mean: 0 where no labels contradict each other."""
     beside: Beside | None = None
-    """What else is known of the observations; None where all of them are scores."""
+    """Differences and variances; None if all observations are scores."""
 
     def take(self, chosen: Ints) -> Observations:
-        """Some of the rows; the spread is taken in proportion to the labels beyond one a row."""
+        """Selected rows; the spread is scaled by the number of labels beyond one per row."""
         extra = float(np.sum(self.counts - 1.0))
         kept = float(np.sum(self.counts[chosen] - 1.0))
         spread = self.spread * kept / extra if extra else 0.0
@@ -62,7 +61,7 @@ class Observations:
 
     @property
     def looked_at(self) -> Floats:
-        """[N, F] the rows, and all that are subtracted from some."""
+        """[N, F] the rows, and all subtracted rows."""
         if self.beside is None:
             return self.rows
         return np.concatenate([self.rows, self.beside.others[self.beside.compared > 0.0]])
@@ -75,13 +74,13 @@ class Observations:
         return Observations(self.rows / scales, self.means / highest, self.counts, self.spread / highest**2, beside)
 
     def of_columns(self, columns: Ints) -> Observations:
-        """The same with some columns alone."""
+        """The same with selected columns only."""
         beside = self.beside and replace(self.beside, others=self.beside.others[:, columns])
         return replace(self, rows=self.rows[:, columns], beside=beside)
 
 
 def observe(rows: Rows, scores: ArrayLike) -> Observations:
-    """Check labels and take equal rows together, in the order in which they first appear.
+    """Check labels and merge equal rows, in the order of their first occurrence.
 
     Args:
         rows: [n, F] finite numbers, n >= 1.
@@ -112,7 +111,7 @@ def checked_labels(rows: Rows, scores: ArrayLike) -> tuple[Floats, Floats]:
     """
     table, values = dense_rows(rows), _checked_scores(scores)
     if len(table) != len(values):
-        raise UsageError(f"scores: expected one a row, found {len(values)} scores for {len(table)} rows.")
+        raise UsageError(f"scores: expected one per row, found {len(values)} scores for {len(table)} rows.")
     if not len(table):
         raise UsageError("scores: expected at least one label; score a model first.")
     return table, values
@@ -135,10 +134,10 @@ def _checked_scores(scores: ArrayLike) -> Floats:
 
 
 def checked_groups(groups: Any, num_columns: int) -> Ints:
-    """The group number of each column [F], >= 0; every column its own group when there are none.
+    """Group number of each column [F], >= 0; by default every column is its own group.
 
     Raises:
-        UsageError: when they are not one non-negative integer a column.
+        UsageError: If they are not one non-negative integer per column.
     """
     if groups is None:
         return np.arange(num_columns)
@@ -149,10 +148,10 @@ def checked_groups(groups: Any, num_columns: int) -> Ints:
 
 
 def checked_kinds(continuous: Any, num_columns: int) -> NDArray[np.bool_]:
-    """[F] which columns are no counts; none of them where it is not said.
+    """[F] whether columns are continuous instead of counts; by default none is.
 
     Raises:
-        UsageError: when there is not one flag a column.
+        UsageError: If there is not one flag per column.
     """
     flags = np.zeros(num_columns, dtype=bool) if continuous is None else np.asarray(continuous, dtype=bool)
     if flags.shape != (num_columns,):
@@ -163,7 +162,7 @@ def checked_kinds(continuous: Any, num_columns: int) -> NDArray[np.bool_]:
 def thinned(observations: Observations, most: int, seed: int) -> Observations:
     """At most ``most`` of the rows, with about the same distribution of scores; the same ones for the same seed.
 
-    The rows are put in order of their score, ties in random order, and every so-many-th is taken.
+    The rows are sorted by score, ties in random order, and selected at even intervals.
     """
     total = len(observations.means)
     if total <= most:

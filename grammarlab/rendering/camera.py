@@ -1,4 +1,4 @@
-"""Cameras: where a picture is taken from, and how to frame a model."""
+"""Cameras: viewpoints, and framing of models."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Floats = NDArray[np.floating]
 
 
 NEAREST = 0.02
-"""How far in front of a model the eye stays, in radii of it: one that is thin as seen could come too close."""
+"""Smallest distance of the eye from a model, in radii of the model."""
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """From which side to look at a model; the default is a three-quarter view from the front right."""
+    """Direction of view; the default is a three-quarter view from the front right."""
 
     azimuth: float = 35.0
     """Degrees around the model, from the +z axis (its front) towards +x (its right)."""
@@ -28,7 +28,7 @@ class View:
     field_of_view: float = 26.0
     """Vertical angle of the picture in degrees, 0..120; 0 is a parallel (orthographic) projection."""
     margin: float = 0.07
-    """Free space around the model as a share of the picture, 0..0.4."""
+    """Margin around the model as a share of the picture, 0..0.4."""
 
     def __post_init__(self) -> None:
         for name, low, high in (
@@ -75,7 +75,7 @@ class Camera:
         return origins.reshape(-1, 3), directions.reshape(-1, 3)
 
     def seen_from(self, origin: Floats, unit: float) -> Camera:
-        """The same camera in coordinates about another origin [3], in another unit of so many metres."""
+        """The same camera relative to another origin [3], in another unit in metres."""
         half_height = self.half_height / unit if self.parallel else self.half_height
         return replace(self, position=(self.position - origin) / unit, half_height=half_height)
 
@@ -145,7 +145,7 @@ def _axes(view: View) -> Floats:
 
 
 def _between_planes(across: Floats, towards: Floats, tangent: float) -> tuple[float, float]:
-    """Where an eye must be, sideways and backwards, so that points lie between two planes through it.
+    """Position of an eye, sideways and backwards, such that points lie between two planes through it.
 
     Args:
         across: [P] coordinate along the picture.

@@ -1,4 +1,4 @@
-"""Which renderer draws: the one that was asked for, or the best that works here."""
+"""Choice of the renderer: the requested one, or the best one that works on this machine."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from grammarlab.errors import UsageError
 from grammarlab.rendering.renderer import AbstractRenderer
 
 RendererName = Literal["auto", "cast", "gl"]
-"""``cast`` sends rays, ``gl`` uses OpenGL, ``auto`` uses OpenGL where it works and rays elsewhere."""
+"""``cast`` is ray casting, ``gl`` is OpenGL, ``auto`` is OpenGL if it works, otherwise ray casting."""
 
 PLATFORMS = ("egl", "osmesa")
 """Ways to use OpenGL without a window, best first."""
 PATIENCE = 40.0
-"""Seconds until OpenGL counts as not working."""
+"""Default timeout of the test of OpenGL, in seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class RendererChoice:
-    """A renderer that works on this machine; may be sent to other processes."""
+    """A renderer that works on this machine; it can be sent to other processes."""
 
     name: Literal["cast", "gl"]
     platform: str = ""
-    """For ``gl``, which of `PLATFORMS` works."""
+    """For ``gl``, the one of `PLATFORMS` that works."""
     driver: str = ""
-    """For ``gl``, name and version of the driver that draws."""
+    """For ``gl``, name and version of the driver."""
 
     def make(self) -> AbstractRenderer:
         """The renderer."""
@@ -44,14 +44,14 @@ class RendererChoice:
 
 
 def choose(name: RendererName, patience: float = PATIENCE) -> RendererChoice:
-    """The renderer of a name. OpenGL is tried out in another process first, which takes a second or two.
+    """Renderer by name. OpenGL is tested in another process first, which takes a second or two.
 
     Args:
-        name: as `RendererName` says.
-        patience: seconds until OpenGL counts as not working.
+        name: see `RendererName`.
+        patience: timeout of the test of OpenGL, in seconds.
 
     Raises:
-        UsageError: OpenGL was asked for and does not work here.
+        UsageError: If OpenGL was requested and does not work here.
     """
     if name == "cast":
         return RendererChoice("cast")
@@ -71,10 +71,10 @@ def choose(name: RendererName, patience: float = PATIENCE) -> RendererChoice:
 
 
 def _try(platform: str, patience: float) -> tuple[str, str]:
-    """The driver of a platform when it works, else empty and why it does not."""
+    """Driver of a platform if it works, otherwise empty and the reason."""
     if patience <= 0:
         return "", "no time left to try it"
-    # The trial must find this package wherever it was found by us.
+    # The test process must find the same package.
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path or str(Path.cwd()) for path in sys.path)}
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter and module
@@ -96,6 +96,6 @@ def _try(platform: str, patience: float) -> tuple[str, str]:
 
 
 def _reason(stderr: str, code: int) -> str:
-    """The last line of a traceback, or what the exit code says."""
+    """The last line of a traceback, or a text about the exit code."""
     lines = [line.strip() for line in stderr.splitlines() if line.strip()]
     return lines[-1][:200] if lines else f"ended with code {code}"

@@ -1,4 +1,4 @@
-"""The samples that a picture is made of, and how they become pixels."""
+"""Samples of a picture, and their conversion to pixels."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Floats = NDArray[np.floating]
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """One ray a sample for some rows of samples."""
+    """One ray per sample for rows of samples."""
 
     shape: tuple[int, int]
     """[H, W], with N = H * W."""
@@ -26,9 +26,9 @@ class Samples:
     directions: Floats
     """[N, 3] unit vectors."""
     pattern: NDArray[np.int32]
-    """[N] 0..15, repeating every 4 x 4 samples: which of the openness rays to use."""
+    """[N] 0..15, repeating every 4 x 4 samples: selects openness rays."""
     spot: Floats
-    """[N] in 0..1, evenly spread within each pixel: which spot of the sun to look at."""
+    """[N] in 0..1, evenly spread within each pixel: selects a point of the sun."""
 
 
 def samples(camera: Camera, options: RenderOptions, start: int, stop: int) -> Samples:
@@ -45,7 +45,7 @@ def samples(camera: Camera, options: RenderOptions, start: int, stop: int) -> Sa
 
 
 def paper(options: RenderOptions, start: int, stop: int) -> Floats:
-    """[N, 3] what the samples of some rows show where nothing is in front of the camera, linear in 0..1."""
+    """[N, 3] colours of the background for samples of rows, linear in 0..1."""
     colors = background(options.look, _heights(options, start, stop))
     return np.repeat(colors, options.width * options.samples, axis=0)
 
@@ -53,7 +53,7 @@ def paper(options: RenderOptions, start: int, stop: int) -> Floats:
 def pixels(shown: Floats, options: RenderOptions) -> Floats:
     """[rows, width, 3] the means of the samples [N, 3] in each pixel of whole rows."""
     across = options.samples
-    # One axis after the other: a mean over both at once takes three numbers at a time.
+    # One axis after the other is faster than a mean over both at once.
     lines = shown.reshape(-1, across, options.width * across * 3).mean(axis=1)
     return lines.reshape(-1, options.width, across, 3).mean(axis=2)
 
@@ -64,6 +64,6 @@ def develop(light: Floats) -> NDArray[np.uint8]:
 
 
 def _heights(options: RenderOptions, start: int, stop: int) -> Floats:
-    """[stop - start] where rows of samples lie in the picture, 1 at the top to -1 at the bottom."""
+    """[stop - start] heights of rows of samples in the picture, 1 at the top to -1 at the bottom."""
     rows = np.arange(start, stop)
     return (1.0 - (rows + 0.5) / (options.height * options.samples) * 2.0).astype(np.float32)

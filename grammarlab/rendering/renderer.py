@@ -1,4 +1,4 @@
-"""What every renderer offers."""
+"""Interface of all renderers."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class RenderOptions:
     samples: int = 2
     """Samples along each side of a pixel, 1..8."""
     openness_rays: int = 4
-    """Rays that each sample sends to find out how open its surroundings are, 0..64; 0 leaves out this shading."""
+    """Number of rays per sample for ambient occlusion, 0..64; 0 turns it off."""
     edges: bool = True
     ground: bool = True
-    """Whether the model stands on the paper, and casts its shadow there."""
+    """Whether the model is on the ground and casts its shadow there."""
     view: View = field(default_factory=View)
     look: Look = field(default_factory=Look)
 

@@ -1,4 +1,4 @@
-"""What every renderer does alike: a model in front of the camera, the ground below it, its edges."""
+"""Steps shared by all renderers: a model in front of the camera, the ground below it, its edges."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Rows = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """Everything that a picture is made from, in model units."""
+    """Inputs of a picture, in model units."""
 
     model: ShadedModel
     camera: Camera
@@ -34,14 +34,14 @@ class Shot:
 
 @dataclass(frozen=True, slots=True)
 class Outlines:
-    """Where neighbouring samples of a picture show different surfaces."""
+    """Breaks between samples of different surfaces."""
 
     shows: NDArray[np.bool_]
     """[H, W] whether a sample shows the model."""
     breaks: tuple[Breaks, Breaks]
 
     def darken(self, shown: Floats, options: RenderOptions) -> Floats:
-        """The samples [N, 3] with the edges drawn that the options ask for."""
+        """The samples [N, 3] with edges, depending on the options."""
         if not options.edges:
             return shown
         return shown * (1.0 - np.float32(options.look.edge) * edge_strength(self.shows, self.breaks).reshape(-1, 1))
@@ -60,7 +60,7 @@ def take(batch: TriangleBatch, camera: Camera, options: RenderOptions, *, for_ra
 
 
 def ground_at(shot: Shot, rays: Samples, rows: Rows) -> tuple[Rows, Floats]:
-    """Which of the samples `rows` meet the ground where the model can darken it, and where [K, 3]."""
+    """Samples among `rows` that meet the ground where the model can darken it, and the points [K, 3]."""
     if not shot.options.ground:
         return rows[:0], np.zeros((0, 3), np.float32)
     met, points = shot.ground.meet(rays.origins[rows], rays.directions[rows])
@@ -68,7 +68,7 @@ def ground_at(shot: Shot, rays: Samples, rows: Rows) -> tuple[Rows, Floats]:
 
 
 def outlines(shot: Shot, rays: Samples, on_model: Rows, seen: Surfaces) -> Outlines:
-    """The outlines in a picture of which the samples `on_model` [K] show K surfaces."""
+    """Outlines in a picture in which the samples `on_model` [K] show K surfaces."""
     shape = rays.shape
     shows = np.zeros(len(rays.origins), bool)
     points, normals = np.zeros((len(shows), 3), np.float32), np.zeros((len(shows), 3), np.float32)

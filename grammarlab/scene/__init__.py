@@ -1,4 +1,4 @@
-"""Scenes: which mesh stands where, and the triangles that files and pictures are made of."""
+"""Scenes: placed meshes, and the triangles for files and pictures."""
 
 from grammarlab.scene.instances import Scene, realize
 from grammarlab.scene.triangles import TriangleBatch, triangles

@@ -1,4 +1,4 @@
-"""What a scene must be before it becomes a file or a picture."""
+"""Checks of a scene before it becomes a file or a picture."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from grammarlab.errors import DerivationError
 from grammarlab.scene.instances import Scene
 
 FARTHEST = 1e9
-"""Largest coordinate in metres; far below where 32-bit arithmetic overflows."""
+"""Largest coordinate in metres, far below the overflow of 32-bit arithmetic."""
 
 
 def require_finite(scene: Scene) -> None:
-    """Refuse a scene with coordinates that no file or picture can hold.
+    """Refuse a scene with coordinates that files and pictures cannot represent.
 
     Raises:
-        DerivationError: naming the first model with a coordinate that is NaN, infinite or beyond `FARTHEST`.
+        DerivationError: If a coordinate is NaN, infinite or beyond `FARTHEST`; it names the first such model.
     """
     _require_within(scene, "position", scene.position)
     _require_within(scene, "size", scene.size)
@@ -40,10 +40,10 @@ def require_finite(scene: Scene) -> None:
 
 
 def require_proper(scene: Scene) -> None:
-    """Refuse mirrored or sheared orientations, which files would show inside out.
+    """Refuse mirrored or sheared orientations, which would be inside out in files.
 
     Raises:
-        DerivationError: naming the first model with an orientation that is not a proper rotation.
+        DerivationError: If an orientation is not a proper rotation; it names the first such model.
     """
     axes = scene.frames
     handed = np.einsum("ij,ij->i", np.cross(axes[:, :, 0], axes[:, :, 1]), axes[:, :, 2])
@@ -57,7 +57,7 @@ def require_proper(scene: Scene) -> None:
 
 
 def _within(values: np.ndarray) -> bool:
-    """Whether all are finite and within `FARTHEST`; NaN is neither above nor below anything."""
+    """Whether all are finite and within `FARTHEST`; comparisons with NaN are false."""
     return values.size == 0 or bool(values.min() >= -FARTHEST and values.max() <= FARTHEST)
 
 

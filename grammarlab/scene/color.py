@@ -1,4 +1,4 @@
-"""Between the colours people write and amounts of light."""
+"""Conversion between sRGB values and linear light."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 def linear_from_srgb(color: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Amounts of light in 0..1 from sRGB values in 0..1 (IEC 61966-2-1).
+    """Linear light in 0..1 from sRGB values in 0..1 (IEC 61966-2-1).
 
     >>> linear_from_srgb(np.array([0.0, 0.5, 1.0])).round(4).tolist()
     [0.0, 0.214, 1.0]
@@ -17,7 +17,7 @@ def linear_from_srgb(color: NDArray[np.floating]) -> NDArray[np.floating]:
 
 
 def srgb_from_linear(light: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Values of sRGB in 0..1 from amounts of light in 0..1.
+    """SRGB values in 0..1 from linear light in 0..1.
 
     >>> srgb_from_linear(np.array([0.0, 0.214, 1.0])).round(3).tolist()
     [0.0, 0.5, 1.0]

@@ -1,4 +1,4 @@
-"""A scene: which mesh stands where in which material, for one model or a whole batch."""
+"""Scene: placed meshes with materials, for one model or a whole batch."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Scene:
     texture_maps: Floats
     """[K, 2, 4] u and v of a point from the origin of its model are rows times (x, y, z, 1), v upwards."""
     origins: Floats
-    """[num_models, 3] where each model's positions count from, in world metres; see `grammarlab.derivation.origins`."""
+    """[num_models, 3] origin of each model's positions, in world metres; see `grammarlab.derivation.origins`."""
 
     def __len__(self) -> int:
         return len(self.model)
@@ -59,7 +59,7 @@ class Scene:
 def realize(forest: Forest) -> Scene:
     """The scene of a forest: its leaves, ordered by model, then by material.
 
-    Materials are ordered by what they look like, since their order in a forest depends on the other models in it.
+    Materials are ordered by their appearance, since their order in a forest depends on the other models in it.
 
     >>> import grammarlab as gl
     >>> len(realize(gl.derive(gl.Grammar.parse("Lot --> extrude(3) split(y) { ~1 : A | ~1 : B }"), 4, seed=1)))
@@ -97,7 +97,7 @@ def _sorted(materials: Materials) -> tuple[Materials, NDArray[np.int32]]:
 
 
 def _brought_near(scene: Scene) -> Scene:
-    """The same scene with other origins for the models that rules have moved far from theirs."""
+    """The same scene with new origins for models that rules have moved far from their origins."""
     if len(scene) == 0 or np.abs(scene.position).max() <= NEAR:
         return scene
     ends = np.searchsorted(scene.model, np.arange(scene.num_models + 1))
@@ -144,18 +144,18 @@ def stable_order(first: NDArray[np.integer], second: NDArray[np.integer]) -> NDA
 
 
 def _narrow(column: NDArray[np.integer]) -> NDArray[np.integer]:
-    """The same numbers in 16 bits where they fit: NumPy sorts these by their digits, five times faster."""
+    """The same numbers in 16 bits if they fit: NumPy sorts these by radix sort, five times faster."""
     return column.astype(np.uint16) if column.max(initial=0) < 2**16 else column
 
 
 def only(scene: Scene, model: int) -> Scene:
-    """One model of a batch, as a scene of its own with the same tables."""
+    """One model of a batch, as a separate scene with the same tables."""
     alone = chosen(scene, slice(*np.searchsorted(scene.model, [model, model + 1])))
     return replace(alone, num_models=1, model=np.zeros(len(alone), np.int32), origins=scene.origins[model : model + 1])
 
 
 def chosen(scene: Scene, rows: slice | NDArray[np.integer] | NDArray[np.bool_]) -> Scene:
-    """Some of the instances, in their order, in as many models with the same tables."""
+    """Selected instances in their order, with the same number of models and the same tables."""
     return Scene(
         num_models=scene.num_models,
         meshes=scene.meshes,

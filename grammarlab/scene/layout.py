@@ -1,4 +1,4 @@
-"""Where models stand when several share a file."""
+"""Layout of several models in one file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from grammarlab.scene.triangles import TriangleBatch
 Floats = NDArray[np.float64]
 
 GAP = 0.25
-"""Free ground between neighbours, as a share of the larger of the widest and the deepest model."""
+"""Gap between neighbours, as a share of the larger of the widest and the deepest model."""
 
 
 def model_bounds(batch: TriangleBatch) -> tuple[Floats, Floats]:
@@ -30,26 +30,26 @@ def model_bounds(batch: TriangleBatch) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True, slots=True)
 class SceneLayout:
-    """Where the models of one file stand."""
+    """Positions of the models of one file."""
 
     origin: Floats
-    """[3] of the file in the world, in metres."""
+    """[3] origin of the file in the world, in metres."""
     offsets: Floats
-    """[num_models, 3] where the coordinates of each model begin, in metres from the origin of the file."""
+    """[num_models, 3] origin of the coordinates of each model, in metres from the origin of the file."""
 
     @property
     def is_wide(self) -> bool:
-        """Whether models stand so far from each other that 32 bits do not hold all coordinates well."""
+        """Whether models are so far apart that 32-bit coordinates are inaccurate."""
         return bool(np.abs(self.offsets).max(initial=0.0) > NEAR)
 
 
 def in_place(low: Floats, high: Floats, origins: Floats) -> SceneLayout:
-    """Models where they are in the world, about an origin that they share.
+    """Models at their places in the world, relative to a shared origin.
 
     Args:
         low: [num_models, 3] smallest coordinates of each model from its origin; at least one model.
-        high: [num_models, 3] largest ones.
-        origins: [num_models, 3] in the world.
+        high: [num_models, 3] largest coordinates.
+        origins: [num_models, 3] origins in the world.
     """
     if len(origins) == 1:
         return SceneLayout(origins[0], np.zeros((1, 3)))
@@ -61,14 +61,14 @@ def in_place(low: Floats, high: Floats, origins: Floats) -> SceneLayout:
 def grid(low: Floats, high: Floats, origins: Floats, columns: int | None = None) -> SceneLayout:
     """Models on a grid without touching.
 
-    Models go from left (-x) to right and from back (-z) to front, centred on their cells, and keep their heights. A
-    single one stays where it is.
+    Models are placed from left (-x) to right and from back (-z) to front, centred on their cells, and keep their
+    heights. A single model does not move.
 
     Args:
         low: [num_models, 3] smallest coordinates of each model from its origin.
-        high: [num_models, 3] largest ones.
-        origins: [num_models, 3] in the world.
-        columns: models side by side, at least 1; about a square when left out.
+        high: [num_models, 3] largest coordinates.
+        origins: [num_models, 3] origins in the world.
+        columns: number of columns, at least 1; by default the grid is about square.
     """
     if len(origins) == 1:
         return in_place(low, high, origins)

@@ -1,8 +1,8 @@
 """Vertices and normals of all instances of a scene.
 
 Meshes that many instances use (boxes, rectangles, cylinders) are placed column by column, each distinct point once. The
-others share one ragged gather. Both add the same products in the same order, and neither hands them to a library that
-might not: an instance comes out the same to the last bit alone and in any batch.
+others share one ragged gather. Both add the same products in the same order, without libraries that might use another
+order: an instance is the same to the last bit alone and in any batch.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from grammarlab.scene.shading import ShadedMeshes
 Floats = NDArray[np.float64]
 
 MANY_INSTANCES = 64
-"""From here on a mesh is placed by itself."""
+"""Smallest number of instances for which a mesh is placed with a template."""
 MOST_TEMPLATES = 32
-"""At most so many meshes are: each one costs a few calls."""
+"""Largest number of templates, since each costs a few calls."""
 LARGEST_TEMPLATE = 256
-"""Vertices; a mesh costs a few calls for each of them, and a long gather is as fast."""
+"""Largest number of vertices of a template; each costs a few calls, and for larger meshes a gather is as fast."""
 BLOCK_ROWS = 700
 """Instances placed at a time, so that calls cost less than their work,"""
 BLOCK_VALUES = 50_000
 """or more, if they are small: numbers that stay in the cache until they are stored."""
 SHORTEST = 1e-18
-"""Shorter normals have no direction; the square of this length is still an exact 32-bit number."""
+"""Smallest length of a normal with a direction; its square is still an exact 32-bit number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +59,8 @@ def place(
         scene: the instances, in the order of the result.
         shaded: the unique meshes.
         mesh: [I] the mesh of each instance, index into `shaded`.
-        vertex_offsets: [I + 1] where the vertices of each instance go.
-        triangle_offsets: [I + 1] likewise for triangles.
+        vertex_offsets: [I + 1] offsets of the vertices of each instance.
+        triangle_offsets: [I + 1] offsets of the triangles of each instance.
     """
     placed = PlacedTriangles(
         np.empty((vertex_offsets[-1], 3), np.float32),
@@ -68,7 +68,7 @@ def place(
         np.empty((triangle_offsets[-1], 3), np.uint32),
     )
     most_used = _most_used(shaded, mesh)
-    # By axis, then by coordinate: numbers that are computed alike lie beside each other.
+    # By axis, then by coordinate: numbers that are computed in the same way are adjacent.
     axes = np.ascontiguousarray(scene.frames.T)
     templates = [_template(shaded, index, placed) for index in most_used.tolist()]
     kind = np.full(len(shaded.mesh_vertices) - 1, len(templates), np.int8)
@@ -85,7 +85,7 @@ def place(
 
 
 def _most_used(shaded: ShadedMeshes, mesh: Ints) -> Ints:
-    """Meshes used often enough for a template, the most used first."""
+    """Meshes used often enough for a template, most used first."""
     uses = np.bincount(mesh, minlength=len(shaded.mesh_vertices) - 1)
     num_vertices = np.diff(shaded.mesh_vertices)
     uses[(num_vertices > LARGEST_TEMPLATE) | (num_vertices == 0)] = 0
@@ -94,25 +94,25 @@ def _most_used(shaded: ShadedMeshes, mesh: Ints) -> Ints:
 
 
 class _Template(NamedTuple):
-    """A mesh of V vertices and T triangles, and the places it may go to."""
+    """A mesh of V vertices and T triangles, with views of its possible destinations."""
 
     points: Floats
     """[P, 3] its distinct points."""
     point: Ints
-    """[V] which of them each vertex is."""
+    """[V] index of the point of each vertex."""
     directions: Floats
     """[D, 3] its distinct normals."""
     direction: Ints
-    """[V] which of them each vertex has."""
+    """[V] index of the normal of each vertex."""
     corners: NDArray[np.uint32]
     """[3 T] vertices, counted from the first of the mesh."""
     axis_aligned: bool
     vertices: NDArray[np.void]
     """[R] row i is the memory of V vertices from vertex i of the result: storing to it is one block copy."""
     normals: NDArray[np.void]
-    """[R] likewise for normals."""
+    """[R] the same for normals."""
     triangles: NDArray[np.void]
-    """[S] likewise for triangles."""
+    """[S] the same for triangles."""
 
 
 def _template(shaded: ShadedMeshes, mesh: int, placed: PlacedTriangles) -> _Template:
@@ -134,7 +134,7 @@ def _template(shaded: ShadedMeshes, mesh: int, placed: PlacedTriangles) -> _Temp
 
 
 def _distinct(vectors: Floats) -> tuple[Floats, Ints]:
-    """The distinct vectors [P, 3] of some [V, 3] in ascending order, and which of them each is [V]."""
+    """Distinct vectors [P, 3] of vectors [V, 3] in ascending order, and the index [V] of each among them."""
     order = np.lexsort(vectors.T[::-1])
     ascending = vectors[order]
     is_new = np.empty(len(order), dtype=bool)
@@ -178,9 +178,9 @@ def _place_template(
 
 
 def _by_frame(template: _Template, axes: Floats, frame: NDArray[np.integer]) -> NDArray[np.void] | None:
-    """[K] the normals of a mesh in each of the frames [N] of its instances; None where they differ by size, too.
+    """[K] normals of a mesh in each of the frames [N] of its instances; None if they also depend on size.
 
-    Nor is there a table where most instances have a frame of their own.
+    It is None, too, if most instances have their own frame.
     """
     num_frames = axes.shape[2]
     if not template.axis_aligned or num_frames > len(frame):
@@ -203,14 +203,14 @@ def _normals(template: _Template, axes: Floats, size: Floats) -> NDArray[np.void
 
 
 def _columns(rows: Floats, chosen: Ints) -> Floats:
-    """[3, N] some rows [N] of an array [I, 3], coordinate by coordinate."""
+    """[3, N] selected rows [N] of an array [I, 3], coordinate by coordinate."""
     return np.ascontiguousarray(rows.take(chosen, axis=0).T)
 
 
 def _sums(start: Floats, axes: Floats, weights: Floats) -> Floats:
     """[P, 3, N] a start [3, N], which has no -0, plus axes [3, 3, N] times weights [P, 3], one axis after the other.
 
-    Rows of weights that begin alike share what they begin with, if they follow each other.
+    Consecutive rows of weights with equal beginnings share their partial sums.
     """
     sums = np.empty((len(weights), *start.shape))
     x = y = np.nan
@@ -243,7 +243,7 @@ def _place_rest(
     vertex_offsets: Ints,
     triangle_offsets: Ints,
 ) -> None:
-    """Place the instances at `rest`, whatever their meshes."""
+    """Place the instances at `rest`, of any meshes."""
     mesh = mesh_of_instance[rest]
     source, _ = take_rows(shaded.mesh_vertices, mesh)
     target, _ = take_rows(vertex_offsets, rest)
@@ -266,7 +266,7 @@ def _place_rest(
 
 
 def _sums_by_row(start: Floats, axes: Floats, weights: Floats, row: Ints) -> Floats:
-    """[3, N] as `_sums`, for weights [N, 3] that each have a row [N] of the start [3, R] and the axes [3, 3, R]."""
+    """[3, N] sums as in `_sums`, for weights [N, 3] with rows [N] of the start [3, R] and the axes [3, 3, R]."""
     sums = start.take(row, axis=1)
     for axis, weight in zip(axes, weights.T, strict=True):
         sums += axis.take(row, axis=1) * weight
@@ -274,9 +274,9 @@ def _sums_by_row(start: Floats, axes: Floats, weights: Floats, row: Ints) -> Flo
 
 
 def cofactors(size: Floats) -> Floats:
-    """[3, N] how a size [3, N] stretches area vectors, up to a common factor.
+    """[3, N] scale factors of area vectors for sizes [3, N], up to a common factor.
 
-    Unlike dividing by the size, it holds for shapes without thickness.
+    Unlike division by the size, they are valid for shapes of thickness 0.
     """
     x, y, z = size
     largest = np.maximum(np.maximum(x, y), np.maximum(z, np.finfo(np.float32).tiny))
@@ -285,7 +285,7 @@ def cofactors(size: Floats) -> Floats:
 
 
 def _unit_or(vectors: Floats, otherwise: Floats) -> Floats:
-    """The vectors [..., 3, N] at length one; those of `otherwise` [3, N] where there is no direction."""
+    """The vectors [..., 3, N] at length one; those of `otherwise` [3, N] if there is no direction."""
     x, y, z = np.moveaxis(vectors, -2, 0)
     length = np.sqrt(x * x + y * y + z * z)[..., None, :]
     lost = length < SHORTEST

@@ -16,7 +16,7 @@ from grammarlab.geometry.meshes.triangulate import triangulate
 Floats = NDArray[np.float64]
 
 AXIS_TOLERANCE = 1e-9
-"""A normal this close to an axis keeps its direction under any size along the axes."""
+"""Largest distance from an axis of a normal that keeps its direction under any size along the axes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class ShadedMeshes:
 
 
 def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
-    """Triangles and normals of each mesh, worked out once however often the mesh is used.
+    """Triangles and normals of each mesh, computed once for all instances of the mesh.
 
     Two faces that share an edge and turn by less than `crease_angle` share their normals at its ends: the mean of the
     faces around, weighted by area.
@@ -84,7 +84,7 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
 
 
 def unit(vectors: Floats) -> Floats:
-    """The vectors [N, 3] at length one; straight up where there is no direction."""
+    """The vectors [N, 3] at length one; straight up if there is no direction."""
     length = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
     return np.where(length[:, None] > 0, vectors / np.where(length > 0, length, 1.0)[:, None], (0.0, 1.0, 0.0))
 
@@ -128,7 +128,7 @@ def _links(corner: Ints, following: Ints, point: Ints, one: Ints, other: Ints) -
 
 def _components(num: int, one: Ints, other: Ints) -> Ints:
     """Connected components of a graph over `num` corners, numbered in order of first appearance."""
-    # Imported here since only curved meshes need it and boxes should not wait for it.
+    # Imported here, since only curved meshes need it.
     from scipy.sparse import coo_array  # noqa: PLC0415
     from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
 

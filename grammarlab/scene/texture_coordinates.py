@@ -1,4 +1,4 @@
-"""Where images lie on triangles: by their maps, or projected along the world's axes."""
+"""Texture coordinates of triangles: from their maps, or projected along the world's axes."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from numpy.typing import NDArray
 from grammarlab.scene.triangles import TriangleBatch
 
 FARTHEST = 1e9
-"""Coordinates beyond this are cut off, so that 32 bits hold them; no image could be seen there."""
+"""Largest coordinate; larger ones are clipped so that they fit 32 bits, since no image is visible there."""
 MANY_REPEATS = 1024.0
-"""Farther from the beginning of an image, whole repeats of it are left out: 32 bits would lose what lies between."""
+"""Largest number of repeats of an image; beyond it, whole repeats are removed to keep the fraction in 32 bits."""
 
 
 def texture_coordinates(batch: TriangleBatch, triangles: slice) -> NDArray[np.float32]:
-    """U and v of the corners of some triangles [T] of a batch: by their maps, in metres where they have none.
+    """U and v of the corners of selected triangles [T] of a batch: from their maps, or in metres without a map.
 
     Returns:
-        [T, 3, 2] with v downwards, as in glTF; at most `MANY_REPEATS` whole repeats are left as they are.
+        [T, 3, 2] with v downwards, as in glTF; up to `MANY_REPEATS` whole repeats are kept.
     """
     corners, chosen = batch.vertices[batch.triangles[triangles]], batch.texture_map[triangles]
     found = planar_coordinates(corners).astype(np.float64)

@@ -1,4 +1,4 @@
-"""The triangles of a scene: what files and pictures are made of, for a whole batch at once."""
+"""Triangles of a scene, for files and pictures, for a whole batch at once."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from grammarlab.scene.placement import place
 from grammarlab.scene.shading import shade
 
 CREASE_ANGLE = math.radians(30.0)
-"""Faces of a mesh that turn by less are shaded as one curved surface: a cylinder of more than 12 sides is round."""
+"""Largest angle between faces that are shaded as one curved surface: a cylinder of more than 12 sides is smooth."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ class TriangleBatch:
     texture_maps: NDArray[np.float64]
     """[K, 2, 4] u and v of a vertex are rows times (x, y, z, 1), v upwards."""
     origins: NDArray[np.float64]
-    """[num_models, 3] where each model's vertices count from, in world metres."""
+    """[num_models, 3] origin of each model's vertices, in world metres."""
 
     def model(self, index: int) -> TriangleBatch:
         """Model `index` alone, as a batch of one (arrays are views where they can be)."""
@@ -79,7 +79,7 @@ class TriangleBatch:
         )
 
     def of_groups(self, groups: Ints) -> TriangleBatch:
-        """The triangles of some groups [K], ascending, as a batch of as many models."""
+        """Triangles of selected groups [K], ascending, as a batch with the same number of models."""
         vertex, group_vertices = take_rows(self.group_vertices, groups)
         triangle, group_triangles = take_rows(self.group_triangles, groups)
         moved = np.repeat(group_vertices[:-1] - self.group_vertices[groups], np.diff(group_triangles))
@@ -111,15 +111,15 @@ class TriangleBatch:
 def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch:
     """The merged triangles of a scene.
 
-    Normals are worked out once for each unique mesh and corrected for the size of each instance. An instance of no
-    extent in some direction keeps its triangles, and its normals stay unit vectors.
+    Normals are computed once for each unique mesh and corrected for the size of each instance. An instance of size 0
+    in some direction keeps its triangles, and its normals stay unit vectors.
 
     Args:
         scene: at most 2**32 vertices in all.
         crease_angle: radians; edges within one mesh that turn by less are smooth. Measured in the unit cube.
 
     Raises:
-        DerivationError: a coordinate is not finite, or beyond a million kilometres.
+        DerivationError: If a coordinate is not finite, or beyond a million kilometres.
     """
     require_finite(scene)
     used = np.bincount(scene.mesh, minlength=len(scene.meshes)) > 0
@@ -155,14 +155,14 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
 
 
 def _texture_map(scene: Scene, triangle_offsets: Ints) -> NDArray[np.int32]:
-    """[T] the map of each triangle; without any maps one number, seen T times."""
+    """[T] the map of each triangle; without maps a single number broadcast to T."""
     if len(scene.texture_maps) == 0:
         return np.broadcast_to(np.int32(-1), triangle_offsets[-1:])
     return scene.texture_map.repeat(np.diff(triangle_offsets))
 
 
 def count_triangles(scene: Scene) -> Ints:
-    """[num_models] how many triangles each model has, without placing any."""
+    """[num_models] number of triangles of each model, without placing them."""
     used, mesh = np.unique(scene.mesh, return_inverse=True)
     meshes = scene.meshes.take(used)
     _, face = triangulate(meshes)
@@ -171,7 +171,7 @@ def count_triangles(scene: Scene) -> Ints:
 
 
 def leaf_of_triangle(forest: Forest) -> Ints:
-    """[T] which leaf of a forest each triangle of ``triangles(realize(forest))`` is of, a row of `Forest.leaves`."""
+    """[T] leaf of each triangle of ``triangles(realize(forest))``, a row of `Forest.leaves`."""
     scene = realize(forest)
     alone = replace(scene, num_models=len(scene), model=np.arange(len(scene), dtype=np.int32))
     return leaf_order(forest).repeat(count_triangles(alone))

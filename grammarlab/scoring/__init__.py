@@ -1,1 +1,1 @@
-"""Scoring rounds: a person looks at models and scores them, and the density follows."""
+"""Scoring sessions: a person scores models, and the density is learned from the scores."""

@@ -1,6 +1,6 @@
-"""The protocol: what windows may ask for, checked, and what they get.
+"""Protocol of a scoring session: checked requests of windows, and their answers.
 
-See `grammarlab.runs.serving.requests` for their form.
+See `grammarlab.runs.serving.requests` for the form of requests.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from grammarlab.scoring.workers.tasks import FindPart, MakeGlb
 from grammarlab.scoring.workers.thumbnails import LARGEST, SMALLEST
 
 MAX_PICTURES = 400
-"""Models that one request for pictures may name."""
+"""Largest number of models in one request for pictures."""
 MAX_SHEET = 64
 """Models on a sheet."""
 MAX_FILE_BYTES = 32 << 20
@@ -34,7 +34,7 @@ Command = Callable[[Rounds, Request], Message | None]
 
 
 def run(rounds: Rounds, message: object, buffers: Sequence[bytes], window: Send) -> None:
-    """Does what a window asks for, and answers, now or later; `message` may be anything at all."""
+    """Run a request of a window, and answer, now or later; `message` may be any value."""
     answered(COMMANDS, rounds, message, buffers, window)
 
 
@@ -43,7 +43,7 @@ def _state(rounds: Rounds, _request: Request) -> Message:
 
 
 def _saying(kind: str, *names: str) -> Command:
-    """A command that scores or compares; an argument that is not given is not stored."""
+    """A command that scores or compares; missing arguments are not stored."""
 
     def say(rounds: Rounds, request: Request) -> Message:
         said = {name: request.values[name] for name in names if name in request.values}
@@ -54,7 +54,7 @@ def _saying(kind: str, *names: str) -> Command:
 
 
 def _event(kind: str, *names: str) -> Callable[[Rounds, Request], Message]:
-    """A command that is an event and nothing else."""
+    """A command that only adds an event."""
 
     def add(rounds: Rounds, request: Request) -> Message:
         body = {name: request.values.get(name) for name in names}
@@ -64,7 +64,7 @@ def _event(kind: str, *names: str) -> Callable[[Rounds, Request], Message]:
 
 
 def _factor_event(kind: str, *names: str) -> Callable[[Rounds, Request], Message]:
-    """The same about a factor, given by its name or, since names change, by its number."""
+    """The same for a factor, given by its name or, since names change, by its number."""
 
     def add(rounds: Rounds, request: Request) -> Message:
         given = {name: request.values.get(name) for name in names}
@@ -183,4 +183,4 @@ COMMANDS: dict[str, Command] = {
     "learn": _learn,
     "sheet": _sheet,
 }
-"""What each command does; those without a result answer by themselves."""
+"""Functions of the commands; those without a result send their own answer."""

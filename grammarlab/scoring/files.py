@@ -1,4 +1,4 @@
-"""Files of a session: labels out and in, the learned grammar, samples of it."""
+"""Files of a session: export and import of labels, the learned grammar, samples of it."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from grammarlab.scoring.workers.tasks import DrawSheet, LearnedFile, LearnGramma
 from grammarlab.scoring.workers.worker_pool import TaskOutcome, WorkerPool
 
 Result = Callable[[Any], tuple[Message, Sequence[bytes]]]
-"""What an answer says of a value, with its buffers."""
+"""JSON of a value in an answer, with its buffers."""
 Announce = Callable[[str, str, int, int], None]
 """Tells all windows what is being done, its stage, and how much of that is done."""
 
 
 class SessionFiles:
-    """Files, made and read in a process beside the session. All methods are for one thread."""
+    """Files, written and read in a worker process. All methods are for one thread."""
 
     def __init__(self, desk: SessionDesk, path: Path, makers: WorkerPool, announce: Announce) -> None:
-        """Begins to work for a desk; `path` is that of the session file."""
+        """Start for a desk; `path` is that of the session file."""
         self._desk, self._path, self._makers, self._announce = desk, path, makers, announce
 
     def export(self, suffix: str, answer: Answer, refuse: Refuse) -> None:
-        """Makes all scores a label file."""
+        """Export all scores as a label file."""
         file = f"{self._path.stem}{suffix}"
         done = partial(answered, answer, refuse, lambda content: ({"file": file}, [content]))
         self._makers.submit(WriteLabels(self._desk.factors, suffix), done)
 
     def read(self, content: bytes, suffix: str, answer: Answer, refuse: Refuse) -> None:
-        """Adds the scores of a label file; all of them can be undone at once."""
+        """Import the scores of a label file; one undo reverts all of them."""
 
         def add(outcome: TaskOutcome) -> None:
             try:
@@ -51,7 +51,7 @@ class SessionFiles:
         self._makers.submit(ReadLabels(content, suffix), add)
 
     def learn_grammar(self, answer: Answer, refuse: Refuse) -> None:
-        """Learns a grammar from all scores, into a file beside the session."""
+        """Learn a grammar from all scores, into a file beside the session."""
 
         def result(found: LearnedFile) -> tuple[Message, Sequence[bytes]]:
             numbers = {"js": found.js, "rules_before": found.rules_before, "rules_after": found.rules_after}
@@ -62,19 +62,19 @@ class SessionFiles:
         self._makers.submit(task, done, on_progress=partial(self._announce, "learn"))
 
     def sheet(self, num: int, answer: Answer, refuse: Refuse) -> None:
-        """Draws samples of the learned grammar."""
+        """Draw samples of the learned grammar."""
         file = f"{self._path.stem}-learned.png"
         done = partial(answered, answer, refuse, lambda content: ({"file": file}, [content]))
         task = DrawSheet(num, self._desk.store.about.seed)
         self._makers.submit(task, done, on_progress=partial(self._announce, "sheet"))
 
     def close(self) -> None:
-        """Ends the process."""
+        """End the process."""
         self._makers.close()
 
 
 def answered(answer: Answer, refuse: Refuse, result: Result, outcome: TaskOutcome) -> None:
-    """Answers a window with what a process found, or says why it found nothing."""
+    """Answer a window with the result of a process, or with the reason of its failure."""
     if outcome.value is None:
         refuse(outcome.error or "cancelled.")
     else:

@@ -1,4 +1,4 @@
-"""What is shown: models in grids, how many of them; and checks of names that come from elsewhere."""
+"""Shown models in grids, and checks of foreign names and addresses."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import Address, shown
 
 PAIRS = "pairs"
-"""The way to choose models that shows two at a time: those at one place of two grids."""
+"""The strategy that shows two models at a time: those at the same place of two grids."""
 MAX_SIDE, MAX_GRIDS = 10, 2
 """Rows and columns of a grid, and grids, at most."""
 MAX_MODELS = 20_000
-"""Models that one event may be about."""
+"""Largest number of models in one event."""
 MAX_NAME = 60
-"""Characters of a name."""
+"""Largest number of characters of a name."""
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
@@ -27,7 +27,7 @@ Body = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class GridLayout:
-    """How many models are shown, and how."""
+    """Number and layout of shown models."""
 
     grids: int = 2
     rows: int = 4
@@ -35,7 +35,7 @@ class GridLayout:
 
     @property
     def models(self) -> int:
-        """How many models all grids have room for."""
+        """Number of models in all grids."""
         return self.grids * self.rows * self.columns
 
 
@@ -55,7 +55,7 @@ def checked_models(value: object, most: int = MAX_MODELS) -> list[str]:
     """Addresses of different models.
 
     Raises:
-        UsageError: when they are none, or too many.
+        UsageError: If they are not addresses, or too many.
     """
     if not isinstance(value, list) or len(value) > most:
         raise UsageError(f"models: expected a list of at most {most:,}, found {shown(value)}.")
@@ -70,7 +70,7 @@ def checked_name(value: object) -> str:
     """A name for a factor.
 
     Raises:
-        UsageError: when it is none.
+        UsageError: If it is not a name.
     """
     if not isinstance(value, str) or not value.strip() or len(value) > MAX_NAME or _CONTROL.search(value):
         raise UsageError(f"name: expected one line of 1 to {MAX_NAME} characters, found {shown(value)}.")
@@ -78,10 +78,10 @@ def checked_name(value: object) -> str:
 
 
 def check_layout(body: Body) -> None:
-    """Makes sure that an event says how many models are shown.
+    """Check the number of shown models in an event.
 
     Raises:
-        UsageError: when it does not.
+        UsageError: If it is not valid.
     """
     for name, most in (("grids", MAX_GRIDS), ("rows", MAX_SIDE), ("columns", MAX_SIDE)):
         value = body.get(name)
@@ -90,10 +90,10 @@ def check_layout(body: Body) -> None:
 
 
 def check_shown(body: Body) -> None:
-    """Makes sure that an event says which models are shown.
+    """Check the shown models in an event.
 
     Raises:
-        UsageError: when it does not.
+        UsageError: If they are not valid.
     """
     grids, way = body.get("grids"), body.get("way")
     if not isinstance(way, str) or len(way) > MAX_NAME:

@@ -1,4 +1,4 @@
-"""What a session learns, and the models that it chooses, in a process beside it."""
+"""Learning of a session, and choice of models, in a worker process."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from grammarlab.scoring.shown.populate import WAYS, fresh_samples, number_to_cho
 from grammarlab.scoring.workers.tasks import Choose, ModelChoice, Prepare, Progress, Update
 from grammarlab.scoring.workers.worker_pool import TaskOutcome, WorkerPool
 
-STAYED = "Predictions are new; the models stay, since you went on meanwhile. Populate for others."
-WIDENED = "What you like is rare, so from now on it is looked for among many more unusual models."
+STAYED = "The predictions are updated. The models stay, since you continued meanwhile; use Populate for others."
+WIDENED = "Liked models are rare, so from now on questions include many more unusual models."
 _UNLEARNED = ("default", "grammar", "density", "uncertainty", PAIRS)
-"""Ways that mean samples of the grammar as long as nothing has been learned."""
+"""Strategies that show samples of the grammar until something has been learned."""
 
 
 class Learning:
-    """Updates and choices of models. All methods are for one thread, on which callbacks run, too."""
+    """Updates and choices of models. All methods and callbacks are for one thread."""
 
     def __init__(self, desk: SessionDesk, learners: WorkerPool, announce: Callable[[str, int, int], None]) -> None:
-        """Begins to work for a desk.
+        """Start for a desk.
 
         Args:
-            desk: what is learned from, and what is shown.
-            learners: one process that learns.
-            announce: tells all windows of a stage, and how much of it is done.
+            desk: the scores and the shown models.
+            learners: pool of one process that learns.
+            announce: sends progress to all windows.
         """
         self.updating: Progress | None = None
         self._desk, self._learners, self._announce = desk, learners, announce
@@ -38,10 +38,10 @@ class Learning:
         self._ticket = self._choosing = 0
 
     def populate(self, way: str) -> None:
-        """Shows other models, at once or when they have been chosen; of two wishes the later one counts.
+        """Show other models, at once or after they have been chosen; of two requests the later one is used.
 
         Raises:
-            UsageError: for an unknown way.
+            UsageError: If the strategy is unknown.
         """
         if way not in WAYS:
             raise UsageError(f"way: expected one of {', '.join(WAYS)}, found {shown(way)}.")
@@ -61,10 +61,10 @@ class Learning:
         self._choosing = self._learners.submit(Choose(desk.factors, desk.record.numbers, choice), done)
 
     def update(self) -> None:
-        """Learns from all scores, then shows other models.
+        """Learn from all scores, then show other models.
 
         Raises:
-            UsageError: when there is nothing to learn from, or it is being done.
+            UsageError: If there are no scores, or an update is running.
         """
         if self._ticket:
             raise UsageError("an update is under way; wait for it, or cancel it.")
@@ -75,12 +75,12 @@ class Learning:
         self._learn(self._choice(self._desk.record.way))
 
     def cancel(self) -> None:
-        """Leaves an update unfinished."""
+        """Cancel an update."""
         if self._ticket:
             self._learners.cancel(self._ticket)
 
     def prepare(self) -> None:
-        """Begins to count features, and to learn from the scores that there are, unless it was done."""
+        """Start counting features, and learning from existing scores, unless it was done."""
         if not self._is_prepared:
             self._is_prepared = True
             self._learners.submit(Prepare(), self._prepared, on_progress=self._progress)
@@ -88,7 +88,7 @@ class Learning:
                 self._learn(None)
 
     def close(self) -> None:
-        """Ends the process."""
+        """End the process."""
         self._learners.close()
 
     def _learn(self, choice: ModelChoice | None) -> None:
@@ -118,7 +118,7 @@ class Learning:
         widened = (WIDENED,) if choice is not None and found.wide and not desk.record.wide else ()
         desk.message = " ".join((*found.left_out, *widened)) or None
         if choice is not None:
-            # Before models of a wider pool are shown, so that a session that is killed in between knows of it.
+            # Recorded before models of a wider pool are shown, so that a killed session has it.
             labels = sum(map(len, desk.factors.values()))
             desk.note("learned", {"labels": labels, "js": found.js} | ({"wide": True} if found.wide else {}))
         if choice is not None and found.chosen is not None:
@@ -152,6 +152,6 @@ class Learning:
 
     def _choice(self, way: str) -> ModelChoice:
         desk = self._desk
-        # The product has no comparisons of its own.
+        # The product has no comparisons.
         factor = desk.record.active if way == PAIRS else desk.factor
         return ModelChoice(way, factor, number_to_choose(way, desk.record.layout), desk.seed)

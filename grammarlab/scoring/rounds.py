@@ -1,4 +1,4 @@
-"""Scoring rounds: everything that a session can do, for one thread."""
+"""Scoring rounds: all actions of a session, for one thread."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from grammarlab.scoring.workers.worker_pool import WorkerPool
 
 _HERE = "grammarlab.scoring.workers"
 _LAST = 5
-"""How far pictures go before what takes long anyway."""
+"""Priority of drawing over long tasks."""
 
 
 class Rounds:
-    """A session at work. All methods are for one thread, on which callbacks run, too."""
+    """A running session. All methods and callbacks are for one thread."""
 
     def __init__(
         self, path: Path, store: Store, assets: Path, artists: WorkerPool, tell: Callable[[Message], None]
     ) -> None:
-        """Begins to work on an open session.
+        """Start on an open session.
 
         Args:
             path: the session file.
-            store: the same, open.
+            store: the open session file.
             assets: folder of meshes and images.
-            artists: what draws.
+            artists: pool of processes that draw.
             tell: sends a message to all windows.
         """
         self.path = path
@@ -64,16 +64,16 @@ class Rounds:
             desk.show("default", fresh_samples(desk.pool, desk.record, desk.record.layout.models))
 
     def close(self) -> None:
-        """Ends everything."""
+        """End all processes."""
         self.learning.close()
         self.files.close()
         self.desk.store.close()
 
     def layout(self, layout: Body) -> None:
-        """Changes the size of the grids, and fills them; pairs are not shown in grids, and stay.
+        """Change the size of the grids, and fill them; pairs are not shown in grids, and do not change.
 
         Raises:
-            UsageError: when it is out of range.
+            UsageError: If it is out of range.
         """
         record = self.desk.record
         before = record.layout
@@ -89,10 +89,10 @@ class Rounds:
             self.learning.populate(record.way)
 
     def prepare_if_free(self) -> None:
-        """Begins to learn once the first pictures are there."""
+        """Start learning after the first pictures."""
         if self.thumbnails.shows_something and not self.thumbnails.is_hurried:
             self.learning.prepare()
 
     def ask_artist(self, task: MakeGlb | FindPart, result: Result, answer: Answer, refuse: Refuse) -> None:
-        """Has a task about one model done before all pictures."""
+        """Run a task about one model before all pictures."""
         self._artists.submit(task, partial(answered, answer, refuse, result), first=True)

@@ -1,4 +1,4 @@
-"""The page of a scoring session over HTTP and a WebSocket."""
+"""Server of the page of a scoring session, over HTTP and a WebSocket."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ PAGE = server.built_page(__file__, "grammarlab score", max_bytes=64 << 20)
 
 
 def serve(session: Session, port: int, on_ready: Callable[[str], None]) -> None:
-    """Serves a session until the process is interrupted; arguments and errors as of `server.serve`."""
+    """Serve a session until the process is interrupted; see `server.serve` for arguments and errors."""
     server.serve(session, PAGE, port, on_ready)
 
 
 async def serving(session: Session, port: int, on_ready: Callable[[str], None]) -> None:
-    """The same on a loop that runs already, until it is cancelled."""
+    """The same on a running event loop, until it is cancelled."""
     await server.serving(session, PAGE, port, on_ready)

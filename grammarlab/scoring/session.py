@@ -1,8 +1,8 @@
-"""A scoring session, usable by any transport.
+"""Scoring session for any transport.
 
-Threads: a session has one thread of its own, on which everything happens in order. `handle`, `listen`, `call` and
-`close` may be called from any other thread; all but `call` and `close` return at once. Functions given to a session to
-send messages with are called on its thread, one after the other; they must not block and must not use `call`.
+Threads: a session has its own thread, which processes all requests in order. `handle`, `listen`, `call` and
+`close` may be called from any other thread; all except `call` and `close` return at once. Functions that send
+messages are called on the session's thread, one after the other; they must not block and must not use `call`.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ from grammarlab.scoring.workers.worker_pool import TaskOutcome, WorkerPool
 
 CLOSED = "The session has been closed; what was scored is saved. Open it again to go on."
 LOOK_EVERY = 0.4
-"""Seconds after which the file is looked at for what other processes wrote."""
+"""Interval in seconds of reading the file for events of other processes."""
 
 
 class SessionOptions(TypedDict, total=False):
-    """What a session takes besides a grammar and a file; see `Session`."""
+    """Options of a session; see `Session`."""
 
     seed: int
     size: int
@@ -45,7 +45,7 @@ class SessionOptions(TypedDict, total=False):
 
 
 class Session:
-    """Models to score, the scores, and what is learned from them."""
+    """A scoring session: models, scores, and predictions learned from them."""
 
     def __init__(
         self,
@@ -58,21 +58,21 @@ class Session:
         stored_grammar: bool = False,
         jobs: int | None = None,
     ) -> None:
-        """Opens a session file, or begins one.
+        """Open a session file, or create one.
 
         Args:
             grammar: a rule file or the name of a shipped grammar.
             path: the session file.
-            seed: of the models of a new session, 0 <= seed < 2**64.
-            size: how many models a new session has to choose from.
-            assets: folder of meshes and images, where it is not the one beside the rule file.
-            stored_grammar: use the grammar that the session was begun with, whatever the rule file says now.
-            jobs: processes that draw; one a core when left out, 0 for a session without pictures.
+            seed: seed of the models of a new session, 0 <= seed < 2**64.
+            size: size of the pool of a new session.
+            assets: folder of meshes and images, if it is not the one beside the rule file.
+            stored_grammar: use the grammar stored in the session, even if the rule file has changed.
+            jobs: number of processes that draw; by default one per core, 0 for a session without pictures.
 
         Raises:
-            UsageError: when the session was begun with another grammar.
-            LanguageError: for a grammar with errors.
-            AssetError: for a file that is no session.
+            UsageError: If the session was created with another grammar.
+            LanguageError: If the grammar has errors.
+            AssetError: If the file is not a session.
         """
         opening = open_session(grammar, Path(path), seed=seed, size=size, assets=assets, stored_grammar=stored_grammar)
         about = opening.about
@@ -91,22 +91,22 @@ class Session:
         started.result()
 
     def handle(self, message: object, buffers: Sequence[bytes], send: Send) -> None:
-        """Takes a request of a window; see `grammarlab.scoring.commands`.
+        """Accept a request of a window; see `grammarlab.scoring.commands`.
 
         Args:
-            message: anything; what is no request is answered with an error.
-            buffers: that came with it.
-            send: gets the answer, and pictures that are asked for.
+            message: any value; an invalid request is answered with an error.
+            buffers: binary buffers of the message.
+            send: receives the answer and requested pictures.
         """
         self._inbox.put(partial(self._handle, message, buffers, send))
         if not self._thread.is_alive():
             self._refuse_rest()
 
     def listen(self, send: Send) -> Callable[[], None]:
-        """Has a window told whenever something changes, and once at first.
+        """Notify a window of every change, and once initially.
 
         Returns:
-            What ends it.
+            A function that ends the notifications.
         """
         self._inbox.put(partial(self._open, send))
         return lambda: self._inbox.put(partial(self._close, send))
@@ -114,10 +114,10 @@ class Session:
     def call(
         self, command: str, buffers: Sequence[bytes] = (), **arguments: Argument
     ) -> tuple[Message, Sequence[bytes]]:
-        """Does a command and waits for its result, which may take long for some.
+        """Run a command and wait for its result, which may take long.
 
         Raises:
-            GrammarlabError: when it is refused; says why.
+            GrammarlabError: If it is refused, with the reason.
         """
         answered: Future[tuple[Message, Sequence[bytes]]] = Future()
 
@@ -133,7 +133,7 @@ class Session:
         return answered.result()
 
     def close(self) -> None:
-        """Ends the session; what was answered is on disk."""
+        """End the session; all answered requests are on disk."""
         self._inbox.put(None)
         self._thread.join()
 
@@ -159,7 +159,7 @@ class Session:
                 break
             try:
                 job()
-            except Exception:  # a mistake of ours must not end the session
+            except Exception:  # a bug must not end the session
                 traceback.print_exc()
             if time.monotonic() - looked > LOOK_EVERY:
                 self._look()
@@ -175,16 +175,16 @@ class Session:
         self._refuse_rest()
 
     def _refuse_rest(self) -> None:
-        """Answers those who came too late."""
+        """Answer requests that arrive after the end."""
         with suppress(Empty):
             while True:
                 if job := self._inbox.get_nowait():
                     job()
 
     def _begin(self, opening: Opening) -> Store:
-        """A new session file; none is made for a grammar with errors."""
+        """Make a new session file; none is made for a grammar with errors."""
         if self._artists.size:
-            # They have to read the grammar in any case, and this process need not load what that takes.
+            # The processes read the grammar in any case, so this process does not load those libraries.
             found: list[TaskOutcome] = []
             self._artists.submit(Begin(), found.append)
             while not found:
@@ -229,4 +229,4 @@ class Session:
 
 
 def _nothing() -> None:
-    """What is done when nothing is to be done."""
+    """Does nothing."""

@@ -1,4 +1,4 @@
-"""The state of a session as the page reads it."""
+"""State of a session for the page."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from grammarlab.scoring.workers.tasks import Predictions, Singles
 
 PROTOCOL = 1
 _VERDICTS: tuple[tuple[Kind, int, str], ...] = (("rather", 1, "first"), ("rather", -1, "second"), ("tie", 1, "alike"))
-"""Each with the order of models for which it is said."""
+"""Messages, each with its order of models."""
 
 
 def state_of(rounds: Rounds) -> Message:
-    """Everything that the page shows, but pictures."""
+    """State of the page, without pictures."""
     desk, updating = rounds.desk, rounds.learning.updating
     record, knowledge = desk.record, desk.knowledge
     predicted = knowledge.of(desk.number)
@@ -57,7 +57,7 @@ def state_of(rounds: Rounds) -> Message:
 
 
 def _models(desk: SessionDesk, predicted: Predictions | None) -> dict[str, Message]:
-    """What is known about each model that is shown."""
+    """Knowledge about each shown model."""
     record = desk.record
     names = [model for grid in record.grids for model in grid.models]
     index = desk.knowledge.indices(names, desk.pool)
@@ -83,7 +83,7 @@ def _models(desk: SessionDesk, predicted: Predictions | None) -> dict[str, Messa
 
 
 def _pairs(desk: SessionDesk) -> list[Message]:
-    """The pairs that are shown, and what was said of each for the active factor."""
+    """The shown pairs, with their labels for the active factor."""
     scores = desk.record.factors[desk.record.active]
     return [
         {"models": list(models), "said": _verdict(models, scores)}

@@ -128,10 +128,10 @@ def test_a_gltf_may_refer_to_files_beside_it_in_the_folder(tmp_path):
         ({"nodes": [{"mesh": 0}] * 10, "accessors": [{"componentType": 5126, "count": 10**6, "type": "VEC3"}]}, "more"),
         ({"nodes": [{"children": [1]}, {"children": [2]}, {"children": [1]}]}, "two parents"),
         ({"nodes": [{"children": [1]}, {"children": [0]}]}, "cycle"),
-        ({"nodes": [{"children": [5]}]}, "no valid glTF"),
+        ({"nodes": [{"children": [5]}]}, "not a valid glTF"),
         ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "without compression"),
-        ({"meshes": "none"}, "no valid glTF"),
-        ({"nodes": 7}, "no valid glTF"),
+        ({"meshes": "none"}, "not a valid glTF"),
+        ({"nodes": 7}, "not a valid glTF"),
     ],
 )
 def test_a_gltf_that_asks_for_too_much_is_refused_before_it_is_unfolded(tmp_path, changes, message):
@@ -150,8 +150,8 @@ def test_a_gltf_that_asks_for_too_much_is_refused_before_it_is_unfolded(tmp_path
         ("corner.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "asset"),
         ("nan.obj", b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "finite"),
         ("text.glb", b"certainly not binary", "asset"),
-        ("short.glb", b"glTF\x02\x00", "no valid glTF"),
-        ("deep.gltf", b"[" * 100_000, "no valid glTF"),
+        ("short.glb", b"glTF\x02\x00", "not a valid glTF"),
+        ("deep.gltf", b"[" * 100_000, "not a valid glTF"),
         ("chunk.glb", b"glTF" + struct.pack("<IIII", 2, 20, 0, 1), "first chunk"),
     ],
 )

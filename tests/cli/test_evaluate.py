@@ -199,14 +199,14 @@ def test_a_second_run_goes_on_from_the_first_unless_it_is_to_begin_anew(evaluate
         (["--methods", "defualt"], 2, "Did you mean 'default'?"),
         (["--methods", "kde,kde"], 2, "given twice"),
         (["--methods", ","], 2, "which methods"),
-        (["--person", "sd7"], 2, "no person is called 'sd7'. Did you mean"),
+        (["--person", "sd7"], 2, "unknown person 'sd7'. Did you mean"),
         (["--person", "sd5,sd5"], 2, "person 'sd5' is given twice"),
         (["--person", ""], 2, "which persons"),
         (["--seeds", "0"], 2, "--seeds"),
         (["--seeds", "three"], 2, "--seeds"),
         (["--max-labels", "-1"], 2, "--max-labels"),
         (["--batch", "5000"], 2, "batch is a number from 1 to 1024"),
-        (["--figures", "4.7a"], 2, "no figure is called"),
+        (["--figures", "4.7a"], 2, "unknown figure"),
     ],
 )
 def test_bad_options_end_in_one_message(evaluate, options, code, message):
@@ -223,7 +223,7 @@ def test_what_is_no_scenario_is_refused(evaluate, name, message):
 
 def test_without_methods_each_scenario_has_its_own(evaluate, folder):
     (folder / "tiny.toml").write_text('methods = ["kde", "nothing"]' + SCENARIO)
-    assert "no method is called 'nothing'" in evaluate("--methods", "", code=2).stderr
+    assert "unknown method 'nothing'" in evaluate("--methods", "", code=2).stderr
     (folder / "tiny.toml").write_text('methods = ["kde"]' + SCENARIO)
     values = json.loads(evaluate("--methods", "", "--json").stdout)
     assert {curve["method"] for curve in values["curves"]} == {"kde"}

@@ -79,7 +79,7 @@ def test_a_learned_shipped_grammar_samples_from_where_it_lies(run, tmp_path):
 @pytest.mark.parametrize(
     ("options", "code", "message"),
     [
-        (["--method", "magic"], 2, "no method is called 'magic'"),
+        (["--method", "magic"], 2, "unknown method 'magic'"),
         (["--scenario", "missing.toml"], 2, "no scenario file"),
     ],
 )
@@ -136,7 +136,7 @@ def test_labels_of_a_simulated_person_become_a_grammar(run, labelled, tmp_path):
     assert {file.name for file in folder.iterdir()} == REPORT
     assert "| labels | 32 |" in (folder / "report.md").read_text()
     told = run("learn", grammar, "--labels", labels, "-o", out).stderr
-    assert "looked at: High" in told
+    assert "features: High" in told
 
 
 def test_a_scenario_beside_labels_is_compared_with_and_changes_nothing(run, labelled, tmp_path):
@@ -196,9 +196,9 @@ def test_what_a_person_said_is_in_the_file_and_is_said_again(run, files, tmp_pat
     [
         (("--seed", f"{2**64}"), "--seed"),
         (("--seed", "-1"), "--seed"),
-        (("--person", "sd"), "no person is called 'sd'"),
+        (("--person", "sd"), "unknown person 'sd'"),
         (("--person", "sd5,sd10"), "expected one person, found 2"),
-        (("--method", "magic"), "no method is called 'magic'"),
+        (("--method", "magic"), "unknown method 'magic'"),
         (("-o", "labels.txt"), "labels.txt"),
     ],
 )
@@ -233,7 +233,7 @@ def test_grammars_are_compared(run, labelled, tmp_path):
     assert "Low" in values["only_first"]
     assert picture.stat().st_size > 1000
     told = run("compare", grammar, out, "-n", "300").stderr
-    assert "only the first made: Low" in told
+    assert "only the first makes: Low" in told
     assert "-> 100.0%  High" in told
 
 
@@ -283,7 +283,7 @@ def test_examples_can_be_compared_with_a_scenario(run, examples, files, tmp_path
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--method", "compile"], "those there are: tied, structure, parameters"),
+        (["--method", "compile"], "expected one of tied, structure, parameters"),
         (["--examples", "nowhere"], "no examples at 'nowhere'"),
         (["--labels", "labels.csv"], "one of --labels and --examples"),
     ],

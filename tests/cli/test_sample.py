@@ -52,7 +52,7 @@ def test_what_rules_print_is_told_also_when_a_run_is_resumed(run, rules, tmp_pat
     options = ["-n", "30", "-o", tmp_path / "out", "--no-image", "--jobs", "1", "--footprint", "8x3"]
     first = run("sample", path, *options)
     assert first.stderr.count("wide 8\n") + first.stderr.count("a b\n") == sample_module.MOST_PRINTS
-    assert "10 lines more" in first.stderr
+    assert "10 more printed lines" in first.stderr
     again = json.loads(run("sample", path, *options, "--resume", "--json").stdout)
     assert sorted(again["prints"]) == ["a\u001bb"] * 30 + ["wide 8"] * 30
 
@@ -114,7 +114,7 @@ def test_resume_goes_on_and_refuses_another_run(run, rules, tmp_path):
         ([], 2, "which grammar"),
         (["toy", "--attr", "h1"], 2, "expected name=value"),
         (["toy", "--attr", "h1=1", "--attr", "h1=2"], 2, "given twice"),
-        (["toy", "--attr", "unknown=1"], 2, "no attribute unknown"),
+        (["toy", "--attr", "unknown=1"], 2, "unknown attribute unknown"),
         (["toy", "--attr", "h1=nan"], 2, "finite"),
         (["toy", "--attr", "side=wide"], 2, "expected a finite number"),
         (["toy", "--start", "Nothing"], 2, "Nothing"),
@@ -200,8 +200,8 @@ def test_what_is_left_out_or_cannot_be_carried_out_is_told_once(run, rules, tmp_
     )
     rules("A --> softenNormals(30) extrude(3)", "lib.cga")
     told = run("sample", path, "-n", "2", "-o", tmp_path / "out", "--no-image", "--jobs", "1").stderr.splitlines()
-    assert told[0] == "left out, as no shape or colour depends on it: setNormals, softenNormals, trim.vertical"
-    assert told[1].startswith('not carried out: the import "gone.cga", which cannot be read, the operation cleanupG')
+    assert told[0] == "ignored, since no shape or colour depends on it: setNormals, softenNormals, trim.vertical"
+    assert told[1].startswith('not supported: the import "gone.cga", which cannot be read, the operation cleanupG')
 
 
 MISSING = (
@@ -234,7 +234,7 @@ def test_many_meshes_that_are_not_there_are_counted(run, rules, tmp_path):
     path = rules("Lot --> " + " ".join(f'i("{k}.obj")' for k in range(30)))
     told = run("sample", path, "-n", "1", "-o", tmp_path / "out", "--no-image", "--jobs", "1").stderr
     assert told.count("missing-asset") == sample_module.MOST_WARNINGS
-    assert "and 10 more assets that are not there" in told
+    assert "and 10 more missing assets" in told
 
 
 def test_meshes_outside_their_folder_are_still_refused(run, rules, tmp_path):

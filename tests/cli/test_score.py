@@ -112,7 +112,7 @@ def test_what_is_wrong_with_arguments_is_told(run, house, rules, tmp_path):
     assert "seed is" in run("score", house, *session, "--seed", 1 << 64, code=2).stderr
     assert "house.cga:1" in run("score", rules("Lot --> nonsense("), *session, code=1).stderr
     (tmp_path / "c.db").write_bytes(b"scores" * 1000)
-    assert "no session file" in run("score", rules(RULES), "--session", tmp_path / "c.db", code=1).stderr
+    assert "not a session file" in run("score", rules(RULES), "--session", tmp_path / "c.db", code=1).stderr
 
 
 def folder(path):
@@ -137,5 +137,5 @@ def test_a_session_is_learned_from_like_a_label_file(run, house, tmp_path):
     assert json.loads(result.stdout)["labels"] == 32
     assert out.is_file()
     (tmp_path / "broken.db").write_bytes(b"x" * 100)
-    assert "no session file" in run("learn", house, "--labels", tmp_path / "broken.db", code=1).stderr
+    assert "not a session file" in run("learn", house, "--labels", tmp_path / "broken.db", code=1).stderr
     assert "no such session" in run("learn", house, "--labels", tmp_path / "missing.db", code=1).stderr

@@ -81,5 +81,5 @@ def test_few_derivations_only_contradict():
 
 
 def test_a_grammar_without_a_beginning_is_refused():
-    with pytest.raises(UsageError, match="cannot start"):
+    with pytest.raises(UsageError, match="unknown start rule"):
         skeleton("Lot(a) --> A")

@@ -176,9 +176,12 @@ def test_the_rule_that_a_model_starts_with_is_its_own():
             lambda: Lots.concatenate([Lots.of(1, 1, attributes={"a": 1.0}), Lots.of(1, 1, attributes={"a": "b"})]),
             "attribute a: expected values of one type",
         ),
-        (lambda: derive(PROGRAM, Lots.of(1, 1, attributes={"width": 3})), "has no attribute width; those it has"),
-        (lambda: derive(PROGRAM, Lots.of(1, 1, start_rule="House")), "called House; those there are: Lot, Mass"),
-        (lambda: derive(PROGRAM, Lots.of(1, 1), seed=3), "lots say everything.*leave out seed"),  # type: ignore[call-overload]  # a mistake on purpose
+        (lambda: derive(PROGRAM, Lots.of(1, 1, attributes={"width": 3})), "unknown attribute width; expected one of"),
+        (
+            lambda: derive(PROGRAM, Lots.of(1, 1, start_rule="House")),
+            "start rule House; expected a rule without parameters: Lot, Mass",
+        ),
+        (lambda: derive(PROGRAM, Lots.of(1, 1), seed=3), "lots already define.*leave out seed"),  # type: ignore[call-overload]  # a mistake on purpose
         (lambda: derive(PROGRAM, 3), "needs a seed"),  # type: ignore[call-overload]  # a mistake on purpose
     ],
 )

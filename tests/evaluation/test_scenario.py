@@ -147,7 +147,7 @@ def test_a_rule_file_is_looked_for_beside_the_scenario():
 @pytest.mark.parametrize(
     ("change", "line", "says"),
     [
-        (("name = ", "nam = "), 1, "nothing is called 'nam'; did you mean name?"),
+        (("name = ", "nam = "), 1, "unknown key 'nam'; did you mean name?"),
         (('"small"', '"../small"'), 1, "expected a name of letters, digits, _ and -"),
         (('"Low towers"', '"  "'), 2, "expected title = a text"),
         (('title = "Low towers"\n', ""), None, "expected title = a text"),
@@ -167,14 +167,14 @@ def test_a_rule_file_is_looked_for_beside_the_scenario():
         (("score = 70", 'score = "70"'), 9, "expected score"),
         (("score = 30", "score = nan"), 14, "expected score = a number from 0 to 100, found nan"),
         (("score = 30\n", ""), 14, "expected score = a number, when = an expression"),
-        (("and orange", "and oragne"), 9, "case 1: nothing is called 'oragne'; did you mean orange?"),
+        (("and orange", "and oragne"), 9, "case 1: unknown name 'oragne'; did you mean orange?"),
         (('when = "low"', "when = 3"), 14, "when = an expression in quotes"),
-        (('when = "low"', 'wen = "low"'), 14, "nothing in [preference] is called 'wen'; did you mean when?"),
+        (('when = "low"', 'wen = "low"'), 14, "unknown key 'wen' in [preference]; did you mean when?"),
         (("[[preference]]\nscore = 30", "[preferences]\nscore = 30"), 14, "did you mean preference?"),
         (('"low"', '"low"\n[features]\npath_length = 5'), 18, "expected path_length = a whole number from 1 to 4"),
-        (('"low"', '"low"\n[features]\nfamilies = ["path"]'), 18, "called 'path'; did you mean paths?"),
+        (('"low"', '"low"\n[features]\nfamilies = ["path"]'), 18, "family of features 'path'; did you mean paths?"),
         (('"low"', '"low"\n[paper]\noriginal = 3'), 18, "expected original = a number from 0 to 0.7"),
-        (('"low"', '"low"\n[target]\nlabel = 3'), 18, "nothing in [target] is called 'label'; did you mean labels?"),
+        (('"low"', '"low"\n[target]\nlabel = 3'), 18, "unknown key 'label' in [target]; did you mean labels?"),
         (('"low"', '"low"\n[target]\nsince = "liked"'), 18, "expected since = 'start' or 'first liked', found 'liked'"),
         (
             ('"low"', '"low"\n[target]\nlabels = 9\nask = 8'),
@@ -182,8 +182,8 @@ def test_a_rule_file_is_looked_for_beside_the_scenario():
             "expected to ask for at least the 9 labels",
         ),
         (('"toy"', '"toy"\ntarget = 3'), 4, "expected a table [target]"),
-        (('"toy"', '"toy"\ndefinitions = 3'), 6, "this is no TOML"),
-        (('"toy"', '"toy'), 3, "this is no TOML: Illegal character"),
+        (('"toy"', '"toy"\ndefinitions = 3'), 6, "this is not TOML"),
+        (('"toy"', '"toy'), 3, "this is not TOML: Illegal character"),
     ],
 )
 def test_a_mistake_is_explained_with_its_line(change, line, says):
@@ -210,7 +210,7 @@ def test_what_the_grammar_lacks_is_named_with_the_scenario():
     with pytest.raises(UsageError) as caught:
         parse(SMALL).check(program.symbols, program.rule_names, program.sites)
     assert str(caught.value).startswith("scenario small does not fit the grammar toy:\n")
-    assert "draws nothing called 'h1'" in str(caught.value)
+    assert "has no random expression 'h1'" in str(caught.value)
     assert "no symbol 'MESH2'" in str(caught.value)
 
 

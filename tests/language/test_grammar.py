@@ -88,8 +88,8 @@ def test_imported_names_are_known_and_others_are_not(tmp_path):
         ("/../outside.cga", "outside"),
         ("broken.cga", "cannot use"),
         ("main.cga", "imports the file that imports it"),
-        ("x" * 5000, "no path"),
-        ("a\0b", "no path"),
+        ("x" * 5000, "not a valid path"),
+        ("a\0b", "not a valid path"),
     ],
 )
 def test_imports_that_cannot_be_followed_are_findings(tmp_path, path, reason):

@@ -130,7 +130,7 @@ def test_the_report_shows_boxes_before_and_after(boxes: Path, tmp_path: Path):
     assert "from my.boxes and labels.csv" in report_text(page)
     before, after = (liked(density.scene(200, 1).size).mean() for density in (page.before, page.after))
     assert after > 2.0 * before
-    with pytest.raises(UsageError, match="no method is called 'compile'; those there are: cells"):
+    with pytest.raises(UsageError, match="unknown method 'compile'; expected one of cells"):
         learn_from_labels(*given, Making("compile"), labels_from="labels.csv")
 
 

@@ -70,7 +70,7 @@ def test_models_stay_where_the_person_went_on_during_an_update(session: Session)
     state = window.state(lambda state: not state["updating"] and state["chart"])
     assert shown_models(state) == models
     assert not state["fresh"]
-    assert "Predictions are new" in state["message"]
+    assert "predictions are updated" in state["message"]
 
 
 def test_imported_models_that_are_not_of_the_pool_are_shown_predicted_and_sorted(

@@ -1,1 +1,1 @@
-"""What the command line says, and how."""
+"""Messages, progress and exit codes of the command line."""

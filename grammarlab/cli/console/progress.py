@@ -1,4 +1,4 @@
-"""A progress bar on stderr, where somebody is looking."""
+"""Progress bar on stderr, if stderr is a terminal."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ Show = Callable[[str, int, int], None]
 
 @contextmanager
 def progress(note: Show = lambda _what, _done, _total: None) -> Iterator[Show]:
-    """A function to call with what is being done, how much of it is finished and how much there is.
+    """A function that shows progress: the name of the task, the number of finished parts, and the number of all parts.
 
     Args:
-        note: told the same.
+        note: called with the same arguments.
     """
     if not sys.stderr.isatty():
         yield note

@@ -1,4 +1,4 @@
-"""What the command line says: results on stdout, everything else on stderr, an exit code for each way to end."""
+"""Output of the command line: results on stdout, everything else on stderr, and exit codes."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ FAILURE, USAGE, INTERRUPTED = 1, 2, 130
 
 
 def say(message: str) -> None:
-    """A line for the person, on stderr."""
+    """Print a message on stderr."""
     typer.echo(message, err=True)
 
 
 def print_json(value: dict[str, Any]) -> None:
-    """One object on stdout."""
+    """Print one JSON object on stdout."""
     typer.echo(json.dumps(value, indent=2, allow_nan=False))
 
 
 @contextmanager
 def friendly_errors(advice: Callable[[], str] = str) -> Iterator[None]:
-    """Turn what can go wrong into a message and an exit code; a traceback remains for mistakes of ours only.
+    """Turn expected errors into a message and an exit code; only bugs of grammarlab show a traceback.
 
     Args:
-        advice: says how to go on after what is nobody's mistake: an interruption, too little memory, a full disk.
+        advice: returns how to continue after an interruption, too little memory or a full disk.
     """
     try:
         with named_extras():
@@ -39,7 +39,7 @@ def friendly_errors(advice: Callable[[], str] = str) -> Iterator[None]:
         say(f"error: {error}")
         raise typer.Exit(USAGE) from error
     except LanguageError as error:
-        say(str(error))  # each finding says that it is an error
+        say(str(error))  # each finding already names its severity
         raise typer.Exit(FAILURE) from error
     except WorkerError as error:
         _say_with(advice, f"error: {error}")
@@ -48,7 +48,7 @@ def friendly_errors(advice: Callable[[], str] = str) -> Iterator[None]:
         say(f"error: {error}")
         raise typer.Exit(FAILURE) from error
     except BrokenPipeError:
-        raise  # the reader of a pipe has gone: typer ends quietly
+        raise  # the reader of the pipe has closed it: typer exits without a message
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         _say_with(advice, f"error: {where}{error.strerror or error}")
@@ -57,7 +57,7 @@ def friendly_errors(advice: Callable[[], str] = str) -> Iterator[None]:
         _say_with(advice, "error: not enough memory. Try fewer models at a time (--jobs 1) or a smaller footprint.")
         raise typer.Exit(FAILURE) from error
     except KeyboardInterrupt as error:
-        _say_with(advice, "interrupted: what is finished stays valid.")
+        _say_with(advice, "interrupted: finished files stay valid.")
         raise typer.Exit(INTERRUPTED) from error
 
 
@@ -68,6 +68,6 @@ def _say_with(advice: Callable[[], str], message: str) -> None:
 
 
 def was_given(context: typer.Context, name: str) -> bool:
-    """Whether a parameter stands on the command line."""
+    """Whether a parameter was given on the command line."""
     source = context.get_parameter_source(name)
     return source is not None and source.name == "COMMANDLINE"

@@ -1,4 +1,4 @@
-"""How to go on with a run that has stopped."""
+"""Advice for continuing a run that has stopped."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from dataclasses import dataclass
 
 @dataclass
 class Unfinished:
-    """How far a run has come; `note` is told, and `advice` says so when the run stops."""
+    """Progress of a run, recorded by `note` and described by `advice` when the run stops."""
 
     needs: str = ""
-    """Option that makes the command go on; empty where it does so by itself."""
+    """Option that makes the command continue; empty if it always does."""
     without: str = ""
-    """Option that would make it begin anew."""
+    """Option that would make the command start again."""
     _step: tuple[str, int, int] | None = None
 
     def note(self, what: str, done: int, total: int) -> None:
-        """What is being done, how much of it is finished and how much there is."""
+        """Record the name of the task, the number of finished parts, and the number of all parts."""
         self._step = what, done, total
 
     def advice(self) -> str:
-        """The command that goes on, with the options that the user gave; empty before anything was begun."""
+        """The command that continues the run, with the options of the user; empty before the run has begun."""
         if self._step is None:
             return ""
         what, done, total = self._step

@@ -1,1 +1,1 @@
-"""Commands on facades."""
+"""Commands for facades."""

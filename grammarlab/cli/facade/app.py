@@ -1,4 +1,4 @@
-"""``grammarlab facade``: commands on facades."""
+"""``grammarlab facade``: commands for facades."""
 
 from __future__ import annotations
 
@@ -38,20 +38,20 @@ def read(
     ] = None,
     wall: Annotated[
         str,
-        typer.Option("--wall", help="Wall of a CityGML model, or image of a COCO file. Without it they are listed."),
+        typer.Option("--wall", help="Wall of a CityGML model, or image of a COCO file. Default: list them."),
     ] = "",
     width: Annotated[
         float | None, typer.Option("--width", help="Width in metres. Default: 20 if the file has no unit.")
     ] = None,
     height: Annotated[
         float | None,
-        typer.Option("--height", help="Height in metres. Default: by the width and the shape of the picture."),
+        typer.Option("--height", help="Height in metres. Default: from the width and the aspect ratio of the picture."),
     ] = None,
     tolerance: Annotated[
         float | None,
         typer.Option(
             "--tolerance",
-            help="Largest distance of aligned sides, as a part of the shorter side. Default: 0.01, in metres 0.001.",
+            help="Largest distance of aligned sides, as a share of the shorter side. Default: 0.01, in metres 0.001.",
             min=0.0,
             max=0.1,
         ),
@@ -112,7 +112,7 @@ def read(
 
 
 def _refuse_sizes(wall: str, width: float | None, height: float | None) -> None:
-    """A building that rules make has its sizes."""
+    """Refuse options for sizes and walls: the rules define the size of their building."""
     if wall or width is not None or height is not None:
         raise UsageError("--wall, --width and --height are not for rule files: give --face and --parts.")
 

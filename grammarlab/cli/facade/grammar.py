@@ -25,9 +25,7 @@ def grammar(
     ] = "",
     stretch: Annotated[
         float,
-        typer.Option(
-            "--stretch", help="Largest difference of sizes that count as equal, as a part of them.", min=0.0, max=0.5
-        ),
+        typer.Option("--stretch", help="Largest relative difference of sizes that count as equal.", min=0.0, max=0.5),
     ] = 0.05,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the grammar.")] = False,
 ) -> None:
@@ -59,7 +57,7 @@ def grammar(
 
 
 def metres(option: str, text: str) -> tuple[float, float] | None:
-    """Two numbers with a colon between them; None for nothing."""
+    """Two numbers separated by a colon; None for an empty text."""
     if not text:
         return None
     try:

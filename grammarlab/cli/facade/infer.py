@@ -21,7 +21,7 @@ def infer(
         float | None,
         typer.Option(
             "--tolerance",
-            help="Metres within which sides are in line and sizes are one; what tells the facade in fewest letters.",
+            help="Tolerance in metres for aligned sides and equal sizes. Default: that of the shortest description.",
             min=0.0,
             max=10.0,
         ),

@@ -76,12 +76,12 @@ def layers(
             say(f"{counters or 'no counters'}: energy {layout.energy:.4g} ({told})")
             typer.echo(made["facade"])
         if family is not None:
-            say(f"{family.rules} rules for layouts that would need {family.alone} alone")
+            say(f"{family.rules} rules; separate grammars of the layouts would need {family.alone}")
             typer.echo(values["family"]["file"])
 
 
 def _sizes(option: str, text: str, largest: float) -> list[float]:
-    """Metres from and to, and how many sizes from one to the other; none for nothing."""
+    """Sizes in metres from a text such as 6:30:13: first, last, number of sizes; none for an empty text."""
     if not text:
         return []
     try:

@@ -33,7 +33,7 @@ def match(
         Path | None,
         typer.Option(
             "--boxes",
-            help="CSV file with left,bottom,right,top of the elements of a scan, in metres. Default: boxes are found.",
+            help="CSV file with left,bottom,right,top of the elements of a scan, in metres. Default: find the boxes.",
             exists=True,
             dir_okay=False,
         ),
@@ -42,7 +42,7 @@ def match(
         Path | None,
         typer.Option(
             "--corrections",
-            help="What a person says about elements, as facade open saves it.",
+            help="File of corrections, as saved by facade open.",
             exists=True,
             dir_okay=False,
         ),

@@ -16,31 +16,31 @@ if TYPE_CHECKING:
 
 
 class _Desk(Protocol):
-    """What is edited."""
+    """The edited document."""
 
     target: Path
 
     @property
     def is_lost(self) -> bool:
-        """Whether something could not be saved."""
+        """Whether changes could not be saved."""
         ...
 
     def rescue(self) -> Path:
-        """Saves it elsewhere, and says where."""
+        """Save it to another path, and return the path."""
         ...
 
 
 class _Shown(NamedTuple):
-    """A page of a file."""
+    """The page for a file."""
 
     served: Served
     page: Page
     target: Path
-    """What it saves to."""
+    """The file that the page saves to."""
     desk: _Desk | None
-    """None where whatever is said is saved at once."""
+    """None if every change is saved at once."""
     close: Callable[[], None]
-    """Ends what works for it."""
+    """Ends the workers of the page."""
 
 
 def open_facade(
@@ -62,7 +62,7 @@ def open_facade(
         ),
     ] = None,
     templates: Annotated[
-        str, typer.Option("--templates", help="Of elements: files or names, as for facade match.")
+        str, typer.Option("--templates", help="Templates for elements: files or names, as in facade match.")
     ] = "basic",
     port: Annotated[int, typer.Option("--port", help="Port of the page; 0 for any free one.", min=0, max=65535)] = 0,
     browser: Annotated[
@@ -90,7 +90,7 @@ def open_facade(
         finally:
             shown.close()
             if shown.desk is not None and shown.desk.is_lost:
-                say(f"what was not saved is in {shown.desk.rescue()}")
+                say(f"unsaved changes are in {shown.desk.rescue()}")
 
 
 def _facade(file: Path, output: Path | None) -> _Shown:

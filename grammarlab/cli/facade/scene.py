@@ -20,7 +20,7 @@ def scene(
         float, typer.Option("--noise", help="Standard deviation of each coordinate in metres.", min=0.0, max=10.0)
     ] = 0.02,
     occluded: Annotated[
-        float, typer.Option("--occluded", help="Part of the elements that are hidden by .1 to .6.", min=0.0, max=1.0)
+        float, typer.Option("--occluded", help="Share of the elements of which .1 to .6 is hidden.", min=0.0, max=1.0)
     ] = 0.3,
     points: Annotated[int, typer.Option("--points", help="Points per element.", min=1, max=100_000)] = 40,
     rows: Annotated[int, typer.Option("--rows", help="Rows of a facade; 0 for single elements.", min=0, max=1000)] = 0,

@@ -14,14 +14,14 @@ from grammarlab.errors import UsageError
 
 
 class SynthesisMethod(StrEnum):
-    """How labels are found."""
+    """Methods of label synthesis."""
 
     exact = "exact"
     em = "em"
 
 
 class Up(StrEnum):
-    """Which axis of a file is up."""
+    """Up axis of a file."""
 
     auto = "auto"
     y = "y"
@@ -29,7 +29,7 @@ class Up(StrEnum):
 
 
 class Unit(StrEnum):
-    """What a file counts in."""
+    """Unit of length of a file."""
 
     m = "m"
     cm = "cm"
@@ -42,7 +42,7 @@ def synthesize(
         list[Path],
         typer.Argument(
             metavar="BUILDING...",
-            help="Mesh of a building: OBJ, PLY, GLB, glTF or OFF; more give their units, too.",
+            help="Mesh of a building: OBJ, PLY, GLB, glTF or OFF; further meshes add their units.",
             exists=True,
             dir_okay=False,
         ),
@@ -68,7 +68,7 @@ def synthesize(
         list[Path] | None,
         typer.Option(
             "--example",
-            help="Corrected example.json of an earlier run or of facade open; once for each building.",
+            help="Corrected example.json of an earlier run or of facade open; one per building.",
             exists=True,
             dir_okay=False,
         ),
@@ -76,34 +76,37 @@ def synthesize(
     regions: Annotated[
         Path | None,
         typer.Option(
-            "--regions", help="Map of which building each part is made after, as JSON.", exists=True, dir_okay=False
+            "--regions", help="Number of the example building of each part, as a JSON map.", exists=True, dir_okay=False
         ),
     ] = None,
     count: Annotated[
-        list[str] | None, typer.Option("--count", help="How often a label comes: door=1, or shop=2:5.")
+        list[str] | None, typer.Option("--count", help="Number of occurrences of a label: door=1, or shop=2:5.")
     ] = None,
     only: Annotated[
-        list[str] | None, typer.Option("--only", help="Where alone a label comes: shop=ground, top or between.")
+        list[str] | None, typer.Option("--only", help="The only rows of a label: shop=ground, top or between.")
     ] = None,
     fix: Annotated[
-        list[str] | None, typer.Option("--fix", help="Row and column, from 0 at the lower left, of one: door=0,3.")
+        list[str] | None, typer.Option("--fix", help="Row and column of a label, from 0 at the lower left: door=0,3.")
     ] = None,
     equal_corners: Annotated[
         bool, typer.Option("--equal-corners", help="Left and right corners of the lowest and highest row are equal.")
     ] = False,
     symmetric: Annotated[bool, typer.Option("--symmetric", help="Rows read the same from both sides.")] = False,
     keep: Annotated[
-        bool, typer.Option("--keep/--no-keep", help="What the ground floor has once, such as a door, comes once.")
+        bool,
+        typer.Option(
+            "--keep/--no-keep", help="Labels that occur once on the ground floor, such as a door, stay single."
+        ),
     ] = True,
     widths: Annotated[
-        str, typer.Option("--widths", help="Metres of the facades that family.cga samples, such as 10:40.")
+        str, typer.Option("--widths", help="Widths in metres of the facades that family.cga samples, such as 10:40.")
     ] = "",
-    heights: Annotated[str, typer.Option("--heights", help="Metres, such as 8:30: likewise.")] = "",
+    heights: Annotated[str, typer.Option("--heights", help="Heights in metres of these facades, such as 8:30.")] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the results.")] = False,
 ) -> None:
     """Make buildings of other sizes after one example.
 
-    They have other rows and columns of its units, and are closed as it is.
+    They have other rows and columns of its units, and are closed like the example.
     """
     with friendly_errors():
         from grammarlab.cli.facade.wishes import wishes_of

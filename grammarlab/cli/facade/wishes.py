@@ -1,4 +1,4 @@
-"""Wishes for the labels of a new facade, as options say them."""
+"""Constraints on the labels of a new facade, from options."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def wishes_of(
     symmetric: bool,
     keep: bool,
 ) -> Wishes:
-    """The wishes of some options.
+    """Constraints from the values of options.
 
     Args:
         counts: such as `door=1` or `shop=2:5`.
@@ -30,7 +30,7 @@ def wishes_of(
         keep: as in `Wishes`.
 
     Raises:
-        UsageError: for what is not written so.
+        UsageError: If a value has another form.
     """
     return Wishes(
         counts=tuple(_count(each) for each in counts),
@@ -49,7 +49,7 @@ def _count(text: str) -> Count:
 
 
 def _only(text: str) -> Only:
-    label, value = _parts(text, "--only", "|".join(get_args(Rows)), "shop=ground; or top, or between")
+    label, value = _parts(text, "--only", "|".join(get_args(Rows)), "shop=ground, shop=top or shop=between")
     return Only(label, next(each for each in get_args(Rows) if each == value))
 
 
@@ -60,7 +60,7 @@ def _fixed(text: str) -> Fixed:
 
 
 def _parts(text: str, option: str, pattern: str, example: str) -> tuple[str, str]:
-    """The label before the last equals sign, and what follows."""
+    """The label before the last equals sign, and the value after it."""
     label, _, value = text.rpartition("=")
     if not label.strip() or not re.fullmatch(pattern, value.strip(), re.ASCII):
         raise UsageError(f"{option}: expected {example}; found {text!r:.80}.")

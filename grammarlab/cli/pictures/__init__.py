@@ -1,1 +1,1 @@
-"""Pictures that commands draw."""
+"""Pictures drawn by commands."""

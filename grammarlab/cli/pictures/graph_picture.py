@@ -82,7 +82,7 @@ def _lay_out(symbols: Sequence[PlacedSymbol], edges: Iterable[tuple[str, str]]) 
 
 
 def _curve(a: _Box, b: _Box) -> tuple[Point, Point, Point, Point]:
-    """From the right side of a box to the left of another; an edge that leads back bows out further."""
+    """A curve from the right side of a box to the left side of another; backward edges bend further out."""
     start, end = (a.x + a.width, a.y + BOX_HEIGHT / 2), (b.x, b.y + BOX_HEIGHT / 2)
     bow = max(GAP / 2, 0.4 * abs(end[0] - start[0]))
     lift = -ROW if end[0] <= start[0] else 0
@@ -120,7 +120,7 @@ def _save_png(page: _Page, path: Path) -> None:
     scale = _SCALE if max(page.width, page.height) * _SCALE <= _MAX_SIDE else 1
     if max(page.width, page.height) * scale > _MAX_SIDE:
         raise UsageError(
-            f"the rule graph is {page.width:.0f} x {page.height:.0f} pixels, too large for a PNG: take .svg."
+            f"the rule graph is {page.width:.0f} x {page.height:.0f} pixels, too large for a PNG: use .svg."
         )
     image = Image.new("RGB", (round(page.width * scale), round(page.height * scale)), BACKGROUND)
     draw = ImageDraw.Draw(image)

@@ -1,4 +1,4 @@
-"""Which rule leads to which symbol, and where to put them on a page."""
+"""Graph of the rules and symbols of a grammar, with a layout on a page."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from grammarlab.language.syntax.tree import Invoke, Rule, Stochastic
 from grammarlab.language.syntax.walking import walk
 
 _SWEEPS = 8
-"""Passes of the crossing reduction; more changes little on graphs of some hundred symbols."""
+"""Passes of the crossing reduction; more passes change little on graphs of a few hundred symbols."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +19,7 @@ class PlacedSymbol:
 
     symbol: str
     kind: str
-    """``start``, ``rule``, ``stochastic`` (a rule with chance in it) or ``terminal``."""
+    """``start``, ``rule``, ``stochastic`` (a rule with a stochastic choice) or ``terminal``."""
     column: int
     """From 0 at the start rule."""
     row: float
@@ -28,7 +28,7 @@ class PlacedSymbol:
 
 @dataclass(frozen=True, slots=True)
 class RuleGraph:
-    """The symbols of a grammar, and what each rule makes."""
+    """Symbols of a grammar, with edges from rules to the symbols they make."""
 
     kind: Mapping[str, str]
     """For each symbol, as in `PlacedSymbol`."""
@@ -36,7 +36,7 @@ class RuleGraph:
     """A rule and a symbol that it makes; each pair once."""
 
     def neighbours(self, forward: bool = True) -> dict[str, list[str]]:
-        """For each symbol those that it leads to, or backward those that lead to it."""
+        """Successors of each symbol, or its predecessors if backward."""
         found: dict[str, list[str]] = {symbol: [] for symbol in self.kind}
         for edge in self.edges:
             start, end = edge if forward else reversed(edge)
@@ -45,7 +45,7 @@ class RuleGraph:
 
 
 def rule_graph(rules: Iterable[Rule], start: str, operations: frozenset[str]) -> RuleGraph:
-    """The symbols, with an edge from each rule to what it makes.
+    """Graph of the symbols, with an edge from each rule to each symbol it makes.
 
     Args:
         rules: all rules; overloads count as one symbol.
@@ -66,7 +66,7 @@ def rule_graph(rules: Iterable[Rule], start: str, operations: frozenset[str]) ->
 
 
 def place(graph: RuleGraph) -> list[PlacedSymbol]:
-    """Columns by the longest way from the start, rows so that few edges cross (Sugiyama, Tagawa and Toda, 1981)."""
+    """Columns by the longest path from the start, rows with few crossing edges (Sugiyama, Tagawa and Toda, 1981)."""
     column = _columns(graph)
     rows: dict[str, float] = {}
     layers: list[list[str]] = [[] for _ in range(max(column.values(), default=-1) + 1)]
@@ -89,7 +89,7 @@ def place(graph: RuleGraph) -> list[PlacedSymbol]:
 
 
 def _columns(graph: RuleGraph) -> dict[str, int]:
-    """The longest way to each symbol; the symbols of one recursion share a column."""
+    """Length of the longest path to each symbol; the symbols of one recursion share a column."""
     before = graph.neighbours(forward=False)
     column: dict[str, int] = {}
     for group in groups(before):

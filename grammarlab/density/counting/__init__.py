@@ -1,1 +1,1 @@
-"""What must be known of a tree to count patterns in it: attributes, automata, and what is read."""
+"""Counting of patterns: readings of preferences, drawn attributes, and automata."""

@@ -1,4 +1,4 @@
-"""The text of attributes that are drawn otherwise than before."""
+"""Text of attributes with new distributions."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Floats = NDArray[np.float64]
 
 _INDENT = "    "
 _SAME = 1e-13
-"""Probabilities that differ by no more are the same."""
+"""Largest difference of equal probabilities."""
 
 
 def mixture_text(name: str, probabilities: Sequence[float]) -> str:
-    """The definition of the attribute that says which component, from 1, a model is of.
+    """Definition of the attribute with the number of a model's component, from 1.
 
     Args:
         name: of the attribute.
@@ -32,13 +32,13 @@ def mixture_text(name: str, probabilities: Sequence[float]) -> str:
 
 
 def attribute_text(grammar: Grammar, parts: AttributeParts, probabilities: Sequence[Floats], mixture: str) -> str:
-    """The new value of an attribute; empty where it stays.
+    """New value of an attribute; empty if it does not change.
 
     Args:
         grammar: the original grammar.
         parts: the attribute.
         probabilities: of its parts, for each component.
-        mixture: the attribute that says which component a model is of.
+        mixture: the attribute with the number of a model's component.
     """
     if all(np.abs(p - parts.probabilities).max() <= _SAME for p in probabilities):
         return ""
@@ -51,7 +51,7 @@ def attribute_text(grammar: Grammar, parts: AttributeParts, probabilities: Seque
 
 
 def _drawn(value: Choice, parts: AttributeParts, probabilities: Floats, indent: str) -> str:
-    """The text of a value whose parts have these probabilities; neighbours that are as likely as before are joined."""
+    """Text of a value whose parts have these probabilities; adjacent parts of unchanged proportions are joined."""
     runs: list[tuple[float, int, int]] = []
     ratios = probabilities / parts.probabilities
     for i, part in enumerate(parts.parts):
@@ -65,7 +65,7 @@ def _drawn(value: Choice, parts: AttributeParts, probabilities: Floats, indent: 
 
 
 def _part_text(value: Choice, parts: AttributeParts, first: int, last: int) -> str:
-    """The text of a run of parts of one branch."""
+    """Text of a run of parts of one branch."""
     leaf = leaf_at(value, parts.parts[first].branch)
     low, high = parts.parts[first].low, parts.parts[last].high
     ends = drawn_range(leaf)

@@ -1,7 +1,7 @@
-"""Attributes whose draws a preference looks at, cut into parts on which it does not change.
+"""Attributes whose draws a preference reads, cut into parts on which the preference is constant.
 
-An attribute is drawn before the tree begins to grow. What a preference can tell apart about it is which branch of a
-choice gave it, and between which two thresholds it lies: each such part has a probability of its own.
+An attribute is drawn before the tree is derived. A preference can distinguish the branch of a choice that gave it,
+and the two thresholds between which it lies: each such part has its own probability.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ AttributeFeature: TypeAlias = Threshold | Draw
 
 @dataclass(frozen=True, slots=True)
 class AttributePart:
-    """Some of the values that an attribute can have."""
+    """A set of values of an attribute."""
 
     branch: Branch
-    """Where they come from: the branches of the attribute's choices, from the top."""
+    """Their branch in the attribute's choices, from the top."""
     low: float
-    """For a number drawn evenly, the range of the part; NaN for other values."""
+    """For a uniform number, the range of the part; NaN for other values."""
     high: float
     probability: float
     share: float
-    """Of the values of its branch."""
+    """Its share of the values of its branch."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class AttributeParts:
     name: str
     parts: tuple[AttributePart, ...]
     counts: NDArray[np.int64]
-    """[parts, features] what each feature counts in each part."""
+    """[parts, features] value of each feature in each part."""
 
     @property
     def probabilities(self) -> NDArray[np.float64]:
@@ -56,20 +56,20 @@ class AttributeParts:
 
     @property
     def shares(self) -> NDArray[np.float64]:
-        """Of each part among the values of its branch [parts]."""
+        """Share of each part in the values of its branch [parts]."""
         return np.array([part.share for part in self.parts])
 
 
 def attribute_parts(grammar: Grammar, name: str, features: Sequence[AttributeFeature]) -> AttributeParts:
-    """The parts of an attribute that features can tell apart.
+    """Parts of an attribute that features distinguish.
 
     Args:
         grammar: the grammar.
         name: the attribute.
-        features: those that are about it.
+        features: the features of this attribute.
 
     Raises:
-        InexactError: when the attribute is not drawn by chance alone, or a feature reads more than its part.
+        InexactError: If the attribute does not depend on random draws only, or a feature reads more than its part.
     """
     attribute = grammar.attributes.get(name)
     if attribute is None:
@@ -91,7 +91,7 @@ def attribute_parts(grammar: Grammar, name: str, features: Sequence[AttributeFea
 
 
 def leaf_at(choice: Choice, branch: Branch) -> Choice:
-    """The end of an attribute's choices that some branches lead to."""
+    """The leaf of an attribute's choices that branches lead to."""
     for i in branch:
         if not isinstance(choice, Case | Stochastic):
             break
@@ -116,7 +116,7 @@ def _leaves(
 ) -> Iterator[tuple[Branch, Expression, float]]:
     if isinstance(choice, Case):
         raise InexactError(
-            f"the attribute {attribute.name} is chosen by a condition: an exact grammar needs it drawn by chance alone"
+            f"the attribute {attribute.name} is chosen by a condition: an exact grammar needs random draws only"
         )
     if not isinstance(choice, Stochastic):
         yield path, choice, probability  # type: ignore[misc]
@@ -156,16 +156,16 @@ def _count(feature: AttributeFeature, part: AttributePart) -> int:
 
 
 def _is_choice(attribute: Attribute) -> bool:
-    """Whether what is drawn for an attribute is the number of a branch (`Site.name`)."""
+    """Whether the draw of an attribute is the number of a branch (`Site.name`)."""
     value = attribute.value
     return isinstance(value, Stochastic) and not all(function_name(leaf) == "rand" for leaf in alternatives(value))
 
 
 def parts_taken(parts: AttributeParts, grammar: Grammar, forest: Forest) -> NDArray[np.int64]:
-    """Which part [models] the attribute has in each model of a forest of the grammar."""
+    """Part [models] of the attribute in each model of a forest of the grammar."""
     attribute = grammar.attributes[parts.name]
     values: dict[int, NDArray[np.float64]] = {}
-    """What each random place of the attribute drew [models], by its number."""
+    """Draws [models] of each random place of the attribute, by its number."""
     draws = forest.draws
     for site, place in enumerate(number_grammar(grammar).places):
         if place.definition is attribute:

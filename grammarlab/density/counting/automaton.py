@@ -1,7 +1,7 @@
 """The deterministic bottom-up automaton that counts patterns in the trees of a grammar.
 
-The state of a node is the numbers that `grammarlab.density.counting.components` says matter there, each cut at a cap.
-The children of a node are read one after the other; a `Scan` holds what has been read so far.
+The state of a node is its components (`grammarlab.density.counting.components`), each capped.
+The children of a node are read one after the other; a `Scan` has the state of the children read so far.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from grammarlab.language.numbering import Branch, Successor, SymbolKey
 Ints = NDArray[np.int64]
 
 _FEW_ROWS = 8
-"""A table with no more is sorted row by row: quicker than arrays are set up."""
+"""Largest table that is sorted row by row, which is faster than array operations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,23 +37,23 @@ class ScanStep:
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """Reading the children of one alternative that can matter, from the only scan state 0 on."""
+    """Reading the relevant children of one alternative, from the single scan state 0."""
 
     steps: tuple[ScanStep, ...]
     final: Ints
-    """[P] the state of the node for each scan state at the end."""
+    """[P] the state of the node for each final scan state."""
 
 
 @dataclass(frozen=True)
 class Automaton:
-    """The reachable states of every symbol and the scans of every alternative."""
+    """Reachable states of every symbol and scans of every alternative."""
 
     components: PatternComponents
     states: Mapping[SymbolKey, Ints]
-    """[S, C] the states of each reachable symbol; columns as in `PatternComponents.active`. No rows where no
+    """[S, C] the states of each reachable symbol; columns as in `PatternComponents.active`. No rows if no
     derivation of the symbol ends."""
     scans: Mapping[tuple[SymbolKey, Branch | None], Scan]
-    """Those of alternatives all of whose successors have states."""
+    """Scans of alternatives all of whose successors have states."""
 
     @property
     def totals(self) -> Ints:
@@ -73,12 +73,12 @@ def count_automaton(components: PatternComponents, max_states: int = 20_000) -> 
     """The automaton that counts patterns in the trees of a grammar.
 
     Args:
-        components: what to count; all readings have caps where a symbol that matters is recursive.
-        max_states: so many states a symbol may have, and so many times 50 pairs of states one step of a scan.
+        components: what to count; all readings have caps if a relevant symbol is recursive.
+        max_states: largest number of states of a symbol; a step of a scan may have 50 times as many pairs of states.
 
     Raises:
-        InexactError: when a relevant symbol occurs a number of times that the text does not tell, or there are too
-            many states.
+        InexactError: If the number of occurrences of a relevant symbol is unknown, or there are too many
+            states.
     """
     build = _AutomatonBuild(components, max_states)
     for group in groups(components.calls):
@@ -95,7 +95,7 @@ class _AutomatonBuild:
         self.scans: dict[tuple[SymbolKey, Branch | None], Scan] = {}
 
     def settle(self, group: Sequence[SymbolKey]) -> None:
-        """Finds the states of symbols that may call each other; those that they call besides are settled."""
+        """Find the states of symbols that may call each other; the states of other called symbols are known."""
         active = self.components.active
         for key in group:
             self.states[key] = np.zeros((0, len(active[key])), dtype=np.int64)
@@ -127,7 +127,7 @@ class _AutomatonBuild:
 
 
 class _Reading:
-    """One alternative: which numbers a scan keeps, and its steps."""
+    """One alternative: the columns of a scan, and its steps."""
 
     def __init__(self, build: _AutomatonBuild, key: SymbolKey, alternative: Alternative) -> None:
         self.build, self.key, self.alternative = build, key, alternative
@@ -142,7 +142,7 @@ class _Reading:
         self.found = {condition: len(self.inherited) + i for i, condition in enumerate(self.conditions)}
         """Column of the runs seen so far."""
         self.open: dict[Below, int] = {}
-        """First column of the runs begun: one column for each number of siblings laid already."""
+        """First column of the unfinished runs: one column for each number of matched siblings."""
         width = len(self.inherited) + len(self.conditions)
         for condition in self.conditions:
             if len(condition.run) > 1:
@@ -171,7 +171,7 @@ class _Reading:
         return tuple(steps), self._states(rows)
 
     def _order(self) -> list[tuple[int, Successor]]:
-        """The children that may matter; the one with most states last, where their order does not matter."""
+        """The relevant children; the one with most states last, if their order does not matter."""
         children = list(enumerate(self.alternative.successors))
         if self.open:
             return children
@@ -224,7 +224,7 @@ class _Reading:
         return np.minimum(states, [components.cap(components.all[i]) for i in self.active])
 
     def _matches(self, pattern: Pattern, rows: Ints) -> Ints:
-        """[P] embeddings of a pattern whose top fits this node."""
+        """[P] embeddings of a pattern whose top node matches this node."""
         cap = self.build.components.inner_cap
         value = np.ones(len(rows), dtype=np.int64)
         for condition in pattern.below:
@@ -243,7 +243,7 @@ class _Reading:
 
 
 def distinct_rows(rows: Ints) -> tuple[Ints, Ints]:
-    """The different rows [K, W] of a table [N, W] of integers >= 0, and for each row its number among them [N]."""
+    """The different rows [K, W] of a table [N, W] of integers >= 0, and the index [N] of each row among them."""
     if len(rows) <= 1 or not rows.shape[1]:
         return rows[:1], np.zeros(len(rows), dtype=np.int64)
     if len(rows) <= _FEW_ROWS:
@@ -261,6 +261,6 @@ def distinct_rows(rows: Ints) -> tuple[Ints, Ints]:
 
 def _too_many(key: SymbolKey, number: int) -> InexactError:
     return InexactError(
-        f"the preference tells apart {number:,} kinds of {key[0]}: too many for an exact grammar. "
+        f"the preference distinguishes {number:,} kinds of {key[0]}: too many for an exact grammar. "
         "Leave out features that matter little"
     )

@@ -1,9 +1,8 @@
-"""What must be known about a subtree to count patterns in the whole tree.
+"""Components: the counts of a subtree that are needed to count patterns in the whole tree.
 
-Three kinds of numbers: how often a pattern occurs in the subtree (`Total`), how many ways there are to lay a part of a
-pattern on its root (`PatternMatch`), and how many to lay a run of siblings anywhere inside it (`Deep`). For each symbol
-only those are kept that can be above zero there and that somebody above asks for: what is asked for is the open
-prefix of a pattern, passed down.
+There are three kinds: the count of a pattern in the subtree (`Total`), the number of embeddings of a part of a pattern
+at its root (`PatternMatch`), and that of a run of siblings anywhere inside it (`Deep`). For each symbol, only the
+components that can be above zero and that an ancestor needs are kept; needs are open prefixes of patterns, passed down.
 """
 
 from __future__ import annotations
@@ -18,21 +17,21 @@ from grammarlab.features.patterns.pattern import Below, Pattern
 from grammarlab.language.numbering import SymbolKey
 
 NO_CAP = 2**30
-"""Counts are never cut: products of two such numbers still fit."""
+"""Cap of counts that are not capped; products of two such numbers fit into 64 bits."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A weighted sum of counts, as far as a preference tells its values apart."""
+    """A weighted sum of counts, capped where a preference no longer distinguishes its values."""
 
     terms: tuple[tuple[Pattern, int], ...]
-    """Patterns and what each occurrence counts for, at least 1."""
+    """Patterns with the weight of each occurrence, at least 1."""
     cap: int = NO_CAP
-    """Sums from here on are one."""
+    """Cap: sums of this or more are treated as equal."""
 
     @classmethod
     def of(cls, pattern: Pattern) -> Reading:
-        """The count of one pattern."""
+        """Reading of the count of one pattern."""
         return cls(((pattern, 1),))
 
     def __str__(self) -> str:
@@ -41,7 +40,7 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class Total:
-    """What a reading counts in the subtree: embeddings whose top node lies in it."""
+    """Value of a reading in the subtree: embeddings whose top node lies in it."""
 
     reading: Reading
 
@@ -55,7 +54,7 @@ class PatternMatch:
 
 @dataclass(frozen=True, slots=True)
 class Deep:
-    """Runs that stand directly below any node of the subtree."""
+    """Runs directly below any node of the subtree."""
 
     below: Below
 
@@ -64,7 +63,7 @@ Component: TypeAlias = Total | PatternMatch | Deep
 
 
 def fits(pattern: Pattern, key: SymbolKey, alternative: Alternative) -> bool:
-    """Whether the label of a pattern's top node fits a node of this symbol, rewritten so."""
+    """Whether the label of a pattern's top node matches a node of this symbol and alternative."""
     symbol, parameters = key
     if pattern.symbol is not None and pattern.symbol != symbol:
         return False
@@ -77,7 +76,7 @@ def fits(pattern: Pattern, key: SymbolKey, alternative: Alternative) -> bool:
 
 @dataclass(frozen=True)
 class PatternComponents:
-    """The components of a list of readings, and which of them matter where."""
+    """Components of a list of readings, and those that matter at each symbol."""
 
     tree: TreeGrammar
     readings: tuple[Reading, ...]
@@ -95,21 +94,21 @@ class PatternComponents:
 
     @cached_property
     def inner_cap(self) -> int:
-        """The cap of all numbers but totals: none of them is cut where a total that it goes into is not."""
+        """Cap of all components except totals: at least the cap of every total that depends on them."""
         return max((reading.cap for reading in self.readings), default=NO_CAP)
 
     def cap(self, component: Component) -> int:
-        """Values of a component from here on are one."""
+        """Cap of a component: values of this or more are treated as equal."""
         return component.reading.cap if isinstance(component, Total) else self.inner_cap
 
     @cached_property
     def number(self) -> Mapping[Component, int]:
-        """Place of each component in `all`."""
+        """Index of each component in `all`."""
         return {component: i for i, component in enumerate(self.all)}
 
     @cached_property
     def active(self) -> Mapping[SymbolKey, tuple[int, ...]]:
-        """For each reachable symbol, the components that can be above zero there and are asked for."""
+        """For each reachable symbol, the needed components that can be above zero."""
         needed = dict.fromkeys(self.tree.reachable, 0)
         needed[self.tree.start] = sum(1 << self.number[Total(reading)] for reading in set(self.readings))
         queue = [self.tree.start]
@@ -127,7 +126,7 @@ class PatternComponents:
 
     @cached_property
     def calls(self) -> Mapping[SymbolKey, tuple[SymbolKey, ...]]:
-        """For each symbol where something matters, the successors where something matters."""
+        """For each relevant symbol, its relevant successors."""
         matters = {key for key, active in self.active.items() if active}
         return {
             key: tuple({s.key: None for a in self.tree.alternatives(key) for s in a.successors if s.key in matters})
@@ -136,7 +135,7 @@ class PatternComponents:
         }
 
     def conditions(self, key: SymbolKey, alternative: Alternative, active: Sequence[int]) -> tuple[Below, ...]:
-        """The runs that must be counted among the children of a node rewritten so."""
+        """The runs that must be counted among the children of a node with this alternative."""
         found: dict[Below, None] = {}
         for i in active:
             component = self.all[i]
@@ -155,10 +154,10 @@ class PatternComponents:
 
     @cached_property
     def _possible(self) -> dict[SymbolKey, int]:
-        """For each symbol, the components that can be above zero, as bits; perhaps a few more."""
+        """For each symbol, a superset of the components that can be above zero, as bits."""
         possible = dict.fromkeys(self.tree.reachable, 0)
         named = {pattern.symbol for c in self.all if not isinstance(c, Deep) for pattern in tops(c)}
-        # Symbols above are looked at once something is found below them.
+        # Symbols are visited again when components are found below them.
         queue = [key for key in possible if None in named or key[0] in named]
         waiting = set(queue)
         while queue:
@@ -173,12 +172,12 @@ class PatternComponents:
         return possible
 
     def _labelled(self, key: SymbolKey) -> tuple[int, ...]:
-        """The components that begin at a node of this symbol under some alternative."""
+        """Components that begin at a node of this symbol under some alternative."""
         return tuple(sorted({*self._by_top.get(None, ()), *self._by_top.get(key[0], ())}))
 
     @cached_property
     def _by_top(self) -> dict[str | None, list[int]]:
-        """The components by the symbols of the nodes that they begin at; under None those that begin at any."""
+        """Components by the symbols of their top nodes; under None those with any top node."""
         found: dict[str | None, list[int]] = {}
         for i, component in enumerate(self.all):
             names = {None} if isinstance(component, Deep) else {pattern.symbol for pattern in tops(component)}
@@ -222,7 +221,7 @@ class PatternComponents:
         )
 
     def _asked(self, conditions: Sequence[Below], place: int, mask: int) -> int:
-        """The components of the child at a place that the components `mask` of a node ask for, as bits."""
+        """Components of the child at a place that the components `mask` of a node need, as bits."""
         asked = mask & self._inherited
         for condition in conditions:
             if condition.deep:
@@ -234,12 +233,12 @@ class PatternComponents:
 
 
 def top_terms(component: Total | PatternMatch) -> tuple[tuple[Pattern, int], ...]:
-    """The patterns whose top node is laid, and what each embedding counts for."""
+    """Patterns embedded at the node, with the weight of each embedding."""
     return ((component.pattern, 1),) if isinstance(component, PatternMatch) else component.reading.terms
 
 
 def tops(component: Total | PatternMatch) -> tuple[Pattern, ...]:
-    """The patterns whose top node is laid."""
+    """Patterns embedded at the node."""
     return tuple(pattern for pattern, _ in top_terms(component))
 
 

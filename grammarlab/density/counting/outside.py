@@ -1,10 +1,10 @@
-"""What the rest of a tree makes of a subtree, and how a node hands that on to its children.
+"""Outside weights of subtrees, and their decomposition into outside weights of children.
 
-A *future* is a weight for each state of a symbol: the value, under the preference, of everything that depends on the
-state. Only proportions count, so that two states with proportional futures everywhere are never told apart. A node
-whose children were read by a `Scan` has a future for all of them together; `decompose` writes it as a sum of products
-of futures of one child each, which is what a grammar can carry out: choose the summand, then let each child follow its
-own future.
+The *outside weights* of a symbol are one number per state: the value, under the preference, of the rest of the tree.
+Only proportions matter, so states with proportional outside weights everywhere are not distinguished. A node
+whose children were read by a `Scan` has joint outside weights for all of them; `decompose` writes these as a sum of
+products with one factor per child, which a grammar can express: choose the summand, then derive each child with its
+own outside weights.
 """
 
 from __future__ import annotations
@@ -22,37 +22,37 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _DIGITS = 44
-"""Binary digits that two weights must share to be taken for one: relative 6e-14."""
+"""Binary digits that equal weights share: relative 6e-14."""
 
 
 @dataclass(frozen=True, slots=True)
 class OutsideTerm:
-    """A summand: a weight times one future for each child of a scan."""
+    """A summand: a weight times outside weights of each child of a scan."""
 
     weight: float
     futures: tuple[Floats, ...]
-    """For each step of the scan a future [S] whose largest weight is 1."""
+    """Outside weights [S] for each step of the scan; the largest is 1."""
 
 
 def snapped(weights: Floats) -> Floats:
-    """Weights with the digits cut that rounding errors may change."""
+    """Weights without the digits that rounding errors may change."""
     mantissa, exponent = np.frexp(weights)
     return np.ldexp(np.rint(np.ldexp(mantissa, _DIGITS)), exponent - _DIGITS)
 
 
 def decompose(scan: Scan, future: Floats, max_products: int) -> list[OutsideTerm]:
-    """The joint future of the children of a scan as a sum of products.
+    """Joint outside weights of the children of a scan as a sum of products.
 
     A decision diagram over the children is built from the last child to the first; nodes whose branches are
     proportional are one. Each path from the top to the end is a product.
 
     Args:
-        scan: how the children make the state of their parent.
-        future: [S] future of the parent.
-        max_products: more are not listed.
+        scan: computes the state of the parent from the states of the children.
+        future: [S] outside weights of the parent.
+        max_products: largest number of products.
 
     Raises:
-        InexactError: when there are more.
+        InexactError: If there are more products.
     """
     levels: list[tuple[Floats, Ints]] = []
     scale = future[scan.final]
@@ -76,7 +76,7 @@ def decompose(scan: Scan, future: Floats, max_products: int) -> list[OutsideTerm
 
 
 def _distinct(weights: Floats, below: Ints) -> tuple[Ints, Ints]:
-    """For rows that are equal up to rounding: the first of each kind [K], and the kind of each row."""
+    """Classes of rows that are equal up to rounding: the first row of each [K], and the class of each row."""
     if len(weights) == 1:
         return np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64)
     rows = np.concatenate([snapped(weights), below.astype(np.float64)], axis=1)

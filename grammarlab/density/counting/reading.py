@@ -1,6 +1,6 @@
-"""What an expression reads of a model, put into as few and as small numbers as it can tell apart.
+"""Readings of an expression: the smallest set of capped counts that determine its value.
 
-``{TopFinish:1} + {LegFinish:1} == 0`` needs one number that says whether the sum is 0 or more, not two counts. Sums of
+``{TopFinish:1} + {LegFinish:1} == 0`` needs one number, whether the sum is 0, not two counts. Sums of
 counts that are only compared with constants become one capped reading each.
 """
 
@@ -20,7 +20,7 @@ from grammarlab.features.rules.expression import Apply, ConstantTerm, Expression
 
 Floats = NDArray[np.float64]
 Read: TypeAlias = "Reading | Feature"
-"""Something to be known of a model: a sum of counts of patterns, or a feature that is not a pattern."""
+"""A number read from a model: a sum of counts of patterns, or a feature that is not a pattern."""
 
 _MOST_WEIGHT = 1 << 16
 _COMPARISONS = frozenset({"<", "<=", ">", ">=", "==", "!="})
@@ -35,7 +35,7 @@ class _Sum:
 
 
 def read(expression: Expression) -> tuple[tuple[Read, ...], Callable[[Floats], Floats]]:
-    """What an expression reads, and the expression as a function of that.
+    """Readings of an expression, and the expression as a function of them.
 
     Args:
         expression: any expression.
@@ -78,7 +78,7 @@ def read(expression: Expression) -> tuple[tuple[Read, ...], Callable[[Floats], F
 
 
 def _sums(steps: tuple[Step, ...]) -> list[_Sum | None]:
-    """For each step the sum of counts that it is, if it is one with whole positive weights."""
+    """For each step, its sum of counts, if it is a sum with positive integer weights."""
     found: list[_Sum | None] = []
     for step in steps:
         if isinstance(step, ConstantTerm):
@@ -113,7 +113,7 @@ def _is_read(found: _Sum | None) -> bool:
 
 
 def _kept(steps: tuple[Step, ...], sums: list[_Sum | None]) -> set[int]:
-    """The steps that are still carried out: those from the result down to sums."""
+    """The steps that are still evaluated: those from the result down to sums."""
     kept = {len(steps) - 1}
     for i in range(len(steps) - 1, -1, -1):
         step = steps[i]
@@ -123,7 +123,7 @@ def _kept(steps: tuple[Step, ...], sums: list[_Sum | None]) -> set[int]:
 
 
 def _uses(steps: tuple[Step, ...], kept: set[int], sums: list[_Sum | None]) -> list[list[tuple[Apply | None, int]]]:
-    """For each step, the operations on its result and at which place; None for the result of all."""
+    """For each step, the operations that use its result, with the index of the operand; None for the final result."""
     uses: list[list[tuple[Apply | None, int]]] = [[] for _ in steps]
     for i, step in enumerate(steps):
         if i in kept and isinstance(step, Apply) and not _is_read(sums[i]):
@@ -134,7 +134,7 @@ def _uses(steps: tuple[Step, ...], kept: set[int], sums: list[_Sum | None]) -> l
 
 
 def _cap(found: _Sum, uses: list[tuple[Apply | None, int]], sums: list[_Sum | None]) -> int:
-    """From which sum of counts on all uses of a sum have the same result."""
+    """Smallest sum of counts from which on all uses of a sum have the same result."""
     bounds = [_bound(use, place, sums) for use, place in uses]
     known = [bound for bound in bounds if bound is not None]
     if len(known) < len(bounds):
@@ -143,7 +143,7 @@ def _cap(found: _Sum, uses: list[tuple[Apply | None, int]], sums: list[_Sum | No
 
 
 def _bound(use: Apply | None, place: int, sums: list[_Sum | None]) -> float | None:
-    """A use has the same result for all values above this; None where there is no such bound."""
+    """Bound above which a use has the same result for all values; None if there is none."""
     if use is None:
         return None
     if use.operation in _COMPARISONS:

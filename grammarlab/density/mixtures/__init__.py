@@ -1,1 +1,1 @@
-"""Mixtures of grammars: choices, clusters, expectation and maximisation."""
+"""Mixtures of grammars: choices, clusters, expectation maximisation."""

@@ -22,7 +22,7 @@ from grammarlab.language.numbering import Branch
 Floats = NDArray[np.float64]
 
 _NONE = np.ones(1)
-"""The future of a symbol that no state is told about."""
+"""Outside weight of a symbol without states."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class ContextVariant(Variant):
 
 
 class ContextNames(AbstractNames):
-    """Names variants after their component and where they stand."""
+    """Names variants after their component and context."""
 
     @property
     def _mixed(self) -> bool:
@@ -58,11 +58,11 @@ class ContextNames(AbstractNames):
 
 
 def as_splitting(choices: Choices, mixture: Mixture) -> Splitting:
-    """The variants of a mixture's components; those that are the same in several are one.
+    """Variants of a mixture's components; equal ones are merged.
 
     Args:
-        choices: what was learned.
-        mixture: its percentages.
+        choices: the learned choices.
+        mixture: their probabilities.
     """
     tree = choices.contexts.tree
     automaton = Automaton(PatternComponents(tree, ()), {}, {})
@@ -76,7 +76,7 @@ def as_splitting(choices: Choices, mixture: Mixture) -> Splitting:
 
 
 class _Kinds:
-    """Which symbols of which components are the same: K components times S symbols of the contexts."""
+    """Classes of equal symbols: K components times S symbols of the contexts."""
 
     def __init__(self, choices: Choices, mixture: Mixture) -> None:
         self.choices = choices
@@ -92,7 +92,7 @@ class _Kinds:
         self.weights = [self._weights(number) for number in range(len(mixture.weights))]
         self.kind = self._refined()
         self.order: dict[int, tuple[int, int]] = {}
-        """For each kind that is no plain symbol, a component and symbol of it."""
+        """For each class that is not a plain symbol, a component and symbol of it."""
         self._reach()
         self.number = {kind: i for i, kind in enumerate(self.order)}
 
@@ -101,7 +101,7 @@ class _Kinds:
         return self.number.get(self.kind[component][symbol], PLAIN)
 
     def attribute(self, component: int, place: int) -> Floats:
-        """What a component makes of the parts of an attribute."""
+        """Weights of the parts of an attribute in a component."""
         first = self.choices.first_of_attribute[place]
         return self.ratio[component, first : first + len(self.choices.attributes[place].parts)]
 
@@ -143,7 +143,7 @@ class _Kinds:
         return 0 if signature is None else found.setdefault(signature, len(found) + 1)
 
     def _signature(self, component: int, symbol: int, kinds: list[list[int]]) -> object:
-        """What a symbol is like in a component; None where it is like the original one."""
+        """Weights of a symbol in a component; None if they are the original ones."""
         weights = self.weights[component][symbol]
         below: list[tuple[int, ...]] = []
         for weight, alternative in zip(weights, self.alternatives[symbol], strict=True):

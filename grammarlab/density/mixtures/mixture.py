@@ -1,8 +1,8 @@
-"""Mixtures of stochastic grammars, fitted to derivations by expectation and maximisation.
+"""Mixtures of stochastic grammars, fitted to derivations by expectation maximisation.
 
-A component gives a probability to every branch of every choice, and a derivation is described by how often it took
-each: so the log-probabilities of N derivations under K components are one matrix product. Probabilities are kept by
-their ratio to those of the original grammar, so that choices that are not learned take no part.
+A component has a probability for every branch of every choice, and a derivation is described by its counts of
+branches: so the log-probabilities of N derivations under K components are one matrix product. Probabilities are stored
+as ratios to those of the original grammar, so that choices that are not learned drop out.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ Floats = NDArray[np.float64]
 MOST_STEPS = 250
 TOLERANCE = 1e-6
 _NEVER = -1e30
-"""In place of the logarithm of 0, which a product with 0 derivations would make no number of."""
+"""Replacement for the logarithm of 0, since its product with a count of 0 would be NaN."""
 _MOST_DENSE = 50_000_000
-"""Tables of counts up to this size are multiplied as they are, which is faster than leaving their zeros out."""
+"""Largest size of dense tables of counts; larger ones are sparse."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,10 +35,10 @@ class Cells:
     original: Floats
     """[A] probability of each in the original grammar; those of one choice sum to 1."""
     choice: Ints
-    """[A] which choice each belongs to, ascending from 0."""
+    """[A] choice of each cell, ascending from 0."""
 
     def normalised(self, counts: Floats) -> Floats:
-        """The likeliest probabilities [K, A] for counts [K, A]; the original ones of choices never made."""
+        """Maximum-likelihood probabilities [K, A] for counts [K, A]; the original ones for choices without counts."""
         starts = np.flatnonzero(np.diff(self.choice, prepend=-1))
         total = np.add.reduceat(counts, starts, axis=1)[:, self.choice] if len(starts) else counts
         return np.where(total > 0.0, counts / np.where(total > 0.0, total, 1.0), self.original)
@@ -51,10 +51,10 @@ class Mixture:
     weights: Floats
     """[K] probability of each component, summing to 1 (alpha in Eq. 4.9)."""
     probabilities: Floats
-    """[K, A] of each cell."""
+    """[K, A] probability of each cell."""
 
     def log_ratios(self, cells: Cells, counts: sparse.csr_array | Floats) -> Floats:
-        """[N, K] log of weight times density of derivations under each component, by their original density."""
+        """[N, K] log of weight times density of derivations under each component, divided by their original density."""
         with np.errstate(divide="ignore"):
             ratio = np.log(self.probabilities) - np.log(np.where(cells.original > 0.0, cells.original, 1.0))
             each = dense(counts @ np.maximum(ratio, _NEVER).T)
@@ -62,7 +62,7 @@ class Mixture:
             return each + np.log(self.weights)
 
     def log_ratio(self, cells: Cells, counts: sparse.csr_array) -> Floats:
-        """[N] log of the density of derivations by their original density (Eq. 4.9); -inf where it is 0."""
+        """[N] log of the density of derivations divided by their original density (Eq. 4.9); -inf where it is 0."""
         return np.logaddexp.reduce(self.log_ratios(cells, counts), axis=1)
 
 
@@ -72,16 +72,16 @@ class MixtureFit:
 
     mixture: Mixture
     log_likelihoods: tuple[float, ...]
-    """Mean log of the density by the original density, in nats, before each step and after the last."""
+    """Mean log of the density divided by the original density, in nats, before each step and after the last."""
 
 
 def maximised(cells: Cells, counts: sparse.csr_array | Floats, responsibilities: Floats) -> Mixture:
-    """The mixture that is likeliest when it is known how far each component made each derivation (Eq. 4.11).
+    """Maximum-likelihood mixture for given responsibilities (Eq. 4.11).
 
     Args:
         cells: what is learned.
-        counts: [N, A] how often each derivation took each cell.
-        responsibilities: [N, K] times the weight of each derivation; components that made nothing are left out.
+        counts: [N, A] counts of cells in each derivation.
+        responsibilities: [N, K] times the weight of each derivation; components without derivations are dropped.
     """
     used = responsibilities.sum(axis=0)
     share = responsibilities[:, used > 0.0]
@@ -98,10 +98,10 @@ def fit_mixture(
         counts: [N, A] how often each derivation took each cell.
         weights: [N] how much each derivation counts, >= 0 and not all 0.
         component: [N] the component to begin with, 0 <= component < N.
-        tolerance: it ends where a step raises the mean log-likelihood by less, in nats.
+        tolerance: smallest gain in mean log-likelihood of a step, in nats, before the fit ends.
 
     Raises:
-        GrammarlabError: when no derivation counts.
+        GrammarlabError: If all weights are 0.
     """
     if not weights.sum() > 0.0:
         raise GrammarlabError("expected derivations to learn from, found none that counts")
@@ -127,7 +127,7 @@ def fit_mixture(
 def distinct_derivations(
     counts: sparse.csr_array, weights: Floats, component: Ints
 ) -> tuple[sparse.csr_array, Floats, Ints]:
-    """Derivations that count, those with equal counts and the same component joined into one."""
+    """Derivations with a weight; those with equal counts and the same component are merged."""
     used = weights > 0.0
     counts, weights, component = counts[used], weights[used], component[used]
     counts.sum_duplicates()
@@ -141,7 +141,7 @@ def distinct_derivations(
 
 
 def complete_log_likelihood(cells: Cells, counts: Floats) -> Floats:
-    """Of derivations made by one component alone, at its likeliest probabilities.
+    """Log-likelihood of derivations under one component with maximum-likelihood probabilities.
 
     Args:
         cells: what is learned.

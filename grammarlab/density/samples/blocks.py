@@ -1,4 +1,4 @@
-"""Mixtures of blocks of choices: what does not go together is learned apart, and multiplied.
+"""Mixtures of blocks of choices: independent blocks are learned separately, and their mixtures multiplied.
 
 Where the legs of a table and its wood are chosen independently, three kinds of legs and three woods are nine components
 of one mixture, each learned from a ninth of the examples; as two mixtures of three, each is learned from a third.
@@ -24,11 +24,11 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 _TOGETHER = 5.0
-"""Standard deviations from which on two choices go together."""
+"""Smallest deviation of dependent choices, in standard deviations."""
 
 
 def going_together(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Flags:
-    """[choices, choices] which choices of the derivations depend on each other beyond chance.
+    """[choices, choices] whether choices of the derivations depend on each other significantly.
 
     Args:
         cells: the choices.
@@ -39,7 +39,7 @@ def going_together(cells: Cells, counts: sparse.csr_array, weights: Floats) -> F
     spread = np.zeros((size, len(cells.choice)))
     spread[cells.choice, np.arange(len(cells.choice))] = 1.0
     table, total = dense(counts), np.asarray(weights @ counts)
-    # How far each count is from what is expected where the choice is made: without correlation in a grammar.
+    # Deviation of each count from its expectation, given that the choice is made: uncorrelated in a grammar.
     rest = (table - (table @ spread.T @ spread) * cells.normalised(total[None])) * np.sqrt(weights)[:, None]
     product, scale = rest.T @ rest, (rest**2).T @ (rest**2)
     score = np.abs(product) / np.sqrt(np.where(scale > 0.0, scale, np.inf))
@@ -53,7 +53,7 @@ def going_together(cells: Cells, counts: sparse.csr_array, weights: Floats) -> F
 
 
 def information(together: Floats) -> float:
-    """What the dependence of two choices explains, in nats, less what its numbers are worth (BIC).
+    """Gain of the dependence of two choices in nats, minus the price of its parameters (BIC).
 
     Args:
         together: [branches, branches] how often each pair was taken.
@@ -70,13 +70,13 @@ class BlockFit:
 
     mixture: Mixture
     numbers: int
-    """How many free numbers were estimated."""
+    """Number of estimated free parameters."""
 
 
 def fit_blocks(cells: Cells, counts: sparse.csr_array, weights: Floats, together: Flags) -> BlockFit:
-    """A mixture for each block of choices that go together, as one mixture.
+    """A mixture for each block of dependent choices, combined into one mixture.
 
-    How many components each has, held-out derivations decide.
+    Held-out derivations decide the number of components of each.
 
     Args:
         cells: what is learned.
@@ -94,7 +94,7 @@ def fit_blocks(cells: Cells, counts: sparse.csr_array, weights: Floats, together
 
 
 def _fitted(cells: Cells, counts: sparse.csr_array, weights: Floats, part: Ints) -> BlockFit:
-    """The mixture of some cells alone."""
+    """The mixture of selected cells only."""
     own = Cells(cells.original[part], np.unique(cells.choice[part], return_inverse=True)[1].reshape(-1))
     taken = sparse.csr_array(counts[:, part])
     nothing = np.zeros((len(weights), 0))
@@ -105,7 +105,7 @@ def _fitted(cells: Cells, counts: sparse.csr_array, weights: Floats, part: Ints)
 
 
 def multiplied(parts: Sequence[Ints], mixtures: Sequence[Mixture], size: int) -> Mixture:
-    """All combinations of the components of some mixtures, each of which is about some cells."""
+    """All combinations of the components of mixtures of different cells."""
     weights = reduce(np.multiply.outer, [mixture.weights for mixture in mixtures]).reshape(-1)
     chosen = np.indices([len(mixture.weights) for mixture in mixtures]).reshape(len(mixtures), -1)
     probabilities = np.zeros((len(weights), size))

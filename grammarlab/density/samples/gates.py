@@ -1,10 +1,10 @@
-"""Choices that go together, found in few examples: one choice is the gate, and others differ with its branch.
+"""Dependent choices, found in few examples: one choice is the gate, and others depend on its branch.
 
-A gate that is made once in every example says which component the example came from, so nothing has to be guessed: its
-branches fall into groups, and for each group the other choices may have levels of their own. A choice that is made
-several times is a gate by what each example made of it altogether; then the groups pay for their number and sizes
-(Chinese restaurant process). A gate is worth having where the examples are likelier with it, by more than the number
-of gates that could have been tried.
+A gate that is made once in every example determines the component of the example: its
+branches fall into groups, and for each group the other choices may have their own levels. For a choice that is made
+several times, the counts of each example are the gate; then the groups pay for their number and sizes
+(Chinese restaurant process). A gate is used if it raises the likelihood of the examples by more than the number
+of possible gates.
 """
 
 from __future__ import annotations
@@ -30,44 +30,44 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 _MOST_CANDIDATES = 12
-"""Choices that seem to go together most are looked at closely."""
+"""Largest number of choices examined for gates: those with the strongest dependence."""
 _MOST_GROUPS = 8
-"""A gate begins with no more."""
+"""Largest number of groups at the start."""
 _RANGES = 4
-"""Into how many a drawn number is cut to be a gate."""
+"""Number of ranges of a drawn number that is a gate."""
 _MOST_GATES = 3
 _WORTH = 2.0
-"""Nats that guessed groups must gain beyond their prior: they are the best of many, and a wrong guess costs more."""
+"""Gain in nats beyond their prior that guessed groups need, since they are the best of many."""
 
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """A choice with others that differ with it."""
+    """A gate with the choices that depend on it."""
 
     cells: Ints
     """The cells of all these choices."""
     mixture: Mixture
-    """Of these cells."""
+    """Mixture of these cells."""
     gain: float
-    """Log of how much likelier the examples are with it than without, prior included."""
+    """Log of the ratio of the evidence with and without it, prior included."""
 
 
 @dataclass(frozen=True, slots=True)
 class Gated:
-    """What was learned of choices and of how they go together."""
+    """Learned choices and gates."""
 
     mixture: Mixture
     evidence: float
-    """Log of the probability of the examples by that under the original grammar."""
+    """Log of the probability of the examples, divided by that under the original grammar."""
 
 
 def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, ordered: Flags) -> Gated:
-    """The choices as they are likeliest to matter, alone or together.
+    """The most likely model of the choices, independent or with gates.
 
     Args:
         shrinkage: the choices, each alone.
-        counts: [N, A] how often each example took each cell.
-        weights: [N] how much each counts, >= 0 and not all 0.
+        counts: [N, A] counts of cells in each example.
+        weights: [N] weight of each example, >= 0 and not all 0.
         ordered: [choices] see `ProbabilityPrior.of`.
     """
     cells = shrinkage.cells
@@ -95,7 +95,7 @@ def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, order
 
 
 def _blocks(cells: Cells, ordered: Flags) -> Ints:
-    """[A] coarser cells: equally likely ranges of numbers, and all other cells as they are."""
+    """[A] coarser cells: equally likely ranges of numbers; all other cells do not change."""
     block = np.arange(len(cells.choice))
     for choice in np.flatnonzero(ordered):
         own = np.flatnonzero(cells.choice == choice)
@@ -105,9 +105,9 @@ def _blocks(cells: Cells, ordered: Flags) -> Ints:
 
 
 def _strength(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, ordered: Flags) -> Floats:
-    """[choices, choices] how far choices seem to go together: squared scores, by what chance would make of them.
+    """[choices, choices] dependence of choices: squared scores, divided by their expectation under independence.
 
-    On the diagonal: how far the same choice goes together with itself, where it is made several times.
+    The diagonal has the dependence of a choice with itself, if it is made several times.
     """
     cells = shrinkage.cells
     block = _blocks(cells, ordered)
@@ -132,7 +132,7 @@ def _strength(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, o
 
 
 def _candidates(strength: Floats, open_choices: Flags) -> Ints:
-    """The choices that seem to go together most, ascending."""
+    """The choices with the strongest dependence, ascending."""
     rows, columns = np.nonzero(np.triu(open_choices[:, None] & open_choices))
     order = np.argsort(-strength[rows, columns], kind="stable")
     chosen: dict[int, None] = {}
@@ -167,7 +167,7 @@ class _GateSearch:
         )
         self.once: Flags = np.all(made == 1.0, axis=0)
         self.several: Flags = np.any(made > 1.0, axis=0)
-        # One choice is the gate, and one at least goes with it.
+        # One choice is the gate, and at least one other depends on it.
         self.prior = -np.log(2.0 * max(len(shrinkage.odds), 2))
 
     def gates(self) -> Iterator[Gate]:
@@ -222,7 +222,7 @@ class _GateSearch:
         return np.unique(joined, return_inverse=True)[1].reshape(-1)
 
     def _score(self, choice: int, totals: Floats, groupings: Sequence[Sequence[int]]) -> Floats:
-        """What each grouping gains, for the totals of all groups; the last column is the mass."""
+        """Gain of each grouping, from the totals of all groups; the last column is the mass."""
         evidence = self.levels.posterior(totals[:, :-1]).evidence
         special = np.logaddexp(0.0, evidence) - np.log(2.0)
         found = np.zeros(len(groupings))
@@ -237,7 +237,7 @@ class _GateSearch:
         return found + self.prior
 
     def _mixed(self, apart: Floats) -> Floats:
-        """Log-evidence of choices that are the same in all groups or not."""
+        """Log-evidence of choices that either are equal in all groups or differ."""
         return np.logaddexp(self.all, apart) - np.log(2.0)
 
     def _made(self, choice: int, gain: float, labels: Ints) -> Gate:
@@ -262,7 +262,7 @@ class _GateSearch:
         return Gate(self.cells[chosen], Mixture(weights, probabilities[:, chosen]), gain)
 
     def _opened(self, columns: Ints, totals: Floats) -> tuple[Floats, Floats]:
-        """How likely each group of the gate's branches is, and its branches; those never taken go with the largest."""
+        """Probability and branches of each group of the gate; branches never taken join the largest group."""
         taken = totals[:, columns]
         group = np.where(taken.any(axis=0), taken.argmax(axis=0), int(totals[:, -1].argmax()))
         single = self.single[columns]

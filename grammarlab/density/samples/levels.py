@@ -1,10 +1,10 @@
 """Probabilities of choices learned from few examples: shrunk towards a grammar, by their exact posterior mean.
 
-What is liked about a choice is a level for each of its branches, and branches often share one. So the prior is a
+A preference about a choice has one level per branch, and branches often share a level. So the prior is a
 product partition model (Barry and Hartigan, Product partition models for change point problems, 1992): the branches
 fall into groups, a group has a probability drawn from a Dirichlet distribution around its original one, and inside a
-group the original proportions stay. Groups of a drawn number are ranges, so that a sum over all ways to cut it is a
-recursion; those of another choice are enumerated.
+group the original proportions stay. Groups of a drawn number are ranges, so that a sum over all partitions is a
+recursion; partitions of other choices are enumerated.
 """
 
 from __future__ import annotations
@@ -27,39 +27,39 @@ Flags = NDArray[np.bool_]
 Groups = tuple[tuple[int, ...], ...]
 
 CONCENTRATIONS = np.array([1.0, 4.0])
-"""Derivations by the original grammar that the prior is worth; which of them, the evidence says."""
+"""Candidate weights of the prior, as numbers of derivations by the original grammar; averaged by evidence."""
 _MOST_ENUMERATED = 5
-"""All partitions of more branches are too many: one or two against the rest are looked at, and each on its own."""
+"""Largest number of branches with all partitions; of more, one or two against the rest and all singletons are used."""
 _MOST_PAIRED = 24
 _CUTS = 2.0
-"""How many ends of ranges are expected in a drawn number."""
+"""Expected number of cuts of a drawn number."""
 
 
 @dataclass(frozen=True, slots=True)
 class LevelPosterior:
-    """What K sets of examples say about each choice if it is learned."""
+    """Posterior of each choice, if it is learned, for K sets of examples."""
 
     evidence: Floats
-    """[K, choices] log of the probability of the examples by that under the original grammar."""
+    """[K, choices] log of the probability of the examples, divided by that under the original grammar."""
     ratio: Floats
-    """[K, A] posterior mean of each cell's probability by the original one; 1 where that is 0."""
+    """[K, A] posterior mean of each cell's probability divided by the original one; 1 where that is 0."""
 
 
 @dataclass(frozen=True)
 class ProbabilityPrior:
-    """The prior of the probabilities of some choices."""
+    """Prior of the probabilities of choices."""
 
     cells: Cells
     ordered: tuple[Ints, ...]
     """For each length, the cells [choices, length] of the choices whose groups are ranges."""
     groups: sparse.csr_array
-    """[A, G] which cells each group of each partition of the other choices holds."""
+    """[A, G] whether each group of each partition of the other choices has a cell."""
     partition: Ints
-    """[G] which partition each group is of, ascending from 0."""
+    """[G] partition of each group, ascending from 0."""
     choice: Ints
-    """[P] which choice each partition is of, ascending."""
+    """[P] choice of each partition, ascending."""
     prior: Floats
-    """[P] logarithm of its probability among those of the choice."""
+    """[P] log of its prior probability among those of the choice."""
 
     @classmethod
     def of(cls, cells: Cells, ordered: Flags) -> ProbabilityPrior:
@@ -97,7 +97,7 @@ class ProbabilityPrior:
         )
 
     def posterior(self, counts: Floats) -> LevelPosterior:
-        """What is known from how often K sets of examples took each cell, [K, A]."""
+        """Posterior from counts of cells [K, A] in K sets of examples."""
         evidence = np.zeros((len(counts), int(self.cells.choice.max(initial=-1)) + 1))
         ratio = np.ones(counts.shape)
         if len(self.choice):
@@ -141,7 +141,7 @@ def _log_norm(total: Floats, concentration: Floats) -> Floats:
 
 
 def _ranges(counts: Floats, original: Floats) -> tuple[Floats, Floats]:
-    """Sums over all ways to cut choices into ranges.
+    """Sums over all partitions of choices into ranges.
 
     Args:
         counts: [K, choices, cells].
@@ -159,7 +159,7 @@ def _ranges(counts: Floats, original: Floats) -> tuple[Floats, Floats]:
     concentration = CONCENTRATIONS[:, None, None]
     cut = min(0.5, _CUTS / size)
     each = np.full((len(counts), len(CONCENTRATIONS), len(original), size + 1, size + 1), -np.inf)
-    # A range from `low` to `high` ends in a cut, but at the end of the number, and has none inside.
+    # A range from `low` to `high` ends in a cut, except at the end of the number, and has none inside.
     each[..., low, high] = _log_ratio(taken, concentration * share, share)
     each[..., low, high] += (high - low - 1) * np.log1p(-cut) + np.where(high < size, np.log(cut), 0.0)
     ahead = np.full(each.shape[:-1], -np.inf)
@@ -194,7 +194,7 @@ def _partitions(size: int) -> tuple[tuple[Groups, float], ...]:
 
 
 def _all(size: int) -> Iterator[Groups]:
-    """All partitions of some branches."""
+    """All partitions of branches."""
     if size == 0:
         yield ()
         return

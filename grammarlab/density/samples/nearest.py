@@ -1,4 +1,4 @@
-"""The best grammar for a wanted density: an exact one, or where there is none, one that comes near, with the reason."""
+"""Best grammar for a target density: an exact one, or otherwise a near one with the reason."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.errors import InexactError
 
 RANGES = (24, 16, 12, 8, 6, 4)
-"""Into how many ranges a number is cut, the first number that is not too many."""
+"""Candidate numbers of ranges of a drawn number; the first one that is not too large is used."""
 
 Header = Callable[[str], Sequence[str]]
-"""Lines of a comment at the top of a file, for the name of a method."""
+"""Function from the name of a method to the comment lines at the top of a file."""
 
 
 def compile_nearest(
@@ -29,18 +29,18 @@ def compile_nearest(
     seed: int = 0,
     on_progress: Progress = silent,
 ) -> LearnedGrammar:
-    """The exact grammar of a density; else, with a finding that says why, one of sub-ranges or one of samples.
+    """Exact grammar of a density; otherwise one of sub-ranges or from samples, with a finding that states the reason.
 
     Args:
-        target: the wanted density.
+        target: the target density.
         forest: derivations of its grammar that show how often successors inside blocks occur.
-        header: of the new file.
-        num_samples: to learn from, where there is no exact grammar.
-        seed: of these samples.
-        on_progress: told about these samples.
+        header: header of the new file.
+        num_samples: number of samples if there is no exact grammar.
+        seed: seed of these samples.
+        on_progress: called with the progress of these samples.
 
     Raises:
-        GrammarlabError: when the preference is 0 for every model.
+        GrammarlabError: If the preference is 0 for every model.
     """
     try:
         return target.compiled(forest, header("compile"))
@@ -56,7 +56,7 @@ def compile_nearest(
 
 
 def _with_ranges(target: Target, forest: Forest, header: Sequence[str]) -> LearnedGrammar | None:
-    """The grammar of the narrowest sub-ranges that is not too large; None where no drawn number is in the way."""
+    """Grammar of the narrowest sub-ranges that is not too large; None if drawn numbers are not the reason."""
     for number in RANGES:
         try:
             reads, preference = with_ranges(target.grammar, target.reads, target.preference, number)

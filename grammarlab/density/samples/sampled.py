@@ -1,14 +1,15 @@
 """Learning a grammar from samples: parameter learning, structure learning, and structure learning with S tied.
 
-Section 4.6 of the paper. Models are drawn from the target density; what they took where is counted; a mixture of
+Section 4.6 of the paper. Models are drawn from the target density; their branches are counted; a mixture of
 grammars is fitted to the counts. The methods differ in how symbols are split and in which choices are learned:
 
 - *parameters*: no symbol is split, all choices are learned, one component;
 - *structure*: symbols that relevant features name are split by the edges above them, all choices are learned, one
-  component for each cluster of models that the preference hardly tells apart;
-- *tied*: only choices that the features can depend on are learned, all others stay as they are, in every component;
-  the number of components is the one that explains held-out models best. A preference that reads counts leaves all
-  other choices independent of it, so nothing is lost, and far fewer numbers are estimated.
+  component for each cluster of models that the preference hardly distinguishes;
+- *tied*: only choices that the features can depend on are learned, all others do not change in any component;
+  the number of components is the one that explains held-out models best. All
+  other choices are independent of a preference that reads counts, so nothing is lost, and far fewer parameters are
+  estimated.
 """
 
 from __future__ import annotations
@@ -47,33 +48,33 @@ Method: TypeAlias = Literal["parameters", "structure", "tied"]
 METHODS: tuple[Method, ...] = get_args(Method)
 
 NUM_SAMPLES = 5_000
-"""Models to learn from, as in the paper."""
+"""Default number of models to learn from, as in the paper."""
 MOST_COMPONENTS = 128
-"""A mixture begins with no more."""
+"""Largest number of components at the start."""
 HELD_OUT = 5
 """One model in so many is held out to choose the number of components."""
 RANGES = 12
-"""Into how many a drawn number is cut that the preference reads by its value."""
+"""Number of ranges of a drawn number that the preference reads by its value."""
 _ROUGHLY = 1e-4
-"""Tolerance of EM, in nats, where only the better of several mixtures is wanted."""
+"""Tolerance of EM, in nats, when mixtures are only compared."""
 _LITTLE = 1.0
-"""Nats, of all models held out together, that are not worth another component."""
+"""Smallest gain of another component in nats, over all held-out models."""
 _SMOOTHING = 0.5
-"""Derivations by the original grammar that each component is given before held-out models are judged."""
+"""Number of derivations by the original grammar added to each component before held-out models are evaluated."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """What models to learn from are like."""
+    """Sample of models to learn from."""
 
     counts: sparse.csr_array
-    """[N, A] how often each took each cell of the choices."""
+    """[N, A] counts of the cells of choices."""
     features: Floats
-    """[N, F] the features that count something, scaled by how relevant they are."""
+    """[N, F] the features, scaled by their relevance."""
     reads: Floats
-    """[N, R] what the preference makes of them: sums and capped counts."""
+    """[N, R] readings of the preference: sums and capped counts."""
     weights: Floats
-    """[N] how much each counts."""
+    """[N] weight of each."""
 
 
 def learn(
@@ -88,23 +89,23 @@ def learn(
     header: Sequence[str] = (),
     on_progress: Progress = silent,
 ) -> LearnedGrammar:
-    """A grammar whose density comes near a wanted one, learned from samples of it.
+    """A grammar whose density is near a target density, learned from samples of it.
 
     Args:
-        target: the wanted density.
+        target: the target density.
         method: see the head of this file.
         num_samples: models to learn from.
         seed: of the samples.
-        relevance: [features] by what to multiply the features of the target so that differences count equally; 1 by
+        relevance: [features] factors of the features of the target that make differences comparable; 1 by
             default.
-        num_components: of the mixture, at most; by default as the method says.
-        most_proposals: models that are looked at, for samples among them.
+        num_components: largest number of components of the mixture; by default that of the method.
+        most_proposals: largest number of proposed models for the samples.
         header: lines of a comment at the top of the new file.
-        on_progress: told about models drawn.
+        on_progress: called with the number of drawn models.
 
     Raises:
-        UsageError: for less than one sample or component.
-        GrammarlabError: when the preference is 0 for all models that were drawn.
+        UsageError: If there is less than one sample or component.
+        GrammarlabError: If the preference is 0 for all drawn models.
     """
     if num_samples < 1 or (num_components is not None and num_components < 1):
         raise UsageError(f"expected at least one sample and one component, found {num_samples} and {num_components}")
@@ -117,7 +118,7 @@ def learn(
     mixture = learner.fit(learner.sample(drawn.chunks), num_components)
     findings = [drawn.finding, *learner.findings]
     if drawn.num_models < num_samples:
-        findings.append(f"only {drawn.num_models:,} models to learn from, {num_samples:,} were wanted")
+        findings.append(f"only {drawn.num_models:,} models to learn from, {num_samples:,} were requested")
     learned = written(target, learner.choices, mixture, method, drawn.mean_preference, findings, header)
     return learned if even is None else _composed(even, learned)
 
@@ -131,7 +132,7 @@ def written(
     findings: Sequence[str],
     header: Sequence[str],
 ) -> LearnedGrammar:
-    """The grammar that a mixture stands for."""
+    """The grammar of a mixture."""
     splitting = as_splitting(choices, mixture)
     found = write(target.grammar, splitting, InsideWeights(splitting), header, ContextNames)
     return LearnedGrammar(
@@ -150,14 +151,14 @@ def written(
 
 
 class _KeptModels(NamedTuple):
-    """What is kept of accepted models."""
+    """Kept data of accepted models."""
 
     counts: sparse.csr_array
     values: Floats
 
 
 class _Learner:
-    """What is learned of a grammar, and from what."""
+    """Choices to learn of a grammar, and the sample to learn from."""
 
     def __init__(self, target: Target, method: Method, relevance: Floats | None) -> None:
         self.target = target
@@ -177,7 +178,7 @@ class _Learner:
         return Choices.of(contexts, attributes, relevant_choices(contexts, opened))
 
     def _attributes(self) -> list[AttributeParts]:
-        """The parts of the attributes that features are about."""
+        """Parts of the attributes that features read."""
         named: dict[str, list[AttributeFeature]] = {}
         for feature in self.target.features:
             if isinstance(feature, Threshold | Draw):
@@ -198,7 +199,7 @@ class _Learner:
         return found
 
     def keep(self, models: Candidates, rows: Ints) -> _KeptModels:
-        """What is learned from some of the models."""
+        """Fit from some of the models."""
         counts = self.choices.count(self.target.grammar, select_models(models.forest, rows))
         return _KeptModels(counts, models.values[rows])
 
@@ -232,12 +233,12 @@ class _Learner:
 
 
 def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) -> Ints:
-    """As few components as with which one part of a sample explains the rest of it, up to chance, as well as any.
+    """Fewest components with which one part of a sample explains the rest as well as any, up to chance.
 
     Args:
         cells: what is learned.
         sample: the models.
-        clusters: each [N], clusters to begin with; they are joined two by two.
+        clusters: each [N], initial clusters; they are merged pairwise.
 
     Returns:
         [N] the component that each model belongs to most.
@@ -257,7 +258,7 @@ def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) ->
         explained = sample.weights[held] * np.logaddexp.reduce(each[held], axis=1)
         tried.append((len(mixture.weights), explained, consecutive(each.argmax(axis=1))))
     best = max(tried, key=lambda found: float(found[1].sum()))[1]
-    # The rule of one standard error: what is better by less than that may be chance.
+    # One-standard-error rule: smaller differences may be chance.
     near = [found for found in tried if (best - found[1]).sum() <= _spread(best - found[1]) + _LITTLE]
     return min(near, key=lambda found: (found[0], -float(found[1].sum())))[2]
 
@@ -268,13 +269,13 @@ def _spread(values: Floats) -> float:
 
 
 def merged_to(cells: Cells, sample: Sample, clusters: Ints, number: int) -> Ints:
-    """The clusters [N] joined until no more than a number are left."""
+    """The clusters [N] merged until at most a given number remains."""
     steps = merged(cells, sample.counts, sample.weights, clusters, MOST_COMPONENTS)
     return next(labels for labels in steps if labels.max() < number)
 
 
 def _different(clusterings: Sequence[Ints]) -> list[Ints]:
-    """Clusterings without those that another one before says too."""
+    """Clusterings without duplicates."""
     found: list[Ints] = []
     for labels in clusterings:
         size = labels.max() + 1
@@ -285,7 +286,7 @@ def _different(clusterings: Sequence[Ints]) -> list[Ints]:
 
 
 def _is_tried(number: int) -> bool:
-    """Small numbers of components are all tried, of large ones each a quarter larger than the one before."""
+    """Candidate numbers of components: all small numbers, then steps of a quarter."""
     tried = 8
     while tried < number:
         tried = tried * 5 // 4
@@ -293,7 +294,7 @@ def _is_tried(number: int) -> bool:
 
 
 def _smoothed(cells: Cells, mixture: Mixture, total: float) -> Mixture:
-    """Components mixed with a little of the original grammar, so that nothing it makes is impossible."""
+    """Components mixed with a little of the original grammar, so that none of its models is impossible."""
     mass = mixture.weights * total
     share = (_SMOOTHING / (mass + _SMOOTHING))[:, None]
     weights = (mass + _SMOOTHING) / (mass + _SMOOTHING).sum()
@@ -309,19 +310,19 @@ def kinds(counts: sparse.csr_array) -> Ints:
 
 
 def consecutive(labels: Ints) -> Ints:
-    """Labels numbered anew, from 0 without gaps."""
+    """Labels renumbered from 0 without gaps."""
     return np.unique(labels, return_inverse=True)[1].reshape(-1)
 
 
 def _check_attributes(even: LearnedGrammar) -> None:
-    """Makes sure that evening out a grammar left its drawn attributes as they are."""
+    """Check that the evened grammar has the original drawn attributes."""
     for parts in even.attributes:
         if even.grammar.attributes[parts.name].value != even.original.attributes[parts.name].value:
             raise UsageError(f"an even base also evens out how {parts.name} is chosen: use the method compile")
 
 
 def _composed(even: LearnedGrammar, learned: LearnedGrammar) -> LearnedGrammar:
-    """What was learned of an evened grammar, as made of the grammar that was evened."""
+    """The result for an evened grammar, expressed with the original grammar."""
     origins = dict(learned.origins)
     for key in TreeGrammar.of(learned.grammar).bodies:
         origin = learned.origins.get(key)

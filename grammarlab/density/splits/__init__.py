@@ -1,1 +1,1 @@
-"""Symbols split by what their trees are for: from a grammar to another one, exactly."""
+"""Exact splits of symbols by the states of their subtrees: from a grammar to another grammar."""

@@ -1,8 +1,8 @@
-"""Exact compile: from a grammar and a preference that reads counts, to a grammar in proportion to both.
+"""Exact compile: from a grammar and a preference that reads counts to a grammar of their product.
 
 The density is p(m) u(m) / Z, with p the density of the grammar, u the preference and Z the mean of u under p
-(``base="grammar"``). With ``base="uniform"``, every way to carry out the choices that the preference can reach counts
-the same: p is left out for all symbols whose trees can be counted, and drawn numbers stay even.
+(``base="grammar"``). With ``base="uniform"``, all outcomes of the choices that the preference can reach have the same
+weight: p is left out for all symbols with finitely many trees, and drawn numbers stay uniform.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ from grammarlab.language.grammar import Grammar
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Preference = Callable[[Floats], Floats]
-"""From the values [n, reads] of what it reads to values [n], finite and at least 0; each row on its own."""
+"""Function from the values [n, reads] of readings to values [n], finite and at least 0, row by row."""
 
 RECURSIVE_CAP = 12
-"""Where a grammar is recursive, counts from here on are taken to be one unless a cap is given."""
+"""Default cap of counts in recursive grammars: counts of this or more are treated as equal."""
 
 
 def compile_density(
@@ -52,24 +52,24 @@ def compile_density(
     header: Sequence[str] = (),
     assets: Path | None = None,
 ) -> LearnedGrammar:
-    """The grammar whose density is that of a grammar times a preference.
+    """Grammar whose density is that of a grammar times a preference.
 
     Args:
         grammar: the original grammar.
         reads: what the preference reads: patterns, sums of them, and thresholds or choices of drawn attributes.
         preference: from their values to a score.
-        base: what the preference multiplies.
-        forest: derivations of the grammar that show how often successors inside blocks occur, where the text does not
-            tell; without it, only parts of splits that do not repeat are taken to occur once.
-        cap: counts from here on are taken to be one; by default only where the grammar is recursive.
-        max_ways: so many alternatives the split symbols may have.
-        step: what probabilities are rounded to multiples of: the density is then near the wanted one only.
+        base: the density that the preference multiplies.
+        forest: derivations of the grammar for the numbers of successors inside blocks, if the text does not determine
+            them; without it, only parts of splits that do not repeat are assumed to occur once.
+        cap: counts of this or more are treated as equal; by default only in recursive grammars.
+        max_ways: largest number of alternatives of the split symbols.
+        step: probabilities are rounded to multiples of this: the density is then only near the target density.
         header: lines of a comment at the top of the new file.
         assets: folder of meshes and images, for sampling.
 
     Raises:
-        InexactError: when no grammar of this form has that density, or it would be too large; says why.
-        GrammarlabError: when the preference is 0 for every model, or no derivation ends.
+        InexactError: If no grammar of this form has that density, or it would be too large; it states the reason.
+        GrammarlabError: If the preference is 0 for every model, or no derivation ends.
     """
     tree = TreeGrammar.of(grammar)
     if forest is not None:
@@ -77,7 +77,7 @@ def compile_density(
     wanted = _Wanted.of(grammar, reads, preference)
     automaton, findings = _counting(tree, wanted, cap)
     if not len(automaton.states[tree.start]):
-        raise GrammarlabError(f"no derivation of {tree.start[0]} ends: every way to rewrite it leads back to itself")
+        raise GrammarlabError(f"no derivation of {tree.start[0]} ends: all its alternatives lead back to itself")
     splitting = split(automaton, wanted.attributes, wanted.scores, base, max_ways)
     weights = InsideWeights(splitting)
     total = sum(
@@ -104,15 +104,15 @@ def compile_density(
 
 @dataclass(frozen=True)
 class _Wanted:
-    """What a preference reads, sorted by how it is followed."""
+    """Readings of a preference, by kind."""
 
     preference: Preference
     counted: tuple[Reading, ...]
-    """What is counted in trees."""
+    """Readings of counts in trees."""
     attributes: tuple[AttributeParts, ...]
-    """The drawn attributes that are read."""
+    """Drawn attributes that the preference reads."""
     order: tuple[int, ...]
-    """[reads] where each value that is read stands: among the counts first, then among what attributes say."""
+    """[reads] index of each reading: first the counts, then the attribute features."""
 
     @classmethod
     def of(cls, grammar: Grammar, reads: Sequence[Read], preference: Preference) -> _Wanted:
@@ -127,23 +127,23 @@ class _Wanted:
         return cls(preference, counted, attributes, tuple(place[item] for item in wanted))
 
     def scores(self, counts: Ints, parts: Ints) -> Floats:
-        """The preference [n] of counts [n, counted], and of what the attributes say [n, attribute features]."""
+        """The preference [n] of counts [n, counted] and attribute features [n, attribute features]."""
         values = np.concatenate([counts, parts], axis=1)[:, self.order].astype(np.float64)
         found = np.asarray(self.preference(values), dtype=np.float64)
         if found.shape != (len(values),) or not np.isfinite(found).all() or (found < 0.0).any():
             raise GrammarlabError(
-                f"expected a preference with one value a model, finite and at least 0; found shape {found.shape}"
+                f"expected a preference with one value per model, finite and at least 0; found shape {found.shape}"
                 + (f" with {found.min()} to {found.max()}" if found.size else "")
             )
         return found
 
     def scores_of_counts(self, counts: Ints) -> Floats:
-        """The preference [n] of counts [n, counted], where attributes say nothing."""
+        """The preference [n] of counts [n, counted], without attribute features."""
         return self.scores(counts, np.zeros((len(counts), sum(a.counts.shape[1] for a in self.attributes)), dtype=int))
 
 
 def _counting(tree: TreeGrammar, wanted: _Wanted, cap: int | None) -> tuple[Automaton, tuple[str, ...]]:
-    """The automaton that counts what is wanted, and what a person should know about it."""
+    """The counting automaton, and remarks for the user about it."""
     components = PatternComponents(tree, wanted.counted)
     limit = cap if cap is not None else RECURSIVE_CAP if _is_recursive(components) else NO_CAP
     cut = tuple(replace(reading, cap=min(reading.cap, limit)) for reading in wanted.counted)
@@ -152,30 +152,30 @@ def _counting(tree: TreeGrammar, wanted: _Wanted, cap: int | None) -> tuple[Auto
     if not (automaton.totals >= limit)[:, imposed].any():
         return automaton, ()
     _check_cap(automaton.totals, imposed, limit, wanted.scores_of_counts)
-    return automaton, (f"counts from {limit} on are taken to be one, because the grammar is recursive",)
+    return automaton, (f"counts from {limit} on are treated as equal, because the grammar is recursive",)
 
 
 def countable(item: Read) -> Reading | Threshold | Draw:
-    """What a preference reads, in the forms that can be computed exactly."""
+    """Readings of a preference in forms that can be computed exactly."""
     if isinstance(item, Present):
         inner = countable(item.feature)
         return replace(inner, cap=1) if isinstance(inner, Reading) else inner
     if isinstance(item, HalfSpace | Sum):
-        raise InexactError(f"{item} joins several drawn numbers: an exact grammar can only cut each on its own")
+        raise InexactError(f"{item} joins several drawn numbers: an exact grammar can only cut each separately")
     return Reading.of(item) if isinstance(item, Pattern) else item
 
 
 def _is_recursive(components: PatternComponents) -> bool:
-    """Whether a symbol that matters leads back to itself."""
+    """Whether a relevant symbol is recursive."""
     calls = components.calls
     return any(len(group) > 1 or any(key in calls[key] for key in group) for group in groups(calls))
 
 
 def _check_cap(counts: Ints, imposed: NDArray[np.bool_], cap: int, scores: Callable[[Ints], Floats]) -> None:
-    """Makes sure that a preference does not tell apart counts that are taken to be one.
+    """Check that a preference does not distinguish counts that are treated as equal.
 
     Raises:
-        InexactError: when it does, as far as a few larger counts show.
+        InexactError: If it does, tested with a few larger counts.
     """
     usual = scores(counts)
     for more in (1, 2, 7, cap):
@@ -188,7 +188,7 @@ def _check_cap(counts: Ints, imposed: NDArray[np.bool_], cap: int, scores: Calla
 
 
 def _drawn_mean(attributes: Sequence[AttributeParts], futures: Sequence[Floats], base: Base) -> float:
-    """The mean of what a component makes of the drawn attributes."""
+    """Mean weight of the drawn attributes in a component."""
     own = [parts.probabilities if base == "grammar" else parts.shares for parts in attributes]
     return float(np.prod([p @ future for p, future in zip(own, futures, strict=True)]))
 

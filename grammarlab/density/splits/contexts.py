@@ -1,9 +1,9 @@
-"""Symbols split by where they stand: the same grammar with more symbols, so that more can be learned about it.
+"""Symbols split by context: the same grammar with more symbols, so that more can be learned about it.
 
 The paper's splitting operation indexes a symbol by the edge that leads to it: the rule of its parent and its place
 below (section 4.6, after Klein and Manning's parent annotation). `ParentEdges` does that for the symbols that relevant
-features name below their top. `OpenPatterns` tells fewer symbols apart: a symbol is split by which of those features
-have been met from the top down to it, so that it works for descendants too.
+features name below their top. `OpenPatterns` distinguishes fewer symbols: a symbol is split by the features
+matched from the root down to it, so that it supports conditions on descendants.
 """
 
 from __future__ import annotations
@@ -21,29 +21,29 @@ from grammarlab.language.call_order import groups
 from grammarlab.language.numbering import Branch, SymbolKey
 
 MOST_SYMBOLS = 20_000
-"""A grammar is not split into more."""
+"""Largest number of symbols after splitting."""
 
 
 class AbstractContext(ABC):
-    """What a symbol is split by: a value that goes down the tree."""
+    """Context of symbols: a value that is passed down the tree."""
 
     start: Hashable
-    """That of the start symbol."""
+    """Context of the start symbol."""
 
     @abstractmethod
     def below(self, context: Hashable, key: SymbolKey, alternative: Alternative, place: int) -> Hashable:
         """The context of a successor, from that of its parent.
 
         Args:
-            context: of the parent.
+            context: context of the parent.
             key: symbol of the parent.
-            alternative: how the parent is rewritten.
-            place: of the successor.
+            alternative: alternative of the parent.
+            place: index of the successor.
         """
 
 
 class NoContext(AbstractContext):
-    """Symbols stay as they are."""
+    """No context: symbols are not split."""
 
     start = ()
 
@@ -52,9 +52,9 @@ class NoContext(AbstractContext):
 
 
 class ParentEdges(AbstractContext):
-    """The edges that lead to a symbol: as many as the longest pattern that names it there.
+    """Context of the edges above a symbol: as many as the longest pattern that names it there.
 
-    Conditions on descendants at any depth split nothing: no edge leads to them.
+    Conditions on descendants at any depth do not split symbols, since no edge leads to them.
 
     Args:
         tree: the grammar.
@@ -74,7 +74,7 @@ class ParentEdges(AbstractContext):
 
 
 class OpenPatterns(AbstractContext):
-    """Which parts of patterns may be laid on a symbol or below it, as far as what stands above tells.
+    """Context of the parts of patterns that may match at a symbol or below it, given its ancestors.
 
     Args:
         tree: the grammar.
@@ -94,7 +94,7 @@ class OpenPatterns(AbstractContext):
         return frozenset(c for c in conditions if self._may_lie(c, alternative.successors[place].key))
 
     def matched(self, context: Hashable, key: SymbolKey, alternative: Alternative) -> tuple[Pattern, ...]:
-        """The parts of patterns whose top may be laid on a node, whatever stands below it."""
+        """Parts of patterns whose top node may match a node, for any descendants."""
         asked = [pattern for condition in _opened(context) for pattern in condition.run]
         return tuple(pattern for pattern in dict.fromkeys([*self.tops, *asked]) if fits(pattern, key, alternative))
 
@@ -105,20 +105,20 @@ class OpenPatterns(AbstractContext):
 
 @dataclass(frozen=True)
 class Contexts:
-    """A grammar's symbols, each as often as it has contexts."""
+    """A grammar's symbols, once per context."""
 
     tree: TreeGrammar
     symbols: tuple[tuple[SymbolKey, Hashable], ...]
     """Each symbol with its context; the first one is the start."""
     children: Mapping[tuple[int, Branch | None], tuple[int, ...]]
-    """For each of these symbols and each way to rewrite it, the numbers of the successors."""
+    """For each of these symbols and each alternative, the numbers of the successors."""
 
     @classmethod
     def of(cls, tree: TreeGrammar, context: AbstractContext) -> Contexts:
         """All symbols in contexts that can be reached.
 
         Raises:
-            GrammarlabError: when there are more than `MOST_SYMBOLS`.
+            GrammarlabError: If there are more than `MOST_SYMBOLS`.
         """
         numbers: dict[tuple[SymbolKey, Hashable], int] = {(tree.start, context.start): 0}
         symbols = [(tree.start, context.start)]
@@ -145,7 +145,7 @@ class Contexts:
 
     @cached_property
     def num_contexts(self) -> Mapping[SymbolKey, int]:
-        """How many contexts each symbol has."""
+        """Number of contexts of each symbol."""
         found: dict[SymbolKey, int] = {}
         for key, _ in self.symbols:
             found[key] = found.get(key, 0) + 1
@@ -161,7 +161,7 @@ def _may_stand(condition: Below, place: int) -> bool:
 
 
 def _edges_needed(tree: TreeGrammar, patterns: Sequence[Pattern]) -> dict[SymbolKey, int]:
-    """How many edges above each symbol must be known."""
+    """Number of edges above each symbol in its context."""
     asked: list[tuple[Pattern, int]] = []
     waiting = [(pattern, 0) for pattern in patterns]
     while waiting:
@@ -185,7 +185,7 @@ def _edges_needed(tree: TreeGrammar, patterns: Sequence[Pattern]) -> dict[Symbol
 
 
 def _symbols_inside(tree: TreeGrammar) -> dict[SymbolKey, set[str]]:
-    """The names of each symbol and of all that its trees may hold."""
+    """Names of each symbol and of all symbols in its trees."""
     keys = tree.reachable
     calls = {key: {s.key for alternative in tree.alternatives(key) for s in alternative.successors} for key in keys}
     found: dict[SymbolKey, set[str]] = {}

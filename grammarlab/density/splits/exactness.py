@@ -1,4 +1,4 @@
-"""Which features an exact grammar can follow."""
+"""Features that an exact grammar can express."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from grammarlab.language.grammar import Grammar
 
 @dataclass(frozen=True)
 class Exactness:
-    """What the exact grammars made of one grammar can tell apart."""
+    """Features that exact grammars made from one grammar can express."""
 
     grammar: Grammar
     forest: Forest
-    """Derivations that show how often successors inside blocks occur."""
+    """Derivations for the numbers of successors inside blocks."""
 
     def reason_against(self, feature: Feature) -> str:
-        """Why an exact grammar cannot follow a feature; empty where it can."""
+        """Reason why an exact grammar cannot express a feature; empty if it can."""
         try:
             found = countable(feature)
             if isinstance(found, Reading):

@@ -1,4 +1,4 @@
-"""Inside weights of variants: how much probability times preference their trees have altogether."""
+"""Inside weights of variants: the sum over their trees of probability times outside weight."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from grammarlab.language.numbering import SymbolKey
 Floats = NDArray[np.float64]
 
 EQUAL = 1e-9
-"""Cases whose weights differ by no more, relatively, weigh the same."""
+"""Largest relative difference of weights of cases that count as equal."""
 
 _MOST_STEPS = 200
 
@@ -25,7 +25,7 @@ class InsideWeights:
     """The inside weights of all variants of a splitting.
 
     Raises:
-        InexactError: when the weight of a symbol depends on a condition, or grows beyond all bounds.
+        InexactError: If the weight of a symbol depends on a condition, or is unbounded.
     """
 
     def __init__(self, splitting: Splitting) -> None:
@@ -45,7 +45,7 @@ class InsideWeights:
         return 1.0 if variant == PLAIN else float(self.variant[variant])
 
     def way(self, way: Way) -> float:
-        """Weight of one way to carry an alternative out."""
+        """Weight of one assignment of variants to the successors of an alternative."""
         weight = way.weight
         for variant in way.children.values():
             weight *= self.variant[variant]
@@ -55,7 +55,7 @@ class InsideWeights:
         """Weight of a rule's choices, or of a branch of them, in a variant.
 
         Raises:
-            InexactError: when it depends on a condition.
+            InexactError: If it depends on a condition.
         """
         if isinstance(body, Alternative):
             return sum(self.way(way) for way in variant.ways.get(body.branch, ()))
@@ -71,7 +71,7 @@ class InsideWeights:
         return taken[0]
 
     def _taken(self, key: SymbolKey, body: Body) -> bool:
-        """Whether a branch is ever taken, as far as a sample tells."""
+        """Whether a branch is ever taken in the sample."""
         seen = self._tree.seen
         if not any(name == key and count for (name, _), count in seen.items()):
             return True
@@ -101,7 +101,7 @@ class InsideWeights:
             self.variant[list(group)] = after
             if (after - before <= 1e-15 * after).all():
                 if (values - before > EQUAL * values).any():
-                    # Not a solution, and no larger number is nearer to one: there is none.
+                    # Newton's method does not converge: there is no solution.
                     break
                 for variant in variants:
                     self.body(variant, self._tree.body(variant.key))
@@ -129,7 +129,7 @@ class InsideWeights:
         parts = [self._linear(variant, branch, place) for branch in body.branches]
         chances = branch_weights(body, self._splitting.base) if isinstance(body, Chance) else None
         if chances is None:
-            # All branches weigh the same in the end; the mean climbs towards that as well as any of them.
+            # All branches have equal weight at the solution; so their mean converges to it.
             used = [self._taken(variant.key, branch) for branch in body.branches]
             used = used if any(used) else [True] * len(used)
             chances = tuple(float(taken) / sum(used) for taken in used)
@@ -147,7 +147,7 @@ class InsideWeights:
 
 
 def branch_weights(chance: Chance, base: Base) -> tuple[float, ...] | None:
-    """What the branches of a choice count for: their probabilities, or 1 each; None where those are not constant."""
+    """Weights of the branches of a choice: their probabilities, or 1 each; None if they are not constant."""
     even = base == "uniform" and chance.probabilities is not None
     return tuple(float(p > 0.0) for p in chance.probabilities or ()) if even else chance.probabilities
 

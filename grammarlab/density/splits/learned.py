@@ -1,4 +1,4 @@
-"""A grammar that came out of another one: its text, its density, and its trees seen as trees of the other."""
+"""Learned grammar: its text, its density, and its trees as trees of the original."""
 
 from __future__ import annotations
 
@@ -30,34 +30,34 @@ class LearnedGrammar(AbstractSampler):
     """A grammar made from another one by splitting symbols and changing percentages."""
 
     text: str
-    """An ordinary rule file: it says all about how the density is sampled."""
+    """An ordinary rule file that samples the density."""
     original: Grammar
-    """What it was made from."""
+    """The original grammar."""
     method: str
     base: Base
-    """What the preference multiplies: the original density, or the same for every tree."""
+    """Density that the preference multiplies: the original one, or the same for every tree."""
     origins: Mapping[SymbolKey, Origin]
-    """For each rule that is new or changed."""
+    """Origin of each rule that is new or changed."""
     start: SymbolKey
     components: tuple[Mixed, ...]
     attributes: tuple[AttributeParts, ...]
-    """Those whose draws were cut into parts."""
+    """Attributes whose draws were cut into parts."""
     mean_preference: float
-    """The mean of the preference over the models of the base density that it multiplies, up to the number of trees
-    where the base is uniform: what divides it to make the density."""
+    """Mean of the preference over the models of the base density, up to the number of trees if the base is uniform: the
+    divisor that normalises the density."""
     findings: tuple[str, ...] = ()
-    """What a person should know about how it was made."""
+    """Remarks for the user about how it was made."""
     assets: Path | None = None
     """Folder of meshes and images."""
 
     @property
     def accept_rate(self) -> None:
-        """All its models are kept."""
+        """None: all its models are kept."""
         return None
 
     @cached_property
     def grammar(self) -> Grammar:
-        """What the text says."""
+        """Grammar of the text."""
         return Grammar.parse(self.text, self.original.file)
 
     @property
@@ -72,7 +72,7 @@ class LearnedGrammar(AbstractSampler):
 
     @property
     def rules_changed(self) -> int:
-        """Those of the rules that are new or changed: known before the text is read."""
+        """Alternatives of the new and changed rules, known before the text is parsed."""
         return sum(len(origin.branches) for origin in self.origins.values())
 
     def sample(self, num_models: int, seed: int) -> Forest:
@@ -83,9 +83,9 @@ class LearnedGrammar(AbstractSampler):
             return forest.log_probability() + np.log(self.ratio(forest))
 
     def ratio(self, forest: Forest) -> Floats:
-        """Density [models] of trees of the original grammar by that under the original grammar.
+        """Density [models] of trees of the original grammar, divided by their original density.
 
-        Computed from the text of both grammars, summing over the variants that each node may have been.
+        Computed from the text of both grammars, as a sum over the variants of each node.
         """
         trees = self._trees(forest)
         taken = [parts_taken(parts, self.original, forest) for parts in self.attributes]
@@ -100,8 +100,8 @@ class LearnedGrammar(AbstractSampler):
     def as_original(self, forest: Forest) -> Forest:
         """Trees of this grammar as trees of the original: symbols and rules under the original's names.
 
-        Geometry stays. Draws stay where they say the same in both grammars: numbers, and choices in definitions that
-        did not change. Their densities are those of this grammar.
+        Geometry does not change. Draws are kept if they have the same meaning in both grammars: numbers, and choices in
+        unchanged definitions. Their densities are those of this grammar.
         """
         program = compile_grammar(self.original)
         symbols = _numbered(program.symbols)
@@ -124,7 +124,7 @@ class LearnedGrammar(AbstractSampler):
         )
 
     def _is_kept(self, site: Site, known: Mapping[object, int]) -> bool:
-        """Whether draws of a site say the same in the original."""
+        """Whether draws of a site have the same meaning in the original."""
         if any(parts.name == site.definition for parts in self.attributes):
             return site.kind == "uniform" and site.name in known
         return site.name in known and all(site.definition != name for name, _ in self.origins)
@@ -148,6 +148,6 @@ def _numbered(items: Iterable[object]) -> dict[object, int]:
 
 
 def num_alternatives(grammar: Grammar) -> int:
-    """How many ways to rewrite a symbol the rules of a grammar have in all."""
+    """Number of alternatives of all rules of a grammar."""
     tree = TreeGrammar.of(grammar)
     return sum(alternative.branch is not None for key in tree.bodies for alternative in tree.alternatives(key))

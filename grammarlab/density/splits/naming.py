@@ -18,17 +18,17 @@ from grammarlab.language.numbering import SymbolKey
 _LONGEST = 40
 """Characters of a suffix."""
 _MOST_WORDS = 3
-"""So many kinds of trees are listed in a name."""
+"""Largest number of kinds of trees in a name."""
 _MOST_STATES = 4
-"""So many are listed in a comment; of more only the number is told."""
+"""Largest number of kinds of trees in a comment; of more only the number is given."""
 
 
 class AbstractNames(ABC):
-    """Finds names for variants that nothing else has.
+    """Finds unused names for variants.
 
     Args:
-        splitting: what is to be named.
-        taken: names that are in use.
+        splitting: the splitting.
+        taken: used names.
     """
 
     def __init__(self, splitting: Splitting, taken: Collection[str]) -> None:
@@ -40,7 +40,7 @@ class AbstractNames(ABC):
         return self.fresh(f"{variant.key[0]}_{self.suffix(variant)}")
 
     def fresh(self, base: str) -> str:
-        """This name, or with a number where it is taken; it is taken from now on."""
+        """This name, with a number if it is used; the result is marked as used."""
         name, number = base, 1
         while name in self._taken:
             number += 1
@@ -50,15 +50,15 @@ class AbstractNames(ABC):
 
     @abstractmethod
     def suffix(self, variant: Variant) -> str:
-        """What tells a variant from its symbol, as part of a name."""
+        """Suffix that distinguishes a variant from its symbol."""
 
     @abstractmethod
     def condition(self, variant: Variant) -> str:
-        """What trees of a variant are like, in words: ``with GroundFloorOffice``."""
+        """Description of the trees of a variant: ``with GroundFloorOffice``."""
 
 
 class SplitNames(AbstractNames):
-    """Names variants after the trees that their futures ask for."""
+    """Names variants after the states with positive outside weight."""
 
     def __init__(self, splitting: Splitting, taken: Collection[str]) -> None:
         super().__init__(splitting, taken)
@@ -77,7 +77,7 @@ class SplitNames(AbstractNames):
         return f"of {len(wanted)} of {len(variant.future)} kinds" + ("" if even else ", in other proportions")
 
     def _order(self, variant: Variant, chosen: NDArray[np.bool_]) -> list[int]:
-        """The states that are chosen; the one where nothing is counted last."""
+        """The chosen states; the state without counts comes last."""
         return sorted(np.flatnonzero(chosen).tolist(), key=lambda state: not list(self._counts(variant, state)))
 
     def suffix(self, variant: Variant) -> str:
@@ -91,7 +91,7 @@ class SplitNames(AbstractNames):
         return "some" if refused else "weighted"
 
     def _state(self, variant: Variant, state: int) -> str:
-        """A state in words."""
+        """Description of a state."""
         found = [
             self._text(component) if count == 1 else f"{count} x {self._text(component)}"
             for component, count in self._counts(variant, state)
@@ -103,7 +103,7 @@ class SplitNames(AbstractNames):
         return "without " + " or ".join(absent[:_MOST_STATES]) + more
 
     def _word(self, variant: Variant, state: int) -> str:
-        """A state in a word that can be part of a name."""
+        """A state as a part of a name."""
         words = [self._short(_top(component), variant.key[0]) for component, _ in self._counts(variant, state)]
         return "_".join(list(dict.fromkeys(words))[:2]) or "other"
 
@@ -131,13 +131,13 @@ class SplitNames(AbstractNames):
         return " or ".join(self._label(pattern) for pattern in tops(component))
 
     def _label(self, pattern: Pattern) -> str:
-        """The text of a pattern; one that is only a branch, by what the branch makes."""
+        """Text of a pattern; a single branch is named after the symbol it makes."""
         if pattern.below or not pattern.branch or pattern.symbol is None:
             return str(pattern)
         return self._made_by(pattern) or str(pattern)
 
     def _made_by(self, pattern: Pattern) -> str:
-        """The symbol that only this branch of a rule makes; empty where there is none."""
+        """The symbol that only this branch of a rule makes; empty if there is none."""
         tree = self._components.tree
         keys = [key for key in tree.bodies if key[0] == pattern.symbol]
         branches = [a for key in keys for a in leaves(tree.body(key)) if a.branch is not None]

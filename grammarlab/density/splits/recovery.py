@@ -1,8 +1,8 @@
-"""Where a learned rule file came from, found out from its text and that of the original alone.
+"""Origins of the rules of a learned rule file, recovered from its text and that of the original.
 
-A learned file repeats the rules of the original: split symbols carry its names with something added, the ends of rules
-say the same but for these names, percentages are others. So each end of a rule is laid beside those of the original
-that say the same; where just one does, it came from there.
+A learned file repeats the rules of the original: split symbols have its names with suffixes, the alternatives are
+equal except for these names, and percentages differ. So each alternative is matched with equal ones of the
+original; if exactly one matches, it is the origin.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from grammarlab.language.syntax.tree import Sequence as Items
 
 Floats = NDArray[np.float64]
 Renamed: TypeAlias = dict[SymbolKey, SymbolKey]
-"""For symbols of the learned grammar those of the original."""
+"""Original symbols, by symbols of the learned grammar."""
 
 
 class _ForeignError(Exception):
@@ -39,20 +39,20 @@ class _ForeignError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class _End:
-    """The end of a rule's choices."""
+    """An alternative of a rule."""
 
     branch: Branch
     conditions: tuple[tuple[object, int], ...]
-    """The lists of ``case`` conditions that lead to it, and which of each."""
+    """The lists of ``case`` conditions that lead to it, with the index in each."""
     text: Node
 
 
 def recovered(original: Grammar, text: str) -> LearnedGrammar | None:
-    """A learned grammar as made from an original one; None where it was not made from it, or that cannot be told.
+    """A learned grammar with its origins; None if it was not made from the original, or this is ambiguous.
 
     Args:
-        original: the grammar that it may have been made from.
-        text: the rule file that may have been learned.
+        original: the possible original grammar.
+        text: the possibly learned rule file.
     """
     if text == original.text:
         start = TreeGrammar.of(original).start
@@ -107,7 +107,7 @@ def _recovered(original: Grammar, learned: Grammar) -> LearnedGrammar:
 
 
 def _mixture(original: Grammar, learned: Grammar) -> str:
-    """The attribute that says which component a model is of; empty without one."""
+    """The attribute with the number of a model's component; empty without one."""
     new = [name for name in learned.attributes if name not in original.attributes]
     if len(new) > 1 or any(name not in learned.attributes for name in original.attributes):
         raise _ForeignError
@@ -141,7 +141,7 @@ def _by_component(choice: Choice, mixture: str, number: int) -> list[Choice] | N
 def _origins(
     original: Grammar, learned: Grammar, start: SymbolKey, learned_start: SymbolKey, mixture: str
 ) -> tuple[dict[SymbolKey, Origin], bool]:
-    """Where rules come from, and whether the start rule has a branch for each component."""
+    """Origins of rules, and whether the start rule has a branch for each component."""
     renamed: Renamed = {learned_start: start}
     waiting = [learned_start]
     origins: dict[SymbolKey, Origin] = {}
@@ -166,7 +166,7 @@ def _origins(
 
 def _ends(choice: Choice, path: Branch, conditions: tuple[tuple[object, int], ...]) -> Iterator[_End]:
     if isinstance(choice, Case):
-        # An else that was added makes nothing, and stands for no case that holds.
+        # An added else makes nothing, and is for shapes for which no case holds.
         known = tuple(condition for condition in choice.conditions if condition is not None)
         for i, branch in enumerate(choice.branches):
             yield from _ends(branch, (*path, i), (*conditions, (known, i)))
@@ -185,7 +185,7 @@ def _origin(
     learned: Grammar,
     waiting: list[SymbolKey],
 ) -> Branch | None:
-    """The end of the original rule that says the same."""
+    """The matching alternative of the original rule."""
     found: list[tuple[Branch, Renamed]] = []
     for other in ends:
         names: Renamed = {}
@@ -205,7 +205,7 @@ def _origin(
 
 
 def _same(old: Any, new: Any, names: Renamed) -> bool:
-    """Whether two texts say the same but for names with something added; notes the names."""
+    """Whether two texts are equal except for suffixes of names; records the names."""
     if type(old) is not type(new):
         return False
     if isinstance(old, tuple):
@@ -229,7 +229,7 @@ def _same(old: Any, new: Any, names: Renamed) -> bool:
 def _attribute(
     original: Grammar, learned: Grammar, name: str, mixture: str, number: int
 ) -> tuple[AttributeParts, list[Floats]]:
-    """The parts of an attribute that is drawn otherwise, and for each component their probabilities [parts]."""
+    """Parts of an attribute with a new distribution, and for each component their probabilities [parts]."""
     value = learned.attributes[name].value
     values = _by_component(value, mixture, number) or [value] * number
     leaves = [list(_leaves(choice, 1.0)) for choice in values]
@@ -255,7 +255,7 @@ def _leaves(choice: Choice, probability: float) -> Iterator[tuple[float, Choice]
 
 
 def _check_apart(parts: Sequence[AttributePart]) -> None:
-    """Makes sure that a number says which part it comes from."""
+    """Check that a number determines its part."""
     ranges = sorted((part.low, part.high) for part in parts if np.isfinite(part.low))
     if any(high > low for (_, high), (low, _) in pairwise(ranges)):
         raise _ForeignError
@@ -273,7 +273,7 @@ def _probabilities(value: Choice, parts: AttributeParts, leaves: Sequence[tuple[
 
 
 def _share(leaf: Choice, ends: tuple[float, float] | None, old: Choice, part: AttributePart) -> float:
-    """How much of what a leaf draws lies in a part."""
+    """Share of the draws of a leaf that lies in a part."""
     if ends is None or not np.isfinite(part.low):
         return float(leaf == old)
     low, high = max(ends[0], part.low), min(ends[1], part.high)

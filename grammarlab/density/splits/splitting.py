@@ -1,9 +1,10 @@
-"""Symbols split by what their trees are for: the exact grammar before it becomes text.
+"""Symbols split by outside weights: the exact grammar before it becomes text.
 
-A variant is a symbol together with a future. The future of the start symbol is the preference itself; every rule hands
-it on to its successors, and each new combination of a symbol and a future becomes a variant. A symbol whose future
-does not care stays as it is. The weight of a variant is the sum, over all trees it has, of probability times future:
-an inside weight. With these, chances become p(alternative) x weights of its successors / weight of the variant.
+A variant is a symbol with outside weights. Those of the start symbol are the preference itself; every rule passes
+them to its successors, and each new combination of a symbol and outside weights becomes a variant. A symbol with
+constant outside weights is not split. The weight of a variant is the sum, over all its trees, of probability times
+outside weight: an inside weight. With these, the probability of an alternative is p(alternative) x weights of its
+successors / weight of the variant.
 """
 
 from __future__ import annotations
@@ -28,47 +29,47 @@ Floats = NDArray[np.float64]
 Base: TypeAlias = Literal["grammar", "uniform"]
 
 _MOST_COMPONENTS = 200
-"""So many branches the start rule may have that go with values of attributes."""
+"""Largest number of branches of the start rule that depend on attributes."""
 MOST_WAYS = 20_000
-"""Alternatives of all variants together."""
+"""Largest number of alternatives of all variants."""
 PLAIN = -1
-"""In place of a variant: the symbol as the original grammar has it."""
+"""Marks the original symbol, instead of a variant."""
 
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """One way to carry an alternative out: which variants its successors become."""
+    """An assignment of variants to the successors of an alternative."""
 
     weight: float
     children: Mapping[int, int]
-    """Variant by place of the successor; those left out stay `PLAIN`."""
+    """Variant by place of the successor; others are `PLAIN`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """A symbol with a future."""
+    """A symbol with outside weights."""
 
     key: SymbolKey
     future: Floats
-    """[S] for each state of the symbol; the largest is 1."""
+    """[S] outside weight of each state of the symbol; the largest is 1."""
     ways: Mapping[Branch | None, tuple[Way, ...]]
-    """For each alternative; none where it cannot be."""
+    """Assignments of each alternative; none if it is impossible."""
 
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """A summand of the preference: parts of attributes that go with a variant of the start symbol."""
+    """A summand of the preference: weights of attributes with a variant of the start symbol."""
 
     weight: float
     attributes: tuple[Floats, ...]
-    """For each attribute a weight [parts], the largest 1."""
+    """Weights [parts] of each attribute; the largest is 1."""
     start: int
     """Variant of the start symbol."""
 
 
 @dataclass(frozen=True, slots=True)
 class Splitting:
-    """All variants that are needed, and where derivations begin."""
+    """All needed variants, and the starts of derivations."""
 
     automaton: Automaton
     attributes: tuple[AttributeParts, ...]
@@ -84,18 +85,18 @@ def split(
     base: Base = "grammar",
     max_ways: int = MOST_WAYS,
 ) -> Splitting:
-    """Splits the symbols of a grammar by a preference.
+    """Split the symbols of a grammar by a preference.
 
     Args:
         automaton: counts the patterns that the preference reads.
-        attributes: the drawn attributes that it reads.
+        attributes: the drawn attributes that the preference reads.
         preference: from counts of patterns [n, patterns] and of attribute features [n, attribute features] to values
             [n], finite and at least 0.
-        base: what the preference multiplies: the probabilities of the grammar, or 1 for every tree.
-        max_ways: so many alternatives the result may have.
+        base: the weights that the preference multiplies: the probabilities of the grammar, or 1 for every tree.
+        max_ways: largest number of alternatives of the result.
 
     Raises:
-        InexactError: when it would have more.
+        InexactError: If it would have more.
     """
     build = _Build(automaton, base, max_ways)
     components = tuple(build.components(attributes, preference))
@@ -108,7 +109,7 @@ class _Build:
         self.automaton = automaton
         self.tree = automaton.components.tree
         self.free = _uncounted(automaton) if base == "uniform" else frozenset(self.tree.reachable)
-        """Symbols that stay as they are where their future does not care."""
+        """Symbols that are not split if their outside weights are constant."""
         self.max_ways = max_ways
         self.num_ways = 0
         self.numbers: dict[tuple[SymbolKey, bytes], int] = {}
@@ -120,11 +121,11 @@ class _Build:
         attributes: Sequence[AttributeParts],
         preference: Callable[[NDArray[np.int64], NDArray[np.int64]], Floats],
     ) -> list[Component]:
-        """The preference as a sum of products of the attributes and the tree."""
+        """The preference as a sum of products of attribute weights and tree weights."""
         totals = self.automaton.totals
         sizes = [len(attribute.parts) for attribute in attributes]
         if float(np.prod([*sizes, float(len(totals))])) > self.max_ways * 50:
-            raise InexactError("the preference tells apart too many combinations of attributes and trees")
+            raise InexactError("the preference distinguishes too many combinations of attributes and trees")
         combinations = np.indices([*sizes, len(totals)]).reshape(len(sizes) + 1, -1)
         drawn = [attribute.counts[index] for attribute, index in zip(attributes, combinations, strict=False)]
         none = np.zeros((combinations.shape[1], 0), dtype=np.int64)
@@ -136,7 +137,7 @@ class _Build:
         ]
 
     def run(self) -> None:
-        """Splits until no variant is missing."""
+        """Split until no variant is missing."""
         while len(self.variants) < len(self.waiting):
             key, future = self.waiting[len(self.variants)]
             ways = {
@@ -180,7 +181,7 @@ class _Build:
         return tuple(ways)
 
     def _scan(self, key: SymbolKey, branch: Branch | None) -> Scan | None:
-        """How the children of an alternative are read; None where no derivation of it ends."""
+        """Scan of the children of an alternative; None if no derivation of it ends."""
         if self.automaton.components.active[key]:
             return self.automaton.scans.get((key, branch))
         return Scan((), np.zeros(1, dtype=np.int64))
@@ -193,7 +194,7 @@ class _Build:
 
 
 def _side_by_side(sizes: Sequence[int]) -> Scan:
-    """A scan that remembers the states of all children."""
+    """A scan whose state has the states of all children."""
     steps: list[ScanStep] = []
     seen = 1
     for child, size in enumerate(sizes):
@@ -203,10 +204,10 @@ def _side_by_side(sizes: Sequence[int]) -> Scan:
 
 
 def _uncounted(automaton: Automaton) -> frozenset[SymbolKey]:
-    """The symbols that an even base leaves as they are: those with one tree, and those whose trees cannot be counted.
+    """Symbols that a uniform base does not change: those with one tree, and those without a finite number of trees.
 
-    Trees cannot be counted where a symbol calls itself, occurs a number of times that depends on sizes, or has a
-    different number of them in different cases.
+    The number of trees is undefined if a symbol is recursive, occurs a number of times that depends on sizes, or has
+    different numbers of trees in different cases.
     """
     tree, active = automaton.components.tree, automaton.components.active
     calls = {key: tuple({s.key for a in tree.alternatives(key) for s in a.successors}) for key in tree.reachable}
@@ -223,7 +224,7 @@ def _uncounted(automaton: Automaton) -> frozenset[SymbolKey]:
 
 
 def _num_trees(body: Body, number: Mapping[SymbolKey, int]) -> int | None:
-    """How many trees a body has, from those of its successors; None where that depends on sizes or conditions."""
+    """Number of trees of a body, from those of its successors; None if it depends on sizes or conditions."""
     if isinstance(body, Alternative):
         if any(successor.copies is None and number[successor.key] > 1 for successor in body.successors):
             return None

@@ -1,8 +1,8 @@
-"""The density of derivation trees under a grammar made by splitting symbols, summed over what a tree does not show.
+"""Density of derivation trees under a grammar of split symbols, summed over the hidden variants.
 
-A tree of the original grammar does not say which variant of its symbol a node was. The probability of a tree is the
-sum over all ways to name variants; it is computed bottom-up, for all trees of a forest at once, as a ratio to the
-probability under the original grammar, so that only the nodes where the two grammars differ are looked at.
+A tree of the original grammar does not contain the variants of its nodes. The probability of a tree is the
+sum over all assignments of variants; it is computed bottom-up, for all trees of a forest at once, as a ratio to the
+probability under the original grammar, so that only nodes where the two grammars differ are visited.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 
 class StartRule(NamedTuple):
-    """The learned rule that a tree begins with, and which of its branches: all, or those of one component."""
+    """The learned start rule of a tree, with its branches: all, or those of one component."""
 
     key: SymbolKey
     component: int | None
@@ -37,19 +37,19 @@ class _Production:
     variant: int
     origin: Branch | None
     ratio: float
-    """Its probability by that of its original."""
+    """Its probability divided by that of its original."""
     children: tuple[int, ...]
-    """The variant of each successor, -1 where nothing below it differs."""
+    """The variant of each successor, -1 if nothing below it differs."""
 
 
 class TreeRatio:
-    """How much likelier trees are under a learned grammar than under the original one.
+    """Density ratio of trees under a learned grammar and the original grammar.
 
     Args:
         original: the original grammar.
         learned: the grammar whose rules were made from it.
-        origins: where changed rules come from; all others are the original's.
-        starts: what a tree may begin with.
+        origins: origins of changed rules; all others are the original's.
+        starts: possible starts of a tree.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class TreeRatio:
                 self._slots.setdefault((key, origin), []).append(_Production(number, origin, ratio, children))
 
     def __call__(self, forest: Forest) -> Floats:
-        """[starts, models] density under the learned grammar, from each start, by that under the original."""
+        """[starts, models] density under the learned grammar, from each start, divided by that under the original."""
         columns = _Columns(forest, self._original, {key for key, _ in self._slots})
         result = np.zeros((len(self._numbers), len(columns.nodes)))
         slots = [self._slots.get(way, []) for way in columns.ways]
@@ -103,7 +103,7 @@ class TreeRatio:
         return found or Origin(key, {branch: branch for branch in branches if branch is not None})
 
     def _alternatives(self, start: StartRule) -> Iterator[tuple[Branch | None, float, Alternative]]:
-        """The learned alternatives of a rule: what each comes from, its ratio, and itself."""
+        """The learned alternatives of a rule, with their originals and ratios."""
         origin = self._origin(start.key)
         before = _path_probabilities(self._original.body(origin.key))
         after = _path_probabilities(self._learned.body(start.key))
@@ -118,7 +118,7 @@ class TreeRatio:
                 yield source, new / old, alternative
 
     def _differing(self, starts: Sequence[StartRule]) -> list[StartRule]:
-        """The learned rules below the starts under which something differs from the original."""
+        """The learned rules below the starts with any difference from the original."""
         keys = {start.key: None for start in starts}
         queue = list(keys)
         below: dict[SymbolKey, set[SymbolKey]] = {}
@@ -137,13 +137,13 @@ class TreeRatio:
 
 
 class _Columns:
-    """The nodes of a forest whose symbols were split, and how they hang together."""
+    """Nodes of a forest with split symbols, and their tree structure."""
 
     def __init__(self, forest: Forest, original: TreeGrammar, keys: set[SymbolKey]) -> None:
         nodes = forest.nodes
         rules = [((rule.symbol, rule.parameters), rule.branch) for rule in forest.rules]
         self.ways: list[tuple[SymbolKey, Branch | None]] = [*rules]
-        """What a node may be: its symbol, and how it was rewritten."""
+        """Symbol and alternative of a node."""
         of_rule = np.array([key in keys for key, _ in rules], dtype=bool)
         unruled = {key[0]: key for key in keys}
         of_symbol = np.full(len(forest.symbols), -1, dtype=np.int64)
@@ -184,7 +184,7 @@ def _by_group(group: Ints, rows: Ints) -> Iterator[tuple[int, Ints]]:
 
 
 def _path_probabilities(body: Body) -> dict[Branch, float]:
-    """The probability of each end of a rule's choices, as far as chance decides it."""
+    """Probability of each alternative of a rule, from its stochastic choices."""
     found: dict[Branch, float] = {}
 
     def visit(body: Body, probability: float) -> None:

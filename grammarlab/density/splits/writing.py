@@ -1,4 +1,4 @@
-"""A splitting as the text of a grammar."""
+"""Text of a grammar from a splitting."""
 
 from __future__ import annotations
 
@@ -33,20 +33,20 @@ from grammarlab.language.rewriting import (
 Floats = NDArray[np.float64]
 
 _SAME = 1e-13
-"""Probabilities that differ by no more, relatively, are left as they stand."""
+"""Largest relative difference of unchanged probabilities."""
 _WORD = re.compile(r"[^\W\d]\w*")
 _MOST_PARENTS = 3
-"""So many rules are named in the comment of a split symbol."""
+"""Largest number of rules named in the comment of a split symbol."""
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where the branches of a learned rule come from."""
+    """Origin of the branches of a learned rule."""
 
     key: SymbolKey
     """The rule of the original grammar."""
     branches: Mapping[Branch, Branch | None]
-    """For each of its branches that of the original; None where no case of the original holds."""
+    """Original branch of each of its branches; None if no case of the original holds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,23 +55,23 @@ class Mixed:
 
     probability: float
     attributes: tuple[Floats, ...]
-    """For each attribute of the splitting the probabilities [parts] of its parts."""
+    """Probabilities [parts] of the parts of each attribute of the splitting."""
     start: int
     """Variant of the start symbol, or `PLAIN`."""
 
 
 @dataclass(frozen=True, slots=True)
 class WrittenGrammar:
-    """A learned grammar and where it comes from."""
+    """A learned grammar and its origins."""
 
     text: str
     """A rule file."""
     origins: Mapping[SymbolKey, Origin]
-    """For each rule that is new or changed; all others are those of the original grammar."""
+    """Origin of each rule that is new or changed; all others are those of the original grammar."""
     start: SymbolKey
-    """The rule that derivations start with."""
+    """The start rule."""
     components: tuple[Mixed, ...]
-    """Where their starts differ, the start rule has one branch for each."""
+    """Components; if their starts differ, the start rule has one branch for each."""
 
 
 def write(
@@ -82,15 +82,15 @@ def write(
     names: Callable[[Splitting, Collection[str]], AbstractNames] = SplitNames,
     step: float = EXACT,
 ) -> WrittenGrammar:
-    """The grammar that a splitting stands for.
+    """The grammar of a splitting.
 
     Args:
         grammar: the original grammar.
         splitting: its split symbols.
-        weights: their inside weights; that of the whole is above 0.
+        weights: their inside weights; the total is above 0.
         header: lines of a comment at the top of the file.
-        names: finds names for variants, given those that are taken.
-        step: what probabilities are multiples of (`grammarlab.density.rounding`).
+        names: finds names for variants, given the used names.
+        step: probabilities are multiples of this (`grammarlab.density.rounding`).
     """
     return _GrammarWriter(grammar, splitting, weights, names(splitting, _identifiers(grammar)), step).run(header)
 
@@ -107,19 +107,19 @@ class _GrammarWriter:
         self.components = tuple(_components(splitting, weights, step))
         self.mixed = len(self.components) > 1
         self.branching = len({component.start for component in self.components}) > 1
-        """Whether the start rule has a branch for each component; else they differ in attributes only."""
+        """Whether the start rule has a branch for each component; otherwise they differ in attributes only."""
         self.plain: dict[SymbolKey, None] = {}
-        """Symbols that occur as they were."""
+        """Unchanged symbols that occur."""
         self.parents: dict[int, dict[int, None]] = {}
-        """Variants that occur as a successor, and in which variants."""
+        """Variants that occur as successors, with their parent variants."""
         self._follow()
         self.name: dict[int, str] = {}
-        """The name of each variant that has a rule of its own."""
+        """The name of each variant with its own rule."""
         self.named: dict[SymbolKey, list[int]] = {}
         """The same variants by symbol, in the order of their rules."""
         self.words = words
         self.mixture = self.words.fresh("component") if self.mixed else ""
-        """The attribute that says which component a model is of."""
+        """The attribute with the number of a model's component."""
         self._find_names()
 
     def run(self, header: Sequence[str]) -> WrittenGrammar:
@@ -128,7 +128,7 @@ class _GrammarWriter:
         reachable = set(self.tree.reachable)
         for key in self.tree.bodies:
             made = self._copies(key)
-            # A rule that no plain symbol needs stays where its only variant says the same.
+            # A rule that no plain symbol needs is kept if its only variant is equal to it.
             if made or (key in reachable and key not in self.plain and key not in self.named):
                 copies[key] = made
             for copy in made:
@@ -147,7 +147,7 @@ class _GrammarWriter:
     # What occurs
 
     def _follow(self) -> None:
-        """Finds the variants and the plain symbols that the learned grammar needs."""
+        """Find the variants and the plain symbols that the learned grammar needs."""
         marked = {(rule.name, 0) for rule in self.grammar.start_rules if not rule.parameters} - {self.tree.start}
         for key in marked & self.tree.bodies.keys():
             self._follow_plain(key)
@@ -168,9 +168,9 @@ class _GrammarWriter:
                     queue.append(child)
 
     def _children(self, variant: Variant, body: Original) -> Iterator[int]:
-        """The variants below a variant; the plain symbols there are noted."""
+        """The variants below a variant; plain symbols are recorded."""
         if self.weights.body(variant, body) == 0.0:
-            # A case that no model of the sample came to.
+            # A case that no model of the sample reached.
             self._follow_plain(*_keys_below(body))
         elif isinstance(body, Alternative):
             for way in self._ways(variant, body):
@@ -209,14 +209,14 @@ class _GrammarWriter:
             self.start_name = self.name.get(self.components[0].start, start[0])
 
     def _lone_start(self) -> tuple[int, ...]:
-        """The variant to start with, where it is the same in all components."""
+        """The start variant, if it is the same in all components."""
         starts = dict.fromkeys(component.start for component in self.components if component.start != PLAIN)
         return () if self.branching else tuple(starts)
 
     # Rules
 
     def _copies(self, key: SymbolKey) -> list[RuleCopy]:
-        """What stands in place of a rule; nothing where it stays or goes."""
+        """Copies that replace a rule; None if it is kept or removed."""
         numbers = self.named.get(key, [])
         changed = [number for number in numbers if not self._unchanged(number)]
         is_start = key == self.tree.start
@@ -271,7 +271,7 @@ class _GrammarWriter:
         return np.array([w * self.weights.body(variant, b) for w, b in zip(own, chance.branches, strict=True)])
 
     def _body(self, variant: Variant, body: Original) -> Body:
-        """The choices of a rule as they are in a variant."""
+        """The choices of a rule in a variant."""
         if self.weights.body(variant, body) == 0.0:
             return _plain_body(body)
         if isinstance(body, Alternative):
@@ -314,7 +314,7 @@ def _round_parts(parts: AttributeParts, probabilities: Floats, step: float) -> F
 
 
 def _choice(branches: Sequence[tuple[float, Body]], step: float = EXACT) -> Body:
-    """A choice of branches with these weights; choices directly inside it become part of it."""
+    """A choice of branches with these weights; choices directly inside it are merged into it."""
     total = sum(weight for weight, _ in branches)
     flat: list[tuple[float, Body]] = []
     for weight, body in branches:
@@ -331,12 +331,12 @@ def _kept(body: Chance | Cases, branches: Sequence[Body]) -> Same:
 
 
 def _written(body: Chance | Cases) -> tuple[Original, ...]:
-    """The branches that stand in the text."""
+    """The branches in the text."""
     return body.branches[:-1] if isinstance(body, Cases) and not body.complete else body.branches
 
 
 def _plain_body(body: Original) -> Body:
-    """The choices of a rule as they were."""
+    """The unchanged choices of a rule."""
     if isinstance(body, Alternative):
         return Text(body.branch or (), {})
     if isinstance(body, Chance) and body.probabilities is not None:
@@ -350,7 +350,7 @@ def _keys_below(body: Original) -> list[SymbolKey]:
 
 
 def _origins(body: Body, path: Branch) -> Iterator[tuple[Branch, Branch | None]]:
-    """The ends of a new body: where each is, and which end of the original it comes from."""
+    """The alternatives of a new body: their places and original alternatives."""
     if isinstance(body, Text):
         yield path, body.path
         return
@@ -362,5 +362,5 @@ def _origins(body: Body, path: Branch) -> Iterator[tuple[Branch, Branch | None]]
 
 
 def _identifiers(grammar: Grammar) -> set[str]:
-    """Every word of a rule file, those of comments too: looking at the text takes a fraction of looking at the tree."""
+    """Every word of a rule file, comments included: scanning the text is much faster than walking the tree."""
     return set(_WORD.findall(grammar.text))

@@ -1,1 +1,1 @@
-"""Densities that are wanted, and models that follow them by rejection."""
+"""Target densities, and rejection sampling from them."""

@@ -1,4 +1,4 @@
-"""A grammar with an acceptance rule: what a grammar of sensible size cannot say, rejection does."""
+"""Grammar with an acceptance rule: rejection completes what a grammar of moderate size cannot express."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ _NAME = "acceptance_rate"
 
 @dataclass(frozen=True)
 class AcceptedGrammar(AbstractSampler):
-    """A density made of a grammar and of a rule about which of its models to keep."""
+    """A density from a grammar and an acceptance rule."""
 
     text: str
     """A rule file with the rule in an annotation."""
     original: Grammar
-    """What it was made from."""
+    """The original grammar."""
     part: LearnedGrammar | None
-    """What the grammar is without the rule; None where it is the original."""
+    """The grammar without the rule; None if it is the original."""
     rule: Expression
-    """Over the features of the original: the probability, cut to 0 to 1, with which a model is kept."""
+    """Acceptance probability over the features of the original, clipped to 0 to 1."""
     mean: float
-    """Of the rule over the models of the part, as far as the pool tells."""
+    """Mean of the rule over the models of the part, estimated from the pool."""
     accept_rate: float
-    """Share of candidates that the file keeps: the mean, times that of a rule that the original had."""
+    """Share of candidates that the file keeps: the mean, times that of the original's own rule."""
     base: Base
     findings: tuple[str, ...]
-    """What a person should know about how it was made."""
+    """Remarks for the user about how it was made."""
     assets: Path | None = None
     """Folder of meshes and images."""
 
@@ -66,7 +66,7 @@ class AcceptedGrammar(AbstractSampler):
 
     @cached_property
     def grammar(self) -> Grammar:
-        """What the text says."""
+        """Grammar of the text."""
         return Grammar.parse(self.text, self.original.file)
 
     def sample(self, num_models: int, seed: int) -> Forest:
@@ -78,17 +78,17 @@ class AcceptedGrammar(AbstractSampler):
             return forest.log_probability() + np.log(self.ratio(forest))
 
     def ratio(self, forest: Forest) -> Floats:
-        """Density [models] of models of the original grammar by that under the original grammar."""
+        """Density [models] of models of the original grammar, divided by their original density."""
         kept = Acceptance(self.rule, {}).probabilities(forest)
         return kept / self.mean * (1.0 if self.part is None else self.part.ratio(forest))
 
 
 def split_symbols(part: LearnedGrammar | None, features: tuple[Feature, ...]) -> Mapping[SymbolKey, SplitSymbol]:
-    """What a learned grammar calls symbols that patterns name.
+    """Symbols of a learned grammar for the symbols of patterns.
 
     Args:
         part: the learned grammar; None for the original.
-        features: what is counted.
+        features: the features.
     """
     if part is None:
         return {}
@@ -103,7 +103,7 @@ def split_symbols(part: LearnedGrammar | None, features: tuple[Feature, ...]) ->
 
 
 def with_rule(grammar: Grammar, acceptance: Acceptance, rate: float, header: Sequence[str] = ()) -> str:
-    """The text of a grammar with an acceptance rule in the place of the one that it had.
+    """Text of a grammar with a new acceptance rule instead of its own.
 
     Args:
         grammar: the grammar.
@@ -120,7 +120,7 @@ def product_with_own(grammar: Grammar, rule: str) -> tuple[Grammar, Expression]:
     """A grammar without its acceptance rule, and the product of that rule with another one.
 
     Raises:
-        UsageError: where the product is too long.
+        UsageError: If the product is too long.
     """
     own = Acceptance.of(grammar.tree)
     if own is None:

@@ -1,4 +1,4 @@
-"""Models of a wanted density, to learn from: drawn by the exact grammar where there is one, else by rejection."""
+"""Samples of a target density to learn from: from the exact grammar if there is one, otherwise by rejection."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ K = TypeVar("K")
 
 
 class Candidates(NamedTuple):
-    """Models that may be drawn, as trees of the grammar of the target."""
+    """Candidate models, as trees of the grammar of the target."""
 
     forest: Forest
     values: Floats
-    """[n, features] of the features of the target."""
+    """[n, features] values of the features of the target."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +36,12 @@ class Drawn(Generic[K]):
     """Models of a density."""
 
     chunks: tuple[tuple[K, Ints], ...]
-    """What was kept of candidates, and which rows of each chunk are drawn."""
+    """Kept data of candidates, and the drawn rows of each chunk."""
     num_models: int
     mean_preference: float
-    """Over the models of the grammar; an estimate, where models were rejected."""
+    """Mean over the models of the grammar; an estimate if models were rejected."""
     finding: str
-    """How they were drawn, in words."""
+    """Description of how they were drawn."""
 
 
 def draw(
@@ -53,18 +53,18 @@ def draw(
     most_proposals: int = MOST_PROPOSALS,
     on_progress: Progress = silent,
 ) -> Drawn[K]:
-    """Models of a wanted density, independent of each other.
+    """Independent models of a target density.
 
     Args:
         target: the density; its base is the grammar.
-        keep: what to keep of some candidates [k].
-        num_models: how many.
+        keep: function that selects the data to keep of candidates [k].
+        num_models: number of models.
         seed: 0 <= seed < 2**64; the same seed draws the same models.
-        most_proposals: after so many candidates it ends, with as many models as there are.
-        on_progress: told about models drawn.
+        most_proposals: largest number of candidates; then it ends with fewer models.
+        on_progress: called with the number of drawn models.
 
     Raises:
-        GrammarlabError: when the preference is 0 for all models, or for all that were looked at.
+        GrammarlabError: If the preference is 0 for all models, or for all candidates.
     """
     exact = _exact(target)
     program = compile_grammar(target.grammar if exact is None else exact.grammar)
@@ -95,7 +95,7 @@ def draw(
 
 
 def _exact(target: Target) -> LearnedGrammar | None:
-    """The exact grammar of a density; None where there is none, or its models do not tell all draws of a feature."""
+    """Exact grammar of a density; None if there is none, or its models do not record all draws of a feature."""
     try:
         learned = target.compiled(target.first_look)
     except InexactError:

@@ -1,8 +1,8 @@
-"""Drawn numbers cut into ranges: what comes near a preference that changes with every value of them.
+"""Drawn numbers cut into ranges: an approximation of a preference that changes with every value.
 
-A grammar can choose a range and draw evenly inside it. So the nearest preference that it can follow is, in each box of
-ranges, the mean of the wanted one. Choices that are read by the number of their branch are cut alike, since numbers
-that belong together in too many ways need too many rules.
+A grammar can choose a range and draw uniformly inside it. So the nearest preference that it can express is, in each box
+of ranges, the mean of the target preference. Choices that are read by the number of their branch are cut in the same
+way, since too many combinations of numbers need too many rules.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from grammarlab.language.syntax.tree import Stochastic, alternatives
 Floats = NDArray[np.float64]
 
 _POINTS = 128
-"""In each box, to compute the mean of a preference."""
+"""Number of points in each box for the mean of a preference."""
 _MOST_BOXES = 40_000
 
 
 def range_ends(grammar: Grammar, name: str) -> tuple[float, ...]:
-    """Where the ranges of ``rand(a, b)`` begin and end that an attribute is drawn from, ascending; none for others."""
+    """Ends of the ranges of ``rand(a, b)`` of an attribute, ascending; none for other attributes."""
     attribute = grammar.attributes.get(name)
     leaves = [] if attribute is None else [drawn_range(leaf) for leaf in alternatives(attribute.value)]
     ends = {end for leaf in leaves if leaf is not None for end in leaf}
@@ -40,13 +40,13 @@ def range_ends(grammar: Grammar, name: str) -> tuple[float, ...]:
 
 
 def even_cuts(grammar: Grammar, name: str, number: int, more: Sequence[Threshold] = ()) -> list[Threshold]:
-    """The bounds that cut an attribute into a number of ranges or more, none of which holds the end of a draw.
+    """Bounds that cut an attribute into at least a number of ranges, such that no range contains the end of a draw.
 
     Args:
         grammar: the grammar.
         name: an attribute with `range_ends`.
         number: at least 1.
-        more: other bounds to cut it at.
+        more: further bounds.
     """
     ends = range_ends(grammar, name)
     inner = {*ends[1:-1], *(found.bound for found in more), *np.linspace(ends[0], ends[-1], number + 1)[1:-1].tolist()}
@@ -56,19 +56,19 @@ def even_cuts(grammar: Grammar, name: str, number: int, more: Sequence[Threshold
 def with_ranges(
     grammar: Grammar, reads: Sequence[Read], preference: Preference, number: int
 ) -> tuple[tuple[Read, ...], Preference]:
-    """What reads ranges instead of numbers, and the mean of a preference in these ranges.
+    """Readings of ranges instead of numbers, and the mean of a preference in these ranges.
 
     Args:
         grammar: the grammar.
         reads: what the preference reads.
         preference: from their values to a score.
-        number: of ranges of each attribute that is read by its value.
+        number: number of ranges of each attribute that is read by its value.
 
     Returns:
-        The same as given, where no attribute is read so.
+        The given readings and preference if no attribute is read by its value.
 
     Raises:
-        InexactError: when there are too many boxes.
+        InexactError: If there are too many boxes.
     """
     names = tuple(sorted({name for read in reads for name in _by_value(grammar, read)}))
     if not names:
@@ -104,7 +104,7 @@ def _by_value(grammar: Grammar, read: Read) -> tuple[str, ...]:
 
 
 def _num_branches(grammar: Grammar, name: str) -> int:
-    """How many branches the choice has that is drawn for an attribute; 0 where that is none."""
+    """Number of branches of the choice that is drawn for an attribute; 0 if it is not a choice."""
     attribute = grammar.attributes.get(name)
     if attribute is None or range_ends(grammar, name) or not isinstance(attribute.value, Stochastic):
         return 0
@@ -118,7 +118,7 @@ class _AttributeRanges:
     edges: Floats
     """[ranges + 1] their ends."""
     columns: list[int]
-    """Where among what is read its bounds stand, or the number of its branch."""
+    """Indices of its bounds, or of the number of its branch, among the readings."""
     is_choice: bool
 
     def range_of(self, values: Floats) -> NDArray[np.int64]:
@@ -140,7 +140,7 @@ class _Means:
     reads: tuple[Read, ...]
     """What the preference reads."""
     kept: tuple[Read, ...]
-    """What is read instead."""
+    """The new readings."""
     preference: Preference
     names: tuple[str, ...]
     """The attributes that were cut."""
@@ -156,7 +156,7 @@ class _Means:
         return self._of_boxes(values[first], ranges[first])[box.reshape(-1)]
 
     def _of_boxes(self, values: Floats, ranges: NDArray[np.int64]) -> Floats:
-        # Half a step from the lower ends, so that points lie evenly inside.
+        # Half a step from the lower ends, so that points are evenly distributed.
         points = qmc.Sobol(len(self.axes), scramble=False).random(_POINTS) + 0.5 / _POINTS
         total = np.zeros(len(values))
         for point in points:

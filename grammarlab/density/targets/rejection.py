@@ -1,6 +1,6 @@
 """Rejection sampling: a grammar's models, thinned until they follow a preference (section 4.6).
 
-No new grammar comes out, and time is spent on models that nobody sees; in return the preference may be any function of
+There is no new grammar, and rejected models cost time; but the preference may be any function of
 a model. A learned grammar can propose the models, so that fewer are rejected.
 """
 
@@ -29,38 +29,38 @@ Floats = NDArray[np.float64]
 K = TypeVar("K")
 
 PILOT_MODELS = 2_000
-"""Models that are accepted to estimate the mean of the preference, and a bound where none is known."""
+"""Number of accepted models for estimating the mean of the preference, and its bound if unknown."""
 PILOT_PROPOSALS = 200_000
-"""A pilot run looks at no more: of a preference for one model in 500, it has met 400 then."""
+"""Largest number of models of a pilot run: 400 accepted ones for a preference that likes one model in 500."""
 
 
 @dataclass(frozen=True)
 class RejectionSampler(AbstractSampler):
-    """A wanted density, sampled by rejection."""
+    """A target density, sampled by rejection."""
 
     target: Target
     proposal: LearnedGrammar | None
-    """What proposes models; None for the base of the target."""
+    """Sampler that proposes models; None for the base of the target."""
     pilot: AcceptanceRate
-    """What became of the models of a pilot run. Its mean weight divides the density, and so is an estimate there."""
+    """Acceptance of a pilot run. Its mean weight is the estimated divisor of the density."""
     most_proposals: int = MOST_PROPOSALS
-    """Models that are looked at before it gives up."""
+    """Largest number of proposed models."""
 
     def sample(self, num_models: int, seed: int) -> Forest:
         return self.draw(num_models, seed)[0]
 
     def draw(self, num_models: int, seed: int) -> tuple[Forest, AcceptanceRate]:
-        """Models, and what became of those that were proposed.
+        """Models, with the acceptance of the proposals.
 
-        Where no bound is known, the largest weight met here or in the pilot run takes its place: models with a larger
-        one, should there be any, come too seldom.
+        Without a known bound, the largest weight found here or in the pilot run is used: models with a larger
+        weight, if any, are too rare in the samples.
 
         Args:
-            num_models: how many.
+            num_models: number of models.
             seed: 0 <= seed < 2**64; the same seed gives the same models.
 
         Raises:
-            GrammarlabError: when too few are accepted.
+            GrammarlabError: If too few are accepted.
         """
         least, most = self.pilot.bound, self.most_proposals
         found = _thinned(self.target, self.proposal, select_models, num_models, seed, least=least, most_proposals=most)
@@ -68,13 +68,13 @@ class RejectionSampler(AbstractSampler):
         if forest.num_models < num_models:
             raise GrammarlabError(
                 f"only {forest.num_models:,} models after {found.acceptance.proposals:,} proposals, {num_models:,} "
-                "were wanted: what is liked is too rare for rejection. Try the method compile, which needs no samples"
+                "were requested: liked models are too rare for rejection. Try the method compile: it needs no samples"
             )
         return forest, found.acceptance
 
     @property
     def text(self) -> str:
-        """Empty: no file samples like this."""
+        """Empty, since no file samples by rejection."""
         return ""
 
     @property
@@ -89,7 +89,7 @@ class RejectionSampler(AbstractSampler):
 
     @property
     def base(self) -> Base:
-        """What the preference multiplies."""
+        """The density that the preference multiplies."""
         return self.target.base
 
     @property
@@ -99,12 +99,12 @@ class RejectionSampler(AbstractSampler):
 
     @property
     def rules_after(self) -> int:
-        """The same: no new grammar comes out."""
+        """The same, since there is no new grammar."""
         return self.rules_before
 
     @property
     def findings(self) -> tuple[str, ...]:
-        """What a person should know about how models are made."""
+        """Remarks for the user about how models are made."""
         return (str(self.pilot),)
 
     def log_density(self, forest: Forest) -> Floats:
@@ -114,12 +114,12 @@ class RejectionSampler(AbstractSampler):
             return own + np.log(self._by_base(forest))
 
     def ratio(self, forest: Forest) -> Floats:
-        """Density [models] of models of the grammar by that under the grammar."""
+        """Density [models] of models of the grammar, divided by their density under the grammar."""
         even = self.target.even
         return self._by_base(forest) * (1.0 if even is None else even.ratio(forest))
 
     def _by_base(self, forest: Forest) -> Floats:
-        """The density by that of the base."""
+        """The density divided by that of the base."""
         return self.target.of_models(forest) / self.pilot.mean_weight
 
 
@@ -132,18 +132,18 @@ def reject(
     most_proposals: int = MOST_PROPOSALS,
     on_progress: Progress = silent,
 ) -> RejectionSampler:
-    """A sampler of a wanted density by rejection.
+    """A sampler of a target density by rejection.
 
     Args:
         target: the density.
-        num_pilot: models to accept in the pilot run.
+        num_pilot: number of accepted models of the pilot run.
         proposal: a learned grammar that proposes models; must make all models that the target makes.
-        seed: of the pilot run.
-        most_proposals: models that are looked at before it gives up.
-        on_progress: told about models that the pilot run accepts.
+        seed: seed of the pilot run.
+        most_proposals: largest number of proposed models.
+        on_progress: called with the number of accepted models of the pilot run.
 
     Raises:
-        GrammarlabError: when no model is accepted.
+        GrammarlabError: If no model is accepted.
     """
     most = min(most_proposals, PILOT_PROPOSALS)
     found = _thinned(

@@ -1,4 +1,4 @@
-"""The density that is wanted: a grammar times a preference that reads features."""
+"""Target density: a grammar times a preference that reads features."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ class Target:
 
     grammar: Grammar
     reads: tuple[Read, ...]
-    """What the preference reads: the relevant features."""
+    """Features that the preference reads."""
     preference: Preference
-    """From their values [n, reads] to a score [n], finite and at least 0."""
+    """Function from their values [n, reads] to a score [n], finite and at least 0."""
     base: Base = "grammar"
-    """What the preference multiplies."""
+    """The density that the preference multiplies."""
     bound: float | None = None
-    """The preference is never larger; None where that is not known."""
+    """Upper bound of the preference; None if unknown."""
     assets: Path | None = None
     """Folder of meshes and images."""
 
@@ -58,7 +58,7 @@ class Target:
 
     @cached_property
     def features(self) -> tuple[Feature, ...]:
-        """All that has to be measured, each once."""
+        """All features to count, each once."""
         return tuple(dict.fromkeys(feature for item in self.reads for feature in _features(item)))
 
     @property
@@ -67,7 +67,7 @@ class Target:
         return tuple(pattern for feature in self.features for pattern in pattern_of(feature))
 
     def read(self, values: Floats) -> Floats:
-        """What the preference reads [n, reads], from the values [n, features] of the features."""
+        """Values [n, reads] that the preference reads, from the values [n, features] of the features."""
         place = {feature: i for i, feature in enumerate(self.features)}
         columns = [_value(item, values, place) for item in self.reads]
         return np.stack(columns, axis=1) if columns else np.zeros((len(values), 0))
@@ -82,23 +82,23 @@ class Target:
 
     @cached_property
     def folder(self) -> AssetFolder | None:
-        """The assets, each read once however often models are derived."""
+        """The assets; each is read once for all derivations."""
         return None if self.assets is None else AssetFolder(self.assets)
 
     @cached_property
     def first_look(self) -> Forest:
-        """A few models of the grammar, to see how often successors occur and how large models are."""
+        """A few models of the grammar, to estimate counts of successors and the size of models."""
         return derive(self.grammar, ENOUGH_MODELS, 0, assets=self.folder)
 
     @property
     def chunk(self) -> int:
-        """How many models to derive at once."""
+        """Number of models to derive at once."""
         per_model = len(self.first_look.nodes) / self.first_look.num_models
         return int(max(256, NODES_PER_CHUNK / per_model))
 
     @cached_property
     def even(self) -> LearnedGrammar | None:
-        """Where the base is uniform, the grammar under which all trees are equally likely."""
+        """With base uniform, the grammar under which all trees are equally likely."""
         if self.base == "grammar":
             return None
         reads, _ = with_ranges(self.grammar, self.reads, _ones, 1)
@@ -116,19 +116,19 @@ class Target:
         Args:
             forest: derivations of the grammar that show how often successors inside blocks occur.
             header: lines of a comment at the top of the new file.
-            max_ways: so many alternatives the split symbols may have.
-            step: what probabilities are rounded to multiples of.
+            max_ways: largest number of alternatives of the split symbols.
+            step: probabilities are rounded to multiples of this.
 
         Raises:
-            InexactError: when there is none, or it would be too large; says why.
-            GrammarlabError: when the preference is 0 for every model, or no derivation ends.
+            InexactError: If there is none, or it would be too large; it states the reason.
+            GrammarlabError: If the preference is 0 for every model, or no derivation ends.
         """
         options: dict[str, Any] = {"forest": forest, "header": header, "max_ways": max_ways, "step": step}
         return compile_density(self.grammar, self.reads, self.preference, base=self.base, assets=self.assets, **options)
 
 
 def pattern_of(feature: Feature) -> Iterator[Pattern]:
-    """The pattern that a feature counts, if it does."""
+    """The pattern that a feature counts, if any."""
     inner = feature.feature if isinstance(feature, Present) else feature
     if isinstance(inner, Pattern):
         yield inner

@@ -1,8 +1,8 @@
 """Rejection: models of one density, thinned until they follow another (section 4.6).
 
-A model is accepted with the probability weight / bound, where its weight is the wanted density by the one it comes
-from, up to a constant. The bound must be above all weights. Where it is not known it is the largest weight met so far;
-whenever a larger one turns up, what was accepted before is thinned by the quotient.
+A model is accepted with the probability weight / bound, where its weight is the target density divided by the proposal
+density, up to a constant. The bound must be above all weights. If it is unknown, it is the largest weight found so far;
+when a larger one is found, the accepted models are thinned by the quotient.
 """
 
 from __future__ import annotations
@@ -22,35 +22,35 @@ Floats = NDArray[np.float64]
 T = TypeVar("T")
 K = TypeVar("K")
 Progress: TypeAlias = Callable[[str, int, int], None]
-"""Is told what is being done, how much of it is finished, and how much there is."""
+"""Function called with the name of a task, the number of finished parts, and the number of all parts."""
 
 MOST_PROPOSALS = 1_000_000
-"""After so many models it is time to give up."""
+"""Largest number of proposed models."""
 _LANE = 0x5245_4A45_4354
-"""Tells the draws that decide on models from those that made them."""
+"""Separates the draws that accept models from those that made them."""
 _FIRST_CHUNK = 256
 
 
 def silent(what: str, done: int, total: int) -> None:
-    """Tells nobody about progress."""
+    """Ignore progress."""
 
 
 @dataclass(frozen=True, slots=True)
 class AcceptanceRate:
-    """What became of the proposed models."""
+    """Statistics of the proposed models."""
 
     proposals: int
     accepted: int
     """Models that were accepted, of all proposed ones."""
     bound: float
-    """Weight from which on models are always accepted."""
+    """Weight from which models are always accepted."""
     known: bool
-    """Whether the bound was given; else it is the largest weight met, and a larger one is met with a probability of
+    """Whether the bound was given; otherwise it is the largest weight found, and the probability of a larger one is
     less than about 3 / proposals (at 95 %)."""
     mean_weight: float
-    """Over all proposals."""
+    """Mean over all proposals."""
     truncated: float
-    """Share of the wanted density that lies above a given bound, among the proposals: so much is missing."""
+    """Share of the target density above a given bound, among the proposals; this share is lost."""
 
     @property
     def rate(self) -> float:
@@ -71,7 +71,7 @@ class Thinned(Generic[K]):
     """Accepted models."""
 
     chunks: tuple[tuple[K, Ints], ...]
-    """What was kept of proposed models, and which of each chunk [k] are accepted, ascending."""
+    """Kept data of proposed models, and the accepted ones of each chunk [k], ascending."""
     acceptance: AcceptanceRate
 
 
@@ -88,26 +88,26 @@ def thin(
     chunk: int = 4_096,
     on_progress: Progress = silent,
 ) -> Thinned[K]:
-    """Accepts models until there are enough.
+    """Accept models until there are enough.
 
     Args:
         propose: from the index of the first model and a number to a chunk of models; each model depends on its index
             only.
         weigh: the weight [models] of each model of a chunk, finite and >= 0.
-        keep: what to keep of some models [k] of a chunk.
-        num_models: how many to accept.
-        seed: 0 <= seed < 2**64; decides, with its index, on each model.
-        bound: no weight is larger; None where that is not known.
-        least: without a bound, what the largest weight is at least.
-        most_proposals: after so many it ends, with as many as there are.
-        chunk: most models proposed at once.
-        on_progress: told about accepted models.
+        keep: function that selects the data to keep of models [k] of a chunk.
+        num_models: number of models to accept.
+        seed: 0 <= seed < 2**64; with its index it decides on each model.
+        bound: upper bound of all weights; None if unknown.
+        least: without a bound, a lower bound of the largest weight.
+        most_proposals: largest number of proposals; then it ends with fewer models.
+        chunk: largest number of models proposed at once.
+        on_progress: called with the number of accepted models.
 
     Raises:
-        GrammarlabError: when none is accepted.
+        GrammarlabError: If none is accepted.
     """
     kept: list[tuple[K, Floats]] = []
-    """Chunks of what may be accepted, and the bound below which each model is."""
+    """Chunks of candidates, and the largest bound under which each is accepted."""
     most = least if bound is None else bound
     proposals = accepted = 0
     total = cut = 0.0
@@ -133,7 +133,7 @@ def thin(
         size = int(min(chunk, max(_FIRST_CHUNK, wanted)))
     if not accepted:
         raise GrammarlabError(
-            f"none of {proposals:,} models was accepted: what is liked is too rare for rejection. "
+            f"none of {proposals:,} models was accepted: liked models are too rare for rejection. "
             "Try the method compile, which needs no samples"
         )
     truncated = cut / total if total else 0.0
@@ -142,7 +142,7 @@ def thin(
 
 
 def _accepted(kept: Sequence[tuple[K, Floats]], bound: float, num_models: int) -> Iterator[tuple[K, Ints]]:
-    """The first models that are accepted for a bound: of each chunk that has some, which."""
+    """The first models accepted under a bound, by chunk."""
     for models, limits in kept:
         rows = np.flatnonzero(limits >= bound)[:num_models]
         num_models -= len(rows)

@@ -1,1 +1,1 @@
-"""What operations and functions are handed."""
+"""Arguments of operations and functions."""

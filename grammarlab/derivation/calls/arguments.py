@@ -1,4 +1,4 @@
-"""Arguments of operations, and heads of parts, compiled to values that are evaluated for some shapes."""
+"""Arguments of operations, and heads of parts, compiled to values that are evaluated for shapes."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ from grammarlab.language.syntax.walking import walk
 
 _T = TypeVar("_T")
 Late: TypeAlias = "Callable[[Shapes, Workspace], _T]"
-"""A value that is evaluated for some shapes."""
+"""A value that is evaluated for shapes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Constant(Generic[_T]):
-    """A late value that the text alone gives."""
+    """A value that is known from the text."""
 
     value: _T
 
     def __call__(self, shapes: Shapes, workspace: Workspace) -> _T:
-        """The value, whatever the shapes."""
+        """The value, for any shapes."""
         return self.value
 
 
@@ -48,7 +48,7 @@ _COUNTING = frozenset({"+", "-", "*", "/", "%"})
 
 
 def argument(expressions: Compiler, node: Expression, keywords: frozenset[str]) -> Late[Argument]:
-    """One argument; a word among the keywords stands for itself."""
+    """One argument; keywords are not evaluated."""
     if word(node) in keywords:
         return Constant(Argument(word(node), keyword=True))
     if isinstance(node, Call) and node.function == "sel" and len(node.arguments) == 1:
@@ -63,13 +63,13 @@ def argument(expressions: Compiler, node: Expression, keywords: frozenset[str]) 
 
 
 def head(expressions: Compiler, part: Part, group: int, words: frozenset[str], block: int) -> Late[Head]:
-    """What stands before the colon of a part.
+    """Head of a part: the text before its colon.
 
     Args:
-        expressions: what compiles it.
+        expressions: compiler of its expression.
         part: the part.
-        group: which of the repeated groups of the block it stands in; -1 for none.
-        words: the selectors that may stand there.
+        group: index of the repeated group that contains it; -1 for none.
+        words: allowed selectors.
         block: number of the block, for random keys.
     """
     node = part.head
@@ -93,7 +93,7 @@ def _is_selector_or_index(node: Expression, words: frozenset[str]) -> bool:
 
 
 def _without_prefixes(node: Expression) -> tuple[Expression, frozenset[type]]:
-    """A size without its ``~`` and ``'``, which stand in front but hold for all of it: ``~height - 0.3``, ``-'0.5``."""
+    """A size without its prefixes ``~`` and ``'``, which apply to the whole size: ``~height - 0.3``, ``-'0.5``."""
     if isinstance(node, Floating | Relative):
         inner, prefixes = _without_prefixes(node.operand)
         return inner, prefixes | {type(node)}
@@ -107,7 +107,7 @@ def _without_prefixes(node: Expression) -> tuple[Expression, frozenset[type]]:
 
 
 def word(node: Expression) -> str:
-    """The word that an argument is, with quotes around it as older files have them, or without; else empty."""
+    """The keyword of an argument, with quotes (as in older files) or without; otherwise empty."""
     return node.identifier if isinstance(node, Name) else node.value if isinstance(node, String) else ""
 
 
@@ -118,7 +118,7 @@ def _same_text(value: Value, location: Location) -> str:
 
 
 def together(codes: Sequence[Late[_T]]) -> Late[tuple[_T, ...]]:
-    """All of these values for some shapes."""
+    """All these values for shapes."""
     known = tuple([code.value for code in codes if isinstance(code, Constant)])
     if len(known) == len(codes):
         return Constant(known)

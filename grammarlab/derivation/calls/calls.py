@@ -1,4 +1,4 @@
-"""What an operation or a built-in function is handed, and how it is declared."""
+"""Arguments and declarations of operations and built-in functions."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class Argument(NamedTuple):
     """One argument of an operation."""
 
     value: Value
-    """What was written, evaluated for all shapes; the word itself for a keyword."""
+    """The argument evaluated for all shapes; for a keyword, the word itself."""
     keyword: bool = False
-    """Whether it is one of the operation's own words, such as ``xz`` in ``center(xz)``."""
+    """Whether it is a keyword of the operation, such as ``xz`` in ``center(xz)``."""
     relative: bool = False
     """Whether it was written ``'x``: a share of the scope's size."""
     floating: bool = False
@@ -35,7 +35,7 @@ class BoundCall(NamedTuple):
     shapes: Shapes
     arguments: tuple[Argument, ...]
     origin: Shapes
-    """[N] the same shapes as they were when the rule, block or bracket around the operation began."""
+    """[N] the same shapes at the beginning of the rule, block or bracket around the operation."""
     workspace: Workspace
     location: Location
 
@@ -53,7 +53,7 @@ class BoundCall(NamedTuple):
         """A number, the same for all or [N].
 
         Raises:
-            DerivationError: when it is no number, or NaN or infinite for some shape.
+            DerivationError: If it is not a number, or NaN or infinite for some shape.
         """
         value = argument.value
         if type(value) is float and math.isfinite(value):
@@ -82,7 +82,7 @@ class BoundCall(NamedTuple):
         """A string, the same for all or string ids [N].
 
         Raises:
-            DerivationError: when it is no string.
+            DerivationError: If it is not a string.
         """
         value = argument.value
         if isinstance(value, str) or (isinstance(value, np.ndarray) and value.dtype.kind == "i"):
@@ -99,27 +99,27 @@ class Condition(NamedTuple):
 
     code: Callable[[Shapes, Workspace], Value]
     selectors: frozenset[str]
-    """The selectors that it uses; it finds them among `Shapes.state` by their names."""
+    """The selectors that it uses; their values are in `Shapes.state` under their names."""
     block: int
     """Number of the block in the rule branch, for the components' random keys."""
 
 
 class Head(NamedTuple):
-    """What stands before the colon of one part of a block."""
+    """Head of one part of a block: the text before its colon."""
 
     argument: Argument
     joined: bool = False
-    """Whether it was written with ``=``: one shape of all selected components, not one for each."""
+    """Whether it was written with ``=``: one shape of all selected components, not one shape per component."""
     group: int = -1
-    """Which of the repeated groups of the block the part stands in; -1 for none."""
+    """Index of the repeated group that contains the part; -1 for none."""
     connected: bool = False
     """Whether it was written with ``=:``: one shape of each connected set of selected components."""
     condition: Condition | None = None
-    """What must hold for a component to be selected, in place of `argument`."""
+    """Condition for selecting a component, instead of `argument`."""
     text: str = ""
-    """What was written, for blocks with selectors."""
+    """Text of the head, for blocks with selectors."""
     block: int = -1
-    """For parts that are placed by chance: the number of the block whose keys they are placed with."""
+    """For parts at random positions: the number of the block whose keys give the positions."""
 
 
 class BoundPart(NamedTuple):
@@ -128,23 +128,23 @@ class BoundPart(NamedTuple):
     shapes: Shapes
     """[K] expanded shapes; their nodes ascend."""
     number: NDArray[np.integer]
-    """[K] place among all parts of the same shape, from 0: the address of the part."""
+    """[K] index among all parts of the same shape, from 0: the address of the part."""
 
 
 def selected(
     call: BoundCall, condition: Condition, parts: Shapes, number: NDArray[np.integer], picked: Callable[[str], NDArray]
 ) -> NDArray[np.bool_]:
-    """[K] which components a condition selects; where it gives a number, the component with that number.
+    """[K] whether a condition selects each component; a number selects the component with that number.
 
     Args:
         call: the operation with the block.
-        condition: what must hold.
+        condition: the condition.
         parts: [K] the components as shapes, still with the keys of the shapes that they are parts of.
         number: [K] the place of each among all components of its shape.
         picked: [K] the components that a selector picks.
 
     Raises:
-        DerivationError: when the condition gives a string or an array.
+        DerivationError: If the value of the condition is a string or an array.
     """
     words = {name: picked(name) for name in condition.selectors}
     key = part_keys(parts.key, condition.block, number)
@@ -166,11 +166,11 @@ class Operation:
 
     apply: OperationFunction
     keywords: frozenset[str] = frozenset()
-    """Words that are arguments as they stand, not names to look up."""
+    """Keywords, which are not looked up as names."""
     num_arguments: tuple[int, int] = (0, 0)
     """Fewest and most arguments."""
     names_target: bool = False
-    """Whether the first argument is the name of what is changed, as in ``set(height, 3)``."""
+    """Whether the first argument is the name of the changed attribute, as in ``set(height, 3)``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +181,7 @@ class BlockOperation:
     keywords: frozenset[str] = frozenset()
     num_arguments: tuple[int, int] = (0, 0)
     selectors: frozenset[str] = frozenset()
-    """Words that may stand before the colons."""
+    """Allowed words before the colons."""
 
 
 class FunctionCall(NamedTuple):
@@ -207,4 +207,4 @@ class Builtin:
     random: bool = False
     takes_arrays: bool = False
     keywords: frozenset[str] = frozenset()
-    """Words that are arguments as they stand, not names to look up."""
+    """Keywords, which are not looked up as names."""

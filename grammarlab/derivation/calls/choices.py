@@ -1,4 +1,4 @@
-"""Choices over columns: which shapes take which branch of a ``case`` or ``N%`` list."""
+"""Choices over columns: the branch of a ``case`` or ``N%`` list that each shape takes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from grammarlab.randomness import uniforms
 
 _Payload = TypeVar("_Payload")
 Rows: TypeAlias = "NDArray[np.int64] | None"
-"""Rows of the shapes that a choice began with; None for all of them."""
+"""Rows among the shapes of a choice; None for all of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class CaseChoice(Generic[_Payload]):
 
 @dataclass(frozen=True, slots=True)
 class RandomChoice(Generic[_Payload]):
-    """Percentages; None is ``else``, which takes what is left of 100."""
+    """Percentages; None is ``else``, which has the rest to 100."""
 
     percentages: tuple[Code | None, ...]
     branches: tuple[Branching[_Payload], ...]
@@ -62,9 +62,9 @@ Branching: TypeAlias = Leaf[_Payload] | CaseChoice[_Payload] | RandomChoice[_Pay
 def route(
     choice: Branching[_Payload], shapes: Shapes, workspace: Workspace, rows: Rows = None
 ) -> Iterator[tuple[_Payload, Rows, Shapes]]:
-    """The leaves that some shapes end at, each with those rows and shapes.
+    """Leaves of a choice, each with the rows and shapes that reach it.
 
-    Shapes for which no condition holds, where there is no ``else``, end nowhere.
+    Shapes reach no leaf if no condition holds and there is no ``else``.
     """
     if isinstance(choice, Leaf):
         yield choice.payload, rows, shapes
@@ -130,7 +130,7 @@ def _weights(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspac
     """Percentages [B], or [N, B] where they differ between shapes.
 
     Raises:
-        DerivationError: when one is negative or no number, or all are zero.
+        DerivationError: If one is negative or not a number, or all are zero.
     """
     given: list[float | Floats] = []
     for code in choice.percentages:

@@ -1,4 +1,4 @@
-"""What arguments, heads of parts and arrays ask of the compiler of the expressions in them."""
+"""Interface of the compiler of expressions in arguments, heads of parts and arrays."""
 
 from __future__ import annotations
 
@@ -20,5 +20,5 @@ class Compiler(Protocol):
         ...
 
     def with_selectors(self, selectors: frozenset[str]) -> Compiler:
-        """The same for expressions in which these words stand for what a block's selectors pick."""
+        """A compiler for expressions in which these words are selectors of a block."""
         ...

@@ -1,7 +1,7 @@
-"""Where the pivots of shapes stand.
+"""Positions of the pivots of shapes.
 
 A pivot is the coordinate system that a scope is placed in: ``scope.t`` and ``scope.r`` count from it. Its axes are a
-column of every shape; its position is kept in `Shapes.state`, as the attributes ``pivot.p``, for grammars that ask.
+column of every shape; its position is kept in `Shapes.state`, as the attributes ``pivot.p``, if the grammar reads it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ PIVOT_POSITION = ("pivot.px", "pivot.py", "pivot.pz")
 
 
 def pivot_position(shapes: Shapes, workspace: Workspace) -> Floats:
-    """[N, 3] positions of the pivots, counted as those of shapes are; on an initial shape, the origin of its scope."""
+    """[N, 3] positions of the pivots, from the origin of positions; on an initial shape, its scope's origin."""
     roots = workspace.roots
     offset = np.stack([number_column(shapes.state.get(name, 0.0), shapes.num) for name in PIVOT_POSITION], axis=1)
     return roots.position[shapes.model] + workspace.frames.to_world(roots.frame[shapes.model], offset)

@@ -1,6 +1,6 @@
-"""Columns of arrays: what is done with arrays is done once for each different combination of arguments.
+"""Functions over columns of arrays, evaluated once for each different combination of arguments.
 
-It is done on plain Python values.
+The functions take plain Python values.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ def texts_of(value: Value, workspace: Workspace) -> str | NDArray[np.int32]:
 def for_each(
     values: Sequence[Value], count: int, workspace: Workspace, apply: Callable[..., Cell | Table], location: Location
 ) -> Value:
-    """A function of Python values applied to each different combination of values; the column [count] it gives.
+    """Column [count] of a function of Python values, evaluated once for each different combination of values.
 
     Raises:
-        DerivationError: when it gives results of different types.
-        BudgetError: when they have more than `MAX_CELLS_IN_ALL` cells.
+        DerivationError: If its results have different types.
+        BudgetError: If they have more than `MAX_CELLS_IN_ALL` cells.
     """
     columns = [as_column(value, count, workspace.strings) for value in values]
     table = np.stack([column.astype(np.float64) for column in columns], axis=1) if columns else np.zeros((count, 0))

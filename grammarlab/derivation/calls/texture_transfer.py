@@ -1,4 +1,4 @@
-"""The texture coordinates of shapes that are moved, and those that initial shapes come with."""
+"""Texture coordinates of moved shapes and of initial shapes."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def without_maps(shapes: Shapes, workspace: Workspace) -> Shapes:
 
 
 def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
-    """Shapes that were moved, turned or scaled with their scopes, with the coordinates they had before.
+    """Shapes that were moved, rotated or scaled with their scopes, with their previous coordinates.
 
-    Along an axis of which the extent is or becomes 0 a map keeps its scale.
+    A map keeps its scale along an axis whose extent is or becomes 0.
 
     Args:
-        before: [N] where they were.
-        after: [N] where the same points of the unit cubes of their scopes are now.
-        workspace: of the derivation.
+        before: [N] the shapes before the move.
+        after: [N] the shapes after it; points of the unit cubes of their scopes correspond.
+        workspace: workspace of the derivation.
     """
     if not workspace.uv_sets:
         return after
@@ -41,7 +41,7 @@ def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
 
 
 def _moved(before: Shapes, after: Shapes, ids: Ids, workspace: Workspace) -> Ids:
-    """Ids [N] of maps that are after a move what those with given ids were before it."""
+    """Ids [N] of maps that give points after a move the coordinates that the given maps gave before it."""
     table, frames = workspace.texture_maps, workspace.frames
     flat = (before.size == 0.0) | (after.size == 0.0)
     shrink = np.where(flat, 1.0, before.size / np.where(flat, 1.0, after.size))
@@ -55,7 +55,7 @@ def _moved(before: Shapes, after: Shapes, ids: Ids, workspace: Workspace) -> Ids
 
 
 def initial_maps(roots: Shapes, workspace: Workspace) -> dict[str, Value]:
-    """The entries of `Shapes.state` of the initial shapes, which come with the coordinates of a straight street.
+    """Entries of `Shapes.state` of the initial shapes: the coordinates of a straight street.
 
     u runs along the first edge, v from it across the shape: in set 0 from 0 to 1, in set 1 in metres, in set 2 in
     metres with u from the other end.
@@ -73,7 +73,7 @@ def initial_maps(roots: Shapes, workspace: Workspace) -> dict[str, Value]:
 
 
 _STREET = ((True, False), (False, False), (False, True))
-"""For each set that initial shapes come with, whether it runs from 0 to 1, and whether u begins at the other end."""
+"""For each set of initial shapes, whether it runs from 0 to 1, and whether u begins at the other end."""
 
 
 def _street(roots: Shapes, uv_set: int, workspace: Workspace) -> Floats:

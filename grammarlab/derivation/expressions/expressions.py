@@ -1,8 +1,8 @@
 """Expressions compiled to functions over columns.
 
-A compiled expression takes N shapes and gives one constant for all of them or a column [N]. Constants stay Python
-scalars, so that the large share of a rule file that does not vary costs nothing; wherever the last bits could depend on
-it (division, powers, functions) scalars go through the same array loops as columns.
+A compiled expression takes N shapes and returns one constant for all of them or a column [N]. Constants stay Python
+scalars, so that constant parts of a rule file cost nothing. Where the last bits could differ (division, powers,
+functions), scalars use the same array loops as columns.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class CompiledFunction:
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What an identifier may mean in one rule file."""
+    """Definitions of identifiers in one rule file."""
 
     attributes: frozenset[str]
     functions: Mapping[tuple[str, int], CompiledFunction]
@@ -86,10 +86,10 @@ class ExpressionCompiler:
     names: Names
     parameters: tuple[str, ...] = ()
     selectors: frozenset[str] = frozenset()
-    """Words that stand for what a block's selectors pick, found among `Shapes.state`."""
+    """Selectors of a block used as words in conditions; their values are in `Shapes.state`."""
 
     def with_selectors(self, selectors: frozenset[str]) -> ExpressionCompiler:
-        """The same for expressions in which these words stand for what a block's selectors pick."""
+        """A compiler for expressions in which these words are selectors of a block."""
         return replace(self, selectors=selectors)
 
     def choice(self, choice: Choice) -> Code:
@@ -149,13 +149,13 @@ class ExpressionCompiler:
             case Case() | Stochastic():
                 return self.choice(node)
             case Relative() | Floating():
-                return _refusal("' and ~ only have a meaning in sizes, not inside an expression", node.location)
+                return _refusal("' and ~ are allowed only in sizes, not inside an expression", node.location)
             case Array() | Span() | Index() | Components():
                 return array_expressions.compiled(self, node)
         return _refusal("operators with a dot, element by element, are not supported", node.location)
 
     def _single(self, operator: str, operand: Expression) -> Code:
-        """Code for the operand of an operator that takes no arrays."""
+        """Code for an operand of an operator that does not accept arrays."""
         code = self.expression(operand)
         if not self.names.has_arrays:
             return code
@@ -247,7 +247,7 @@ class ExpressionCompiler:
 
 
 def _words(node: Call, builtin: Builtin | None) -> list[frozenset[str]]:
-    """For each argument of a call, what stands there for itself and is no name to look up."""
+    """Keywords of each argument of a call."""
     count = len(node.arguments)
     if builtin is None or not builtin.keywords:
         return [frozenset[str]()] * count
@@ -257,17 +257,17 @@ def _words(node: Call, builtin: Builtin | None) -> list[frozenset[str]]:
 
 
 def _unknown(name: str) -> str:
-    """What is wrong with a name that leads to nothing."""
+    """Error for an unknown name."""
     prefix = name.partition(".")[0]
     if prefix == name:
-        return f"nothing is called {name} here"
+        return f"unknown name {name}"
     if any(known.startswith(f"{prefix}.") for known in SHAPE_ATTRIBUTES):
         return f"the shape attribute {name} is not supported"
     return f"{name} comes from an imported file that was not read"
 
 
 def _refusal(message: str, location: Location) -> Code:
-    """Code that fails when it is evaluated: a rule file may hold what its models never use."""
+    """Code that raises an error when it is evaluated: a rule file may contain errors in unused parts."""
 
     def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
         raise DerivationError(message, location, "`grammarlab check` lists everything that is wrong or not supported")
@@ -305,7 +305,7 @@ def _apply_to_any(operator: str, left: Code, right: Code, location: Location) ->
 
 
 def _short_circuit(operator: str, left: Code, right: Code, location: Location) -> Code:
-    """``&&`` and ``||``: the right side is evaluated only for the shapes whose left side does not settle it."""
+    """``&&`` and ``||``: the right side is evaluated only for shapes whose left side does not decide the result."""
     settles = operator == "||"
 
     def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
@@ -331,7 +331,7 @@ def _truth(value: Value, operator: str, location: Location) -> Value:
 
 
 def _assemble(parts: list[tuple[Rows, Value, int]], count: int, workspace: Workspace, location: Location) -> Value:
-    """One value from those of the branches, each for its own rows."""
+    """One value merged from the values of branches for their rows."""
     counts = [number for _, _, number in parts]
     joined = join_values([value for _, value, _ in parts], counts, workspace.strings)
     if sum(counts) != count:

@@ -33,7 +33,7 @@ from grammarlab.language.syntax.tree import (
 from grammarlab.language.vocabulary.builtins import blocks, operations
 
 Step: TypeAlias = "Callable[[Shapes, Shapes, Workspace], Shapes]"
-"""From the current shapes, and those that the sequence began with, to the shapes that the next step goes on with."""
+"""A step: from the current shapes and the initial shapes of the sequence to the shapes for the next step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,12 +42,12 @@ class Operations:
 
     steps: tuple[Step, ...]
     visible: bool
-    """Whether what is left at its end is a visible shape: it has no successor, no block and no NIL."""
+    """Whether the shape at its end is visible: the sequence has no successor, no block and no NIL."""
     rule: int = -1
-    """Index of the rule branch it is, -1 for a sequence inside a rule."""
+    """Index of its rule branch, -1 for a sequence inside a rule."""
 
     def run(self, shapes: Shapes, workspace: Workspace) -> None:
-        """Carry the sequence out on shapes [N]: record what becomes visible, queue what is to be rewritten."""
+        """Apply the sequence to shapes [N]: record visible shapes, queue shapes with rules."""
         current = shapes
         for step in self.steps:
             current = step(current, shapes, workspace)
@@ -57,18 +57,18 @@ class Operations:
 
 @dataclass(frozen=True, slots=True)
 class Successors:
-    """What the symbols of a grammar lead to."""
+    """Symbols of a grammar and their rules."""
 
     symbols: Mapping[str, int]
     """Number of each symbol."""
     rules: Mapping[tuple[str, int], int]
     """Number of the rule for a symbol and a number of arguments."""
     draws: Callable[[Node], bool]
-    """Whether anything random may happen in, or be derived from, a piece of the syntax tree."""
+    """Whether a part of the syntax tree, or anything derived from it, may draw random numbers."""
 
 
 def run_branches(body: Branching[Operations], shapes: Shapes, workspace: Workspace) -> None:
-    """Carry out, on each shape, the sequence that a choice comes to."""
+    """Apply to each shape the sequence that a choice selects."""
     if isinstance(body, Leaf):
         body.payload.run(shapes, workspace)
         return
@@ -82,12 +82,12 @@ class SequenceCompiler:
     def __init__(self, expressions: ExpressionCompiler, successors: Successors, branch: RuleBranch) -> None:
         self._expressions = expressions
         self._successors = successors
-        # Both are met in the order in which the branch numbers them.
+        # Both are visited in the order of their numbers in the branch.
         self._children = iter(enumerate(branch.successors))
         self._blocks = iter(range(len(branch.blocks)))
 
     def sequence(self, sequence: syntax.Sequence, in_block: bool = False, rule: int = -1) -> Operations:
-        """Code for a sequence; ``in_block`` tells whether one node may run it several times."""
+        """Code for a sequence; ``in_block``: whether one node may run it several times."""
         steps: list[Step] = []
         for item in sequence.items:
             if isinstance(item, Invoke) and item.name == "NIL":
@@ -140,7 +140,7 @@ class SequenceCompiler:
         return self._parted(item, item.name, number, operation, arguments, heads, [part.body for part, _ in parts])
 
     def _scatter(self, operation: BlockOperation, item: Scatter) -> Step:
-        """Two blocks in one: the keys of the first are those of the points, the second's say where they lie."""
+        """Code for ``scatter``, which has two blocks: the keys of the points, and the keys of their positions."""
         number, where = next(self._blocks), next(self._blocks)
         arguments = together(self._arguments("scatter", item.arguments, operation, item.location))
         heads = Constant((Head(NO_ARGUMENT, block=where),))
@@ -156,7 +156,7 @@ class SequenceCompiler:
         heads: Late[tuple[Head, ...]],
         choices: Sequence[syntax.Choice],
     ) -> Step:
-        """Code that takes shapes apart, and does with the parts of each head what its choice says."""
+        """Code that divides shapes into parts, and applies to the parts of each head its choice."""
         draws = tuple(self._successors.draws(choice) for choice in choices)
         bodies = tuple(self.body(choice, in_block=True) for choice in choices)
         location, divide = item.location, operation.divide
@@ -200,7 +200,7 @@ class SequenceCompiler:
             raise DerivationError(f"{name} expects {wanted} arguments, found {len(arguments)}", location)
         if isinstance(operation, Operation) and operation.names_target:
             return self._target(arguments[0]), argument(self._expressions, arguments[1], frozenset())
-        # CGA tells keywords from values by their place: extrude(x) is a height, extrude(x, 3) a direction.
+        # CGA distinguishes keywords from values by their place: extrude(x) is a height, extrude(x, 3) a direction.
         forms = [form for form in (*operations().get(name, ()), *blocks().get(name, ())) if form.takes(len(arguments))]
         words = [frozenset[str]().union(*(f.parameters[i].keywords for f in forms)) for i in range(len(arguments))]
         for node, possible in zip(arguments, words, strict=True):
@@ -211,7 +211,7 @@ class SequenceCompiler:
         )
 
     def _target(self, node: Expression) -> Late[Argument]:
-        """What ``set`` changes: a name, or a text in ``sel``."""
+        """Name of the attribute that ``set`` changes: a name, or a text in ``sel``."""
         if isinstance(node, Name):
             return Constant(Argument(node.identifier, keyword=True))
         return argument(self._expressions, node, frozenset())
@@ -238,25 +238,25 @@ def _leaf(symbol: int, child: int, in_block: bool) -> Step:
 
 
 def _failure(message: str, location: Location) -> Callable[[Shapes, Workspace], Argument]:
-    """An argument that cannot be evaluated: a rule file may hold what its models never use."""
+    """An argument that raises an error when it is evaluated: a rule file may contain errors in unused parts."""
 
     def evaluate(shapes: Shapes, workspace: Workspace) -> Argument:
-        raise DerivationError(message, location, "`grammarlab check` lists everything that is not")
+        raise DerivationError(message, location, "`grammarlab check` lists all unsupported features")
 
     return evaluate
 
 
 def _refusal(name: str, location: Location) -> Step:
-    """A step that fails when a shape comes to it: a rule file may hold what its models never use."""
+    """A step that raises an error when a shape reaches it: a rule file may contain errors in unused parts."""
 
     def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
-        raise DerivationError(f"{name} is not supported", location, "`grammarlab check` lists everything that is not")
+        raise DerivationError(f"{name} is not supported", location, "`grammarlab check` lists all unsupported features")
 
     return step
 
 
 def _consumes(sequence: syntax.Sequence) -> bool:
-    """Whether a sequence has a successor, a block or a NIL, so that the shape itself does not stay visible."""
+    """Whether a sequence has a successor, a block or a NIL, so that the shape itself is not visible."""
     return _makes_shapes(sequence) or any(isinstance(i, Invoke) and i.name == "NIL" for i in sequence.items)
 
 
@@ -274,9 +274,9 @@ def _makes_shapes(sequence: syntax.Sequence) -> bool:
 
 
 def _flattened(group: Group, repeated: bool) -> Iterator[tuple[Part, int]]:
-    """The parts of a block in the order of the text, each with the number of the repeated group it stands in.
+    """Parts of a block in the order of the text, each with the number of its repeated group.
 
-    A repeated group inside a repeated group stands once in each turn: the outer one takes all the room there is.
+    A repeated group inside a repeated group occurs once per repeat of the outer one, which fills the available length.
     """
     counter = count()
 

@@ -1,4 +1,4 @@
-"""Which sets of texture coordinates a grammar mentions."""
+"""Sets of texture coordinates that a grammar uses."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from grammarlab.language.syntax.tree import Block, Call, Expression, Invoke, Nam
 
 
 def mentioned_uv_sets(nodes: Iterable[Node]) -> frozenset[int]:
-    """The sets that operations and expressions of a rule file are about; all where one is computed."""
+    """Sets that operations and expressions of a rule file use; all sets if the number of one is computed."""
     mentioned = [_set_of(expression) for node in nodes for expression in _expressions(node)]
     return frozenset().union(*mentioned)
 
 
 def _expressions(node: Node) -> Iterator[Expression | None]:
-    """What names a uv set in a node; None for the first set, which is meant where nothing does."""
+    """Argument of a node that names a uv set; None for the first set, which is the default."""
     match node:
         case Invoke() if node.name in OPERATIONS:
             yield from node.arguments[: 2 if node.name == "copyUV" else 1]

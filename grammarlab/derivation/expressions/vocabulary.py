@@ -1,4 +1,4 @@
-"""The words of CGA that derivations carry out."""
+"""Operations and functions of CGA that derivations support."""
 
 from __future__ import annotations
 
@@ -13,5 +13,5 @@ VOCABULARY = EngineWords(
 
 
 def number_grammar(grammar: Grammar) -> Numbering:
-    """The numbering of a grammar that all its forests have: of `Forest.symbols`, `rules`, `sites`, `Nodes.child`."""
+    """Numbering of a grammar shared by all its forests: `Forest.symbols`, `rules`, `sites`, `Nodes.child`."""
     return Numbering.of(grammar, VOCABULARY)

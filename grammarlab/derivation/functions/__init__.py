@@ -1,4 +1,4 @@
-"""Built-in functions and shape attributes, one family a file."""
+"""Built-in functions and shape attributes, one family per file."""
 
 from grammarlab.derivation.functions import arrays, colors, files, fitting, lists, maths, ramps, random, text
 from grammarlab.derivation.functions.shapes import attributes, coordinates, geometry, texture_coordinates

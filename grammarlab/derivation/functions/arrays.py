@@ -1,4 +1,4 @@
-"""Arrays: written ones, parts of them, and their sizes."""
+"""Array literals, indexing, and sizes of arrays."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def written(rows: Sequence[Sequence[Cell | Table]], location: Location) -> Table
     """``[a, b; c, d]``: cells and arrays side by side, rows of them below each other.
 
     Raises:
-        DerivationError: cells of different types, or rows of different lengths.
+        DerivationError: If cells have different types, or rows different lengths.
     """
     blocks = [_beside([_table(cell) for cell in row], location) for row in rows if row]
     blocks = [block for block in blocks if block.cells] or blocks[:1]
@@ -54,11 +54,11 @@ def _beside(tables: Sequence[Table], location: Location) -> Table:
 
 
 def counted(first: Cell | Table, step: Cell | Table, last: Cell | Table, location: Location) -> Table:
-    """``first : step : last``: first, first + step, ... up to last; nothing where the step leads away from it.
+    """``first : step : last``: first, first + step, ... up to last; empty if the step points away from it.
 
     Raises:
-        DerivationError: when one of them is no finite number.
-        BudgetError: the array would be too large.
+        DerivationError: If one of them is not a finite number.
+        BudgetError: If the array would be too large.
     """
     start, stride, end = (_number(value, location) for value in (first, step, last))
     if stride == 0.0 or (end - start) * stride < 0.0:
@@ -77,9 +77,9 @@ def _number(value: Cell | Table, location: Location) -> float:
 
 
 def picked(array: Cell | Table, indices: Sequence[Cell | Table], location: Location) -> Cell | Table:
-    """``array[i]``, ``array[row, column]``: a cell, or with arrays of indices an array; 0, "" or false outside.
+    """``array[i]``, ``array[row, column]``: a cell, or an array if indices are arrays; 0, "" or false outside.
 
-    One index counts cells row by row. Indices may be truth values: those cells, rows or columns that are true.
+    One index counts cells row by row. Boolean indices select the cells, rows or columns that are true.
     """
     if not isinstance(array, Table):
         raise DerivationError("expected an array before '['", location)

@@ -18,7 +18,7 @@ _HEX = re.compile(r"#?([0-9a-fA-F]{6})([0-9a-fA-F]{2})?\Z")
 
 
 def parse_color(text: str) -> tuple[float, ...] | None:
-    """Red, green, blue and, where given, opacity in 0..1; None when the text is no colour.
+    """Red, green, blue and optional opacity in 0..1; None if the text is not a colour.
 
     >>> parse_color("#ff0080")
     (1.0, 0.0, 0.5019607843137255)
@@ -54,7 +54,7 @@ def _hsv(channel: int) -> Builtin:
 
 
 def _to_hex(apply: Callable[..., str], count: int) -> Builtin:
-    """A colour from numbers; it is made once for each different combination of them."""
+    """A colour from numbers, computed once for each different combination."""
 
     def evaluate(call: FunctionCall) -> Value:
         if any(kind_of(argument) == "string" for argument in call.arguments):

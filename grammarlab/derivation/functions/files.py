@@ -1,4 +1,4 @@
-"""Asset files seen from a rule: listing them, the parts of their names, and how large they are."""
+"""Functions of asset files: lists, parts of names, and sizes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _MOST_FILES = 20_000
 def matching_files(assets: Path | None, pattern: str) -> list[str]:
     """Asset paths that match a pattern with ``*`` and ``?``, relative to the asset folder and sorted.
 
-    Nothing outside the asset folder is ever listed, and no more than 20,000 files are looked at.
+    Only files inside the asset folder are listed, and at most 20,000 files are examined.
     """
     if assets is None or not assets.is_dir():
         return []
@@ -54,16 +54,16 @@ def _exists(call: FunctionCall) -> Value:
 
 
 def mesh_extent(path: str, call: FunctionCall) -> tuple[float, ...]:
-    """The size of a mesh in its file; that of a unit box where the folder lacks it, as ``i`` puts one in its place."""
+    """Size of a mesh in its file; that of a unit box if the folder lacks it, since ``i`` uses a unit box instead."""
     asset = None if path.startswith("builtin:") else call.workspace.asset(path, call.location)
     return (1.0, 1.0, 1.0) if asset is None else tuple(asset.size.tolist())
 
 
 def image_extent(path: str, call: FunctionCall) -> tuple[float, ...]:
-    """Width and height of an image in pixels; 1 and 1 where the folder lacks it.
+    """Width and height of an image in pixels; 1 and 1 if the folder lacks it.
 
     Raises:
-        DerivationError: when it is no image, or lies outside the asset folder.
+        DerivationError: If it is not an image, or lies outside the asset folder.
     """
     root = root_of(call)
     if root is None or path.startswith("builtin:"):
@@ -78,7 +78,7 @@ def image_extent(path: str, call: FunctionCall) -> tuple[float, ...]:
 
 
 def _asset_info(call: FunctionCall) -> Value:
-    """``assetInfo(path, sx)``: the size of a mesh in its file, or with ``tx`` where its low corner lies."""
+    """``assetInfo(path, sx)``: the size of a mesh in its file, or with ``tx`` the position of its low corner."""
     measure = str(call.arguments[1])
     axis = "xyz".index(measure[1])
 
@@ -98,7 +98,7 @@ def _image_info(call: FunctionCall) -> Value:
 
 
 def _measured(call: FunctionCall, measure: Callable[[str], float]) -> Value:
-    """A number for each file, found once for each different path."""
+    """A number for each file, computed once for each different path."""
     path = call.arguments[0]
     if isinstance(path, str):
         return measure(path)

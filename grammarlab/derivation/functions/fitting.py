@@ -1,4 +1,4 @@
-"""Which asset or image fits a scope best: lists of files sorted by size or by ratio."""
+"""Selection of assets and images that fit a scope best: lists of files sorted by size or by ratio."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ Extent = Callable[[str, FunctionCall], tuple[float, ...]]
 
 @dataclass(frozen=True, slots=True)
 class _Measure:
-    """How well a file fits a scope."""
+    """Measure of how well a file fits a scope."""
 
     extent: Extent
     compare: Callable[[np.ndarray], float]
     """The misfit from the logarithms of scope over file along each axis; 0 for a file that fits."""
     axes: tuple[str, ...]
-    """The axes that may be asked for; the last stands for a text that is none of them."""
+    """Allowed axes; the last is the default for other texts."""
     is_image: bool = False
 
     def misfit(self, path: str, axes: str, size: Sequence[float], call: FunctionCall) -> tuple[float, float]:
@@ -42,12 +42,12 @@ class _Measure:
 
 
 def _stretch(scales: np.ndarray) -> float:
-    """How far proportions are from those of the scope: the range of the logarithms of the scales."""
+    """Misfit of proportions: the range of the logarithms of the scales."""
     return float(scales.max() - scales.min())
 
 
 def _growth(scales: np.ndarray) -> float:
-    """How far a size is from that of the scope: the largest logarithm, so that twice and half are as far."""
+    """Misfit of size: the largest absolute logarithm of the scales, so that twice and half have equal misfit."""
     return float(np.abs(scales).max())
 
 
@@ -57,10 +57,10 @@ _IMAGE = _Measure(image_extent, _stretch, ("xz", "yx", "yz", "zx", "zy", "xy"), 
 
 
 def _sorting(measure: _Measure) -> Builtin:
-    """``assetsSortSize(list, axes, error)`` and its like: the list with what fits the scope best first.
+    """``assetsSortSize(list, axes, error)`` and similar functions: the list sorted by fit, best first.
 
-    Files that fit equally well keep their order. With an error greater than 0, only those files that would be scaled by
-    at most that part along each axis.
+    Files that fit equally well keep their order. With an error greater than 0, the list has only files that would be
+    scaled by at most that share along each axis.
     """
 
     def evaluate(call: FunctionCall) -> Value:
@@ -72,7 +72,7 @@ def _sorting(measure: _Measure) -> Builtin:
 
 
 def _best(measure: _Measure) -> Builtin:
-    """``assetBestSize(pattern, axes)`` and its like: the matching file that fits best, empty when there is none."""
+    """``assetBestSize(pattern, axes)`` and similar: the matching file that fits best, empty if there is none."""
 
     def evaluate(call: FunctionCall) -> Value:
         def best(pattern: str, size: Sequence[float], last: float) -> str:
@@ -84,7 +84,7 @@ def _best(measure: _Measure) -> Builtin:
 
 
 def _approximate(measure: _Measure) -> Builtin:
-    """``assetApproxSize(pattern, axes, n)`` and its like: one of the n files that fit best, all equally likely."""
+    """``assetApproxSize(pattern, axes, n)`` and similar: one of the n files that fit best, all equally likely."""
 
     def evaluate(call: FunctionCall) -> Value:
         def nearest(pattern: str, size: Sequence[float], count: float) -> str:
@@ -97,7 +97,7 @@ def _approximate(measure: _Measure) -> Builtin:
 
 
 def _fitting(call: FunctionCall) -> Value:
-    """``assetFitSize(pattern, axes, error)``: one of the files that are scaled by at most that part of their size."""
+    """``assetFitSize(pattern, axes, error)``: one of the files that are scaled by at most that share of their size."""
 
     def fitting(pattern: str, size: Sequence[float], error: float) -> str:
         return joined(_candidates(_SIZE, pattern, size, call, error))
@@ -122,7 +122,7 @@ def _sorted(
 
 
 def _for_each(call: FunctionCall, choose: Callable[[str, Sequence[float], float], str]) -> Value:
-    """A string from the first argument, the size of the scope and the last argument, found once for equal ones."""
+    """A string from the first argument, the size of the scope and the last argument, computed once per combination."""
     text, last = call.arguments[0], call.arguments[-1]
     if kind_of(text) != "string":
         raise DerivationError(f"{call.name} expected a string, found a {kind_of(text)}", call.location)

@@ -21,7 +21,7 @@ def joined(parts: list[str]) -> str:
 
 
 def fits(item: str, sought: str) -> bool:
-    """Whether an item is the one sought; a ``*`` at the start or the end stands for any text.
+    """Whether an item matches a pattern; a ``*`` at the start or the end matches any text.
 
     >>> fits("floor_2", "*_2"), fits("your", "*u*"), fits("your", "u*")
     (True, True, False)

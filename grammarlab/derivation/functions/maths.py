@@ -1,6 +1,6 @@
-"""Arithmetic functions. Angles are in degrees, as everywhere in CGA.
+"""Arithmetic functions. Angles are in degrees, as in all of CGA.
 
-Single numbers go through the same array loops as columns: NumPy's scalar functions may differ in the last bit.
+Single numbers use the same array loops as columns: NumPy's scalar functions may differ in the last bit.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def _numbers(call: FunctionCall, argument: Value) -> Floats:
 
 
 def _chosen(numbers: Callable[..., NDArray], texts: Callable[..., str], count: int) -> Builtin:
-    """A function that gives one of its arguments: of numbers, or of strings by their order."""
+    """A function that returns one of its arguments: of numbers, or of strings by their order."""
     of_numbers, of_texts = elementwise(numbers, count), text_function(texts, (count, count))
 
     def evaluate(call: FunctionCall) -> Value:

@@ -23,11 +23,11 @@ _ANCHORS = {
         *((20, "#fbee24"), (25, "#f16d20"), (35, "#ed2726")),
     ),
 }
-"""Steps of each ramp and their colours; those between are mixed from their neighbours here."""
+"""Steps of each ramp with their colours; colours between steps are interpolated."""
 
 
 def color_ramp(gradient: str, value: float) -> str:
-    """One of the 36 colours of a ramp: the first for 0 and below, the last for 1 and above; empty for no known ramp.
+    """One of the 36 colours of a ramp: the first for 0 and below, the last for 1 and above; empty for an unknown ramp.
 
     >>> color_ramp("yellowToRed", 0.0), color_ramp("yellowToRed", 1.0), color_ramp("rainbow", 0.5)
     ('#f5f500', '#f50000', '')

@@ -1,4 +1,4 @@
-"""Random functions. Every draw is addressed by its place and recorded with its log-density."""
+"""Random functions. Every draw has an address and is recorded with its log-density."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def rand(call: FunctionCall) -> Value:
 
 
 def _log_density(extent: Floats | float) -> Floats | float:
-    """Of a uniform draw over an interval of this extent; 0 where there is only one value to draw."""
+    """Log-density of a uniform draw over an interval of this length; 0 for a single value."""
     if isinstance(extent, np.ndarray):
         return -np.log(np.where(extent > 0.0, extent, 1.0))
     return -float(np.log(np.array([extent]))[0]) if extent > 0.0 else 0.0
@@ -49,7 +49,7 @@ def p(call: FunctionCall) -> Value:
 
 
 def file_random(call: FunctionCall) -> Value:
-    """``fileRandom("folder/*.jpg")``: one of the matching asset files, all equally likely; empty when there is none."""
+    """``fileRandom("folder/*.jpg")``: one of the matching asset files, all equally likely; empty if there is none."""
     pattern = call.arguments[0]
     if not isinstance(pattern, str):
         raise DerivationError("fileRandom expects one string for all shapes", call.location)

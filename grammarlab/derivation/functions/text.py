@@ -32,7 +32,7 @@ def text_function(apply: Callable[..., str | float | bool], num_arguments: tuple
 
 
 def _require_kinds(call: FunctionCall) -> None:
-    """Refuse arguments of other types than CGA's table of functions says; its ``any`` stands for strings here."""
+    """Refuse arguments whose types differ from CGA's table of functions; ``any`` means string here."""
     form = max(functions()[call.name], key=lambda form: len(form.parameters))
     for place, (value, parameter) in enumerate(zip(call.arguments, form.parameters, strict=False)):
         kind = kind_of(value)
@@ -70,7 +70,7 @@ def _column(results: list[str | float | bool], inverse: np.ndarray, call: Functi
 
 
 def to_number(text: str) -> float:
-    """The number a text spells; NaN when it spells none."""
+    """Number from a text; NaN if it is not a number."""
     try:
         return float(text)
     except ValueError:
@@ -111,7 +111,7 @@ def _convert_to_text(call: FunctionCall) -> Value:
 
 
 def print_value(value: Value, shapes: Shapes, workspace: Workspace) -> None:
-    """Collect what ``print`` shows, a text for each shape."""
+    """Collect the texts of ``print``, one per shape."""
     texts = texts_of(value, workspace)
     shown = [texts] * shapes.num if isinstance(texts, str) else [workspace.strings[text] for text in texts.tolist()]
     workspace.recorder.add_prints(shown)
@@ -123,7 +123,7 @@ def _print(call: FunctionCall) -> Value:
 
 
 def whole(number: float) -> int:
-    """A number without its fraction; 0 for one that is not finite."""
+    """Integer part of a number; 0 if it is not finite."""
     return int(number) if isfinite(number) else 0
 
 
@@ -162,7 +162,7 @@ def _suffix(text: str, separator: str) -> str:
 
 
 def _range(text: str, first: str, last: str) -> str:
-    """What stands between the first place of one string and the last place of another behind it."""
+    """Text between the first occurrence of one string and the last occurrence of another after it."""
     place = text.find(first)
     rest = text[place + len(first) :] if place >= 0 else ""
     end = rest.rfind(last)

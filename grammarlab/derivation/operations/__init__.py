@@ -1,4 +1,4 @@
-"""The operations of CGA, one family a file."""
+"""Operations of CGA, one family per file."""
 
 from grammarlab.derivation.operations import alignment, appearance, insertion, neutral, scattering, scope, texturing
 from grammarlab.derivation.operations.faces import components, extrusion, planar, roofs
@@ -21,7 +21,7 @@ BLOCKS = {**components.BLOCKS, **planar.BLOCKS, **scattering.BLOCKS, **splits.BL
 """Operations with a block, by name."""
 
 CHANGE_LOOKS = neutral.CHANGE_LOOKS
-"""Operations that are left out, and that no shape depends on."""
+"""Ignored operations that no shape depends on."""
 
 LEFT_OUT = frozenset(neutral.OPERATIONS)
-"""All operations that are read and then left out."""
+"""All ignored operations."""

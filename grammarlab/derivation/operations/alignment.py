@@ -1,4 +1,4 @@
-"""Operations that give a shape other scope axes while its geometry stays where it is, or turn the geometry over."""
+"""Operations that change the axes of the scope but not the geometry, or mirror the geometry."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _PIVOT_ORDER = {"xyz": [0, 1, 2], "yzx": [2, 0, 1], "zxy": [1, 2, 0]}
 
 
 def reframed(call: BoundCall, turn: Floats) -> Shapes:
-    """Shapes with scopes turned by rotations [N, 3, 3] in their own axes and fitted to the geometry, which stays."""
+    """Shapes with scopes rotated by [N, 3, 3] in their own axes and fitted to the unchanged geometry."""
     shapes, frames, table = call.shapes, call.workspace.frames, call.workspace.meshes
     frame = frames.rotated(shapes.frame, turn)
     if (shapes.mesh == BOX).all() and (cube_indices(turn) >= 0).all():
@@ -62,7 +62,7 @@ def reframed(call: BoundCall, turn: Floats) -> Shapes:
 
 
 def repivoted(call: BoundCall, turn: Floats) -> Shapes:
-    """As `reframed`, and the pivot with it, at the origin of the new scope."""
+    """Shapes from `reframed` with the pivot at the origin of the new scope."""
     shapes = reframed(call, turn)
     return with_pivot(shapes, shapes.position, shapes.frame, call.workspace)
 
@@ -76,7 +76,7 @@ def rotate_scope(call: BoundCall) -> Shapes:
 
 
 def align_to_axes(call: BoundCall) -> Shapes:
-    """``alignScopeToAxes(y)``: one axis along the world's, the next one as near to where it was as that allows.
+    """``alignScopeToAxes(y)``: one axis along the world's, the next one as near as possible to its old direction.
 
     Without an argument all axes are the world's. With ``object.y`` the axes are those of the initial shape.
     """
@@ -98,7 +98,7 @@ def align_to_axes(call: BoundCall) -> Shapes:
 
 
 def _axes(fixed: Floats, axis: int, near: Floats, neighbour: int, fallback: Floats) -> Floats:
-    """[N, 3, 3] right-handed axes with one given and another one as near to a direction as that allows."""
+    """[N, 3, 3] right-handed axes, one given, another one as near as possible to a direction."""
     flat = near - fixed * np.einsum("ni,ni->n", near, fixed)[:, None]
     other = fallback - fixed * np.einsum("ni,ni->n", fallback, fixed)[:, None]
     flat = np.where(np.linalg.norm(flat, axis=1, keepdims=True) > 1e-6, flat, other)
@@ -133,7 +133,7 @@ def align_to_geometry(call: BoundCall) -> Shapes:
 
 
 def _chosen_corner(call: BoundCall, meshes: Meshes, face: Argument, edge: Argument) -> Rows:
-    """[N] the corner at which the edge begins that a shape is aligned to."""
+    """[N] first corner of the edge that a shape is aligned to."""
     mesh, of_corner = meshes.mesh_of_face(), meshes.face_of_corner()
     height = _world_heights(call, meshes)[meshes.corner_points()]
     lengths = np.linalg.norm(corner_edges(meshes), axis=1)
@@ -167,13 +167,13 @@ def _chosen_face(call: BoundCall, meshes: Meshes, face: Argument, height: Floats
 
 
 def _first_of_smallest(cost: Floats, owner: Rows, count: int) -> Rows:
-    """For each owner the first row with the smallest cost; owners ascend."""
+    """First row with the smallest cost, for each owner; owners ascend."""
     order = np.lexsort((cost, owner))
     return order[np.searchsorted(owner, np.arange(count))]
 
 
 def _nth(rows: Rows, owner: Rows, index: Floats, count: int) -> Rows:
-    """For each owner its row with a number, counted around."""
+    """Row of each owner with a number, modulo its number of rows."""
     first = np.searchsorted(owner, np.arange(count))
     numbers = np.bincount(owner, minlength=count)
     return rows[first + np.rint(index).astype(np.int64) % numbers]
@@ -202,14 +202,14 @@ def set_pivot(call: BoundCall) -> Shapes:
 
 
 def mirror(call: BoundCall) -> Shapes:
-    """``mirror(x, y, z)``: turn the geometry over, within its scope, along the axes that are true."""
+    """``mirror(x, y, z)``: mirror the geometry within its scope along the axes that are true."""
     flips = [_flag(call, argument) for argument in call.arguments]
     turned = carried(_seen_from_other_ends(call, np.array(flips)), call.shapes, call.workspace)
     return _mirrored(call._replace(shapes=turned), flips)
 
 
 def _seen_from_other_ends(call: BoundCall, flips: NDArray[np.bool_]) -> Shapes:
-    """The same shapes in scopes that run backwards along some axes."""
+    """The same shapes in scopes with some axes reversed."""
     size = call.shapes.size
     offset = call.workspace.frames.to_world(call.shapes.frame, np.where(flips, size, 0.0))
     return call.shapes._replace(position=call.shapes.position + offset, size=np.where(flips, -size, size))
@@ -242,7 +242,7 @@ def _flag(call: BoundCall, argument: Argument) -> bool:
 
 
 def reverse_normals(call: BoundCall) -> Shapes:
-    """``reverseNormals()``: the same faces seen from the other side."""
+    """``reverseNormals()``: the same faces with reversed orientation."""
     table, mesh = call.workspace.meshes, call.shapes.mesh.copy()
     for kind in range(BOX, FACE + 1):
         mesh[call.shapes.mesh == kind] = table.named(f"reversed:{kind}", table.take(np.array([kind])).reversed())

@@ -1,4 +1,4 @@
-"""Operations that change what a shape looks like or is called, not where it is."""
+"""Operations that change the material, attributes and labels of a shape, not its placement."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from grammarlab.derivation.values.materials import CHANNELS
 _COLOR = ("color.r", "color.g", "color.b")
 _ALIASES = {"color.a": "opacity"}
 _WITHOUT_EFFECT = ("trim.", "seedian")
-"""What can be set without anything here depending on it."""
+"""Settable names that have no effect."""
 
 
 def color(call: BoundCall) -> Shapes:
@@ -48,7 +48,7 @@ def _changed_by_text(call: BoundCall, argument: Argument, changes: Callable[[str
 
 
 def _color_of(text: str, call: BoundCall) -> tuple[float, ...]:
-    """Red, green, blue and, where given, opacity in 0..1."""
+    """Red, green, blue and optional opacity in 0..1."""
     found = parse_color(text)
     if found is None:
         raise call.error(f'expected a colour like "#ff8800", found "{text}"')
@@ -56,14 +56,14 @@ def _color_of(text: str, call: BoundCall) -> tuple[float, ...]:
 
 
 def texture(call: BoundCall) -> Shapes:
-    """``texture(path)``: the image on the surface; an empty path takes it away."""
+    """``texture(path)``: the image on the surface; an empty path removes it."""
     return _changed_by_text(call, call.arguments[0], lambda path: {"texture": path})
 
 
 def set_attribute(call: BoundCall) -> Shapes:
     """``set(name, value)``: an attribute of the grammar, a part of the material or of the shape's placement.
 
-    From here on and below.
+    The value holds for the following operations and all descendants.
     """
     name, argument = str(call.arguments[0].value), call.arguments[1]
     if name in call.workspace.attributes:
@@ -77,10 +77,10 @@ def set_attribute(call: BoundCall) -> Shapes:
     if name.startswith(_WITHOUT_EFFECT):
         return call.shapes
     if "." in name:
-        raise call.error(f"{name} cannot be set: it is no part of the material, and of no imported file that was read")
+        raise call.error(f"{name} cannot be set: it is not a material attribute, and no imported file defines it")
     raise call.error(
         f"set expects an attribute of this grammar or a material attribute, found {name}",
-        "attributes are declared with attr; of the material there are " + ", ".join(CHANNELS),
+        "attributes are declared with attr; material attributes are " + ", ".join(CHANNELS),
     )
 
 
@@ -112,7 +112,7 @@ def _changed(call: BoundCall, changes: dict[str, float | NDArray[np.float64]]) -
 
 
 def report(call: BoundCall) -> Shapes:
-    """``report(key, value)``: collect a number for the model; each shape may have a key of its own."""
+    """``report(key, value)``: collect a number for the model; the key may differ between shapes."""
     key = call.text(call.arguments[0])
     value = call.arguments[1].value
     column = np.full(call.shapes.num, np.nan)
@@ -135,7 +135,7 @@ def show(call: BoundCall) -> Shapes:
 
 
 def label(call: BoundCall) -> Shapes:
-    """``label(name)``: a name for occlusion queries; nothing here asks."""
+    """``label(name)``: a name for occlusion queries, which are not supported."""
     call.text(call.arguments[0])
     return call.shapes
 

@@ -20,14 +20,14 @@ _MOST_SIDES = 512
 def i(call: BoundCall) -> Shapes:
     """``i(path, yUp|zUp, mode, cleanup)``: a mesh from the asset folder or a built-in one, mapped onto the scope.
 
-    With ``keepSizeAndPosition`` the mesh keeps its size and place, with ``keepSizeAlignPosition`` its size, standing in
-    the middle of the scope's floor. Meshes are never cleaned up, so that mode has no effect.
+    With ``keepSizeAndPosition`` the mesh keeps its size and position. With ``keepSizeAlignPosition`` it keeps its size
+    and is centred on the scope's floor. Meshes are never cleaned up, so that mode has no effect.
 
     Dimensions of the scope that are 0 follow the mesh: one such dimension takes the mean scale of the two others, two
     take the scale of the third, and if all three are 0 the mesh keeps its own size.
 
-    An asset that the folder lacks is a unit box, so that what is derived keeps its place and size (`Forest` names it).
-    The public reference leaves open what CityEngine does; a broken file, or one outside the folder, is an error.
+    An asset that the folder lacks becomes a unit box, so that derived shapes keep place and size (`Forest` names it).
+    The public reference does not cover this case; a broken file, or one outside the folder, is an error.
     """
     call = _bare(call)
     text = call.text(call.values[0])
@@ -43,7 +43,7 @@ def i(call: BoundCall) -> Shapes:
 
 
 def _bare(call: BoundCall) -> BoundCall:
-    """The call on scopes of positive height, without the texture coordinates of the geometry that is replaced."""
+    """The call on scopes of positive height, without the texture coordinates of the replaced geometry."""
     shapes = upright(call.shapes, call.workspace.meshes, call.workspace.frames)
     return call._replace(shapes=without_maps(shapes, call.workspace))
 
@@ -60,7 +60,7 @@ def _inserted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
 
 
 def _asset(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
-    """A mesh in the unit cube, and the size [3] and low corner [3] that it has in its file."""
+    """A mesh in the unit cube, and its size [3] and low corner [3] in its file."""
     table = call.workspace.meshes
     name = path.removesuffix(":notex")
     if name in ("builtin:cube", "builtin:box"):
@@ -69,7 +69,7 @@ def _asset(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
         return table.named(name, primitives.builtin_asset(name)), np.ones(3), np.zeros(3)
     if path.startswith("builtin:"):
         known = ", ".join(primitives.BUILTIN_ASSETS)
-        raise call.error(f'no built-in mesh is called "{path}"', f"there are {known}")
+        raise call.error(f'unknown built-in mesh "{path}"', f"expected one of {known}")
     asset = call.workspace.asset(path, call.location)
     if asset is None:
         return BOX, np.ones(3), np.zeros(3)
@@ -77,7 +77,7 @@ def _asset(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
 
 
 def _stood_up(call: BoundCall, mesh: int, own: Floats, low: Floats) -> tuple[int, Floats, Floats]:
-    """A mesh whose up axis is z, turned by -90 degrees about x so that y is."""
+    """A mesh with up axis z, rotated by -90 degrees about x so that y is up."""
     size, corner = own[[0, 2, 1]], np.array([low[0], low[2], -low[1] - own[1]])
     if mesh == BOX:
         return mesh, size, corner
@@ -89,7 +89,7 @@ def _stood_up(call: BoundCall, mesh: int, own: Floats, low: Floats) -> tuple[int
 
 
 def fitted(shapes: Shapes, mesh: int, own: Floats, low: Floats, call: BoundCall) -> Shapes:
-    """Shapes with one mesh of the unit cube, its own size [3] and low corner [3] filling dimensions that are 0."""
+    """Shapes with one mesh of the unit cube; its own size [3] and low corner [3] replace dimensions that are 0."""
     shapes = shapes._replace(mesh=np.full(shapes.num, mesh, dtype=np.int32))
     flat = shapes.size <= 0.0
     if not flat.any():
@@ -104,9 +104,9 @@ def fitted(shapes: Shapes, mesh: int, own: Floats, low: Floats, call: BoundCall)
 
 
 def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
-    """``primitiveX(counts, dimensions)``: without dimensions fitted to the scope, with them standing in its middle.
+    """``primitiveX(counts, dimensions)``: fitted to the scope, or with dimensions centred in it.
 
-    Negative dimensions mirror it, as negative sizes do in ``s``; the reference leaves them open.
+    Negative dimensions mirror it, like negative sizes in ``s``; the reference does not define them.
     """
 
     def apply(call: BoundCall) -> Shapes:
@@ -124,7 +124,7 @@ def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
 
 
 def _mesh(call: BoundCall, name: str, counts: list[float | Floats]) -> Ids:
-    """[N] the mesh of a primitive with so many sides and divisions."""
+    """[N] mesh of a primitive with given numbers of sides and divisions."""
     if name in ("cube", "quad"):
         return np.full(call.shapes.num, BOX if name == "cube" else FOOTPRINT, dtype=np.int32)
     columns = [np.broadcast_to(np.rint(count), call.shapes.num) for count in counts]
@@ -156,7 +156,7 @@ def _extent(name: str, dimensions: list[float | Floats], count: int) -> Floats:
 
 
 def _standing(call: BoundCall, shapes: Shapes, mesh: Ids, size: Floats) -> Shapes:
-    """Shapes whose new geometry stands in the middle of the scope's floor, mirrored along axes of negative size."""
+    """Shapes with new geometry centred on the scope's floor, mirrored along axes of negative size."""
     offset = 0.5 * (shapes.size - size) * [1.0, 0.0, 1.0]
     position = shapes.position + call.workspace.frames.to_world(shapes.frame, offset)
     standing = shapes._replace(mesh=mesh, size=size, position=position)

@@ -1,7 +1,7 @@
-"""Operations that change normals, or how a surface is cut into faces, but not where it is.
+"""Operations that change normals, or the division of a surface into faces, but not the surface.
 
-They are accepted and have no effect: concave faces are cut where they are drawn. What is derived afterwards may depend
-on how a surface is cut into faces, and on nothing else of this; `grammarlab check` says so of each use.
+They are accepted and have no effect: concave faces are cut when they are drawn. Later operations may depend
+on the division into faces, and on no other effect of these operations; `grammarlab check` warns of each use.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ _OF_LOOKS = ("setNormals", "setupUV", "softenNormals")
 
 
 def unchanged(call: BoundCall) -> Shapes:
-    """The shapes as they are."""
+    """The unchanged shapes."""
     return call.shapes
 
 
 OPERATIONS: dict[str, Operation] = {name: Operation(unchanged, _WORDS, (0, 9)) for name in (*_OF_FACES, *_OF_LOOKS)}
 CHANGE_LOOKS = frozenset(_OF_LOOKS)
-"""Those that no shape derived afterwards depends on."""
+"""Operations that no later shape depends on."""

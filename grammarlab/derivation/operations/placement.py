@@ -19,9 +19,9 @@ _KEPT = Argument(1.0, relative=True)
 
 
 def set_placement(call: BoundCall, name: str, argument: Argument) -> Shapes:
-    """Shapes with one of the numbers changed and the others as they were.
+    """Shapes with one of the numbers changed and the others kept.
 
-    The scope is placed relative to the pivot, so it moves and turns with it.
+    The scope is placed relative to the pivot, so it moves and rotates with it.
 
     Args:
         call: the operation.
@@ -35,7 +35,7 @@ def set_placement(call: BoundCall, name: str, argument: Argument) -> Shapes:
 
 
 def _placed(call: BoundCall, name: str, axis: int, argument: Argument) -> Shapes:
-    """Shapes moved or turned, with their pivots or within them."""
+    """Shapes moved or rotated, with their pivots or relative to them."""
     shapes, frames, value = call.shapes, call.workspace.frames, call.column(argument)
     pivot = pivot_position(shapes, call.workspace)
     if name.startswith("pivot.p"):

@@ -1,4 +1,4 @@
-"""``scatter``: points strewn over a surface or a scope, each a shape without extent."""
+"""``scatter``: points scattered over a surface or a scope, each a shape without extent."""
 
 from __future__ import annotations
 
@@ -17,27 +17,26 @@ from grammarlab.geometry.meshes.surface import nearest_on, points_on
 from grammarlab.randomness import Keys, uniforms
 
 _ENDS = {"left": (0, 0.0), "right": (0, 1.0), "bottom": (1, 0.0), "top": (1, 1.0), "back": (2, 0.0), "front": (2, 1.0)}
-"""Axis of the scope, and where along it the middle of a side lies."""
+"""Axis of the scope, and the position along it of the middle of a side."""
 _SPREAD = 0.16
-"""Standard deviation where none is given, as a share of the scope's size."""
+"""Default standard deviation, as a share of the scope's size."""
 _TRIES = 32
-"""Draws from a normal distribution until one meets a flat surface."""
+"""Largest number of draws from a normal distribution until one is on a flat surface."""
 _NEAR = 1e-6
-"""Share of the scope's size up to which a point lies on a surface."""
+"""Largest distance of a point on a surface, as a share of the scope's size."""
 
 
 def scatter(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     """``scatter(surface|scope, n, uniform)``, ``scatter(surface|scope, n, gaussian, mean, deviation) { … }``.
 
-    Strews n points, rounded to a whole number. On a surface their y axes are its normals; the scopes turn there the
-    shortest way. In a scope they keep its axes. Without distribution parameters the mean is the center and the
-    deviation ``'0.16``.
+    Scatters n points, rounded to a whole number. On a surface their y axes are its normals, by the smallest rotation of
+    the scopes. In a scope they keep its axes. The default mean is the center and the default deviation ``'0.16``.
 
-    Normally distributed points are drawn within the scope, along each axis by itself. On a surface that is flat along
-    an axis of the scope they are drawn up to 32 times until they meet it; after that, and on every other surface, the
-    closest point of the surface takes their place.
+    Normally distributed points are drawn within the scope, along each axis independently. On a surface that is flat
+    along an axis of the scope they are drawn up to 32 times until they lie on it; after that, and on every other
+    surface, they are replaced by the closest point of the surface.
 
-    Where points lie is no recorded draw: no tree depends on it.
+    Positions are not recorded draws: no tree depends on them.
     """
     call = call._replace(shapes=upright(call.shapes, call.workspace.meshes, call.workspace.frames))
     shapes, words = call.shapes, call.words
@@ -93,7 +92,7 @@ def _apart(one: Floats, other: Floats) -> Floats:
 
 
 def _truncated(draws: Floats, size: Floats, mean: Floats, deviation: Floats) -> Floats:
-    """[K, 3] from uniform draws, normally distributed numbers from 0 to the sizes."""
+    """[K, 3] normally distributed numbers from 0 to the sizes, from uniform draws."""
     scale = np.where(deviation > 0.0, deviation, 1.0)
     from scipy.special import ndtr, ndtri  # noqa: PLC0415  # a tenth of the time that a small run takes to start
 
@@ -125,7 +124,7 @@ def _deviation(call: BoundCall) -> Floats:
 
 
 def _standing(call: BoundCall, meshes: Meshes, frame: Ids, face: Indices) -> Ids:
-    """The frames of points [K], turned the shortest way so that their y axes are the normals of their faces."""
+    """Frames of points [K], by the smallest rotations that turn their y axes to the normals of their faces."""
     if len(face) == 0:
         return frame
     faces, first, which = np.unique(face, return_index=True, return_inverse=True)

@@ -1,4 +1,4 @@
-"""Operations that move, size and turn the scope, and the geometry with it."""
+"""Operations that move, scale and rotate the scope with its geometry."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from grammarlab.derivation.values.angles import euler
 Floats = NDArray[np.float64]
 
 _SMALLEST = -1e-9
-"""Metres: sizes between this and zero come from rounding and count as zero."""
+"""Largest size in metres that counts as zero, since it comes from rounding."""
 
 _CENTER_AXES = frozenset({"x", "y", "z", "xy", "xz", "yz", "xyz"})
 _SYSTEMS = frozenset({"abs", "rel", "scope", "pivot", "object", "world"})
@@ -44,8 +44,8 @@ def moved(call: BoundCall, lengths: tuple[Argument, ...]) -> Floats:
 def s(call: BoundCall) -> Shapes:
     """``s(x, y, z)``: set the size of the scope; the geometry is scaled with it.
 
-    A negative size mirrors the shape along that axis, and its faces look inwards then. The scope has a positive size
-    afterwards and begins at its other end, other than that of a shape which has sunk, whose height stays negative.
+    A negative size mirrors the shape along that axis, and its faces then point inwards. The scope has a positive size
+    afterwards and begins at its other end; only a shape below a negative extrusion keeps its negative height.
     """
     size, turns = call.shapes.size.copy(), False
     for axis, argument in enumerate(call.arguments):
@@ -63,14 +63,14 @@ def _resized(call: BoundCall, size: Floats) -> Shapes:
 
 
 def _turned(call: BoundCall, size: Floats) -> Shapes:
-    """Shapes of new sizes [N, 3], some negative, mirrored where only the new one is."""
+    """Shapes of new sizes [N, 3], some negative, mirrored where only the new size is negative."""
     sunk = call.shapes.size < 0.0
     size = np.where((size < 0.0) & (size > _SMALLEST) & ~sunk, 0.0, size)
     return mirrored(_resized(call, size), (size < 0.0) & ~sunk, call.workspace.meshes, call.workspace.frames)
 
 
 def center(call: BoundCall) -> Shapes:
-    """``center(axes)``: centre the scope, along these of its axes, in the shape as it came to the sequence."""
+    """``center(axes)``: centre the scope, along these axes, in the shape at the beginning of the sequence."""
     frames, shapes, origin = call.workspace.frames, call.shapes, call.origin
     if shapes.frame is origin.frame and shapes.position is origin.position:
         return shapes._replace(position=_centered(call))
@@ -82,7 +82,7 @@ def center(call: BoundCall) -> Shapes:
 
 
 def _centered(call: BoundCall) -> Floats:
-    """Positions [N, 3] of shapes that were sized, but neither moved nor turned, since the sequence began."""
+    """Positions [N, 3] of shapes that were scaled, but not moved or rotated, since the sequence began."""
     position = call.shapes.position
     for axis, name in enumerate("xyz"):
         if name in str(call.arguments[0].value):
@@ -92,7 +92,7 @@ def _centered(call: BoundCall) -> Floats:
 
 
 def r(call: BoundCall) -> Shapes:
-    """``r(x, y, z)``: turn about the pivot's axes, around the scope's origin or, with ``scopeCenter``, its centre."""
+    """``r(x, y, z)``: rotate about the pivot's axes, around the scope's origin or, with ``scopeCenter``, its centre."""
     shapes, frames = call.shapes, call.workspace.frames
     frame = frames.rotated_about(shapes.frame, shapes.pivot, _turn(call))
     if "scopeCenter" in call.words:
@@ -103,7 +103,7 @@ def r(call: BoundCall) -> Shapes:
 
 
 def _turn(call: BoundCall) -> Floats:
-    """The rotation that an operation's three angles in degrees stand for: [3, 3], or [N, 3, 3] where they differ."""
+    """Rotation from an operation's three angles in degrees: [3, 3], or [N, 3, 3] if they differ."""
     x, y, z = (call.number(argument) for argument in call.values)
     return euler(x, y, z)
 
@@ -139,7 +139,7 @@ def _mode_and_system(call: BoundCall) -> tuple[str, str]:
 
 
 def _origin(call: BoundCall, system: str) -> Floats:
-    """The origins [N, 3] of a coordinate system, counted as positions are."""
+    """Origins [N, 3] of a coordinate system, relative to the origin of positions."""
     shapes = call.shapes
     if system == "world":
         return -call.workspace.origins[shapes.model]
@@ -159,7 +159,7 @@ def _axes(call: BoundCall, system: str) -> NDArray[np.int32]:
 
 
 def _moving(apply: OperationFunction) -> OperationFunction:
-    """An operation that moves or turns shapes, with their texture coordinates."""
+    """An operation that moves or rotates shapes with their texture coordinates."""
     return lambda call: carried(call.shapes, apply(call), call.workspace)
 
 

@@ -1,4 +1,4 @@
-"""Operations on texture coordinates: projections, and changes of what they or the initial shape gave."""
+"""Operations on texture coordinates: projections, and changes of existing coordinates."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Change: TypeAlias = Callable[[BoundCall, Shapes, tuple[Floats, ...], Floats], Fl
 
 
 def setup_projection(call: BoundCall) -> Shapes:
-    """``setupProjection(set, axes, width, height, uOffset, vOffset, uwFactor)``: what ``projectUV`` will project by.
+    """``setupProjection(set, axes, width, height, uOffset, vOffset, uwFactor)``: the projection for ``projectUV``.
 
-    u is the place along the first axis, plus the offset and `uwFactor` times the place along the third axis, in
-    textures of this width; v that along the second axis, in textures of this height. Places count from the origin of
-    the scope as it is now, or of the world. ``'x`` is a share of the scope's size along the axis, ``~x`` a width of
-    which a whole number fills it, a negative one mirrors the image, and by one of 0 the coordinate is 0.
+    u is the position along the first axis, plus the offset and `uwFactor` times the position along the third axis, in
+    textures of this width; v is that along the second axis, in textures of this height. Positions count from the origin
+    of the current scope, or of the world. ``'x`` is a share of the scope's size along the axis, and ``~x`` is adjusted
+    so that a whole number fills it. A negative size mirrors the image, and a size of 0 makes the coordinate 0.
     """
     uv_set = _uv_set(call, 0)
     if len(call.words) != 1 or call.words[0] not in KEYWORDS["projection"]:
@@ -48,14 +48,14 @@ def setup_projection(call: BoundCall) -> Shapes:
 
 
 def project(call: BoundCall) -> Shapes:
-    """``projectUV(set)``: coordinates by the projection that was set up; without one they stay as they are."""
+    """``projectUV(set)``: coordinates from the projection of ``setupProjection``; without one they do not change."""
     uv_set = _uv_set(call, 0)
     projection: Ids = np.asarray(call.shapes.state[projection_name(uv_set)])
     return with_maps(call.shapes, uv_set, np.where(projection >= 0, projection, map_ids(call.shapes, uv_set)))
 
 
 def delete(call: BoundCall) -> Shapes:
-    """``deleteUV(set)``: no coordinates from here on."""
+    """``deleteUV(set)``: remove the coordinates."""
     return with_maps(call.shapes, _uv_set(call, 0), np.full(call.shapes.num, NONE, dtype=np.int32))
 
 
@@ -73,12 +73,12 @@ def _uv_set(call: BoundCall, place: int) -> int:
 
 
 def _made(call: BoundCall, maps: Floats) -> Ids:
-    """Ids [N] of maps [N, 2, 4] that an operation made."""
+    """Ids [N] of maps [N, 2, 4] made by an operation."""
     return call.workspace.texture_maps.add(maps, np.zeros(len(maps), dtype=bool))
 
 
 def _tile(call: BoundCall, argument: Argument, length: Floats) -> Floats:
-    """[N] the size of one texture: as it is, a share of a length [N], or about so large that a whole number fits."""
+    """[N] size of one texture: absolute, a share of a length [N], or adjusted so that a whole number fits."""
     size = number_column(call.number(argument), len(length))
     if argument.relative:
         return size * length
@@ -93,7 +93,7 @@ def _reciprocal(size: Floats) -> Floats:
 
 
 def _changing(change: Change, num_arguments: int, keywords: frozenset[str] = frozenset()) -> Operation:
-    """An operation that makes new maps for the shapes that have some in the set of its first argument."""
+    """An operation that makes new maps for shapes with maps in the set of its first argument."""
 
     def apply(call: BoundCall) -> Shapes:
         uv_set = _uv_set(call, 0)
@@ -122,7 +122,7 @@ def _scaled(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps: 
 
 
 def _rotated(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
-    """``rotateUV(set, degrees)``: the coordinates turned about u = v = 0, from u towards v."""
+    """``rotateUV(set, degrees)``: the coordinates rotated about u = v = 0, from u towards v."""
     angle = np.radians(numbers[0])[:, None]
     u, v = maps[:, 0], maps[:, 1]
     return np.stack([np.cos(angle) * u - np.sin(angle) * v, np.sin(angle) * u + np.cos(angle) * v], axis=1)
@@ -131,8 +131,8 @@ def _rotated(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps:
 def _tiled(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
     """``tileUV(set, width, height)``: scaled so that a texture has this size in metres on the surface.
 
-    ``'x`` is a share of the surface, ``~x`` a size of which a whole number fills it, a negative one mirrors the image,
-    and one of 0 leaves its axis as it is.
+    ``'x`` is a share of the surface, and ``~x`` is adjusted so that a whole number fills it. A negative size mirrors
+    the image, and a size of 0 leaves its axis unchanged.
     """
     for axis, (argument, size) in enumerate(zip(call.values[1:], numbers, strict=True)):
         found = _range(call, shapes, axis)
@@ -145,7 +145,7 @@ def _tiled(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps: F
 def _normalized(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
     """``normalizeUV(set, uv|uvUniform|u|v, type)``: moved and scaled to 0..1, ``uvUniform`` with one factor for both.
 
-    Faces are never normalized one by one: a shape has one map.
+    Faces are never normalized separately: a shape has one map.
     """
     mode = call.words[0] if call.words else ""
     found = [_range(call, shapes, axis) for axis in range(2)]

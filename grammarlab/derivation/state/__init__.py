@@ -1,1 +1,1 @@
-"""All shapes under derivation, as columns, and what a derivation fills."""
+"""Shapes under derivation as columns, and the tables that a derivation fills."""

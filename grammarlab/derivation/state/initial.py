@@ -19,9 +19,9 @@ _UP = np.array([0.0, 1.0, 0.0])
 
 
 def initial_shapes(lots: Lots, frames: FrameTable, meshes: MeshTable) -> Shapes:
-    """[N] the shapes that models start as, without any state.
+    """[N] initial shapes of models, without any state.
 
-    Node and model count from 0, positions from `Lots.origins`.
+    Node and model ids start at 0; positions are relative to `Lots.origins`.
     """
     rows = np.arange(len(lots), dtype=np.int32)
     _, corners = brought_near(lots.footprints.points, lots.footprints.offsets)
@@ -57,7 +57,7 @@ def _rotations(footprints: Footprints) -> Floats:
 def _times(footprints: Footprints, rotation: Floats) -> Floats:
     """[P, 3] corners times the rotation [F, 3, 3] of their footprint.
 
-    One product for each footprint, as it is for that footprint alone, so that the last bits are the same.
+    There is one product per footprint, as for a single footprint, so that the last bits are the same.
     """
     counts = np.diff(footprints.offsets)
     result = np.empty_like(footprints.points)
@@ -69,7 +69,7 @@ def _times(footprints: Footprints, rotation: Floats) -> Floats:
 
 
 def _polygons(points: Floats, footprints: Footprints) -> Meshes:
-    """[F] one face each; the bridges to its holes are passed twice, there and back over the same points."""
+    """[F] meshes of one face; bridges to its holes are passed in both directions over the same points."""
     counts = np.diff(footprints.offsets)
     row = row_of_value(counts)
     visited, corners = _first_visits(np.column_stack([row.astype(np.float64), footprints.points]))
@@ -86,7 +86,7 @@ def _polygons(points: Floats, footprints: Footprints) -> Meshes:
 
 
 def _first_visits(points: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Which of points [P, K] come for the first time, ascending, and for each of all its number among them."""
+    """Indices of the first occurrences of points [P, K], ascending, and the number of each point among them."""
     order = np.lexsort(points.T)
     ordered = points[order]
     begins = np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1)) if len(points) else np.zeros(0, dtype=bool)
@@ -98,7 +98,7 @@ def _first_visits(points: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]
 
 
 def _is_rectangle(unit: Meshes) -> NDArray[np.bool_]:
-    """[F] which meshes in the unit cube are the whole rectangle y = 0 seen from above."""
+    """[F] whether meshes in the unit cube are the whole rectangle y = 0 seen from above."""
     found = np.diff(unit.mesh_points) == 4
     four = np.flatnonzero(found & (np.diff(unit.face_offsets) == 4))
     corners = unit.points[unit.mesh_points[:-1][four][:, None] + np.arange(4)]

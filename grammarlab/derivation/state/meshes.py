@@ -1,4 +1,4 @@
-"""The meshes of one derivation, in the unit cube of their scopes, referred to by id."""
+"""Meshes of one derivation, in the unit cube of their scopes, by id."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _FACE = Meshes.single(_FACE_POINTS, [[0, 1, 2, 3]])
 _UP = np.array([0.0, 1.0, 0.0])
 
 _ROUNDING = 1e-9
-"""Share of the scope's size by which a corner of a rectangle may be off."""
+"""Tolerance of the corners of a rectangle, as a share of the scope's size."""
 
 
 class MeshTable:
@@ -50,10 +50,10 @@ class MeshTable:
         return known
 
     def mirrored(self, ids: NDArray[np.integer], axis: int) -> Ids:
-        """The ids [N] of meshes whose points are mirrored along an axis, with the same faces, which look inwards then.
+        """Ids [N] of meshes with points mirrored along an axis and the same faces, which then point inwards.
 
-        Scaled by a negative size they are where the given ones are: this is how scopes of negative height keep their
-        geometry. Mirrored twice, a mesh is itself again.
+        Scaled by a negative size they coincide with the given meshes: so scopes of negative height keep their
+        geometry. Mirroring twice gives the original mesh.
         """
         different, which = np.unique(ids, return_inverse=True)
         for mesh in different.tolist():
@@ -89,7 +89,7 @@ def scaled(meshes: Meshes, size: Floats) -> Meshes:
 
 
 def upright(shapes: Shapes, table: MeshTable, frames: FrameTable) -> Shapes:
-    """The same geometry in scopes of which none has a negative height."""
+    """The same geometry in scopes without negative heights."""
     if not (shapes.size[:, 1] < 0.0).any():
         return shapes
     return turned_over(shapes, shapes.size[:, 1] < 0.0, table, frames)
@@ -107,8 +107,8 @@ def turned_over(shapes: Shapes, chosen: NDArray[np.bool_], table: MeshTable, fra
 def mirrored(shapes: Shapes, chosen: NDArray[np.bool_], table: MeshTable, frames: FrameTable) -> Shapes:
     """Shapes mirrored along the axes [N, 3] where their sizes are negative, in scopes of positive size.
 
-    Geometry that filled the scope from its origin towards one side fills it towards the other, and its faces look
-    the other way.
+    Geometry that filled the scope from its origin towards one side fills it towards the other, and its faces point
+    the opposite way.
     """
     for axis in np.flatnonzero(chosen.any(axis=0)).tolist():
         rows = np.flatnonzero(chosen[:, axis])
@@ -126,8 +126,8 @@ def replaced(shapes: Shapes, meshes: Meshes, table: MeshTable, frames: FrameTabl
     Args:
         shapes: [N] the shapes.
         meshes: [N] their new geometry, in metres along their scopes' axes from their scopes' origins.
-        table: where the geometry is kept.
-        frames: where their orientations are kept.
+        table: the table of meshes.
+        frames: the table of orientations.
     """
     unit, low, size = normalized(meshes)
     position = shapes.position + frames.to_world(shapes.frame, low)
@@ -154,7 +154,7 @@ def add_faces(table: MeshTable, meshes: Meshes) -> Ids:
 
 
 def normalized(meshes: Meshes) -> tuple[Meshes, Floats, Floats]:
-    """Meshes moved and scaled into the unit cube, and the low corner and size [N, 3] they had."""
+    """Meshes moved and scaled into the unit cube, and their previous low corners and sizes [N, 3]."""
     low, high = meshes.bounds()
     size = high - low
     counts = np.diff(meshes.mesh_points)

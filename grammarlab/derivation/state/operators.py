@@ -1,4 +1,4 @@
-"""The operators of CGA over constants and columns."""
+"""Operators of CGA over constants and columns."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ def value_texts(value: Value, strings: StringTable) -> str | NDArray[np.int32]:
 
 
 MAX_TEXT = 1_000_000
-"""Characters of the longest string: rules that call themselves could double one again and again."""
+"""Largest number of characters of a string, since recursive rules could double it repeatedly."""
 
 
 def check_length(length: int, location: Location | None = None) -> None:
-    """Refuse a string before it is made.
+    """Refuse a string that is too long before it is made.
 
     Raises:
-        BudgetError: it would have more characters than `MAX_TEXT`.
+        BudgetError: If it would have more characters than `MAX_TEXT`.
     """
     if length > MAX_TEXT:
         raise BudgetError(f"a string would have {length:,} characters, more than {MAX_TEXT:,}", location)
@@ -130,7 +130,7 @@ def _ordering(symbol: str, apply: Callable) -> BinaryOperator:
 
 
 def _letters(value: Value, strings: StringTable) -> Any:
-    """Strings in a form that NumPy can put in order."""
+    """Strings as an array that NumPy can sort."""
     if not isinstance(value, np.ndarray):
         return np.str_(value)
     codes, which = np.unique(value, return_inverse=True)

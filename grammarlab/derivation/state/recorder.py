@@ -1,4 +1,4 @@
-"""What a derivation writes down as it goes: nodes, leaves, draws, reports, prints and missing assets."""
+"""Records of a derivation: nodes, leaves, draws, reports, prints and missing assets."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Recorder:
         self.prints: list[str] = []
 
     def add_roots(self, models: Ids, symbols: Ids) -> Ids:
-        """Rows [N] of the roots of these models [N], which have symbols [N]; the first nodes of all."""
+        """Rows [N] of the roots of models [N] with symbols [N]; they come first."""
         self._roots = symbols
         self._nodes.append((models, None, 0, 0, None))
         return self._grow(len(models))
@@ -45,7 +45,7 @@ class Recorder:
         Args:
             shapes: [N] the shapes, with their parents as `node`.
             symbol: the symbol of all of them.
-            child: which successor of the parents' rule they are.
+            child: index of the successor in the parents' rule.
             in_block: whether one parent may have several of them.
         """
         repeat = _count_in_run(shapes.node) if in_block else None
@@ -53,11 +53,11 @@ class Recorder:
         return self._grow(shapes.num)
 
     def set_rule(self, nodes: Ids, rule: int) -> None:
-        """Note which rule rewrote these nodes."""
+        """Record the rule that rewrote these nodes."""
         self._rules.append((nodes, rule))
 
     def add_leaves(self, shapes: Shapes) -> None:
-        """Record the geometry of shapes that nothing more will happen to."""
+        """Record the geometry of finished shapes."""
         self._leaves.append(shapes)
 
     def add_draw(self, shapes: Shapes, site: int, values: Floats, log_density: float | Floats) -> None:
@@ -73,7 +73,7 @@ class Recorder:
         self.prints += texts[: max(0, _MOST_PRINTS - len(self.prints))]
 
     def add_missing_asset(self, path: str, location: Location) -> None:
-        """Note that a place in the rules asked for an asset that is not there."""
+        """Record a missing asset and its place in the rules."""
         self._missing_assets.add(MissingAsset(path, location))
 
     def missing_assets(self) -> tuple[MissingAsset, ...]:
@@ -81,7 +81,7 @@ class Recorder:
         return by_path(self._missing_assets)
 
     def largest_model(self) -> tuple[int, int]:
-        """The model with the most nodes so far, and how many it has."""
+        """The model with the most nodes so far, and their number."""
         counts = np.bincount(_joined([model for model, *_ in self._nodes], np.int32))
         return int(counts.argmax()), int(counts.max())
 
@@ -145,7 +145,7 @@ class Recorder:
         )
 
     def _spread(self, values: Sequence[int], columns: Sequence[Ids]) -> NodeIds:
-        """The value of each column, once for every row of it."""
+        """Values repeated by the number of rows of each chunk."""
         return np.array(values, dtype=self._id_type).repeat([len(column) for column in columns])
 
     def _grow(self, count: int) -> Ids:
@@ -181,7 +181,7 @@ def _filled(columns: Sequence[Ids | None], counts: Sequence[int], missing: int) 
 
 
 def _count_in_run(values: Ids) -> Ids:
-    """For each value of an ascending column, how many equal ones stand before it."""
+    """Number of equal values before each value of an ascending column."""
     if len(values) == 1:
         return _ZERO
     if values[0] == values[-1]:

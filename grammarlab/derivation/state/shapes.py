@@ -1,4 +1,4 @@
-"""Shapes under derivation, as columns: the value that every operation takes and gives back."""
+"""Shapes under derivation, as columns: argument and result of every operation."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ Floats = NDArray[np.float64]
 Ids = NDArray[np.int32]
 
 EMPTY, BOX, FOOTPRINT, FACE = 0, 1, 2, 3
-"""Meshes that are scope only: nothing, the whole box, the rectangle y = 0 seen from above, the rectangle z = 0 seen
-from the front. Every other mesh id refers to the mesh table alone."""
+"""Ids of predefined meshes: nothing, the whole box, the rectangle y = 0 seen from above, the rectangle z = 0 seen
+from the front. Other mesh ids refer to the table of meshes."""
 
 Value: TypeAlias = (
     "float | bool | str | NDArray[np.float64] | NDArray[np.bool_] | NDArray[np.int32] | NDArray[np.uint32]"
 )
-"""What an expression gives for N shapes: one constant for all, or a column [N]. Columns of int32 are string ids, those
+"""Value of an expression for N shapes: one constant for all, or a column [N]. Columns of int32 are string ids, those
 of uint32 ids of arrays."""
 
 ARRAY = "whole array"
-"""What `kind_of` calls an array."""
+"""Name of the type of arrays in `kind_of`."""
 
 CHILD_LANE, BLOCK_LANE, SITE_LANE, NUM_LANES = 0, 1, 2, 3
 """Keys below one key: words ``NUM_LANES * i + lane`` for the i-th successor, block and random expression."""
 
 
 class Shapes(NamedTuple):
-    """N shapes that the same operations are about to be applied to."""
+    """N shapes to which the same operations are applied."""
 
     node: Ids
-    """[N] row in the forest of the shape whose rule is being carried out; ascending."""
+    """[N] row in the forest of the shape whose rule is being applied; ascending."""
     model: Ids
     """[N] model, from 0 within the batch."""
     key: Keys | None
-    """[N] random key; None where nothing below draws."""
+    """[N] random key; None if nothing below draws."""
     position: Floats
     """[N, 3] origin of the scope in metres along the world's axes, from the origin of its model."""
     size: Floats
@@ -54,8 +54,8 @@ class Shapes(NamedTuple):
     material: Ids
     """[N] an id of the `MaterialTable`."""
     state: Mapping[str, Value]
-    """Attributes that rules have set, and shape attributes such as ``split.index``, where the grammar reads them; the
-    ids of texture maps (`texture_maps`), where it mentions coordinates."""
+    """Attributes set by rules, and shape attributes such as ``split.index``, if the grammar reads them; ids of
+    texture maps (`texture_maps`), if it uses texture coordinates."""
     locals: tuple[Value, ...]
     """Parameters of the rule or function being evaluated."""
 
@@ -79,7 +79,7 @@ class Shapes(NamedTuple):
         return self.rescoped(self.position, size, self.frame, self.mesh)
 
     def random_key(self) -> Keys:
-        """[N] the key of shapes that draw; the compiler sees to it that these have one."""
+        """[N] keys of shapes that draw; the compiler guarantees that they have one."""
         return cast("Keys", self.key)
 
     def take(self, rows: NDArray[np.integer]) -> Shapes:
@@ -115,7 +115,7 @@ def take_value(value: Value, rows: NDArray[np.integer]) -> Value:
 
 
 def number_column(value: Value, count: int) -> Floats:
-    """A number as a column [count], whether it is one constant or a column already."""
+    """A number as a column [count], from a constant or a column."""
     if isinstance(value, np.ndarray):
         return value.astype(np.float64, copy=False)
     return np.full(count, float(value))
@@ -149,10 +149,10 @@ def concatenate(chunks: Sequence[Shapes], strings: StringTable) -> Shapes:
 
 
 def join_values(values: Sequence[Value], counts: Sequence[int], strings: StringTable) -> Value:
-    """One value for shapes that stand one after the other.
+    """One value for concatenated shapes.
 
     Raises:
-        DerivationError: when some are numbers and others strings or booleans.
+        DerivationError: If some are numbers and others strings or booleans.
     """
     first = values[0]
     if not isinstance(first, np.ndarray) and all(type(v) is type(first) and v == first for v in values):
@@ -174,7 +174,7 @@ def as_column(value: Value, count: int, strings: StringTable) -> NDArray:
 
 
 def kind_of(value: Value) -> str:
-    """``float``, ``bool`` or ``string``, as CGA calls its types, or `ARRAY`."""
+    """Name of the type in CGA: ``float``, ``bool`` or ``string``, or `ARRAY`."""
     if isinstance(value, np.ndarray):
         return {"f": "float", "b": "bool", "i": "string", "u": ARRAY}[value.dtype.kind]
     return "bool" if isinstance(value, bool) else "string" if isinstance(value, str) else "float"

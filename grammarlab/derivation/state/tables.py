@@ -16,13 +16,13 @@ from grammarlab.derivation.state.shapes import Value
 from grammarlab.errors import BudgetError, Location
 
 MAX_CELLS = 100_000
-"""Cells of the largest array."""
+"""Largest number of cells of an array."""
 MAX_CELLS_IN_ALL = 5_000_000
-"""Cells of all different arrays of one derivation."""
+"""Largest number of cells of all different arrays of one derivation."""
 
 Cell: TypeAlias = "float | bool | str"
 DEFAULTS: dict[str, Cell] = {"float": 0.0, "bool": False, "string": ""}
-"""What stands where there is no cell, by the type of the others."""
+"""Default value of missing cells, by the type of the others."""
 
 
 class Table(NamedTuple):
@@ -33,10 +33,10 @@ class Table(NamedTuple):
     rows: int
     columns: int
     cells: tuple[Cell, ...]
-    """Row by row."""
+    """Cells row by row."""
 
     def text(self) -> str:
-        r"""As ``print`` shows it.
+        r"""The text that ``print`` shows.
 
         >>> Table("float", 1, 3, (1.0, 2.5, 3.0)).text(), Table("string", 2, 1, ("a", "b")).text()
         ('(3)[1,2.5,3]', '(2x1)\na\nb')
@@ -49,7 +49,7 @@ class Table(NamedTuple):
 
 
 class ArrayTable:
-    """The different arrays met in one derivation."""
+    """The different arrays of one derivation."""
 
     def __init__(self) -> None:
         self._ids: dict[tuple[object, ...], int] = {}
@@ -60,10 +60,10 @@ class ArrayTable:
         return self._tables[index]
 
     def ids(self, tables: Sequence[Table]) -> NDArray[np.uint32]:
-        """The ids of several arrays, new or known.
+        """Ids of several arrays, new or known.
 
         Raises:
-            BudgetError: all together would have more cells than `MAX_CELLS_IN_ALL`.
+            BudgetError: If all together would have more cells than `MAX_CELLS_IN_ALL`.
         """
         return np.array([self._id(table) for table in tables], dtype=np.uint32)
 
@@ -79,7 +79,7 @@ class ArrayTable:
 
 
 def cell_text(cell: Cell) -> str:
-    """A cell as CGA writes it into strings."""
+    """Text of a cell in strings of CGA."""
     return cell if isinstance(cell, str) else str(cell).lower() if isinstance(cell, bool) else number_text(cell)
 
 
@@ -87,7 +87,7 @@ def table_of(kind: str, rows: int, columns: int, cells: Sequence[Cell], location
     """An array of bounded size.
 
     Raises:
-        BudgetError: it has more cells than `MAX_CELLS`.
+        BudgetError: If it has more cells than `MAX_CELLS`.
     """
     if rows * columns > MAX_CELLS:
         raise BudgetError(f"an array would have {rows * columns:,} cells, more than {MAX_CELLS:,}", location)

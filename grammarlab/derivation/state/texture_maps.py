@@ -1,9 +1,9 @@
 """Texture coordinates: an affine map from the world to (u, v) for each shape and uv set.
 
-The maps of a derivation lie in a table, and shapes refer to them by id. The ids are columns of `Shapes.state`, one for
-each uv set that the grammar mentions: a grammar without texture coordinates carries none of them. Since the maps count
-from the world, cutting a shape or giving it another scope leaves them alone; what moves or scales its geometry takes
-them along (`carried` in `texture_transfer.py`).
+The maps of a derivation are in a table, and shapes refer to them by id. The ids are columns of `Shapes.state`, one for
+each uv set that the grammar uses: a grammar without texture coordinates has no such column. Since the maps are relative
+to the world, cutting a shape or changing its scope keeps them; operations that move or scale its geometry transform
+them (`carried` in `texture_transfer.py`).
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from grammarlab.derivation.state.shapes import Floats, Ids, Shapes
 
 NUM_SETS = 10
-"""How many uv sets there are: one for each map of a material."""
+"""Number of uv sets: one for each map of a material."""
 
 NONE = -1
-"""The id of no map."""
+"""Id for the absence of a map."""
 
 
 class TextureMapTable:
-    """The maps met in one derivation: rows (u, v) of a gradient in the world and a value at its origin."""
+    """Maps of one derivation: rows (u, v) of a gradient in the world and a value at its origin."""
 
     def __init__(self) -> None:
         self._rows = np.empty((16, 2, 4))
@@ -35,7 +35,7 @@ class TextureMapTable:
 
         Args:
             maps: [N, 2, 4] their rows.
-            was_given: [N] whether shapes came with them, so that no operation has laid an image by them.
+            was_given: [N] whether they are the initial maps of shapes, not made by an operation.
         """
         count = len(maps)
         if count > 1 and (maps == maps[0]).all() and (was_given == was_given[0]).all():
@@ -54,13 +54,13 @@ class TextureMapTable:
         return self._rows.take(ids, axis=0)
 
     def was_given(self, ids: Ids) -> NDArray[np.bool_]:
-        """[N] which of these maps shapes came with; none of the ids is `NONE`."""
+        """[N] whether these maps are the initial maps of shapes; none of the ids is `NONE`."""
         return self._was_given.take(ids)
 
     def used(self, ids: Ids) -> tuple[Floats, Ids]:
-        """The maps [K, 2, 4] of a column [N] that operations have made, and where each of the column is among them.
+        """The maps [K, 2, 4] of a column [N] that operations have made, and the index [N] of each among them.
 
-        Maps that shapes came with count as `NONE`, which stays what it is.
+        Initial maps count as `NONE`, which stays `NONE`.
         """
         if self._used == 0:
             return self._rows[:0].copy(), ids
@@ -73,7 +73,7 @@ class TextureMapTable:
 
 
 def map_name(uv_set: int) -> str:
-    """The name in `Shapes.state` of the ids of the maps of a uv set; no attribute can have it."""
+    """Name in `Shapes.state` of the ids of the maps of a uv set; no attribute can have it."""
     return f"uv:{uv_set}"
 
 
@@ -83,7 +83,7 @@ def projection_name(uv_set: int) -> str:
 
 
 def map_ids(shapes: Shapes, uv_set: int) -> Ids:
-    """[N] the maps of one uv set that the grammar mentions."""
+    """[N] maps of one uv set that the grammar uses."""
     return cast("Ids", shapes.state[map_name(uv_set)])
 
 

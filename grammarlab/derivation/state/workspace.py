@@ -1,4 +1,4 @@
-"""Everything that one derivation fills and looks things up in. Made by `derive`, thrown away afterwards."""
+"""Workspace of one derivation: its tables, records and attribute values. Made by `derive`, discarded afterwards."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ Code: TypeAlias = "Callable[[Shapes, Workspace], Value]"
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """How much one model may grow before the derivation gives up with a clear error."""
+    """Bounds on the size of one model, beyond which the derivation stops with an error."""
 
     shapes: int = 1_000_000
-    """Nodes and parts per model."""
+    """Largest number of nodes and parts per model."""
     depth: int = 1_000
-    """Rewritings of one recursive group of rules, one below the other."""
+    """Largest depth of rewritings by one recursive group of rules."""
     calls: int = 60
-    """Calls of functions, one inside the other."""
+    """Largest depth of nested calls of functions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,26 +43,26 @@ class CompiledAttribute:
     name: str
     code: Code
     draws: bool
-    """Whether its value is drawn, so that it must be evaluated for every model."""
+    """Whether its value is random, so that it must be evaluated for every model."""
     location: Location
 
 
 @dataclass(slots=True)
 class Workspace:
-    """The tables, the record and the attribute values of one derivation."""
+    """Tables, records and attribute values of one derivation."""
 
     attributes: Mapping[str, CompiledAttribute]
     """The attributes and constants of the grammar, by name."""
     state_names: frozenset[str]
-    """As `Program.state_names`."""
+    """See `Program.state_names`."""
     uv_sets: frozenset[int]
-    """As `Program.uv_sets`."""
+    """See `Program.uv_sets`."""
     pending: list[list[Shapes]]
-    """For each rule, the shapes that wait for it, in the order they were made."""
+    """Pending shapes of each rule, in the order they were made."""
     lots: Lots
-    """[N] what is derived."""
+    """[N] the lots of the derivation."""
     origins: Floats
-    """[N, 3] `Lots.origins`: where in the world the positions of each model's shapes count from."""
+    """[N, 3] `Lots.origins`: origin in the world of the positions of each model's shapes."""
     start_symbols: tuple[str, ...]
     """The symbols of `Lots.start_rules`."""
     roots: Shapes
@@ -74,11 +74,11 @@ class Workspace:
     budget: Budget
     recorder: Recorder
     assets: AssetFolder | None = None
-    """What asset paths are relative to and may not leave."""
+    """Folder that asset paths are relative to and may not leave."""
     tables: ArrayTable = field(default_factory=ArrayTable)
     texture_maps: TextureMapTable = field(default_factory=TextureMapTable)
     count_again_at: int = field(init=False)
-    """Number of nodes up to which no model can have outgrown its budget."""
+    """Number of nodes up to which no model can have exceeded its budget."""
     call_depth: int = 0
     _attributes: dict[str, Value] = field(default_factory=dict)
     _evaluating: list[str] = field(default_factory=list)
@@ -87,7 +87,7 @@ class Workspace:
         self.count_again_at = self.budget.shapes
 
     def start_symbol(self, shapes: Shapes) -> Value:
-        """The symbol that the models of shapes [N] start with: one text for all, or string ids [N]."""
+        """Start symbol of the models of shapes [N]: one text for all, or string ids [N]."""
         names = self.start_symbols
         return names[0] if len(names) == 1 else self.strings.ids(names)[self.lots.start_rule[shapes.model]]
 
@@ -95,14 +95,14 @@ class Workspace:
         """The value of an attribute or constant, evaluated once: a scalar or one per model.
 
         Raises:
-            DerivationError: when its value depends on itself.
+            DerivationError: If its value depends on itself.
         """
         if name not in self._attributes:
             self._attributes[name] = self._evaluate(name)
         return self._attributes[name]
 
     def attribute_of(self, name: str, shapes: Shapes) -> Value:
-        """The value of an attribute for shapes [N]: as last set above them, or as it is for their model."""
+        """Value of an attribute for shapes [N]: the last value set above them, or that of their model."""
         local = shapes.state.get(name)
         if local is not None:
             return local
@@ -110,13 +110,13 @@ class Workspace:
         return value.take(shapes.model) if isinstance(value, np.ndarray) else value
 
     def asset(self, path: str, location: Location) -> Asset | None:
-        """A mesh from the asset folder; None, and a record of it, where the folder has no such file.
+        """A mesh from the asset folder; None, and a record of it, if the folder has no such file.
 
         Raises:
-            DerivationError: when there is no asset folder, or the file is broken or outside it.
+            DerivationError: If there is no asset folder, or the file is broken or outside it.
         """
         if self.assets is None:
-            hint = "say where it is with --assets DIR"
+            hint = "name it with --assets DIR"
             raise DerivationError(f'the asset "{path}" needs an asset folder', location, hint)
         try:
             return self.assets.load(path)
@@ -130,14 +130,14 @@ class Workspace:
         """Refuse an operation that would make more parts of ``shapes`` shapes than the budget allows.
 
         Raises:
-            BudgetError: naming the operation's place.
+            BudgetError: If it would, with the operation's place.
         """
         if parts > self.budget.shapes * max(1, min(shapes, self.roots.num)):
             raise BudgetError(
                 f"one operation would make {parts} parts of {shapes} shapes, more than the budget of "
                 f"{self.budget.shapes} per model",
                 location,
-                "a size in a repeated split may be far too small; raise the shape budget if this is meant",
+                "a size in a repeated split may be far too small; raise the shape budget if this is intended",
             )
 
     def _evaluate(self, name: str) -> Value:
@@ -167,7 +167,7 @@ class Workspace:
         return take_value(joined, np.argsort(np.concatenate([own, given])))
 
     def _given(self, values: Values) -> Value:
-        """Values [K] from outside as rules compute with them; one value where all are the same to the last bit."""
+        """Values [K] from outside in the types of rules; one value if all are the same to the last bit."""
         if values.tobytes() == values[:1].tobytes() * len(values):
             return values[0].item()
         if values.dtype.kind == "U":

@@ -1,6 +1,6 @@
 """Orientations of scopes, interned: a frame is a base rotation times one of the 24 rotations of a cube.
 
-A shape carries one integer, ``24 * base + cube``. The faces of a box and every turn by a right angle stay within one
+A shape has one integer, ``24 * base + cube``. The faces of a box and every rotation by a right angle have the same
 base, so they are table look-ups and exact to the last bit.
 """
 
@@ -30,7 +30,7 @@ def _cube_rotations() -> Floats:
 
 
 CUBE: Floats = _cube_rotations()
-"""[24, 3, 3] the rotations that take a cube to itself; the first is the identity."""
+"""[24, 3, 3] the rotations that map a cube to itself; the first is the identity."""
 
 _PRODUCTS = np.einsum("aij,bjk->abik", CUBE, CUBE)
 COMPOSE: Ids = np.array(
@@ -40,7 +40,7 @@ COMPOSE: Ids = np.array(
 
 
 _SOURCE: Ids = np.abs(CUBE).argmax(axis=1).astype(np.int32)
-"""[24, 3] which axis of the base each axis of a turned frame runs along, and in `_SIGN` which way."""
+"""[24, 3] axis of the base along each axis of a rotated frame; `_SIGN` has the directions."""
 _SIGN: Floats = np.take_along_axis(CUBE, _SOURCE[:, None, :].astype(np.int64), axis=1)[:, 0, :]
 
 
@@ -56,11 +56,11 @@ _CODES = np.full(27 * 8, -1, dtype=np.int32)
 _CODES[(_SOURCE @ [9, 3, 1]) * 8 + (_SIGN < 0.0) @ [4, 2, 1]] = np.arange(24)
 
 _EXACT = 1e-12
-"""Rotations whose entries are this close to -1, 0 and 1 are taken to be turns by right angles."""
+"""Tolerance of the entries -1, 0 and 1 of rotations by right angles."""
 
 
 def cube_indices(rotations: Floats) -> Ids:
-    """For rotations [N, 3, 3] the index in `CUBE`, -1 for those that are no turns by right angles."""
+    """Indices [N] in `CUBE` of rotations [N, 3, 3], -1 for rotations that are not by right angles."""
     rounded = np.rint(rotations)
     code = (np.abs(rounded).argmax(axis=1) @ [9, 3, 1]) * 8 + (rounded.sum(axis=1) < 0.0) @ [4, 2, 1]
     straight = np.abs(rotations - rounded).max(axis=(1, 2), initial=0.0) < _EXACT
@@ -68,7 +68,7 @@ def cube_indices(rotations: Floats) -> Ids:
 
 
 class FrameTable:
-    """The base rotations met in one derivation; the first one is the identity."""
+    """Base rotations of one derivation; the first one is the identity."""
 
     def __init__(self) -> None:
         self._bases = np.eye(3)[None].repeat(16, axis=0)
@@ -87,21 +87,21 @@ class FrameTable:
         return np.arange(24 * first, 24 * end, 24, dtype=np.int32)
 
     def turned(self, frames: Ids, cube: int) -> Ids:
-        """Frames [N] turned, in their own axes, by one rotation of the cube."""
+        """Frames [N] rotated, in their own axes, by one rotation of the cube."""
         if cube == 0:
             return frames
         base = frames // 24
         return base * 24 + COMPOSE[frames - base * 24, cube]
 
     def turned_each(self, frames: Ids, cubes: Ids) -> Ids:
-        """Frames [N] turned, in their own axes, by a rotation of the cube each [N]."""
+        """Frames [N] rotated, in their own axes, by one rotation of the cube each [N]."""
         base = frames // 24
         return base * 24 + COMPOSE[frames - base * 24, cubes]
 
     def rotated(self, frames: Ids, rotations: Floats) -> Ids:
         """Frames [N] rotated, in their own axes, by rotations [3, 3] or [N, 3, 3].
 
-        Turns by right angles stay exact. Another rotation for all makes one new base for each different frame.
+        Rotations by right angles stay exact. Another single rotation makes one new base for each different frame.
         """
         if rotations.ndim == 2:
             turn = int(cube_indices(rotations[None])[0])
@@ -148,7 +148,7 @@ class FrameTable:
         return self._bases[base, :, _SOURCE[cube, axis]] * _SIGN[cube, axis][:, None]
 
     def _single_axis(self, frame: int, axis: int) -> Floats:
-        """[1, 3] the same for one frame; kept, since one shape after the other is cut along it."""
+        """[1, 3] the same for one frame; cached, since consecutive shapes are cut along it."""
         known = self._axes.get((frame, axis))
         if known is None:
             base, turn = divmod(frame, 24)
@@ -165,7 +165,7 @@ class FrameTable:
         return np.einsum("nji,nj->ni", self.rotations(frames), vectors)
 
     def used(self, frames: Ids) -> tuple[Floats, Ids]:
-        """Rotations [K, 3, 3] of the different frames of a column [N], and where each of the column is among them."""
+        """Rotations [K, 3, 3] of the different frames of a column [N], and the index [N] of each among them."""
         present = np.zeros(24 * self._used, dtype=bool)
         present[frames] = True
         place = (np.cumsum(present) - 1).astype(np.int32)

@@ -1,4 +1,4 @@
-"""Materials: what a surface looks like, interned so that a shape carries one integer."""
+"""Materials of surfaces, interned so that a shape has one integer."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CHANNELS = {
     "emissive.g": 0.0,
     "emissive.b": 0.0,
 }
-"""The numbers of a material and their values on a fresh shape, all in 0..1; colours are sRGB, as in CGA."""
+"""Numbers of a material and their values on an initial shape, all in 0..1; colours are sRGB, as in CGA."""
 
 _OTHER_MAPS = ("bump", "dirt", "specular", "opacity", "normal", "emissive", "occlusion", "roughness", "metallic")
 _IDENTITY = {"su": 1.0, "sv": 1.0, "tu": 0.0, "tv": 0.0, "rw": 0.0}
@@ -37,7 +37,7 @@ REMEMBERED: dict[str, float | str | bool] = {
     **{f"{kind}map": "" for kind in _OTHER_MAPS},
     **{f"{kind}map.{part}": value for kind in ("color", *_OTHER_MAPS) for part, value in _IDENTITY.items()},
 }
-"""What else CGA knows of a material, and the values on a fresh shape: rules may read it back, no picture shows it."""
+"""Other material attributes of CGA, with their values on an initial shape; rules may read them, pictures do not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ class Materials:
 
 
 class MaterialTable:
-    """The different materials met in one derivation. Id 0 is the material of a fresh shape."""
+    """The different materials of one derivation. Id 0 is the material of an initial shape."""
 
     def __init__(self) -> None:
         fresh = (*CHANNELS.values(), "")
@@ -108,7 +108,7 @@ class MaterialTable:
         codes: NDArray[np.int32],
         changes: Callable[[int], Mapping[str, float | str]],
     ) -> NDArray[np.int32]:
-        """Materials [N] changed by what ``changes`` makes of a code each [N], called once for each different code."""
+        """Materials [N] changed by ``changes`` of their codes [N], which is called once for each different code."""
         known: dict[int, Mapping[str, float | str]] = {}
         base = int(codes.max(initial=0)) + 1
         pairs, inverse = np.unique(materials.astype(np.int64) * base + codes, return_inverse=True)
@@ -125,7 +125,7 @@ class MaterialTable:
         first = materials[0]
         if (materials == first).all():
             return np.full(len(materials), self._intern(int(first), constants), dtype=np.int32)
-        table = np.zeros(len(self._rows), np.int32)  # made first: interning adds rows
+        table = np.zeros(len(self._rows), np.int32)  # computed first, since interning adds rows
         for used in distinct(materials, len(self._rows)).tolist():
             table[used] = self._intern(used, constants)
         return table[materials]

@@ -1,10 +1,10 @@
-"""How ``split`` divides a length: absolute, relative and floating sizes, and repeats.
+"""Division of a length by ``split``: absolute, relative and floating sizes, and repeats.
 
-Fixed sizes (absolute, or relative to the whole length) are served first; all floating sizes are then stretched by one
-common factor so that they fill what is left. A repeated group with floating sizes, or beside some, is used so often
-that this factor is above 0 and comes nearest to 1; several groups share the count evenly, the first ones get what is
-over. Where nothing floats, a group is used as often as it fits and its last part is cut. Parts of no extent are left
-out; nothing reaches beyond the length.
+Fixed sizes (absolute, or relative to the whole length) are assigned first; all floating sizes are then scaled by one
+common factor so that they fill the rest. If there are floating sizes, the number of repeats of a group is chosen so
+that this factor is above 0 and nearest to 1; several groups share the number evenly, the first ones get the remainder.
+Without floating sizes, a group is repeated as often as it fits, and its last part is cut. Parts of size 0 are left
+out; no part reaches beyond the length.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Amount: TypeAlias = "float | NDArray[np.floating]"
-"""Metres, one number for all lengths or one each."""
+"""Metres, one number for all lengths or one per length."""
 
 TOLERANCE = 1e-9
-"""Metres: parts thinner than this are left out."""
+"""Smallest size of a part in metres; smaller parts are left out."""
 
 _MOST_REPEATS = 2**31
 _NOTHING = 1e-200
@@ -37,7 +37,7 @@ class SplitSize(NamedTuple):
 
 
 class SplitRepeat(NamedTuple):
-    """Sizes that stand in braces with a star."""
+    """Sizes of a repeated group, in braces with a star."""
 
     sizes: tuple[SplitSize, ...]
 
@@ -46,10 +46,10 @@ Element: TypeAlias = SplitSize | SplitRepeat
 
 
 class SplitPieces(NamedTuple):
-    """The pieces that one size of the split makes: K pieces, by length and then along it."""
+    """K pieces made by one size of the split, ordered by length and then along it."""
 
     row: Ints
-    """[K] which length the piece belongs to."""
+    """[K] index of the length that the piece belongs to."""
     start: Floats
     """[K] metres from the start of the length."""
     extent: Floats
@@ -59,12 +59,12 @@ class SplitPieces(NamedTuple):
 
 
 class SplitRow(NamedTuple):
-    """What P sizes without repeats make of N lengths."""
+    """Pieces of N lengths by P sizes without repeats."""
 
     start: Floats
     """[P, N] metres from the start of the length."""
     extent: Floats
-    """[P, N] metres; nothing for what is left out."""
+    """[P, N] metres; 0 for parts that are left out."""
 
     @property
     def is_full(self) -> bool:
@@ -72,7 +72,7 @@ class SplitRow(NamedTuple):
         return bool(self.extent.min(initial=np.inf) > TOLERANCE)
 
     def pieces(self) -> list[SplitPieces]:
-        """The same without what is left out."""
+        """The pieces without parts that are left out."""
         everyone = np.arange(self.start.shape[1])
         keep = self.extent > TOLERANCE
         if keep.all():
@@ -87,7 +87,7 @@ class SplitRow(NamedTuple):
 
 
 def divide(length: Floats, elements: Sequence[Element]) -> list[SplitPieces]:
-    """The pieces of lengths [N], one `SplitPieces` for each size in the order of the text.
+    """Pieces of lengths [N], one `SplitPieces` for each size in the order of the text.
 
     >>> front, tiles = divide(np.array([7.0]), [SplitSize(1.0), SplitRepeat((SplitSize(2.9, floating=True),))])
     >>> front.extent.tolist(), tiles.start.tolist(), tiles.extent.tolist()
@@ -117,9 +117,9 @@ def divide(length: Floats, elements: Sequence[Element]) -> list[SplitPieces]:
 
 
 def in_a_row(length: Floats, elements: Sequence[Element]) -> SplitRow | None:
-    """What becomes of lengths [N] where nothing repeats; None where something does.
+    """Pieces of lengths [N] without repeats; None if a size repeats.
 
-    All at once, from sums made beforehand: with few lengths the number of array calls is what a split costs.
+    They are computed at once from cumulative sums: with few lengths, the number of array calls dominates the time.
     """
     if any(isinstance(element, SplitRepeat) for element in elements):
         return None
@@ -135,7 +135,7 @@ def _sums(sizes: Sequence[SplitSize]) -> tuple[Floats, Floats | None]:
     """Sums of the first 0 to P sizes, [P + 1, 1] or [P + 1, N].
 
     Returns:
-        metres of the fixed ones, and what the floating ones have of all floating ones; None where nothing floats.
+        Metres of the fixed sizes, and shares of the sums of floating sizes; None without floating sizes.
     """
     if all(type(size.value) is float for size in sizes):
         return _constant_sums(tuple(sizes))
@@ -156,7 +156,7 @@ def _constant_sums(sizes: tuple[SplitSize, ...]) -> tuple[Floats, Floats | None]
 
 
 def count_pieces(length: Floats, elements: Sequence[Element]) -> int:
-    """How many pieces `divide` would make in all, before empty ones are left out."""
+    """Number of pieces that `divide` makes before empty ones are removed."""
     outside = sum(isinstance(element, SplitSize) for element in elements) * len(length)
     groups = [element for element in elements if isinstance(element, SplitRepeat)]
     times = _repeats(length, elements)
@@ -164,7 +164,7 @@ def count_pieces(length: Floats, elements: Sequence[Element]) -> int:
 
 
 def _repeats(length: Floats, elements: Sequence[Element]) -> list[Ints]:
-    """How often each repeated group is used [N], in the order of the text."""
+    """Number of repeats [N] of each group, in the order of the text."""
     groups = [element for element in elements if isinstance(element, SplitRepeat)]
     if not groups:
         return []
@@ -178,7 +178,7 @@ def _repeats(length: Floats, elements: Sequence[Element]) -> list[Ints]:
     least = 0 if any(isinstance(e, SplitSize) and e.floating for e in elements) else 1
     best = _share(np.full(len(length), float(least)), len(groups))
     smallest = np.full(len(length), np.inf)
-    # The factor falls as the total grows; groups that differ move the place where it passes 1 by less than one round.
+    # The factor decreases with the total; unequal groups move its crossing of 1 by less than one repeat of each.
     first = np.floor(ideal) - (len(groups) - 1)
     for step in range(2 * len(groups)):
         counts = _share(np.maximum(first + step, least), len(groups))
@@ -192,7 +192,7 @@ def _repeats(length: Floats, elements: Sequence[Element]) -> list[Ints]:
 
 
 def _share(total: Floats, groups: int) -> list[Ints]:
-    """A whole number of repeats shared evenly among groups; the first ones get what is over."""
+    """A whole number of repeats shared evenly among groups; the first ones get the remainder."""
     whole = np.ceil(total - TOLERANCE).astype(np.int64)
     return [whole // groups + (whole % groups > place) for place in range(groups)]
 
@@ -200,14 +200,14 @@ def _share(total: Floats, groups: int) -> list[Ints]:
 def _factor(
     length: Floats, fixed: Amount, floats: Amount, inner: Sequence[tuple[Amount, Amount]], counts: Sequence[Ints]
 ) -> Floats:
-    """The common stretch of all floating sizes under these repeats; very large where nothing floats."""
+    """Common factor of all floating sizes under these repeats; very large without floating sizes."""
     room = length - fixed - _sum([count * f for count, (f, _) in zip(counts, inner, strict=True)])
     wanted = floats + _sum([count * w for count, (_, w) in zip(counts, inner, strict=True)])
     return np.divide(room, wanted, out=np.full(len(length), 1e300), where=np.broadcast_to(wanted > 0.0, len(length)))
 
 
 def _stretch(length: Floats, elements: Sequence[Element], times: Sequence[Ints]) -> Floats:
-    """What floating sizes are multiplied by, [N]; 0 where the fixed sizes leave no room."""
+    """Factor [N] of floating sizes; 0 if the fixed sizes fill the length."""
     groups = [_totals(element.sizes) for element in elements if isinstance(element, SplitRepeat)]
     fixed, floats = _totals([element for element in elements if isinstance(element, SplitSize)])
     for count, (f, w) in zip(times, groups, strict=True):
@@ -217,7 +217,7 @@ def _stretch(length: Floats, elements: Sequence[Element], times: Sequence[Ints])
 
 
 def _reach(length: Floats) -> Floats:
-    """What ends beyond this ends with its length."""
+    """Pieces that end beyond this end at the end of their length."""
     return length * (1.0 - TOLERANCE)
 
 
@@ -238,7 +238,7 @@ def _repeated(
 
 
 def _within(row: Ints, start: Amount, wanted: Amount, length: Floats, reach: Floats, is_one_each: bool) -> SplitPieces:
-    """Pieces cut at the end of their length, without the empty ones; what ends next to the end ends there."""
+    """Pieces cut at the end of their length, without empty ones; ends near the end of the length are moved to it."""
     first: Floats = np.asarray(start, np.float64) if isinstance(start, np.ndarray) else np.zeros(len(row)) + start
     end = start + wanted
     end = np.where(end >= reach, length, end)

@@ -11,7 +11,7 @@ StringIds = NDArray[np.int32]
 
 
 class StringTable:
-    """The different strings met in one derivation."""
+    """The different strings of one derivation."""
 
     def __init__(self) -> None:
         self._ids: dict[str, int] = {}

@@ -1,1 +1,1 @@
-"""Tables of features: a row a model, a column a feature."""
+"""Tables of features: one row per model, one column per feature."""

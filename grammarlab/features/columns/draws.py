@@ -1,4 +1,4 @@
-"""Random numbers as columns: which branches were drawn how often, and the mean of everything else that was drawn."""
+"""Random draws as columns: counts of drawn branches, and means of all other draws."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from grammarlab.features.counting.trees import Trees
 from grammarlab.features.patterns.pattern import Draw
 
 MOST_BRANCHES = 30
-"""Choices with more branches are measured by the number of the branch, as steps of a quantity."""
+"""Largest number of branches of a choice with counts per branch; otherwise the branch number is a quantity."""
 
 
 def count_branches(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
-    """How often each choice of few branches, ``p`` and ``fileRandom`` drew each outcome; a "branch" key each."""
+    """Counts of the outcomes of choices of few branches, ``p`` and ``fileRandom``; one "branch" key each."""
     sites, draws = trees.forest.sites, trees.forest.draws
     names = list(dict.fromkeys(site.name for site in sites))
     discrete = np.array([not _is_quantity(site) for site in sites], dtype=bool)
@@ -34,7 +34,7 @@ def count_branches(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
 
 
 def measure_draws(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
-    """The mean of the draws of each ``rand`` and of each choice of many branches; a "draw" key each."""
+    """The mean of the draws of each ``rand`` and of each choice of many branches; one "draw" key each."""
     names = tuple(dict.fromkeys(site.name for site in trees.forest.sites if _is_quantity(site)))
     columns = index.columns((("draw", name) for name in names), grow)
     return columns_of(count(trees, [Draw(name) for name in names]), columns, len(index))

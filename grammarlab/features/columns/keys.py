@@ -1,11 +1,11 @@
-"""What the columns of a table mean: the feature of a key, and the choice that it belongs to.
+"""Meanings of the columns of a table: the feature of a key, and its choice.
 
-Beside the keys of `paths` and `pairs`:
+There are the keys of `paths` and `pairs`, and:
 
     ("symbol", symbol)          nodes of a symbol
     ("draw", name)              the mean of the draws of a name
     ("branch", name, number)    how often a random expression of a name drew a number
-    ("extra", number)           a feature that was asked for
+    ("extra", number)           an additional feature
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from grammarlab.features.counting.node_labels import Key, NodeLabels
 from grammarlab.features.patterns.pattern import Below, Draw, Feature, Pattern
 
 Steps: TypeAlias = tuple[tuple[int, int], ...]
-"""A path from its top: a label, and the ``child`` below it that the path goes on to; -1 where it ends."""
+"""A path from its top: labels, each with the ``child`` through which the path continues; -1 at its end."""
 
 
 class Meaning:
-    """Keys of one table in terms of labels."""
+    """Keys of one table as paths of labels."""
 
     def __init__(self, labels: NodeLabels, keys: Sequence[Key], extra: Sequence[Feature]) -> None:
         self._labels = labels
@@ -29,7 +29,7 @@ class Meaning:
         self._extra = extra
 
     def steps(self, key: Key) -> Steps:
-        """The path that a "rule" or "edge" key stands for."""
+        """Path of a "rule" or "edge" key."""
         kind, above, own = key
         if kind == "edge":
             *before, (label, _) = self.steps(self._key(above))
@@ -37,11 +37,11 @@ class Meaning:
         return (*self.context(above), (own, -1))
 
     def context(self, column: int) -> Steps:
-        """The path that the "edge" key of a column stands for; empty for -1."""
+        """Path of the "edge" key of a column; empty for -1."""
         return self.steps(self._key(column)) if column >= 0 else ()
 
     def feature(self, key: Key) -> Feature:
-        """What a column counts or measures."""
+        """The feature of a column."""
         match key:
             case ("rule" | "edge", _, _):
                 return self._path(self.steps(key))
@@ -59,10 +59,10 @@ class Meaning:
                 return self._extra[key[1]]
 
     def group(self, key: Key) -> Key:
-        """The choice that a column is one alternative of: equal for all alternatives of one choice in one context.
+        """The choice to which a column belongs: equal for all alternatives of one choice in one context.
 
-        What is no such alternative is alone. So are pairs of siblings: someone who likes a cylinder above a box need
-        not care about any other pair of blocks.
+        Other columns have their own groups. So do pairs of siblings: a person who likes a cylinder above a box may be
+        indifferent to all other pairs of blocks.
         """
         match key:
             case ("edge", above, _):
@@ -80,22 +80,22 @@ class Meaning:
                 return key
 
     def is_choice(self, key: Key) -> bool:
-        """Whether a column counts how often a drawn rule was taken."""
+        """Whether a column counts a rule that is chosen at random."""
         return key[0] == "rule" and bool(self._labels.chosen[key[2]])
 
     def is_alternative(self, key: Key) -> bool:
-        """Whether a column counts a symbol that choices are between."""
+        """Whether a column counts a symbol that is an alternative of a choice."""
         return key[0] == "symbol" and self._labels.symbols[key[1]] in self._labels.exchangeable
 
     def place(self, key: Key) -> Key:
-        """Where a key stands among those of its kind: paths by what they are made of, from the top."""
+        """Sort key of a key among those of its kind: paths are ordered by their labels, from the top."""
         return self.steps(key) if key[0] in {"rule", "edge"} else key[1:]
 
     def _key(self, column: int) -> Key:
         return self._keys[column]
 
     def node(self, label: int, *below: Below) -> Pattern:
-        """A node that a rule rewrote, with the number of parameters only where it tells overloads apart."""
+        """A node that a rule rewrote, with the number of parameters only if it distinguishes overloads."""
         rule = self._labels.rules[label]
         parameters = rule.parameters if self._labels.is_overloaded(rule.symbol) else None
         return Pattern(rule.symbol, parameters, rule.branch, below)

@@ -1,7 +1,7 @@
 """Readable names for columns and groups: ``Tower (3 Block) › Block 3 → CylinderBlock``.
 
-A branch of a rule is called after what it leads to: the successor that no other branch has, or how many it has of one,
-where every branch has another number; else after its percentage, with the line where two percentages are equal.
+A branch of a rule is named after a successor that no other branch has, or after the number of a successor
+if every branch has a different number; otherwise after its percentage, with the line if two percentages are equal.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ class ColumnNames:
         self.branch: Callable[[int], str] = cache(self._branch)
 
     def column(self, key: Key, feature: Feature) -> str:
-        """What a column holds; not always unique."""
+        """Name of a column; not always unique."""
         text = self._key(key, feature)
         return f"any {text.removeprefix('number of ')}" if isinstance(feature, Present) else text
 
     def group(self, group: Key) -> str:
-        """What the columns of a group (`Meaning.group`) have in common."""
+        """Name of a group of columns (`Meaning.group`)."""
         match group:
             case ("rule", column, symbol, _):
                 context = self._meaning.context(column)
@@ -85,7 +85,7 @@ class ColumnNames:
         return self._place(label, child)
 
     def _place(self, label: int, child: int) -> str:
-        """A successor of a rule: its symbol, numbered where the rule makes several of it."""
+        """Name of a successor of a rule: its symbol, numbered if the rule makes several of it."""
         made = self._labels.successors[label]
         alike = [place for place, symbol in made.items() if symbol == made.get(child)]
         if child not in made:

@@ -1,6 +1,6 @@
 """Pairs of choices that are not one path: an edge and a choice far below it, and choices of adjacent siblings.
 
-Only rules with alternatives to draw from count as choices: everything else follows from them.
+Only rules that are chosen at random count as choices, since everything else follows from them.
 
 Keys, in a `KeyIndex`:
 
@@ -20,11 +20,11 @@ from grammarlab.features.counting.node_labels import KeyIndex, NodeLabels
 from grammarlab.features.counting.trees import Trees
 
 _MOST_STEPS = 200
-"""How far above a choice an edge may be."""
+"""Largest number of levels between an edge and a choice."""
 
 
 def count_far_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
-    """How often each edge has each choice below it, the child of the edge itself left out."""
+    """Counts of choices below each edge, without the child of the edge itself."""
     label = trees.labels(labels)
     children = int(trees.forest.nodes.child.max(initial=0)) + 1
     rows, keys = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
@@ -53,7 +53,7 @@ def choices_below(trees: Trees, labels: NodeLabels) -> list[tuple[int, int]]:
 
 
 def _ancestors_of_choices(trees: Trees, label: Ints, labels: NodeLabels) -> Iterator[tuple[Ints, Ints]]:
-    """Nodes that are choices, beside their parents, then beside the parents of those, and so on."""
+    """Nodes that are choices with their parents, then with their grandparents, and so on."""
     lower = np.flatnonzero(labels.chosen[label])
     middle = trees.parent[lower]
     for _ in range(_MOST_STEPS):
@@ -66,7 +66,7 @@ def _ancestors_of_choices(trees: Trees, label: Ints, labels: NodeLabels) -> Iter
 
 
 def count_adjacent_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
-    """How often each choice is followed by each choice among siblings."""
+    """Counts of pairs of choices of adjacent siblings."""
     label = trees.labels(labels)
     chosen = labels.chosen[label]
     rows = np.flatnonzero(chosen & (trees.next_sibling >= 0))

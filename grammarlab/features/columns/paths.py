@@ -1,9 +1,9 @@
-"""How often every labelled path of length 1 to k occurs in every model.
+"""Counts of every labelled path of length 1 to k in every model.
 
 An edge of a derivation tree is labelled with the rule of its upper node and the ``child`` of its lower one; a path is a
 sequence of edges, one below the other (Collins and Duffy 2001; paper 4.5.1). A path may end with a rule instead of an
-edge: the node at its end, whatever stands below it. Every node is given a number for the last k edges above it and its
-label; models are counted by that number once, and paths are the suffixes of what the numbers stand for.
+edge: the node at its end, with any nodes below it. Every node gets a number for the last k edges above it and its
+label; nodes are counted by that number once, and paths are suffixes of these sequences.
 
 Keys of paths, in a `KeyIndex`:
 
@@ -32,7 +32,7 @@ class _LabelPairs(NamedTuple):
     """The K different pairs of a label and the ``child`` that a node is, ascending."""
 
     number: Ints
-    """[N] of each node."""
+    """[N] the pair of each node."""
     label: Ints
     """[K]"""
     child: Ints
@@ -40,37 +40,37 @@ class _LabelPairs(NamedTuple):
 
 
 class _Level(NamedTuple):
-    """The S different sequences of a label and the last edges above it, as many as the level says or up to the root."""
+    """The S different sequences of a label and the last edges above it, as many as the level, or up to the root."""
 
     codes: Ints
     """[S] the sequence of the node above at the level before (one past the last where there is no node) times K, plus
     the kind of the node; ascending. At level 0, labels."""
     rules: Ints
-    """[S] column of the "rule" key with exactly so many edges; -1 for leaves and near the root."""
+    """[S] column of the "rule" key with exactly this number of edges; -1 for leaves and near the root."""
     edges: Ints
-    """[S] column of the "edge" key likewise; -1 near the root."""
+    """[S] column of the "edge" key with this number of edges; -1 near the root."""
     shorter: Ints
     """[S] the sequence of the level before that lacks the first edge."""
 
 
 class Tally(NamedTuple):
-    """Some columns of a table."""
+    """Columns of a table."""
 
     counts: sparse.csr_array
     """[models, len(index)] integers."""
     repeated: NDArray[np.bool_]
-    """[len(index)] whether geometry repeats what is counted (`Trees.repeated`) in some of these models."""
+    """[len(index)] whether geometry repeats the counted nodes (`Trees.repeated`) in some of these models."""
 
 
 def count_paths(trees: Trees, labels: NodeLabels, length: int, index: KeyIndex, grow: bool) -> Tally:
-    """How often each path of up to ``length`` edges occurs, a rule at the end counting as an edge.
+    """Counts of paths of up to ``length`` edges, where a rule at the end counts as an edge.
 
     Args:
         trees: the models.
         labels: numbers of labels.
         length: k >= 1.
         index: columns of the keys above.
-        grow: whether paths that the index does not know are added to it, or left out.
+        grow: whether unknown paths are added to the index; otherwise they are left out.
     """
     number, levels = _number_nodes(trees, labels, length, index, grow)
     columns: list[Ints] = []
@@ -82,7 +82,7 @@ def count_paths(trees: Trees, labels: NodeLabels, length: int, index: KeyIndex, 
 
 
 def count_symbols(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
-    """How often each symbol occurs, rewritten or not; a key ("symbol", index into `NodeLabels.symbols`) each."""
+    """Counts of each symbol, rewritten or not; one key ("symbol", index into `NodeLabels.symbols`) each."""
     number = labels.symbol_numbers[trees.labels(labels)] + 1
     keys = (("symbol", symbol) for symbol in range(len(labels.symbols)))
     columns = np.concatenate(([-1], index.columns(keys, grow)))
@@ -90,20 +90,20 @@ def count_symbols(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool)
 
 
 def tally(trees: Trees, rows: Ints | slice, number: Ints, columns: Sequence[Ints], width: int) -> Tally:
-    """How many of some nodes each model has, by number, spread over columns.
+    """Counts of nodes per model by their numbers, assigned to columns.
 
     Args:
         trees: the models.
-        rows: [R] nodes; a node may stand there several times.
+        rows: [R] nodes; repeats are allowed.
         number: [R] a number 0 <= number < size for each.
-        columns: each [size], columns that a number belongs to, -1 for none.
-        width: how many columns there are.
+        columns: each [size], columns of each number, -1 for none.
+        width: number of columns.
     """
     cells = np.stack(columns, axis=1)
     repeated = _columns_met(cells, number[trees.repeated[rows]], width)
     models, known = trees.model[rows], cells >= 0
     belongs = known.sum(axis=1)
-    if belongs.max(initial=0) <= 1:  # as for symbols, and in the smallest trees: nothing to spread
+    if belongs.max(initial=0) <= 1:  # symbols, and the smallest trees: each number has one column
         own = cells.max(axis=1)[number]
         if not belongs.all():
             models, own = models[own >= 0], own[own >= 0]
@@ -123,7 +123,7 @@ def _columns_met(cells: Ints, number: Ints, width: int) -> NDArray[np.bool_]:
 
 
 def _count_by_model(models: NDArray[np.integer], number: Ints, num_models: int, size: int) -> sparse.csr_array:
-    """[num_models, size] how often each number stands beside each model."""
+    """[num_models, size] counts of each number in each model."""
     narrow = np.int32 if num_models * size < 1 << 31 else np.int64  # sorts twice as fast
     place = models * narrow(size)
     place += number
@@ -147,7 +147,7 @@ def compact(values: Ints, limit: int) -> tuple[Ints, Ints]:
 def _number_nodes(
     trees: Trees, labels: NodeLabels, length: int, index: KeyIndex, grow: bool
 ) -> tuple[Ints, list[_Level]]:
-    """The sequence [N] of each node at the last level, and levels 0 to ``length``, fewer where no path is as long."""
+    """The sequence [N] of each node at the last level, and levels 0 to ``length``, fewer if all paths are shorter."""
     kinds = _find_kinds(trees, labels)
     number, levels = trees.labels(labels), [_labels_alone(kinds, labels, index, grow)]
     while len(levels) <= length and (levels[-1].rules >= 0).any():
@@ -196,7 +196,7 @@ def _next_level(
 
 
 def _lookup(index: KeyIndex, grow: bool, kind: str, above: Ints, own: Ints, valid: NDArray[np.bool_]) -> Ints:
-    """Columns of the keys (kind, above, own) where they are valid, else -1."""
+    """Columns of the keys (kind, above, own) if they are valid, otherwise -1."""
     columns = np.full(len(own), -1, dtype=np.int64)
     above, own = above[valid], own[valid]
     columns[valid] = index.columns(zip(repeat(kind, len(own)), above.tolist(), own.tolist(), strict=True), grow)

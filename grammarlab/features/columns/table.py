@@ -1,4 +1,4 @@
-"""Tables of features: a row a model, a column a feature."""
+"""Tables of features: one row per model, one column per feature."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class FeatureTable:
-    """The features of some models."""
+    """Features of models."""
 
     counts: sparse.csr_array
     """[models, F] float64: counts, and values of draws."""
     features: tuple[Feature, ...]
-    """[F] what is counted or measured."""
+    """[F] the features."""
     names: tuple[str, ...]
-    """[F] readable, all different."""
+    """[F] readable names, all different."""
     groups: Ints
     """[F] index into `group_names`: alternatives of one choice in one context share a group."""
     group_names: tuple[str, ...]
@@ -32,23 +32,23 @@ class FeatureTable:
     """[F] a typical difference between models, > 0: 1 for counts, the range of the draws for draws."""
 
     def rows(self) -> Floats:
-        """[models, F] the values divided by their scales: what a preference learns from."""
+        """[models, F] the values divided by their scales: the input of a preference."""
         return self.counts.toarray() / self.scales
 
 
 def distinguishable(counts: sparse.csr_array, order: Ints) -> Ints:
-    """The columns that tell models apart, one of each set that says the same, in the given order.
+    """Columns that distinguish models, one of each equivalent set, in the given order.
 
-    Two columns of integers say the same when they differ by a constant, or when their sum is constant.
+    Two columns of integers are equivalent if their difference or their sum is constant.
 
     Args:
         counts: [models, F] float64.
-        order: [F] all columns; of a set the one that stands first here is kept.
+        order: [F] all columns; the first one of a set is kept.
     """
     num_models, width = size_of(counts)
     models = np.arange(num_models, dtype=np.int64)
     weights = np.stack([fold(root_keys(0, models), salt) for salt in (0, 1)])
-    # Bits of floats where a column is no integers: equal columns stay equal, and nothing else is.
+    # Other columns are compared by their bits: only equal columns are equivalent.
     whole = np.bincount(counts.indices, weights=counts.data % 1.0 != 0.0, minlength=width) == 0
     bits = np.where(whole[counts.indices], counts.data.astype(np.int64), counts.data.view(np.int64)).astype(np.uint64)
     hashes = sparse.csr_array((bits, counts.indices, counts.indptr), shape=(num_models, width)).T @ weights.T

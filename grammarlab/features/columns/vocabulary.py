@@ -1,4 +1,4 @@
-"""Which columns a table has: found on some models, then the same for any others.
+"""Vocabulary: the columns of tables, found on some models and then used for any others.
 
 >>> from grammarlab.derivation import derive
 >>> from grammarlab.language.grammar import Grammar
@@ -43,31 +43,31 @@ from grammarlab.features.patterns.pattern import Draw, Feature, Pattern, Present
 Floats = NDArray[np.float64]
 
 MOST_LENGTH = 20
-"""Longest paths that can be asked for."""
+"""Largest allowed length of paths."""
 
 _KINDS = ("extra", "choice", "alternative", "rule", "symbol", "edge", "branch", "far", "next", "draw")
-"""Which of several columns that say the same is kept: the first. Rules that are drawn, and symbols that choices are
-between, stand for what else follows from them, and share the group of their alternatives."""
+"""Order of kinds of columns; of equivalent columns the first is kept. Rules chosen at random, and symbols that are
+alternatives of a choice, represent everything that follows from them, and share the group of their alternatives."""
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """Which features a table has."""
+    """Features of a table."""
 
     length: int = 2
-    """Longest paths, 1 to `MOST_LENGTH`; k in the paper."""
+    """Largest length of paths, 1 to `MOST_LENGTH`; k in the paper."""
     symbols: bool = True
-    """How often each symbol occurs."""
+    """Whether to count symbols."""
     draws: bool = True
-    """Random numbers: the mean of the draws of each name, how often each branch of a choice was taken."""
+    """Whether to use draws: the mean of the draws of each name, and counts of the branches of a choice."""
     far_pairs: bool = False
-    """Edges with choices far below them."""
+    """Whether to count edges with choices far below them."""
     adjacent_pairs: bool = False
-    """Choices of adjacent siblings."""
+    """Whether to count choices of adjacent siblings."""
     repeats: Literal["present", "count"] = "present"
-    """What to tell of that which geometry repeats, such as windows: whether there is any, or how many."""
+    """Values of patterns that geometry repeats, such as windows: presence or counts."""
     extra: tuple[Feature, ...] = ()
-    """More features; a column each, unless it is constant."""
+    """Additional features; one column each, unless constant."""
 
     def __post_init__(self) -> None:
         if not 1 <= self.length <= MOST_LENGTH:
@@ -81,39 +81,39 @@ class Vocabulary:
     options: Options
     labels: NodeLabels
     index: KeyIndex
-    """All columns that were met."""
+    """All columns that were found."""
     columns: Ints
-    """[F] those that are kept."""
+    """[F] the kept columns."""
     present: NDArray[np.bool_]
-    """[F] which of them tell only whether there is any."""
+    """[F] whether they have only the values 0 and 1 for presence."""
     features: tuple[Feature, ...]
     names: tuple[str, ...]
     groups: Ints
     group_names: tuple[str, ...]
     scales: Floats
-    """[F], like the fields before it as in `FeatureTable`."""
+    """[F]; this and the previous fields are those of `FeatureTable`."""
 
     @classmethod
     def find(cls, forests: Forest | Sequence[Forest], options: Options | None = None) -> Vocabulary:
-        """The columns that tell some models apart.
+        """Columns that distinguish models.
 
-        Columns that are constant and columns that say what another one says are left out; rules are kept rather than
-        edges, short paths rather than long ones. Models should be many, and include rare ones.
+        Constant columns and equivalent columns are left out; rules are preferred to edges, short paths to long ones.
+        Models should be many, and include rare ones.
 
         Args:
             forests: models of one grammar, or of grammars with the same symbols.
-            options: which features there are.
+            options: the features.
 
         Raises:
-            UsageError: when the columns of a forest do not make trees.
+            UsageError: If the columns of a forest are not trees.
         """
         return _find(_listed(forests), options or Options())[0]
 
     def apply(self, forests: Forest | Sequence[Forest]) -> FeatureTable:
-        """The table of any models. What the vocabulary does not know is not counted.
+        """Table of any models. Features outside the vocabulary are not counted.
 
         Raises:
-            UsageError: when the columns of a forest do not make trees.
+            UsageError: If the columns of a forest are not trees.
         """
         tallies = [_collect(forest, self.labels, self.options, self.index, grow=False) for forest in _listed(forests)]
         return self._table(_stacked(tallies, len(self.index)).counts)
@@ -130,7 +130,7 @@ class Vocabulary:
 
 
 def extract(forests: Forest | Sequence[Forest], options: Options | None = None) -> FeatureTable:
-    """The table of some models, with the columns that tell them apart: `Vocabulary.find`, then its `apply`.
+    """Table of models, with the columns that distinguish them: `Vocabulary.find`, then its `apply`.
 
     >>> import grammarlab as gl
     >>> forest = gl.derive(gl.Grammar.parse("Lot --> 50% : A else : B"), 8, seed=1)
@@ -176,7 +176,7 @@ def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sp
 
 
 def _rank(key: Key, meaning: Meaning) -> tuple:
-    """Which column comes first, whatever the order in which they were met."""
+    """Sort key of a column, independent of the order in which columns were found."""
     own = meaning.place(key)
     kind = "choice" if meaning.is_choice(key) else "alternative" if meaning.is_alternative(key) else key[0]
     return _KINDS.index(kind), len(own), own
@@ -187,13 +187,13 @@ def _wrapped(feature: Feature, present: bool) -> Feature:
 
 
 def _unique(names: Sequence[str], features: Sequence[Feature]) -> tuple[str, ...]:
-    """Names, the feature beside those that are not unique."""
+    """Names; the feature is added to names that are not unique."""
     seen = Counter(names)
     return tuple(f"{n} [{f}]" if seen[n] > 1 else n for n, f in zip(names, features, strict=True))
 
 
 def _scales(values: sparse.csr_array, drawn: Sequence[bool]) -> Floats:
-    """[F] the range of the draws, or how much a count varies where that is more than 1."""
+    """[F] the range of the draws, or the standard deviation of a count if it is more than 1."""
     num_models, width = size_of(values)
     scales = np.ones(width)
     columns = values.tocsc()
@@ -208,7 +208,7 @@ def _scales(values: sparse.csr_array, drawn: Sequence[bool]) -> Floats:
 
 
 def _flattened(counts: sparse.csr_array, present: NDArray[np.bool_]) -> sparse.csr_array:
-    """Counts with ones instead in the columns that only tell whether there is any."""
+    """Counts; columns of presence have 0 and 1."""
     data = np.where(present[counts.indices] & (counts.data > 0.0), 1.0, counts.data)
     return sparse.csr_array((data, counts.indices, counts.indptr), shape=size_of(counts))
 
@@ -245,7 +245,7 @@ def _widened(counts: sparse.csr_array, width: int) -> sparse.csr_array:
 
 
 def _any(flags: Sequence[NDArray[np.bool_]], width: int) -> NDArray[np.bool_]:
-    """[width] whether one of several columns of flags, each as long as it may be, says so."""
+    """[width] whether any of several arrays of flags, of different lengths, is true."""
     result = np.zeros(width, dtype=bool)
     for part in flags:
         result[: len(part)] |= part

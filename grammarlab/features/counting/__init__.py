@@ -1,1 +1,1 @@
-"""How often patterns occur in all models of a forest."""
+"""Counts of patterns in all models of a forest."""

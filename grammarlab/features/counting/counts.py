@@ -1,6 +1,6 @@
-"""How often features occur in the models of a forest, all models at once.
+"""Values of features in the models of a forest, all models at once.
 
-A pattern is evaluated from its ends up: the nodes that fit a part of it, with the number of ways each, are two short
+A pattern is evaluated bottom-up: the nodes that match a part of it, and their numbers of embeddings, are two short
 columns, and a condition below a node is a sum over children or descendants. Parts that several patterns share are
 evaluated once.
 
@@ -31,18 +31,18 @@ from grammarlab.features.patterns.pattern import Below, Draw, Feature, HalfSpace
 Floats = NDArray[np.float64]
 
 MOST_WAYS = float(2**31)
-"""Ways to lay a pattern on one node beyond this are not told apart, so that sums of them stay exact and finite."""
+"""Largest number of embeddings at one node; larger counts are clipped, so that sums stay exact and finite."""
 
 
 def count(forest: Forest | Trees, features: Sequence[Feature]) -> Floats:
     """The values [models, F] of features.
 
     Args:
-        forest: the models; `Trees` keeps what it has worked out for further calls.
-        features: what to count or measure. Names that the forest does not have are counted 0 times.
+        forest: the models; `Trees` caches intermediate results for further calls.
+        features: the features. Names that the forest does not have are counted 0 times.
 
     Raises:
-        UsageError: when the columns of the forest do not make trees.
+        UsageError: If the columns of the forest are not trees.
 
     >>> import grammarlab as gl
     >>> forest = gl.derive(gl.Grammar.parse("Lot --> 50% : A else : B B"), 3, seed=1)

@@ -1,4 +1,4 @@
-"""Numbers for what a node of a derivation tree can be, the same for all forests that a table is made of."""
+"""Labels of nodes of derivation trees, the same for all forests of a table."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from grammarlab.derivation.forest import Forest, RuleName
 
 @dataclass(frozen=True)
 class NodeLabels:
-    """The label of a node is the rule that rewrote it, or its symbol where none did.
+    """The label of a node is the rule that rewrote it, or its symbol if no rule did.
 
-    Labels are numbered: rules first, then symbols, last what is not known.
+    Labels are numbered: rules first, then symbols, and last one number for unknown labels.
     """
 
     rules: tuple[RuleName, ...]
-    """Different in more than their line."""
+    """Rules that differ in more than their line."""
     symbols: tuple[str, ...]
     drawn: frozenset[str]
     """Symbols whose rule is drawn, at least in part."""
     successors: tuple[Mapping[int, str], ...]
-    """For each rule, the symbols that it was seen to make, by ``child``, ascending."""
+    """Symbols that each rule has made, by ``child``, ascending."""
     chances: tuple[float, ...]
-    """For each rule, how likely its draws were on average; NaN where none were seen."""
+    """Mean probability of the draws of each rule; NaN without draws."""
 
     @classmethod
     def of(cls, forests: Sequence[Forest]) -> NodeLabels:
-        """All that nodes of some forests can be."""
+        """All labels of nodes of some forests."""
         rules: dict[tuple, RuleName] = {}
         for forest in forests:
             for rule in forest.rules:
@@ -59,7 +59,7 @@ class NodeLabels:
 
     @property
     def unknown(self) -> int:
-        """The last label, of nodes whose rule or symbol is not among these."""
+        """The last label, of nodes with unknown rule or symbol."""
         return len(self.rules) + len(self.symbols)
 
     def numbers(self, forest: Forest) -> Ints:
@@ -77,7 +77,7 @@ class NodeLabels:
         return self.rules[label].symbol if label < len(self.rules) else self.symbols[label - len(self.rules)]
 
     def alternatives(self, label: int) -> tuple[int, ...]:
-        """The labels of all ways to rewrite what this rule rewrites, itself included."""
+        """Labels of all rules that rewrite the same symbol as this rule, itself included."""
         return self._alternatives[_key(self.rules[label])[:2]]
 
     def is_overloaded(self, symbol: str) -> bool:
@@ -86,16 +86,16 @@ class NodeLabels:
 
     @cached_property
     def chosen(self) -> NDArray[np.bool_]:
-        """[unknown + 1] whether a label is a rule that is drawn among several."""
+        """[unknown + 1] whether a label is a rule chosen at random."""
         flags = [r.symbol in self.drawn and len(self.alternatives(i)) > 1 for i, r in enumerate(self.rules)]
         return np.array(flags + [False] * (len(self.symbols) + 1))
 
     @cached_property
     def exchangeable(self) -> Mapping[str, str]:
-        """Symbols that choices are between, each with one of those that it is exchangeable for, the same for all.
+        """Symbols that are alternatives of choices, each with a representative of its alternatives.
 
-        A drawn rule that makes a single node leaves the choice to that node's symbol. Two such choices with a symbol in
-        common are about the same thing: the roof of an office and the roof of a house.
+        A random rule that makes a single node is a choice of that node's symbol. Two such choices with a common symbol
+        are treated as one: the roof of an office and the roof of a house.
         """
         choices: dict[tuple, set[str]] = {}
         for label in np.flatnonzero(self.chosen).tolist():
@@ -110,7 +110,7 @@ class NodeLabels:
 
     @cached_property
     def telling(self) -> NDArray[np.bool_]:
-        """[unknown + 1] whether an edge below a label says more than the edges around it."""
+        """[unknown + 1] whether an edge below a label has more information than the edges around it."""
         forks = [len(found) > 1 for found in self.successors] + [False] * (len(self.symbols) + 1)
         return self.chosen | np.array(forks)
 
@@ -141,11 +141,11 @@ class NodeLabels:
 
 
 Key: TypeAlias = tuple[Any, ...]
-"""What a column of a table is about; the modules that make columns say what their keys look like."""
+"""Key of a column of a table; the modules that make columns describe their keys."""
 
 
 class KeyIndex:
-    """Columns of a table by key, in the order in which the keys were first met."""
+    """Columns of a table by key, in the order in which the keys were first found."""
 
     def __init__(self) -> None:
         self.keys: list[Key] = []
@@ -155,7 +155,7 @@ class KeyIndex:
         return len(self.keys)
 
     def columns(self, keys: Iterable[Key], grow: bool) -> Ints:
-        """The column of each key; a new one is added with ``grow``, else -1."""
+        """Column of each key; a new key is added with ``grow``, otherwise it is -1."""
         known = self._columns
         if not grow:
             return np.array([known.get(key, -1) for key in keys], dtype=np.int64)
@@ -181,7 +181,7 @@ def _seen_successors(forest: Forest, label: Ints) -> list[tuple[int, int, str]]:
 
 
 def _rule_draws(forest: Forest, label: Ints) -> tuple[Ints, NDArray[np.float64]]:
-    """Labels and log-densities of the draws that decided how their node was rewritten."""
+    """Labels and log-densities of the draws that chose the rules of their nodes."""
     definitions = {symbol: number for number, symbol in enumerate(forest.symbols)}
     own = [definitions.get(site.definition, -1) if site.kind == "choice" else -1 for site in forest.sites]
     draws = forest.draws

@@ -1,4 +1,4 @@
-"""Forests without what no feature looks at, for those that keep many of them."""
+"""Forests without data that no feature needs, to keep many of them in memory."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from grammarlab.derivation.values.materials import Materials
 
 
 def without_geometry(forest: Forest) -> Forest:
-    """The trees and draws of a forest alone: leaves, meshes and reported values hold most of its memory."""
+    """Only the trees and draws of a forest: leaves, meshes and reported values take most of its memory."""
     reports = forest.reports
     return replace(
         forest,

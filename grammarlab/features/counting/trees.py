@@ -1,4 +1,4 @@
-"""The derivation trees of a forest, arranged for counting; each arrangement is made when it is first needed."""
+"""Derivation trees of a forest, indexed for counting; each index is made when it is first needed."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ from grammarlab.features.counting.node_labels import NodeLabels
 Floats = NDArray[np.float64]
 
 _MOST_STEPS = 100
-"""How far values climb node by node; deeper trees are then summed up whole, which takes longer but is linear."""
+"""Largest number of levels summed node by node; deeper trees are then summed as a whole, in linear time."""
 
 _SHORTEST_LOOK = 64
-"""How many rows are searched at least for the end of a piece of `Trees._waves`; else twice the piece before."""
+"""Smallest number of rows searched for the end of a piece of `Trees._waves`; otherwise twice the previous piece."""
 
 
 MOST_CHILDREN = 1 << 23
-"""Successors of one rule branch: more than the largest rule file can name."""
+"""Upper bound on the number of successors of one rule branch, above that of the largest rule file."""
 
 
 class Trees:
     """Look-ups over the N nodes of a forest."""
 
     def __init__(self, forest: Forest) -> None:
-        """Takes a forest.
+        """Index a forest.
 
         Raises:
-            UsageError: when its columns do not make trees, as in a damaged file.
+            UsageError: If its columns are not trees, as in a damaged file.
         """
         _check(forest)
         self.forest = forest
         self.model = forest.nodes.model
-        self.parent = forest.nodes.parent.astype(np.int64)  # what numpy indexes with, four times as fast
+        self.parent = forest.nodes.parent.astype(np.int64)  # NumPy's index type, four times as fast
         self.num_models = forest.num_models
         self._scratch = np.zeros(len(forest.nodes))
         self._labelled: tuple[NodeLabels, Ints] | None = None
 
     def labels(self, labels: NodeLabels) -> Ints:
-        """[N] the label of each node; worked out once for the same labels."""
+        """[N] the label of each node; computed once for the same labels."""
         if self._labelled is None or self._labelled[0] is not labels:
             self._labelled = labels, labels.numbers(self.forest)
         return self._labelled[1]
@@ -60,7 +60,7 @@ class Trees:
         return order[offsets[symbol] : offsets[symbol + 1]]
 
     def draw_rows(self, site: str) -> Ints:
-        """The rows of the draws of the random expressions of a name."""
+        """Rows of the draws of random expressions with a name."""
         order, offsets = self._draws_by_site
         named = [i for i, known in enumerate(self.forest.sites) if known.name == site]
         return np.concatenate([np.zeros(0, np.int64), *(order[offsets[i] : offsets[i + 1]] for i in named)])
@@ -72,7 +72,7 @@ class Trees:
 
     @cached_property
     def next_sibling(self) -> Ints:
-        """[N] the sibling that follows, by ``child`` and then ``repeat``; -1 for the last one and for roots."""
+        """[N] the next sibling, by ``child`` and then ``repeat``; -1 for the last one and for roots."""
         nodes = self.forest.nodes
         order = np.lexsort((nodes.repeat, nodes.child, nodes.parent))
         following = np.full(len(nodes), -1, dtype=np.int64)
@@ -83,15 +83,15 @@ class Trees:
 
     @cached_property
     def repeated(self) -> NDArray[np.bool_]:
-        """[N] whether a node, or one above it, is one of several shapes that a single successor made, but the first."""
-        flags = np.append(self.forest.nodes.repeat > 0, False)  # the last one stands above the roots
+        """[N] whether a node or an ancestor is one of several shapes of a single successor, and not the first."""
+        flags = np.append(self.forest.nodes.repeat > 0, False)  # the last row is the parent of the roots
         if flags.any():
             for start, end in pairwise(self._waves):
                 flags[start:end] |= flags[self.parent[start:end]]
         return flags[:-1]
 
     def sum_by_parent(self, rows: Ints, values: Floats, at: Ints) -> Floats:
-        """[len(at)] for each of some nodes, the sum of the values of its children."""
+        """[len(at)] sum of the values of the children of each node."""
         parents = self.parent[rows]
         inner = parents >= 0
         parents, values = parents[inner], values[inner]
@@ -101,7 +101,7 @@ class Trees:
         return sums
 
     def sum_below(self, rows: Ints, values: Floats, at: Ints) -> Floats:
-        """[len(at)] for each of some nodes, the sum of the values of all nodes below it."""
+        """[len(at)] sum of the values of all nodes below each node."""
         totals = np.zeros(len(self.model))
         for _ in range(_MOST_STEPS):
             above = self.parent[rows]
@@ -110,7 +110,7 @@ class Trees:
             if not len(rows):
                 return totals[at]
             np.add.at(totals, rows, values)
-        # What is left has reached these rows, and still has to be carried on from them.
+        # The remaining values have reached these rows and must still be passed to their ancestors.
         rest = np.zeros(len(self.model))
         np.add.at(rest, rows, values)
         totals -= rest
@@ -122,7 +122,7 @@ class Trees:
 
     @cached_property
     def _waves(self) -> list[int]:
-        """Where to cut the rows, from 0 to N, so that no row has its parent in its own piece."""
+        """Cuts of the rows, from 0 to N, such that no row has its parent in its own piece."""
         cuts, longest = [0], _SHORTEST_LOOK
         while cuts[-1] < len(self.parent):
             start = cuts[-1]
@@ -148,7 +148,7 @@ class Trees:
 
 
 def _grouped(keys: NodeIds, limit: int) -> tuple[Ints, Ints]:
-    """Rows ordered by key, ascending within one, and where each key begins."""
+    """Rows ordered by key, ascending within a key, and the offset of each key."""
     return np.argsort(keys, kind="stable"), offsets_from_counts(np.bincount(keys, minlength=limit))
 
 
@@ -167,7 +167,7 @@ def _check(forest: Forest) -> None:
         and _within(draws.site, len(forest.sites))
     )
     if not good:
-        raise UsageError("these derivations are damaged: their columns do not make trees. Sample them again.")
+        raise UsageError("these derivations are damaged: their columns are not trees. Sample them again.")
 
 
 def _within(column: NDArray[np.integer], high: int) -> bool:

@@ -1,1 +1,1 @@
-"""Tree patterns: what a countable property of a derivation tree is."""
+"""Tree patterns: countable properties of derivation trees."""

@@ -1,4 +1,4 @@
-"""Whether features speak about things that a grammar has: symbols, branches, random expressions."""
+"""Checks that the symbols, branches and random expressions of features exist in a grammar."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from grammarlab.errors import UsageError
 from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold
 
 MAX_REMARKS = 10
-"""Most remarks of one error."""
+"""Largest number of remarks in one error."""
 
 
 def check(
     features: Iterable[Feature], symbols: Sequence[str], rules: Sequence[RuleName], sites: Sequence[Site]
 ) -> None:
-    """Makes sure that features can occur in the derivation trees of a grammar.
+    """Check that features can occur in the derivation trees of a grammar.
 
     Args:
-        features: what is read of a tree.
+        features: the features.
         symbols: all symbols of the grammar, those without rules included.
-        rules: all ways to rewrite them.
+        rules: all rules.
         sites: its random expressions.
 
     Raises:
-        UsageError: names every symbol, branch and random expression that the grammar lacks, with the nearest that it
-            has.
+        UsageError: If the grammar lacks a symbol, branch or random expression; it names each of them and the nearest
+            existing one.
     """
     remarks: dict[str, None] = {}
     for feature in features:
@@ -38,7 +38,7 @@ def check(
 def _remarks(
     feature: Feature, symbols: Sequence[str], rules: Sequence[RuleName], sites: Sequence[Site]
 ) -> Iterator[str]:
-    """What is wrong with a feature; empty texts where nothing is."""
+    """Messages about a feature; empty texts if it is valid."""
     match feature:
         case Present(inner):
             yield from _remarks(inner, symbols, rules, sites)
@@ -66,7 +66,7 @@ def _nodes(pattern: Pattern) -> Iterator[Pattern]:
 
 
 def _pattern_remark(node: Pattern, symbols: Sequence[str], rules: Sequence[RuleName]) -> str:
-    """What is wrong with one node of a pattern, its conditions aside; empty when nothing is."""
+    """Message about one node of a pattern, without its conditions; empty if it is valid."""
     if node.symbol is not None and node.symbol not in symbols:
         return f"the grammar has no symbol {node.symbol!r}{_nearest(node.symbol, symbols)}"
     own = [rule for rule in rules if node.symbol in {None, rule.symbol}]
@@ -84,7 +84,7 @@ def _pattern_remark(node: Pattern, symbols: Sequence[str], rules: Sequence[RuleN
 
 
 def _branch_remark(who: str, branch: tuple[int, ...], rules: Sequence[RuleName]) -> str:
-    """What is wrong with a branch of one of some rules."""
+    """Message about a branch of rules."""
     for level, number in enumerate(branch):
         here = [rule.branch for rule in rules if rule.branch[:level] == branch[:level]]
         known = sorted({found[level] for found in here if len(found) > level})
@@ -103,11 +103,11 @@ def _branch_remark(who: str, branch: tuple[int, ...], rules: Sequence[RuleName])
 def _site_remark(name: str, branch: int | None, sites: Sequence[Site]) -> str:
     own = [site for site in sites if site.name == name]
     if not own:
-        return f"the grammar draws nothing called {name!r}{_nearest(name, [site.name for site in sites])}"
+        return f"the grammar has no random expression {name!r}{_nearest(name, [site.name for site in sites])}"
     if branch is not None and all(branch >= site.choices for site in own):
         choices = max(site.choices for site in own)
         return f"${name} has no branch :{branch}; " + (
-            f"it is a choice of {choices}, :0 to :{choices - 1}" if choices else "it is no choice"
+            f"it is a choice of {choices}, :0 to :{choices - 1}" if choices else "it is not a choice"
         )
     return ""
 

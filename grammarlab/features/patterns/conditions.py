@@ -6,7 +6,7 @@ from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Patte
 
 
 def at_least(feature: Feature, bound: float) -> str:
-    """The condition that a feature is a bound or more, as `grammarlab.features.rules.expression` reads it.
+    """Condition that a feature is at least a bound, in the syntax of `grammarlab.features.rules.expression`.
 
     >>> at_least(Pattern("Block", branch=(0,)), 2.0), at_least(Threshold("height", 3.5), 1.0)
     ('{Block:0} >= 2', '$height < 3.5')
@@ -14,7 +14,7 @@ def at_least(feature: Feature, bound: float) -> str:
     if isinstance(feature, HalfSpace):
         return _inside(feature)
     if isinstance(feature, Threshold):
-        # Of a name that is drawn once; where it is drawn several times, the mean of the draws is looked at.
+        # For a name that is drawn once; if it is drawn several times, this is the mean of the draws.
         return f"${feature.site} < {_number(feature.bound)}"
     if isinstance(feature, Present):
         return f"{_read(feature.feature)} != 0"
@@ -38,7 +38,7 @@ def _sum(feature: Sum) -> str:
 
 
 def _inside(space: HalfSpace) -> str:
-    # The logarithm of what is not above 0 is no number, and such a draw is not inside.
+    # A draw that is not above 0 has no logarithm, and is not inside.
     positive = [f"${site} > 0" for site in space.sites] if space.logarithmic else []
     return " and ".join(
         [*positive, f"{_sum(Sum(space.sites, space.weights, space.logarithmic))} < {_number(space.bound)}"]

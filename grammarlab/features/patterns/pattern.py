@@ -1,8 +1,8 @@
-"""Tree patterns: what a countable property of a derivation tree is.
+"""Tree patterns: countable properties of derivation trees.
 
 Paths, symbol counts, skip-bigrams, adjacent siblings and subtrees are all patterns; they differ in shape only. A model
-is described by how often each pattern occurs in its tree, counted by embeddings: the number of ways to lay the
-pattern's nodes on nodes of the tree.
+is described by the count of each pattern in its tree. The count is the number of embeddings: the mappings of the
+pattern's nodes to nodes of the tree.
 
 ``str`` gives the text form, which `grammarlab.features.patterns.text` reads.
 
@@ -18,17 +18,17 @@ from typing import TypeAlias
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """A node of the tree, and what stands below it."""
+    """A node of the tree with conditions on its descendants."""
 
     symbol: str | None = None
     """The symbol that the node must have; None for any."""
     parameters: int | None = None
-    """How many parameters its rule must have; None for any."""
+    """Number of parameters that its rule must have; None for any."""
     branch: tuple[int, ...] | None = None
-    """How the branch that rewrote it must begin (`RuleName.branch`); None for any node, rewritten or leaf. The empty
-    tuple asks for a node that some rule rewrote."""
+    """Required beginning of the branch that rewrote it (`RuleName.branch`); None for any node, rewritten or leaf. The
+    empty tuple requires a node that some rule rewrote."""
     below: tuple[Below, ...] = ()
-    """Conditions that hold side by side; the numbers of ways to fulfil them are multiplied."""
+    """Conditions; their counts are multiplied."""
 
     def __str__(self) -> str:
         return _text(self, None)
@@ -36,7 +36,7 @@ class Pattern:
 
 @dataclass(frozen=True, slots=True)
 class Below:
-    """A run of adjacent siblings below a node; the ways to find one are added up.
+    """A run of adjacent siblings below a node; the counts of its occurrences are added.
 
     Siblings are ordered by ``child``, then by ``repeat``.
     """
@@ -46,13 +46,13 @@ class Below:
     place: int | None = None
     """``child`` of the first of the run; None for any."""
     deep: bool = False
-    """Whether the run may stand anywhere below the node, not only directly."""
+    """Whether the run may be anywhere below the node, not only directly."""
 
     def __str__(self) -> str:
         return (">> " if self.deep else "") + self.run_text()
 
     def run_text(self) -> str:
-        """The siblings without what stands before them."""
+        """Text of the siblings only."""
         return " + ".join(_text(node, None if i else self.place) for i, node in enumerate(self.run))
 
 
@@ -72,7 +72,7 @@ def _text(pattern: Pattern, place: int | None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Threshold:
-    """How many draws of one random expression lie below a bound."""
+    """Number of draws of one random expression below a bound."""
 
     site: str
     """The random expression, by its `Site.name`: the attribute's name for an attribute."""
@@ -84,9 +84,9 @@ class Threshold:
 
 @dataclass(frozen=True, slots=True)
 class Draw:
-    """The mean of the draws of one random expression in a model; 0 where there is none.
+    """Mean of the draws of one random expression in a model; 0 without draws.
 
-    For a choice, ``branch`` says which branch, and the value is how often it was taken.
+    For a choice, the value is the number of times that ``branch`` was taken.
     """
 
     site: str
@@ -117,7 +117,7 @@ class HalfSpace:
 
 @dataclass(frozen=True, slots=True)
 class Present:
-    """1 in models where something occurs at all, else 0: for what geometry repeats, such as windows."""
+    """1 if a pattern occurs in a model, otherwise 0: for patterns that geometry repeats, such as windows."""
 
     feature: Pattern | Draw
 
@@ -127,15 +127,15 @@ class Present:
 
 @dataclass(frozen=True, slots=True)
 class Sum:
-    """A weighted sum of draws, or of their logarithms; a draw that a model makes no use of adds 0."""
+    """A weighted sum of draws, or of their logarithms; a draw that a model does not use adds 0."""
 
     sites: tuple[str, ...]
     weights: tuple[float, ...]
     logarithmic: bool = False
     """The logarithm of a draw that is not above 0 adds 0."""
     readers: tuple[tuple[Pattern, ...], ...] = ()
-    """For each site the patterns of which a model has one, if it makes use of the draw; none where all models do. Empty
-    where that is so of every site."""
+    """For each site the patterns of the branches that use the draw; a model uses it if it has one of them. No patterns
+    if all models use it. Empty if this holds for every site."""
 
     @property
     def terms(self) -> tuple[tuple[str, float, tuple[Pattern, ...]], ...]:

@@ -1,9 +1,9 @@
-"""The text form of tree patterns, in the manner of CSS selectors; ``str(pattern)`` writes it.
+"""Text form of tree patterns, similar to CSS selectors; ``str(pattern)`` writes it.
 
-    node       Symbol or *, then /parameters, @place, :branch, each as needed
+    node       Symbol or *, then /parameters, @place, :branch, each optional
     A > B      a B that is a child of A
     A >> B     a B anywhere below A
-    A[B, C]    an A with a child B and a child C: conditions side by side, each counted on its own
+    A[B, C]    an A with a child B and a child C: two conditions, each counted separately
     A[B + C]   an A with a child B whose next sibling is a C
     A[>> B]    an A with a B anywhere below it
 
@@ -30,10 +30,10 @@ from grammarlab.errors import UsageError
 from grammarlab.features.patterns.pattern import Below, Pattern
 
 MAX_CHARACTERS = 4_000
-"""Longest text that is read."""
+"""Largest number of characters of a text."""
 
 MAX_DEPTH = 60
-"""Most nodes that a pattern may have one below the other."""
+"""Largest depth of a pattern in nodes."""
 
 _TOKEN = re.compile(
     r"(?P<space>\s+)"
@@ -52,10 +52,10 @@ class _Token(NamedTuple):
 
 
 def parse(text: str) -> Pattern:
-    """The pattern that a text says.
+    """Pattern from a text.
 
     Raises:
-        UsageError: for a text that is no pattern; says what was expected, and where.
+        UsageError: If the text is not a pattern; it names the expected text and its place.
 
     >>> import grammarlab as gl
     >>> forest = gl.derive(gl.Grammar.parse("Lot --> split(x) { { ~2 : Window }* }"), 2, seed=1)
@@ -79,7 +79,7 @@ class _Parser:
         start = self._peek()
         chain, place = self._chain(0)
         if place is not None:
-            self._fail("a place (@) says which child a node is: expected it below another node", start)
+            self._fail("a place (@) selects a child: expected it below another node", start)
         if self._peek().kind != "end":
             self._fail(f"expected '>', '>>', '[' or the end, found {_shown(self._peek())}")
         return chain
@@ -153,7 +153,7 @@ class _Parser:
         return found
 
     def _fail(self, message: str, token: _Token | None = None) -> NoReturn:
-        """Raise with a caret; of a long text only what stands around it is shown."""
+        """Raise an error with a caret; of a long text only a part is shown."""
         place = (token or self._peek()).start
         begin = max(0, place - 60)
         shown = "".join(c if c.isprintable() else " " for c in self._text[begin : place + 40])

@@ -1,1 +1,1 @@
-"""What scenario and rule files say about features: scores and acceptance."""
+"""Expressions over features in scenario and rule files: scores and acceptance."""

@@ -1,13 +1,13 @@
-"""Acceptance rules: what a rule file says, beyond its rules, about which of its models to keep.
+"""Acceptance rules: annotations of a rule file that decide which of its models are kept.
 
-An annotation holds the rule as an expression over the features of a model; other engines ignore it::
+The rule is an expression over the features of a model; other engines ignore it::
 
     @Acceptance("choose({Balcony} >= 9, 1, 0.05)")
     const acceptance_rate = 0.31
 
-The value of the expression, cut to 0 to 1, is the probability with which a model is kept; one that is not kept is drawn
-again. So the density of the file is that of its rules times this value. Features count symbols of the grammar that the
-file was learned from: where symbols are split, further texts of the annotation say what the new ones are::
+The value of the expression, clipped to 0 to 1, is the probability with which a model is kept; a rejected model is drawn
+again. So the density of the file is that of its rules times this value. Features count symbols of the grammar from
+which the file was learned: if symbols are split, further texts of the annotation map the new ones to the old ones::
 
     "Block_box/0 Block *:0"        the only way to rewrite Block_box is the first branch of Block
 """
@@ -32,37 +32,37 @@ Floats = NDArray[np.float64]
 
 ANNOTATION = "Acceptance"
 MOST_SYMBOLS = 10_000
-"""New symbols that one annotation may explain."""
+"""Largest number of new symbols in one annotation."""
 _SYMBOL = re.compile(r"([^\W\d]\w*)/(\d{1,3}) ([^\W\d]\w*)((?: \S+:\S+)*)")
 _ROOT, _NONE = "*", "-"
 
 
 @dataclass(frozen=True, slots=True)
 class SplitSymbol:
-    """A symbol of a learned grammar, as one of the grammar that it was learned from."""
+    """A symbol of a learned grammar, mapped to a symbol of the original grammar."""
 
     symbol: str
     branches: Mapping[Branch, Branch | None]
-    """For each of its branches that of the original; None where there is none. Others are the same."""
+    """Original branch of each of its branches; None if there is none. Other branches are the same."""
 
 
 @dataclass(frozen=True)
 class Acceptance:
-    """With which probability models are kept."""
+    """Acceptance probability of models."""
 
     expression: Expression
     split: Mapping[SymbolKey, SplitSymbol]
-    """The symbols whose names or branches are not those that the expression counts."""
+    """Symbols whose names or branches differ from those in the expression."""
 
     @classmethod
     def of(cls, tree: RuleFile) -> Acceptance | None:
-        """The acceptance rule of a rule file; None where it has none.
+        """Acceptance rule of a rule file; None if it has none.
 
         Args:
-            tree: of the file.
+            tree: syntax tree of the file.
 
         Raises:
-            UsageError: for an annotation that says none, or several of them.
+            UsageError: If the annotation is not valid, or there are several.
         """
         found = annotations_of(tree)
         if not found:
@@ -76,7 +76,7 @@ class Acceptance:
         return cls(Expression.parse(rule), _split(split))
 
     def probabilities(self, forest: Forest) -> Floats:
-        """[num_models] with which probability each model is kept.
+        """[num_models] probability with which each model is kept.
 
         Args:
             forest: models of the grammar.
@@ -98,7 +98,7 @@ class Acceptance:
         symbols, symbol = _distinct(names.get(name, name) for name in forest.symbols)
         rules, rule = _distinct(self._rule(name) for name in forest.rules)
         nodes = forest.nodes
-        # The last place stands for nodes that no rule rewrote.
+        # The last entry is for nodes that no rule rewrote.
         symbol = symbol.astype(nodes.symbol.dtype)[nodes.symbol]
         rule = np.append(rule, -1).astype(nodes.rule.dtype)[nodes.rule]
         return replace(forest, symbols=symbols, rules=rules, nodes=replace(nodes, symbol=symbol, rule=rule))
@@ -108,18 +108,18 @@ class Acceptance:
         if split is None:
             return replace(rule, line=0)
         branch = split.branches.get(rule.branch, rule.branch)
-        # A case that no model of the original comes to has no branch there; no pattern asks for one so high.
+        # A case that no model of the original reaches has no branch there; no pattern uses a number this high.
         return RuleName(split.symbol, rule.parameters, (1 << 30,) if branch is None else branch, 0)
 
 
 def annotations_of(tree: RuleFile) -> list[Annotation]:
-    """The acceptance rules of a rule file, of which there should be one at most."""
+    """Acceptance annotations of a rule file; at most one is allowed."""
     found = (annotation for definition in tree.definitions for annotation in definition.annotations)
     return [annotation for annotation in found if annotation.name.lower() == ANNOTATION.lower()]
 
 
 def _distinct(items: Iterable) -> tuple[tuple, NDArray[np.int64]]:
-    """The different items, and the place of each among them."""
+    """The different items, and the index of each among them."""
     listed = list(items)
     places = {item: place for place, item in enumerate(dict.fromkeys(listed))}
     return tuple(places), np.array([places[item] for item in listed], dtype=np.int64)

@@ -1,7 +1,7 @@
-"""Models that an acceptance rule keeps: each is the first of a sequence of candidates that it keeps.
+"""Models that an acceptance rule keeps: each is the first accepted one of a sequence of candidates.
 
-Candidate t of a model has a seed that follows from the model's own seed and from t; the first candidate has the model's
-seed itself. So a model is the same alone, in a batch of any size, and on any number of workers.
+The seed of candidate t of a model follows from the model's own seed and t; the first candidate has the model's
+own seed. So a model is the same alone, in a batch of any size, and on any number of workers.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ from grammarlab.randomness import fold, root_keys, uniforms
 Floats = NDArray[np.float64]
 
 MOST_TRIES = 1_000
-"""Candidates of one model."""
+"""Largest number of candidates of one model."""
 _AT_ONCE = 2_048
-"""Candidates that are made at once."""
+"""Number of candidates that are made at once."""
 _CANDIDATES, _DECISIONS = 0x4143_4345_5054, 0x4445_4349_4445
-"""Lanes of random numbers: seeds of candidates, and what decides on them."""
+"""Lanes of random numbers: seeds of candidates, and decisions about them."""
 
 
 @dataclass(frozen=True)
 class Accepted:
-    """Models that were kept."""
+    """Accepted models."""
 
     forest: Forest
     tries: Ints
-    """[num_models] candidates that each took."""
+    """[num_models] number of candidates of each."""
     kept: NDArray[np.bool_]
-    """[num_models] False where no candidate was accepted: the one that came nearest stands there."""
+    """[num_models] False if no candidate was accepted; the model is then the nearest candidate."""
 
 
 def derive_accepted(
@@ -51,17 +51,17 @@ def derive_accepted(
     assets: AssetFolder | None = None,
     most_tries: int = MOST_TRIES,
 ) -> Accepted:
-    """The models of some lots that an acceptance rule keeps.
+    """Accepted models of lots.
 
     Args:
-        program: of the grammar.
-        acceptance: its rule; None for a grammar that keeps all.
-        lots: what to derive.
+        program: the compiled grammar.
+        acceptance: its acceptance rule; None for a grammar that keeps all models.
+        lots: the lots.
         assets: meshes and images.
-        most_tries: candidates of one model.
+        most_tries: largest number of candidates of one model.
 
     Raises:
-        GrammarlabError: when no candidate of a model may be kept at all.
+        GrammarlabError: If all candidates of a model have probability 0.
     """
     num = len(lots)
     if acceptance is None or not num:
@@ -80,7 +80,7 @@ class _AcceptingSearch:
         self.found: list[tuple[Ints, Forest]] = []
         """Models, and their candidates that were kept."""
         self.best = np.zeros((2, len(lots)))
-        """How near the nearest candidate of each model came, and which one it was."""
+        """Probability and number of the nearest candidate of each model."""
 
     def run(self) -> Accepted:
         waiting = np.arange(len(self.lots))
@@ -91,7 +91,7 @@ class _AcceptingSearch:
                 self._try(some, first, num)
             waiting = waiting[self.tries[waiting] == 0]
             first += num
-            # Twice as many each time, as long as the candidates of a round fit into a few chunks.
+            # The number doubles each time, as long as the candidates of a round fit into a few chunks.
             num = max(1, min(2 * num, _AT_ONCE // max(1, len(waiting))))
         if len(waiting):
             self._settle(waiting)
@@ -103,7 +103,7 @@ class _AcceptingSearch:
         return Accepted(replace(forest, lots=self.lots, nodes=replace(forest.nodes, model=model)), self.tries, kept)
 
     def _try(self, models: Ints, first: int, num: int) -> None:
-        """Makes some candidates of some models, the first ones of all of them first."""
+        """Make candidates of models, in the order of their numbers."""
         for candidates, place in self._made(models, first, num):
             number, model = np.divmod(place, len(models))
             model, number = models[model], number + first
@@ -117,7 +117,7 @@ class _AcceptingSearch:
                 self.found.append((model[rows], select_models(candidates, rows)))
 
     def _made(self, models: Ints, first: int, num: int) -> Iterator[tuple[Forest, Ints]]:
-        """Candidates in chunks, and the place of each in the sequence of all."""
+        """Candidates in chunks, and the index of each in the sequence of all."""
         lots = self.lots.take(np.tile(models, num))
         numbers = np.repeat(np.arange(first, first + num), len(models))
         done = 0
@@ -131,13 +131,13 @@ class _AcceptingSearch:
         return uniforms(fold(keys, _DECISIONS), 0)
 
     def _note(self, model: Ints, number: Ints, near: Floats) -> None:
-        """Remembers the candidates that came nearest to being kept; of equal ones the first."""
+        """Record the candidates with the highest probability; of equal ones the first."""
         for row in np.flatnonzero(near > self.best[0, model]).tolist():
             if near[row] > self.best[0, model[row]]:
                 self.best[:, model[row]] = near[row], number[row]
 
     def _settle(self, models: Ints) -> None:
-        """Takes the nearest candidates of models of which none was kept."""
+        """Take the nearest candidates of models without accepted candidates."""
         hopeless = models[self.best[0, models] <= 0.0]
         if len(hopeless):
             raise GrammarlabError(

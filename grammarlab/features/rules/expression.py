@@ -1,12 +1,12 @@
-"""A safe little language for numbers that follow from the features of a model; docs/scenarios.md describes it.
+"""Safe expression language over the features of a model; docs/scenarios.md describes it.
 
-``{pattern}`` is how often a pattern occurs in the derivation tree, ``$name`` the mean of the draws of a random
-expression. Everything else is arithmetic, comparisons, and/or/not, a handful of functions, and names of definitions.
-Truth is 1 and 0; any number but 0 is true. ``a % b`` is the remainder of a division, with the sign of b, as in
-Python. Where no finite number is the result (a division by zero, the logarithm of -1, an overflow), the result is 0.
+``{pattern}`` is the count of a pattern in the derivation tree, ``$name`` the mean of the draws of a random
+expression. Everything else is arithmetic, comparisons, and/or/not, a few functions, and names of definitions.
+True is 1 and false is 0; any number except 0 is true. ``a % b`` is the remainder of a division, with the sign of b, as
+in Python. A result that is not finite (a division by zero, the logarithm of -1, an overflow) is 0.
 
-An expression is a list of steps over columns, each step an operation on earlier ones, so that nothing is evaluated
-twice and nothing recurses, however the text is nested.
+An expression is a list of steps over columns, each step an operation on earlier ones, so that each step is evaluated
+once and without recursion, for any nesting of the text.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from grammarlab.features.patterns.pattern import Draw, Feature, Threshold
 Floats = NDArray[np.float64]
 
 MAX_CHARACTERS = 20_000
-"""Longest expression that is read."""
+"""Largest number of characters of an expression."""
 
 MAX_STEPS = 4_000
-"""Most steps of one expression, those of the definitions it uses included."""
+"""Largest number of steps of one expression, including those of its definitions."""
 
 MAX_FEATURES = 500
-"""Most different patterns, thresholds and draws that one expression reads."""
+"""Largest number of different patterns, thresholds and draws that one expression reads."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,22 +70,22 @@ class Expression:
     """A number for every model, as a function of its features."""
 
     text: str = field(compare=False)
-    """As it was written."""
+    """Original text."""
     steps: tuple[Step, ...] = field(repr=False)
-    """The last one is the result."""
+    """Steps; the last one is the result."""
     features: tuple[Feature, ...]
-    """All that the expression reads, each once: the columns that `evaluate` expects."""
+    """Features that the expression reads, each once: the columns that `evaluate` expects."""
 
     @classmethod
     def parse(cls, text: str, definitions: Mapping[str, Expression] | None = None) -> Expression:
-        """Reads an expression.
+        """Parse an expression.
 
         Args:
             text: the expression.
-            definitions: what further names stand for.
+            definitions: expressions by name.
 
         Raises:
-            UsageError: for a text that is no expression; says what was expected, and where.
+            UsageError: If the text is not an expression; it names the expected text and its place.
 
         >>> Expression.parse("2 * small", {"small": Expression.parse("{Block:0} < 3")}).features
         (Pattern(symbol='Block', parameters=None, branch=(0,), below=()),)
@@ -122,7 +122,7 @@ class Expression:
             [models], finite.
         """
         if values.ndim != 2 or values.shape[1] != len(self.features):
-            raise UsageError(f"expected {len(self.features)} columns, one a feature, found shape {values.shape}")
+            raise UsageError(f"expected {len(self.features)} columns, one per feature, found shape {values.shape}")
         columns = {feature: values[:, i].astype(np.float64) for i, feature in enumerate(self.features)}
         results: list[Floats] = []
         for step in self.steps:
@@ -177,7 +177,7 @@ FUNCTIONS: Mapping[str, str] = {
     "sqrt": "sqrt(x)",
     "choose": "choose(when, value, ..., otherwise)",
 }
-"""The functions of the language and how they are called."""
+"""Functions of the language, with their call syntax."""
 
 RESERVED = frozenset({*FUNCTIONS, "and", "or", "not"})
 """Names that a definition cannot have."""
@@ -190,7 +190,7 @@ def _apply(operation: str, operands: list[Floats]) -> Floats:
 
 
 class _Program:
-    """Steps, each only once."""
+    """Steps without duplicates."""
 
     def __init__(self) -> None:
         self.steps: list[Step] = []
@@ -207,7 +207,7 @@ class _Program:
         return self._numbers[step]
 
     def apply(self, operation: str, *operands: int) -> int:
-        """An operation; computed at once where all operands are constants."""
+        """An operation; evaluated immediately if all operands are constants."""
         steps = [self.steps[i] for i in operands]
         constants = [np.array([step.value]) for step in steps if isinstance(step, ConstantTerm)]
         if len(constants) == len(steps):
@@ -223,7 +223,7 @@ class _Program:
         return number[-1]
 
     def compare(self, left: int, sign: str, right: int) -> int:
-        """A comparison; that of a draw with a constant reads a threshold, so that it has finitely many states."""
+        """A comparison; that of a draw with a constant becomes a threshold, so that it has finitely many states."""
         match self.steps[left], self.steps[right]:
             case ConstantTerm(), Measure(Draw(_, None)) if sign in _MIRRORED:
                 return self.compare(right, _MIRRORED[sign], left)
@@ -262,7 +262,7 @@ def _parser() -> Lark:
 
 @v_args(inline=True)
 class _StepBuilder(Transformer_NonRecursive):
-    """Every node of the syntax tree becomes the number of a step."""
+    """Transforms every node of the syntax tree to the number of a step."""
 
     def __init__(self, text: str, program: _Program, definitions: Mapping[str, Expression]) -> None:
         super().__init__()
@@ -292,12 +292,12 @@ class _StepBuilder(Transformer_NonRecursive):
             raise self._wrong(token, f"{token} is a function: expected {FUNCTIONS[token]}")
         if token not in self._definitions:
             known = [*self._definitions, *FUNCTIONS]
-            raise self._wrong(token, f"nothing is called {str(token)!r}{_nearest(token, known)}")
+            raise self._wrong(token, f"unknown name {str(token)!r}{_nearest(token, known)}")
         return self._program.include(self._definitions[token])
 
     def call(self, token: Token, *operands: int) -> int:
         if token not in FUNCTIONS:
-            raise self._wrong(token, f"{str(token)!r} is no function; those there are: {', '.join(FUNCTIONS)}")
+            raise self._wrong(token, f"{str(token)!r} is not a function; expected one of {', '.join(FUNCTIONS)}")
         if not _takes(str(token), len(operands)):
             raise self._wrong(token, f"expected {FUNCTIONS[token]}, found {len(operands)} values")
         return self._program.apply(str(token), *operands)
@@ -327,7 +327,7 @@ class _StepBuilder(Transformer_NonRecursive):
 
 
 def _takes(function: str, number: int) -> bool:
-    """Whether a function is called with so many values."""
+    """Whether a function accepts a number of values."""
     if function in {"min", "max"}:
         return number >= 2
     return number >= 3 and number % 2 == 1 if function == "choose" else number == 1
@@ -346,17 +346,17 @@ _MISTAKES = {
     "|": "write or",
     "!": "write not; for unequal, !=",
     "^": "there are no powers; write x * x, or exp(y * log(x))",
-    "{": "a pattern ends with } and holds no other brace",
+    "{": "a pattern ends with } and has no other brace",
     "}": "a pattern begins with {",
     "$": "after $ comes the name of an attribute",
-    "[": "conditions of a pattern stand inside its braces",
+    "[": "conditions of a pattern are inside its braces",
     '"': "texts have no place here; attributes are $name, definitions plain names",
     "'": "texts have no place here; attributes are $name, definitions plain names",
 }
 
 
 def _explain(error: UnexpectedInput, text: str) -> str:
-    """What was expected, what was found, where, what to try."""
+    """Message with the expected text, the found text, its place and a hint."""
     accepted = getattr(error, "accepts", None) or getattr(error, "expected", None) or getattr(error, "allowed", None)
     wants_value = "NUMBER" in (accepted or ())
     expected = "a value: a number, a {pattern}, a $draw, a name or a parenthesis"
@@ -381,7 +381,7 @@ def _underlined(text: str, start: int, length: int) -> str:
     line_start = before.rfind("\n") + 1
     line = text[line_start:].split("\n", 1)[0]
     column = start - line_start
-    # A window of the line, so that a long one stays readable.
+    # A window of the line, so that long lines stay readable.
     low = max(0, column - 60)
     shown = "".join(c if c.isprintable() else " " for c in line[low : low + 110])
     return f"  {shown}\n  {' ' * (column - low)}{'^' * max(1, min(length, len(shown) - (column - low)))}"
@@ -389,4 +389,4 @@ def _underlined(text: str, start: int, length: int) -> str:
 
 def _nearest(name: str, known: list[str]) -> str:
     near = get_close_matches(name, known, n=3, cutoff=0.6)
-    return f"; did you mean {' or '.join(near)}?" if near else f"; names there are: {', '.join(known)}"
+    return f"; did you mean {' or '.join(near)}?" if near else f"; known names: {', '.join(known)}"

@@ -1,4 +1,4 @@
-"""How much a model is liked, 0 to 100, as an exact function of its features."""
+"""Score of a model, 0 to 100, as an exact function of its features."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from grammarlab.features.rules.expression import Expression
 Floats = NDArray[np.float64]
 
 MAX_CASES = 100
-"""Most cases of one score."""
+"""Largest number of cases of one score."""
 
 
 @dataclass(frozen=True, slots=True)
 class ScoreCase:
-    """One line of a preference: what a model is worth when a condition holds."""
+    """One case of a preference: the score of a model if a condition holds."""
 
     value: float
     """0 to 100."""
@@ -34,16 +34,16 @@ class Score:
     """A score for every model."""
 
     expression: Expression
-    """The score before it is cut to 0 to 100."""
+    """The score before it is clipped to 0 to 100."""
     cases: tuple[ScoreCase, ...] = ()
-    """What it was made of, where it is a list of cases; the first that holds counts, 0 where none does."""
+    """Cases, if it was defined by cases; the first that holds counts, 0 if none holds."""
 
     @classmethod
     def of_cases(cls, cases: Sequence[ScoreCase]) -> Score:
-        """The value of the first case that holds, 0 where none does.
+        """Score with the value of the first case that holds, 0 if none holds.
 
         Raises:
-            UsageError: for no cases, too many, or a value that is no score.
+            UsageError: If there are no cases, too many cases, or a value is not a score.
         """
         if not 1 <= len(cases) <= MAX_CASES:
             raise UsageError(f"expected 1 to {MAX_CASES} cases, found {len(cases)}")
@@ -56,19 +56,19 @@ class Score:
 
     @classmethod
     def of_text(cls, text: str, definitions: Mapping[str, Expression] | None = None) -> Score:
-        """The value of an expression, cut to 0 to 100.
+        """Score with the value of an expression, clipped to 0 to 100.
 
         Raises:
-            UsageError: for a text that is no expression.
+            UsageError: If the text is not an expression.
         """
         return cls(Expression.parse(text, definitions))
 
     @classmethod
     def product(cls, scores: Sequence[Score]) -> Score:
-        """The product of factors as a score: 100 times the product of their hundredths.
+        """Product of factors as a score: 100 times the product of the factors divided by 100.
 
         Raises:
-            UsageError: for no factors.
+            UsageError: If there are no factors.
         """
         if len(scores) < 2:
             if not scores:
@@ -80,12 +80,12 @@ class Score:
 
     @property
     def features(self) -> tuple[Feature, ...]:
-        """All that the score depends on: the columns that `evaluate` expects."""
+        """Features that the score depends on: the columns that `evaluate` expects."""
         return self.expression.features
 
     @property
     def levels(self) -> tuple[float, ...]:
-        """The scores that there are, ascending, where they are listed as cases; empty otherwise."""
+        """Possible scores, ascending, if the score was defined by cases; otherwise empty."""
         return tuple(sorted({0.0, *(case.value for case in self.cases)})) if self.cases else ()
 
     def evaluate(self, values: Floats) -> Floats:

@@ -1,1 +1,1 @@
-"""Features that explain scores, searched for."""
+"""Search for features that explain scores."""

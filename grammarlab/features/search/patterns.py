@@ -1,7 +1,7 @@
-"""Tree patterns that explain scores, such as a black cylinder above a green box, which no path can tell.
+"""Tree patterns that explain scores, such as a black cylinder above a green box, which no path can express.
 
-Patterns are grown condition by condition, and only those that explain the scores better than chance would among so many
-are kept.
+Patterns are grown condition by condition. Only patterns that explain the scores better than the best of the same number
+of random columns are kept.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ from grammarlab.features.patterns.pattern import Below, Feature, Pattern
 Floats = NDArray[np.float64]
 
 _BEAM = 24
-"""How many patterns are grown further."""
+"""Number of patterns that are grown further."""
 
 
 def search_patterns(
     forests: Sequence[Forest], residuals: Floats, most: int = 8, conditions: int = 2
 ) -> tuple[Pattern, ...]:
-    """Patterns that explain what a preference cannot explain yet, the best one first.
+    """Patterns that explain the residuals of a preference, best first.
 
     The search begins with single choices and pairs of adjacent siblings, and adds choices below their nodes, one by
-    one, to those that explain most. Of the models that it sees nothing else is tried: patterns grow only where needed.
+    one, to those that explain most. It uses only patterns that occur in the given models.
 
     Args:
         forests: the scored models.
-        residuals: [n] scores minus what was predicted for them (or minus their mean), in the order of the models.
-        most: how many patterns to return at most.
-        conditions: how many choices to add to a pattern at most.
+        residuals: [n] scores minus predictions (or minus their mean), in the order of the models.
+        most: largest number of patterns.
+        conditions: largest number of choices added to a pattern.
     """
     search = _PatternSearch(forests, residuals)
     beam = search.try_all(search.seeds)
@@ -68,7 +68,7 @@ class _PatternSearch:
         self._tried = 0
 
     def try_all(self, patterns: Sequence[Feature]) -> list[Pattern]:
-        """The patterns that explain most, one of each set that counts the same in all models."""
+        """The patterns that explain most, one of each set with equal counts in all models."""
         wanted = [pattern for pattern in dict.fromkeys(patterns) if isinstance(pattern, Pattern)]
         if not wanted:
             return []
@@ -95,7 +95,7 @@ class _PatternSearch:
         return longer
 
     def best(self, most: int) -> tuple[Pattern, ...]:
-        """The patterns that explain most beside those before them, as long as chance would not explain as much."""
+        """The patterns that explain most in addition to the previous ones, as long as they explain more than chance."""
         left, found = self._residuals, list[Pattern]()
         # The largest squared correlation of m columns of noise with n numbers is about 2 log(m) / n.
         least = 2.0 * np.log(max(2, self._tried)) / max(1, len(left))

@@ -1,4 +1,4 @@
-"""Which branches of the rules of a grammar read an attribute: where none of them is taken, its value shows nowhere."""
+"""Branches of rules that read an attribute: a model that takes none of them does not depend on its value."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from grammarlab.language.syntax.walking import walk
 
 
 def readers_of(grammar: Grammar) -> dict[str, tuple[Pattern, ...]]:
-    """For each attribute the branches that read it, directly or through functions and other attributes.
+    """Branches that read each attribute, directly or through functions and other attributes.
 
     Args:
         grammar: with its rules of the default style.
@@ -38,7 +38,7 @@ def readers_of(grammar: Grammar) -> dict[str, tuple[Pattern, ...]]:
 
 
 def _reached(grammar: Grammar) -> Mapping[str, frozenset[str]]:
-    """For each attribute and function the attributes that its value follows from, itself among them."""
+    """Attributes that the value of each attribute and function depends on, itself included."""
     named: dict[str, set[str]] = {name: {name} for name in grammar.attributes}
     for definition in (*grammar.attributes.values(), *grammar.functions.values()):
         named.setdefault(definition.name, set()).update(function_name(node) for node in walk(definition))
@@ -51,7 +51,7 @@ def _reached(grammar: Grammar) -> Mapping[str, frozenset[str]]:
 
 
 def _names(rule: Rule) -> Iterator[tuple[Branch, str]]:
-    """The names that a rule reads, each with the beginning of the branches that do."""
+    """Names that a rule reads, each with the common beginnings of the branches that read it."""
     for variable in rule.variables:
         yield from _inside((), variable.value)
     yield from _of_choice((), rule.body)
@@ -73,7 +73,7 @@ def _inside(path: Branch, node: Node) -> Iterator[tuple[Branch, str]]:
 
 
 def _widest(patterns: tuple[Pattern, ...]) -> tuple[Pattern, ...]:
-    """The patterns that no other one of the same symbol holds."""
+    """Patterns that no other pattern of the same symbol includes."""
 
     def holds(one: Pattern, other: Pattern) -> bool:
         begin, whole = one.branch or (), other.branch or ()

@@ -1,7 +1,7 @@
-"""Sums of draws that explain scores, liked in some interval: towers of 140 to 170 m, whatever the heights of blocks.
+"""Sums of draws that explain scores, liked in some interval: towers of 140 to 170 m, for any heights of their blocks.
 
 A half-space (`grammarlab.features.search.thresholds`) has one bound and reads every draw. Here a sum is found term by
-term, of draws with the sign of each, and a draw counts 0 where a model makes no use of it.
+term, with a sign for each draw, and a draw counts 0 if a model does not use it.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 MOST_TERMS = 6
-"""Draws that a sum has at most."""
+"""Largest number of draws in a sum."""
 FEWEST = 32
-"""With fewer scores a sum of some of many draws explains anything."""
+"""Smallest number of scores; with fewer, some sum of many draws explains anything."""
 MOST_SCORES = 400
-"""Of more, every so-many-th is looked at, by score."""
+"""Largest number of models; of more, an even selection by score is used."""
 MOST_DRAWS = 64
-"""Of more, those that explain most on their own."""
+"""Largest number of columns; of more, those that explain most alone are used."""
 _BOUNDS = 12
-"""Of intervals that are tried, evenly spaced by rank."""
+"""Number of bounds of intervals that are tried, evenly spaced by rank."""
 _BEGINNINGS = 4
-"""Pairs that sums grow from."""
+"""Number of pairs that sums grow from."""
 _FOLDS = 3
 _SUPPORT = 0.15
-"""Part of the errors at scores that were held out which the sums of the others leave out at least."""
+"""Smallest share of the errors at held-out scores that sums found without them must remove."""
 
 
 class _Found(NamedTuple):
@@ -42,19 +42,19 @@ class _Found(NamedTuple):
     signs: Floats
     """[C] -1, 0 or 1."""
     worth: float
-    """Log-likelihood that its best interval gains, less what the choice of its terms is worth."""
+    """Log-likelihood gained by its best interval, minus the price of choosing its terms."""
 
 
 def find_sum(
     forests: Sequence[Forest], scores: Floats, names: Sequence[str], readers: Mapping[str, tuple[Pattern, ...]]
 ) -> Sum | None:
-    """The sum of draws an interval of which explains most of the scores; None where scores held out do not bear it out.
+    """Sum of draws of which an interval explains most of the scores; None if held-out scores do not confirm it.
 
     Args:
         forests: the scored models.
-        scores: [n] of them all, in their order.
-        names: draws to look at, by `Site.name`.
-        readers: for some of them what makes use of them (`grammarlab.features.search.readers`).
+        scores: [n] their scores, in their order.
+        names: candidate draws, by `Site.name`.
+        readers: branches that use some of them (`grammarlab.features.search.readers`).
     """
     if len(scores) < FEWEST or len(names) < 2:
         return None
@@ -78,7 +78,7 @@ def find_sum(
 
 
 def _best(values: Floats, scores: Floats) -> Floats | None:
-    """The signs [C] of the sum of columns [n, C] that is worth most; None where one column is worth as much."""
+    """Signs [C] of the sum of columns [n, C] with the largest value; None if one column has an equal value."""
     width = values.shape[1]
     if width < 2:
         return None
@@ -96,7 +96,7 @@ def _best(values: Floats, scores: Floats) -> Floats | None:
 
 
 def _climbed(values: Floats, scores: Floats, found: _Found, allowed: tuple[float, ...]) -> _Found:
-    """What the best change of one sign leads to, again and again, until none makes a sum worth more."""
+    """Local search: repeat the best change of one sign until none increases the value of the sum."""
     width = len(found.signs)
     column = np.tile(np.arange(width), len(allowed))
     sign = np.repeat(allowed, width)
@@ -112,16 +112,16 @@ def _climbed(values: Floats, scores: Floats, found: _Found, allowed: tuple[float
 
 
 def _worths(values: Floats, signs: Floats, scores: Floats) -> Floats:
-    """[K] log-likelihood that sums of columns [n, C] with some signs [K, C] gain, less the price of their terms."""
+    """[K] log-likelihood gained by sums of columns [n, C] with signs [K, C], minus the price of their terms."""
     shares = np.minimum(explained(values @ signs.T, scores), 1.0 - 1e-9)
     terms = np.count_nonzero(signs, axis=1)
-    # People add: a sum with both signs is one of as many as there are ways to choose them.
+    # Sums of equal signs are more likely: a sum with both signs pays for the choice of its signs.
     choices = np.where((signs < 0.0).any(axis=1), 2.0, 1.0) * values.shape[1]
     return -0.5 * len(scores) * np.log1p(-shares) - np.log(choices) * terms
 
 
 def explained(columns: Floats, scores: Floats) -> Floats:
-    """[C] the part of the variance of scores [n] that three intervals of each column [n, C] explain at most.
+    """[C] largest share of the variance of scores [n] that three intervals of each column [n, C] explain.
 
     >>> explained(np.array([[0.0], [1.0], [2.0], [3.0]]), np.array([0.0, 9.0, 9.0, 0.0]))
     array([1.])
@@ -133,7 +133,7 @@ def explained(columns: Floats, scores: Floats) -> Floats:
     order = np.argsort(columns, axis=0, kind="stable")
     sums = np.concatenate([np.zeros((1, columns.shape[1])), np.cumsum(centred[order], axis=0)])[ends]
     values = np.take_along_axis(columns, order, axis=0)
-    # Between equal values nothing ends.
+    # Intervals do not end between equal values.
     end = np.ones((1, columns.shape[1]), dtype=bool)
     apart = np.concatenate([end, values[1:] > values[:-1], end])[ends]
     first, last = np.triu_indices(len(ends), 1)
@@ -147,11 +147,11 @@ def explained(columns: Floats, scores: Floats) -> Floats:
 
 
 def _has_support(values: Floats, gated: NDArray[np.bool_], scores: Floats) -> bool:
-    """Whether sums that are found without some of the scores explain these better than what makes use of their terms.
+    """Whether sums found without some of the scores explain these scores better than the use of their terms alone.
 
     Args:
         values: [n, C] draws.
-        gated: [C] which of them are 0 where models make no use of them.
+        gated: [C] whether they are 0 in models that do not use them.
         scores: [n].
     """
     fold = np.empty(len(scores), dtype=np.int64)

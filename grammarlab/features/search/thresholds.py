@@ -1,8 +1,8 @@
 """Bounds on continuous draws that explain scores: ``height < 5``, ``width * depth * height < 125``.
 
 A preference that steps at a bound cannot be learned by smooth interpolation; found as a feature, the step is one
-column. Bounds lie halfway between the nearest models on either side, so that scoring models near one (`margins`)
-narrows it.
+column. Bounds are halfway between the nearest models on both sides, so that scores of models near a bound (`margins`)
+narrow it.
 """
 
 from __future__ import annotations
@@ -21,26 +21,26 @@ from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
 Floats = NDArray[np.float64]
 
 MOST_TERMS = 4
-"""Draws that a half-space is about at most: a person looks at few things."""
+"""Largest number of draws in a half-space, since people consider few things."""
 _FOLDS = 3
 _MOST_WRONG = 0.3
-"""Models that were held out and may be on the wrong side, beside the models of the smaller side."""
+"""Largest share of held-out models on the wrong side, relative to the models of the smaller side."""
 _PRICE_OF_ERRORS = 1e4
-"""What a model on the wrong side costs, beside the sizes of the weights."""
+"""Cost of a model on the wrong side, relative to the sizes of the weights."""
 
 
 def find_thresholds(
     forests: Sequence[Forest], scores: Floats, names: Sequence[str], most: int = 4
 ) -> tuple[Threshold, ...]:
-    """The bounds that explain most of the scores, the best one first, at most one a draw.
+    """Bounds that explain most of the scores, best first, at most one per draw.
 
-    Only bounds are kept that explain more than the best of noise would.
+    Only bounds that explain more than the best bound of pure noise are kept.
 
     Args:
         forests: the scored models.
-        scores: [n] of them all, in their order; or what a preference cannot explain of them.
-        names: draws to look at, by `Site.name`.
-        most: how many to return at most.
+        scores: [n] their scores, in their order; or the residuals of a preference.
+        names: candidate draws, by `Site.name`.
+        most: largest number of bounds.
     """
     found: list[tuple[float, Threshold]] = []
     for name, column in zip(names, _values(forests, names, len(scores)).T, strict=True):
@@ -52,16 +52,16 @@ def find_thresholds(
 
 
 def find_half_space(forests: Sequence[Forest], inside: NDArray[np.bool_], names: Sequence[str]) -> HalfSpace | None:
-    """The half-space of some draws, or of their logarithms, that holds the chosen models; None where none does.
+    """Half-space of draws, or of their logarithms, that contains the chosen models; None if there is none.
 
-    Of those that make the fewest errors the one with the fewest different draws is taken, and weights of 1 and -1
-    rather than others. It has at most `MOST_TERMS` draws, is wrong for fewer than a tenth of the models on either side,
-    and those found without a third of the models are right about that third.
+    Of those with the fewest errors, the one with the fewest draws is used; weights of 1 and -1 are preferred.
+    It has at most `MOST_TERMS` draws, is wrong for fewer than a tenth of the models on either side,
+    and half-spaces found without a third of the models are right about that third.
 
     Args:
         forests: the models.
-        inside: [n] which of them should lie in the half-space.
-        names: draws to look at, by `Site.name`.
+        inside: [n] whether they should lie in the half-space.
+        names: candidate draws, by `Site.name`.
     """
     values = _values(forests, names, len(inside))
     best = _best_half_space(values, inside)
@@ -93,7 +93,7 @@ def _best_half_space(values: Floats, inside: NDArray[np.bool_]) -> _ThresholdFit
 
 
 def _of_few_terms(columns: Floats, inside: NDArray[np.bool_]) -> Floats | None:
-    """Weights of a sum that is lower inside, of the columns that matter most to a sum of all."""
+    """Weights of a sum that is lower inside, of the columns with the largest weights in a sum of all."""
     weights = _separating(columns, inside)
     if weights is None or np.count_nonzero(weights) <= MOST_TERMS:
         return weights
@@ -107,9 +107,9 @@ def _of_few_terms(columns: Floats, inside: NDArray[np.bool_]) -> Floats | None:
 
 
 def _has_support(values: Floats, inside: NDArray[np.bool_]) -> bool:
-    """Whether half-spaces that are found without some of the models hold these as well.
+    """Whether half-spaces found without some of the models are right about these models.
 
-    Enough columns divide any few models as one likes; what they say about the others is then worth nothing.
+    Enough columns can separate any few models; such a half-space has no meaning for other models.
     """
     fold = np.empty(len(inside), dtype=np.int64)
     for side in (inside, ~inside):
@@ -126,7 +126,7 @@ def _has_support(values: Floats, inside: NDArray[np.bool_]) -> bool:
 
 
 def margins(forests: Sequence[Forest], feature: Threshold | HalfSpace) -> Floats:
-    """[n] how far each model is from a bound; negative inside, infinite where a logarithm has no value."""
+    """[n] distance of each model from a bound; negative inside, infinite if a logarithm is undefined."""
     space = HalfSpace((feature.site,), (1.0,), feature.bound) if isinstance(feature, Threshold) else feature
     columns = np.concatenate([np.zeros((0, len(space.sites))), *(count(f, _draws(space.sites)) for f in forests)])
     if space.logarithmic:
@@ -140,7 +140,7 @@ def margins(forests: Sequence[Forest], feature: Threshold | HalfSpace) -> Floats
 class _ThresholdFit(NamedTuple):
     errors: int
     gap: float
-    """How far the two sides lie apart, relative to their extent; negative where they overlap."""
+    """Gap between the two sides, relative to their extent; negative if they overlap."""
     weights: Floats
     bound: float
     logarithmic: bool
@@ -177,7 +177,7 @@ def _separating(columns: Floats, inside: NDArray[np.bool_]) -> Floats | None:
 
     Linear program in weights (positive and negative parts), bound and errors.
     """
-    from scipy.optimize import linprog  # noqa: PLC0415  # a third of the time that a small run takes to start
+    from scipy.optimize import linprog  # noqa: PLC0415  # this import takes a third of the start of a small run
 
     if inside.all() or not inside.any():
         return None
@@ -202,7 +202,7 @@ def _fit(columns: Floats, inside: NDArray[np.bool_], weights: Floats, logarithmi
     """The best bound for given weights."""
     sums = columns @ weights
     order = np.argsort(sums, kind="stable")
-    # Errors when the first k are taken for inside.
+    # Errors if the first k are inside.
     wrong = np.concatenate(([0], np.cumsum(~inside[order]))) + np.concatenate(
         (np.cumsum(inside[order][::-1])[::-1], [0])
     )

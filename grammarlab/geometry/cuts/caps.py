@@ -1,4 +1,4 @@
-"""Faces that close meshes again where a plane has cut them."""
+"""Caps: faces that close meshes along a cutting plane."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True)
 class _Rim:
-    """The E edges that caps run along, in the order of the faces that they close off."""
+    """E edges of caps, in the order of the faces that they close."""
 
     start: Indices
     """[E] row of the table of points."""
@@ -30,16 +30,16 @@ class _Rim:
 
 
 def caps(faces: Soup, points: Floats, is_on_plane: Flags, normals: Floats, place: Indices) -> Soup:
-    """Faces along the edges on a plane that faces of closed meshes no longer share.
+    """Faces on a plane that close the cut edges of closed meshes.
 
-    A cap begins at the edge of the first face that it closes off. Where the section has holes, they are joined to
-    the outline by keyholes.
+    A cap begins at the edge of the first face that it closes. Holes of the section are joined to the outline by
+    keyholes.
 
     Args:
-        faces: the faces that are left of closed meshes.
+        faces: the remaining faces of closed meshes.
         points: [P, 3] the table of points in metres.
-        is_on_plane: [P] which points lie on the plane that cut their mesh.
-        normals: [M, 3] normal of the plane that cut each mesh, into the side that was kept.
+        is_on_plane: [P] whether points lie on the plane that cut their mesh.
+        normals: [M, 3] normal of the plane that cut each mesh, towards the kept side.
         place: [M] `Soup.place` of the caps of each mesh.
     """
     rim = _open_edges(faces, is_on_plane)
@@ -57,7 +57,7 @@ def caps(faces: Soup, points: Floats, is_on_plane: Flags, normals: Floats, place
 
 
 def _open_edges(faces: Soup, is_on_plane: Flags) -> _Rim:
-    """Edges on the plane that are run through more often one way than the other, as the missing way."""
+    """Edges on the plane that faces pass more often in one direction than in the other, in the missing direction."""
     following = next_in_row(faces.offsets)
     on_plane = is_on_plane[faces.rows]
     corner = np.flatnonzero(on_plane & on_plane[following])
@@ -109,14 +109,14 @@ def _successors(rim: _Rim, plane: Floats) -> Indices:
     order = np.lexsort((is_out, angle, vertex))
     after = order[next_in_row(offsets_from_counts(np.unique(vertex, return_counts=True)[1]))]
     paired = is_out[order] & ~is_out[after]
-    # Coincident edges can upset the alternation of in and out: then any continuation keeps the mesh closed.
+    # Coincident edges can break the alternation of in and out: then any continuation keeps the mesh closed.
     if np.count_nonzero(paired) == len(out):
         successor[edge[after[paired]]] = edge[order[paired]]
     return successor
 
 
 def _with_holes(loops: Soup, flat: Floats, is_hole: Flags) -> Soup:
-    """Loops of which those that run clockwise are joined to the smallest one around them."""
+    """Loops; clockwise ones are joined to the smallest loop around them."""
     rings = [flat[a:b] for a, b in zip(loops.offsets[:-1], loops.offsets[1:], strict=True)]
     rows = [loops.rows[a:b] for a, b in zip(loops.offsets[:-1], loops.offsets[1:], strict=True)]
     inside: dict[int, list[int]] = {}

@@ -1,7 +1,7 @@
-"""Parts of meshes between planes: what ``split`` and trim planes leave.
+"""Parts of meshes between planes, for ``split`` and trim planes.
 
-Closed meshes stay closed: where a plane cuts them they get a cap. A face in the plane of a cut goes to one side only:
-to the one that it bounds.
+Closed meshes stay closed: a cap closes each cut. A face in the plane of a cut goes to one side only:
+to the side that it bounds.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from grammarlab.geometry.meshes.soup import Soup
 Flags = NDArray[np.bool_]
 
 TOLERANCE = 1e-9
-"""Points this close to a plane, as a share of the largest coordinate of their mesh, lie on it."""
+"""Largest distance of points on a plane, as a share of the largest coordinate of their mesh."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Extent:
-    """Where faces and meshes begin and end along an axis."""
+    """Beginnings and ends of faces and meshes along an axis."""
 
     face_low: Floats
     """[F]"""
@@ -46,13 +46,13 @@ class _Side:
     """One side of slabs: their low ends or their high ends."""
 
     level: Floats
-    """[N] where the plane stands along the axis."""
+    """[N] position of the plane along the axis."""
     sign: float
     """1 where the kept side lies above the plane, -1 where below."""
     is_cut: Flags
     """[N] whether the mesh reaches beyond the plane."""
     crosses: Flags
-    """[K] which of the faces that reach into the slabs reach beyond the plane."""
+    """[K] whether faces that reach into the slabs reach beyond the plane."""
     lost_first: Flags
     """[N] whether the first face of the mesh lies beyond the plane."""
 
@@ -60,19 +60,19 @@ class _Side:
 def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, high: Floats) -> Meshes:
     """The parts of meshes between two planes across an axis.
 
-    Slabs that share a plane share nothing else: volumes of the parts of a closed mesh and areas of the parts of an open
-    one add up to those of the whole. A face across the axis at the very end of a mesh belongs to the slab at that end.
+    Parts do not overlap: volumes of the parts of a closed mesh, and areas of the parts of an open
+    one, add up to those of the whole. A face across the axis at the end of a mesh belongs to the slab at that end.
 
     Args:
-        meshes: where the parts come from.
+        meshes: the meshes to cut.
         mesh: [N] the mesh that each part is cut from.
         axis: 0, 1 or 2, the axis that runs from `low` to `high`.
-        low: [N] where each part begins, in metres.
-        high: [N] where it ends, at least `low`.
+        low: [N] beginning of each part, in metres.
+        high: [N] end of each part, at least `low`.
 
     Returns:
-        N meshes with their points where they were; some may be empty. Faces keep their order; caps come last, or
-        first where the first face was cut away.
+        N meshes with unmoved points; some may be empty. Faces keep their order; caps come last, or
+        first if the first face was cut away.
     """
     extent = _extent(meshes, axis)
     face, part = _faces_within(meshes, mesh, axis, low, high, extent)
@@ -90,10 +90,10 @@ def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, hig
         points[on_plane, axis] = side.level.take(owner[on_plane])
         normals = np.zeros((len(mesh), 3))
         normals[:, axis] = side.sign
-        # `place` still says which of the faces within the slabs a piece was cut from.
+        # `place` is still the number of the face within the slabs that a piece was cut from.
         is_crossing = side.crosses.take(faces.place)
         result = cut(faces.where(is_crossing), points, distance, normals)
-        # Interpolation misses the plane by a last bit, but parts must end where their neighbours begin.
+        # Interpolation can differ from the plane in the last bit, but parts must end where their neighbours begin.
         result.points[:, axis] = side.level.take(result.mesh_of_point)
         points, owner = np.concatenate((points, result.points)), np.concatenate((owner, result.mesh_of_point))
         faces = Soup.together([faces.where(~is_crossing), result.faces])
@@ -127,13 +127,13 @@ def _extent(meshes: Meshes, axis: int) -> _Extent:
 def _faces_within(
     meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, high: Floats, extent: _Extent
 ) -> tuple[Indices, Indices]:
-    """The faces [K] that have a share in slabs, and the slab of each, ascending."""
+    """Faces [K] that reach into slabs, and the slab of each, ascending."""
     face, part_faces = take_rows(meshes.mesh_faces, mesh)
     part = row_of_value(np.diff(part_faces))
     begin, end = extent.face_low.take(face), extent.face_high.take(face)
     slack = extent.slack[mesh]
     is_thick = high - low > slack
-    # A slab without thickness has no inside.
+    # A slab of thickness 0 has no inside.
     first, last = np.where(is_thick, low + slack, np.inf), np.where(is_thick, high - slack, -np.inf)
     within = (end > first.take(part)) & (begin < last.take(part))
     flat = np.flatnonzero(end - begin <= slack.take(part))
@@ -150,12 +150,12 @@ def _owns_flat(
     """[K] whether slabs own faces that lie across the axis.
 
     Args:
-        height: [K] where the face lies.
-        rises: [K] whether what the face bounds lies above it.
+        height: [K] position of the face.
+        rises: [K] whether the face bounds the region above it.
         mesh: [K] the mesh of the face.
-        low: [K] where the slab begins.
-        high: [K] where the slab ends.
-        extent: of the meshes.
+        low: [K] beginning of the slab.
+        high: [K] end of the slab.
+        extent: extent of the meshes.
     """
     slack = extent.slack[mesh]
     above = (height <= extent.low[mesh] + slack) | (rises & (height < extent.high[mesh] - slack))
@@ -173,7 +173,7 @@ def _side(
     level: Floats,
     sign: float,
 ) -> _Side:
-    """What lies beyond the low (sign 1) or high (sign -1) ends of slabs."""
+    """The side beyond the low (sign 1) or high (sign -1) ends of slabs."""
     near, far = (extent.face_low, extent.face_high) if sign > 0.0 else (extent.face_high, extent.face_low)
     reach = extent.low if sign > 0.0 else extent.high
     slack = extent.slack[mesh]
@@ -201,10 +201,10 @@ def _gathered(meshes: Meshes, mesh: NDArray[np.integer], face: Indices, part: In
 
 
 def _closed_ones(meshes: Meshes, mesh: NDArray[np.integer], is_cut: Flags) -> Flags:
-    """[N] whether a part is cut from a closed mesh; false where nothing is cut."""
+    """[N] whether a part is cut from a closed mesh; false for uncut parts."""
     is_candidate = np.zeros(len(meshes), bool)
     is_candidate[mesh[is_cut]] = True
-    # One face alone is never closed: the common case needs no look at its edges.
+    # A single face is never closed: this common case does not need its edges.
     candidates = np.flatnonzero(is_candidate & (np.diff(meshes.mesh_faces) > 1))
     closed = np.zeros(len(meshes), bool)
     closed[candidates] = is_closed(meshes.take(candidates))

@@ -1,8 +1,8 @@
 """Polygons cut along a plane, for all faces of a batch at once.
 
 A face that leaves the kept side once is cut by the rule of Sutherland and Hodgman ("Reentrant polygon clipping", CACM
-17(1), 1974): keep the corners on the kept side, and add a point where an edge passes the plane. Any other face is put
-together again along the cut, see `rejoin`.
+17(1), 1974): keep the corners on the kept side, and add a point where an edge passes the plane. Other faces are
+rejoined along the cut, see `rejoin`.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ class Cut:
 def cut(faces: Soup, points: Floats, distance: Floats, normals: Floats) -> Cut:
     """The parts of faces where the distance is positive.
 
-    Faces that share an edge get the same new point on it. The first edge of a piece is what is left of the first edge
-    of its face, or else the edge along the cut.
+    Faces that share an edge get the same new point on it. The first edge of a piece is the rest of the first edge
+    of its face, or otherwise the edge along the cut.
 
     Args:
         faces: faces with corners on both sides of the plane.
         points: [P, 3] the table of points in metres.
-        distance: [P] of each point from the plane, positive on the kept side, exactly zero on the plane.
+        distance: [P] distance of each point from the plane, positive on the kept side, exactly zero on the plane.
         normals: [M, 3] normal of the plane that cuts each mesh.
     """
     walk, made, owner = _walked(faces, points, distance)
@@ -89,7 +89,7 @@ def _only(walk: Walk, chosen: Indices) -> Walk:
 
 
 def _leaves_often_or_touches(walk: Walk) -> Flags:
-    """[F] which faces leave the kept side more than once, or have corners on the plane beside no kept corner."""
+    """[F] whether faces leave the kept side more than once, or have corners on the plane without a kept neighbour."""
     offsets, following = walk.faces.offsets, walk.following
     ahead = walk.distance > 0.0
     then_ahead = ahead.take(following)
@@ -104,12 +104,12 @@ def _leaves_often_or_touches(walk: Walk) -> Flags:
 
 
 def _remains(walk: Walk) -> Soup:
-    """What is left of faces that leave the kept side once."""
+    """Remaining parts of faces that leave the kept side once."""
     faces = walk.faces
     kept = walk.distance > 0.0
     then_kept = kept.take(walk.following)
     changes = kept != then_kept
-    # Two slots a corner: the corner itself, then the point where the edge after it leaves or enters.
+    # Two slots per corner: the corner itself, then the point where the edge after it leaves or enters.
     filled = np.stack((kept, changes), axis=1)
     rows = np.stack((faces.rows, walk.edge_row), axis=1)[filled]
     counts = sum_rows(kept + changes.view(np.int8), faces.offsets)

@@ -1,4 +1,4 @@
-"""Faces put together again along a cut, where they leave the kept side more than once or touch the plane.
+"""Faces rejoined along a cut if they leave the kept side more than once or touch the plane.
 
 Sorted along the cut, the k-th exit of a face is joined to its k-th entry: the gaps between them lie inside the face.
 """
@@ -22,15 +22,15 @@ Flags = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """The corners of faces on their way round, and the plane that cuts them."""
+    """Corners of faces in cyclic order, and the plane that cuts them."""
 
     faces: Soup
     following: Indices
     """[C] the next corner."""
     distance: Floats
-    """[C] of each corner from the plane, positive on the kept side."""
+    """[C] distance of each corner from the plane, positive on the kept side."""
     edge_row: Indices
-    """[C] row of the point where the edge after the corner leaves or enters the kept side; for others, anything."""
+    """[C] row of the point where the edge after the corner leaves or enters the kept side; arbitrary for others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,19 +42,18 @@ class _Gaps:
     entering: Indices
     """[G] the corner before the edge at which it ends."""
     start: Floats
-    """[G] where along the cut it begins."""
+    """[G] its beginning along the cut."""
     end: Floats
-    """[G] where it ends, before or after `start`."""
+    """[G] its end along the cut, before or after `start`."""
 
 
 def rejoined(walk: Walk, points: Floats, normals: Floats) -> Soup:
     """The pieces of faces on the kept side.
 
-    Corners on the plane that lie in a gap become corners of the piece, so that it meets other faces there corner to
-    corner.
+    Corners on the plane that lie in a gap become corners of the piece, so that it shares them with other faces.
 
     Args:
-        walk: around the faces.
+        walk: the corners of the faces.
         points: [P, 3] the table of points in metres, new ones included.
         normals: [M, 3] normal of the plane that cuts each mesh.
     """
@@ -66,7 +65,7 @@ def rejoined(walk: Walk, points: Floats, normals: Floats) -> Soup:
     gaps = _gaps(walk, face, points, along)
     touching, gap, place = _corners_in_gaps(walk, face, points, along, gaps)
 
-    # Two nodes a corner: the corner itself, then the point where the edge after it leaves or enters.
+    # Two nodes per corner: the corner itself, then the point where the edge after it leaves or enters.
     rows = np.stack((faces.rows, walk.edge_row), axis=1).ravel()
     chains = np.flatnonzero(np.stack((kept, changes), axis=1).ravel())
     offsets = offsets_from_counts(sum_rows(kept + changes.view(np.int8), faces.offsets))
@@ -82,7 +81,7 @@ def rejoined(walk: Walk, points: Floats, normals: Floats) -> Soup:
     root = nodes[cycle[loop_offsets[:-1]]]
     source = face[root // 2]
     loops = Soup(rows[nodes[cycle]], loop_offsets, faces.mesh[source], faces.place[source], faces.tags[source])
-    # What is left of the first edge of a face is its first node, if that belongs to its first corner.
+    # The rest of the first edge of a face is its first node, if that belongs to its first corner.
     has_first = (root == chains[offsets[:-1]][source]) & (root // 2 == faces.offsets[:-1][source])
     return loops.begun_earlier(~has_first).without_repeats()
 
@@ -107,7 +106,7 @@ def _gaps(walk: Walk, face: Indices, points: Floats, along: Floats) -> _Gaps:
         inner, outer = np.where(kept[corners], here, there), np.where(kept[corners], there, here)
         direction = along[face[corners]]
         depth = np.abs(walk.distance[walk.following[corners]] - walk.distance[corners])
-        # Edges that meet the plane in one place are sorted by where they run a little further in.
+        # Edges that meet the plane in one point are sorted by their position slightly further inside.
         drift = dot(points[inner] - points[outer], direction) / depth
         place = dot(points[walk.edge_row[corners]], direction)
         order = np.lexsort((drift, place, face[corners]))
@@ -119,7 +118,7 @@ def _gaps(walk: Walk, face: Indices, points: Floats, along: Floats) -> _Gaps:
 def _corners_in_gaps(
     walk: Walk, face: Indices, points: Floats, along: Floats, gaps: _Gaps
 ) -> tuple[Indices, Indices, Floats]:
-    """Corners [T] on the plane within a gap, the gap of each, and how far into the gap it lies."""
+    """Corners [T] on the plane within a gap, the gap of each, and its position in the gap."""
     on_plane = walk.distance == 0.0
     on_plane[walk.following[gaps.leaving]] = False
     on_plane[gaps.entering] = False

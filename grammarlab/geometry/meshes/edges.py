@@ -1,4 +1,4 @@
-"""The undirected edges of meshes as a table: what boundary tests, edge components and roof selectors read."""
+"""Table of the undirected edges of meshes, for boundary tests, edge components and roof selectors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from grammarlab.geometry.meshes.vectors import norm
 
 @dataclass(frozen=True, slots=True)
 class Edges:
-    """E undirected edges, in the order in which a walk around all faces first meets them."""
+    """E undirected edges, in the order of their first occurrence in a walk around all faces."""
 
     mesh: Indices
     """[E] mesh of the edge, ascending."""
@@ -25,9 +25,9 @@ class Edges:
     end: Indices
     """[E] row of `points` at the next corner."""
     faces: Indices
-    """[E, 2] the first two faces at the edge; -1 where there is only one."""
+    """[E, 2] the first two faces at the edge; -1 for a missing second face."""
     num_faces: Indices
-    """[E] how many faces meet here: 1 on the boundary, 2 inside, more where the mesh is no manifold."""
+    """[E] number of faces at the edge: 1 on the boundary, 2 inside, more if the mesh is not a manifold."""
     edge_of_corner: Indices
     """[C] the edge that leaves each corner; -1 for the bridge between an outline and its hole."""
 
@@ -73,7 +73,7 @@ def edges(meshes: Meshes) -> Edges:
 
 
 def _lowest_two(values: Indices, starts: Indices, counts: Indices) -> tuple[Indices, Indices]:
-    """The smallest two values of each row of a ragged list; the one value twice where there is one only."""
+    """The smallest two values of each row of a ragged list; a single value is repeated."""
     if not len(starts):
         return starts, starts
     lowest = np.minimum.reduceat(values, starts)
@@ -89,7 +89,7 @@ def num_edges(meshes: Meshes) -> Indices:
 
 
 def num_holes(meshes: Meshes) -> Indices:
-    """[M] holes in the faces of each mesh: each hangs on one bridge, which its face runs along there and back."""
+    """[M] holes in the faces of each mesh: each has one bridge, which its face passes in both directions."""
     bridges = edges(meshes).edge_of_corner < 0
     owner = meshes.mesh_of_face()[meshes.face_of_corner()[bridges]]
     return np.bincount(owner, minlength=len(meshes)) // 2

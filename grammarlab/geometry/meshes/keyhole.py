@@ -11,10 +11,10 @@ from grammarlab.geometry.meshes.mesh import Floats, Indices
 
 
 def keyhole(rings: Sequence[Floats]) -> Indices:
-    """One walk around an outline and all its holes.
+    """One cycle around an outline and all its holes.
 
-    Holes are taken from the one that reaches furthest along x; each is joined from its furthest corner to the nearest
-    corner that it sees.
+    Holes are joined in descending order of their largest x; each is joined from its corner of largest x to the nearest
+    visible corner.
 
     Args:
         rings: [n, 2] corners of the outline, counter-clockwise, then of each hole, clockwise.
@@ -53,7 +53,7 @@ def _spans(starts: NDArray[np.integer]) -> list[tuple[int, int]]:
 
 
 def _visible(points: Floats, walk: Indices, edges: Indices, tip: int) -> int:
-    """The place in the walk of the nearest corner to which a bridge from the tip crosses nothing."""
+    """Index in the walk of the nearest corner to which a bridge from the tip crosses no edge."""
     distance = np.hypot(*(points[walk] - points[tip]).T)
     order = np.argsort(distance, kind="stable")
     for at in order.tolist():
@@ -63,7 +63,7 @@ def _visible(points: Floats, walk: Indices, edges: Indices, tip: int) -> int:
 
 
 def _in_corner(points: Floats, walk: Indices, at: int, tip: int) -> bool:
-    """Whether the tip lies within the interior angle of the walk at this place."""
+    """Whether the tip lies within the interior angle of the walk at this index."""
     before, here, after = (points[walk[(at + k) % len(walk)]] for k in (-1, 0, 1))
     left_of_out = _turn(here, after, points[tip]) > 0.0
     left_of_in = _turn(before, here, points[tip]) > 0.0
@@ -81,12 +81,12 @@ def _is_blocked(points: Floats, edges: Indices, corner: int, tip: int) -> bool:
         ends_here |= (a == end).all(axis=1) | (b == end).all(axis=1)
     sides = _turn(p, q, a) * _turn(p, q, b) <= 0.0
     ends = _turn(a, b, p) * _turn(a, b, q) <= 0.0
-    # Collinear edges pass both tests wherever they lie; only those that overlap the bridge are in the way.
+    # Collinear edges always pass both tests; only those that overlap the bridge block it.
     low, high = np.minimum(p, q), np.maximum(p, q)
     overlaps = ((np.minimum(a, b) <= high) & (np.maximum(a, b) >= low)).all(axis=1)
     return bool((sides & ends & overlaps & ~ends_here).any())
 
 
 def _turn(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Twice the signed area of triangles: positive where c lies to the left of the way from a to b."""
+    """Twice the signed area of triangles: positive if c lies to the left of the line from a to b."""
     return (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])

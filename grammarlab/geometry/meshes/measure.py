@@ -1,4 +1,4 @@
-"""What can be measured on meshes: normals, areas, volumes, and whether they are closed, convex or rectangular."""
+"""Measures of meshes: normals, areas, volumes, and tests for closed, convex and rectangular meshes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from grammarlab.geometry.meshes.vectors import cross, dot, norm
 Flags = NDArray[np.bool_]
 
 DEGENERATE = 1e-12
-"""A face whose area is below this share of its summed squared edges has no normal."""
+"""Smallest area of a face with a normal, as a share of the sum of its squared edges."""
 
 STRAIGHT = 1e-9
 """Sine of the angle below which a corner counts as straight."""
@@ -69,7 +69,7 @@ def areas(meshes: Meshes) -> Floats:
 def volumes(meshes: Meshes) -> Floats:
     """[M] signed volumes in cubic metres: positive for a closed mesh whose faces look outwards.
 
-    Open meshes give the volume of the cone from their first point over the faces.
+    For open meshes it is the volume of the cone from their first point over the faces.
     """
     first_corner = meshes.corner_points()[np.minimum(meshes.face_offsets[:-1], max(len(meshes.corners) - 1, 0))]
     apex = meshes.points[meshes.mesh_points[:-1][meshes.mesh_of_face()]]
@@ -78,7 +78,7 @@ def volumes(meshes: Meshes) -> Floats:
 
 
 def is_closed(meshes: Meshes) -> Flags:
-    """[M] whether every edge is run through as often in one direction as in the other.
+    """[M] whether faces pass every edge equally often in both directions.
 
     A mesh without faces, or with a face of fewer than three corners, is not closed.
     """
@@ -97,7 +97,7 @@ def is_closed(meshes: Meshes) -> Flags:
 
 
 def is_reflex(meshes: Meshes) -> Flags:
-    """[C] whether a face turns to the right at this corner, or straight back; nowhere on a face without area."""
+    """[C] whether a face turns right or straight back at each corner; false on faces without area."""
     following = next_in_row(meshes.face_offsets)
     x, y, z = _edges(meshes)
     u, v, w = (column.take(following) for column in (x, y, z))
@@ -118,11 +118,11 @@ def is_convex(meshes: Meshes) -> Flags:
 
 
 def is_rectangular(meshes: Meshes, tolerance_degrees: float) -> Flags:
-    """[M] whether there is a face, and all faces have four corners of 90 degrees give or take the tolerance."""
+    """[M] whether there is a face, and all faces have four corners of 90 degrees, up to the tolerance."""
     edges = corner_edges(meshes)
     ahead = edges.take(next_in_row(meshes.face_offsets), axis=0)
     scale = norm(edges) * norm(ahead)
-    # The slack keeps a right angle right under tolerance 0 after a rotation of the whole shape.
+    # The slack accepts right angles under tolerance 0 after a rotation of the whole shape.
     limit = (np.sin(np.radians(tolerance_degrees)) + STRAIGHT) * scale
     right = (np.abs(dot(edges, ahead)) <= limit) & (scale > 0.0)
     faces = all_rows(right, meshes.face_offsets) & (np.diff(meshes.face_offsets) == 4)
@@ -130,7 +130,7 @@ def is_rectangular(meshes: Meshes, tolerance_degrees: float) -> Flags:
 
 
 def is_planar(meshes: Meshes, tolerance_degrees: float) -> Flags:
-    """[M] whether there is a face, and at no corner the local normal leaves the face normal by more than the angle."""
+    """[M] whether there is a face, and no normal at a corner differs from the face normal by more than the angle."""
     edges = corner_edges(meshes)
     local = cross(edges, edges.take(next_in_row(meshes.face_offsets), axis=0))
     normals = face_normals(meshes).take(meshes.face_of_corner(), axis=0)

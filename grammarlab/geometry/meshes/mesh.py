@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 UNTAGGED, INSIDE, BORDER = 0, 1, 2
-"""Face tags, as left by ``offset``: what the selectors ``inside`` and ``border`` of ``comp`` look for."""
+"""Face tags set by ``offset`` and read by the selectors ``inside`` and ``border`` of ``comp``."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Polygons in their own planes: from metres in space to two coordinates and back, for a whole batch at once.
+"""Polygons in their own planes: conversion between space and two coordinates, for a whole batch at once.
 
 Every face of a batch gets a right-handed frame: origin at its first corner, x along its first edge, z along its normal.
 In that frame the face is a counter-clockwise polygon starting at (0, 0).
@@ -17,7 +17,7 @@ from grammarlab.geometry.meshes.ragged import next_in_row
 from grammarlab.geometry.meshes.vectors import any_normal, cross, dot, has_length, unit
 
 RELATIVE_TOLERANCE = 1e-9
-"""Lengths below this share of a polygon's size count as zero."""
+"""Largest length that counts as zero, as a share of a polygon's size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Polygons:
     origin: Floats
     """[F, 3] first corner of each face."""
     axes: Floats
-    """[F, 3, 3] unit vectors along x, y and z (the normal) of each frame, one a row."""
+    """[F, 3, 3] unit vectors along x, y and z (the normal) of each frame, one per row."""
 
     def __len__(self) -> int:
         return len(self.offsets) - 1
@@ -85,7 +85,7 @@ def lay_flat(meshes: Meshes) -> Polygons:
 
 
 def signed_areas(polygons: Polygons) -> Floats:
-    """[F] area of each face in its own plane; never negative but for rounding, as the normal follows the corners."""
+    """[F] area of each face in its own plane; at least 0 up to rounding, since the normal follows the corners."""
     following = polygons.next_corner()
     a, b = polygons.xy, polygons.xy[following]
     twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
@@ -93,7 +93,7 @@ def signed_areas(polygons: Polygons) -> Floats:
 
 
 def rectangle_sizes(polygons: Polygons) -> tuple[NDArray[np.bool_], Floats]:
-    """Which faces [F] are rectangles, and the lengths of their first and second edges [F, 2] (zeros elsewhere)."""
+    """Whether faces [F] are rectangles, and the lengths of their first and second edges [F, 2] (zeros for others)."""
     four = np.flatnonzero(polygons.counts == 4)
     corners = polygons.offsets[four][:, None] + np.arange(4)
     xy = polygons.xy[corners]
@@ -130,7 +130,7 @@ def regroup(meshes: Meshes, offsets: Indices) -> Meshes:
 
 
 def sums_by_row(row: NDArray[np.integer], num_rows: int, values: Floats) -> Floats:
-    """Sums [R, D] of the values [N, D] of each row [N], added in order, so equal in every batch."""
+    """Sums [R, D] of the values [N, D] of each row [N], added in order, so that they are equal in every batch."""
     sums = np.zeros((num_rows, values.shape[1]))
     for i in range(values.shape[1]):
         sums[:, i] = np.bincount(row, values[:, i], num_rows)
@@ -138,7 +138,7 @@ def sums_by_row(row: NDArray[np.integer], num_rows: int, values: Floats) -> Floa
 
 
 def _first_direction(edges: Floats, face: Indices, num_faces: int) -> Floats:
-    """[F, 3] the first edge of each face that is not degenerate beside its longest one."""
+    """[F, 3] the first edge of each face that is not degenerate relative to its longest edge."""
     length = np.sqrt(dot(edges, edges))
     longest = np.zeros(num_faces)
     np.maximum.at(longest, face, length)
@@ -150,7 +150,7 @@ def _first_direction(edges: Floats, face: Indices, num_faces: int) -> Floats:
 
 
 def _frames(normal: Floats, along: Floats) -> Floats:
-    """[F, 3, 3] frames with z along ``normal`` [F, 3] and x as near to ``along`` [F, 3] as that allows."""
+    """[F, 3, 3] frames with z along ``normal`` [F, 3] and x as near as possible to ``along`` [F, 3]."""
     across = np.where(has_length(along), any_normal(along), [0.0, 1.0, 0.0])
     z = np.where(has_length(normal), normal, across)
     x = unit(along - z * dot(along, z)[:, None])

@@ -1,4 +1,4 @@
-"""Sums, neighbours and cycles in ragged lists: what polygon code needs beyond `grammarlab.arrays`."""
+"""Sums, neighbours and cycles in ragged lists, for polygon code; basic operations are in `grammarlab.arrays`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Indices = NDArray[np.int64]
 def sum_rows(values: NDArray, offsets: Indices) -> NDArray:
     """[N] the sum of each row of a ragged list of numbers [V]; zero for empty rows.
 
-    Added in order, so a row has the same sum in every batch.
+    Values are added in order, so a row has the same sum in every batch.
 
     >>> sum_rows(np.array([1, 2, 3, 4]), np.array([0, 3, 3, 4])).tolist()
     [6, 0, 4]
@@ -45,7 +45,7 @@ def all_rows(flags: NDArray[np.bool_], offsets: Indices) -> NDArray[np.bool_]:
 
 
 def distinct(keys: Indices) -> tuple[Indices, Indices]:
-    """Where each different key stands (one of its places), in ascending order of keys, and the number of each key.
+    """Index of one occurrence of each different key, in ascending order of keys, and the number of each key.
 
     >>> where, number = distinct(np.array([7, 3, 7]))
     >>> np.array([7, 3, 7])[where].tolist(), number.tolist()
@@ -61,7 +61,7 @@ def distinct(keys: Indices) -> tuple[Indices, Indices]:
 
 
 def next_in_row(offsets: Indices) -> Indices:
-    """[V] for each value of a ragged list, where its successor stands when rows are cyclic.
+    """[V] index of the successor of each value of a ragged list with cyclic rows.
 
     >>> next_in_row(np.array([0, 3, 5])).tolist()
     [1, 2, 0, 4, 3]

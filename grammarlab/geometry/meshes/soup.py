@@ -1,4 +1,4 @@
-"""Faces on their way from one mesh to another, over one table of points."""
+"""Faces moved between meshes, over one table of points."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ class Soup:
 
     @classmethod
     def of_faces(cls, meshes: Meshes, chosen: Indices) -> Soup:
-        """Some faces of meshes over the points of those meshes, each in its mesh and in their order."""
+        """Selected faces of meshes over the points of those meshes, each in its mesh and in the same order."""
         where, offsets = take_rows(meshes.face_offsets, chosen)
         return cls(meshes.corner_points()[where], offsets, meshes.mesh_of_face()[chosen], chosen, meshes.tags[chosen])
 
     @classmethod
     def together(cls, parts: Sequence[Soup]) -> Soup:
-        """The faces of several parts over one table of points."""
+        """Faces of several parts over one table of points."""
         parts = [part for part in parts if len(part)] or list(parts[:1])
         if len(parts) == 1:
             return parts[0]
@@ -53,12 +53,12 @@ class Soup:
         )
 
     def take(self, chosen: Indices) -> Soup:
-        """Some of the faces."""
+        """Selected faces."""
         where, offsets = take_rows(self.offsets, chosen)
         return Soup(self.rows[where], offsets, self.mesh[chosen], self.place[chosen], self.tags[chosen])
 
     def begun_earlier(self, chosen: NDArray[np.bool_]) -> Soup:
-        """The faces, of which the chosen ones begin one corner earlier."""
+        """The faces; chosen ones begin one corner earlier."""
         where, offsets = take_rows(self.offsets, np.flatnonzero(chosen))
         before = np.empty(len(where), np.int64)
         before[next_in_row(offsets)] = self.rows.take(where)
@@ -67,7 +67,7 @@ class Soup:
         return replace(self, rows=rows)
 
     def without_repeats(self) -> Soup:
-        """The faces without corners that repeat the one before, and without those that have fewer than three left."""
+        """The faces without repeated corners, and without faces of fewer than three corners."""
         differs = self.rows != self.rows.take(next_in_row(self.offsets))
         counts = sum_rows(differs, self.offsets)
         clean = replace(self, rows=self.rows[differs], offsets=offsets_from_counts(counts))
@@ -88,7 +88,7 @@ class Soup:
         Args:
             points: [P, 3] the table of points in metres.
             mesh_of_point: [P] the mesh of each point.
-            num_meshes: how many meshes to make; some may be empty.
+            num_meshes: number of meshes; some may be empty.
         """
         faces = self._sorted()
         is_used = np.zeros(len(points), bool)
@@ -106,7 +106,7 @@ class Soup:
         return Meshes(points.take(used, axis=0), corners, faces.offsets, mesh_faces, mesh_points, faces.tags)
 
     def _sorted(self) -> Soup:
-        """The faces by mesh and place; those that have both in common stay as they are."""
+        """The faces sorted by mesh and place; equal ones keep their order."""
         lowest = int(self.place.min(initial=0))
         key = self.mesh * (int(self.place.max(initial=0)) - lowest + 1) + (self.place - lowest)
         if bool((key[1:] >= key[:-1]).all()):

@@ -1,4 +1,4 @@
-"""Points on the surfaces of meshes. Each mesh is worked on alone, so its points do not depend on the others."""
+"""Points on the surfaces of meshes. Each mesh is processed alone, so its points do not depend on the others."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
 from grammarlab.geometry.meshes.triangulate import triangulate
 
 _MOST_PAIRS = 200_000
-"""Pairs of a point and a triangle that are compared at once."""
+"""Number of pairs of a point and a triangle that are compared at once."""
 
 
 def points_on(meshes: Meshes, mesh: Indices, draws: Floats) -> tuple[Floats, Indices]:
-    """Points spread evenly over surfaces.
+    """Points distributed uniformly over surfaces.
 
     Args:
         meshes: with faces of positive area.
         mesh: [K] the mesh of each point, ascending.
-        draws: [K, 3] numbers in [0, 1): evenly spread ones give evenly spread points.
+        draws: [K, 3] numbers in [0, 1): uniform draws give uniform points.
 
     Returns:
         [K, 3] the points in metres, and [K] the faces they lie on.
@@ -64,7 +64,7 @@ def nearest_on(meshes: Meshes, mesh: Indices, points: Floats) -> tuple[Floats, I
 
 
 def _each(meshes: Meshes, mesh: Indices) -> Iterator[tuple[slice, Floats, Indices]]:
-    """For each mesh with points: their rows, the corners [T, 3, 3] of its triangles, and [T] the faces of these."""
+    """For each mesh with points: their rows, the corners [T, 3, 3] and the faces [T] of its triangles."""
     triangles, face = triangulate(meshes)
     first = np.searchsorted(face, meshes.mesh_faces)
     numbers, starts = np.unique(mesh, return_index=True)

@@ -14,8 +14,8 @@ from grammarlab.geometry.meshes.ragged import sum_rows
 def triangulate(meshes: Meshes) -> tuple[Indices, Indices]:
     """Triangles with the orientation of their faces; no new points.
 
-    Convex faces and all quads become fans, worked out for all of them at once; other concave faces go through ear
-    clipping. Faces of fewer than three corners have no triangles.
+    Convex faces and all quads become fans, computed for all of them at once; other concave faces are triangulated by
+    ear clipping. Faces of fewer than three corners have no triangles.
 
     Returns:
         [T, 3] rows of `Meshes.points`, and [T] the face of each triangle, ascending.
@@ -51,7 +51,7 @@ def _only(meshes: Meshes, faces: Indices) -> Meshes:
 
 
 def _concavity(faces: Meshes) -> tuple[Indices, NDArray[np.bool_]]:
-    """For faces of four corners or more: the corner to fan from, and whether a fan will not do.
+    """For faces of four corners or more: the corner to fan from, and whether a fan is not enough.
 
     A quad with one reflex corner is covered by the fan from that corner.
     """
@@ -82,8 +82,8 @@ def _fans(meshes: Meshes, faces: Indices, shift: Indices) -> tuple[Indices, Indi
 
 
 def _ears(meshes: Meshes, faces: Indices) -> tuple[Indices, Indices]:
-    """Triangles of concave faces, by ear clipping in the coordinate plane that each face leans to most."""
-    # Only batches with concave faces pay for loading the library.
+    """Triangles of concave faces, by ear clipping in the coordinate plane nearest to each face."""
+    # Only batches with concave faces load the library.
     from mapbox_earcut import triangulate_float64  # noqa: PLC0415
 
     only = _only(meshes, faces)
@@ -102,7 +102,7 @@ def _ears(meshes: Meshes, faces: Indices) -> tuple[Indices, Indices]:
 
 
 def _flattened(meshes: Meshes, rows: Indices) -> Floats:
-    """[C, 2] corners without the coordinate along which the face normal is longest, counter-clockwise all the same."""
+    """[C, 2] corners without the coordinate along which the face normal is longest, still counter-clockwise."""
     normals = face_normals(meshes)[meshes.face_of_corner()]
     dropped = np.argmax(np.abs(normals), axis=1)
     corner = np.arange(len(rows))

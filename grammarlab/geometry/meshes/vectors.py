@@ -1,7 +1,7 @@
 """Arithmetic on columns of 3-vectors, written out per coordinate.
 
-Written out, a row gives the same last bits alone and in any batch (which NumPy's general reductions do not promise),
-and three-wide columns are several times faster.
+So a row has the same last bits alone and in any batch (NumPy's general reductions do not guarantee this),
+and columns of three are several times faster.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def norm(a: Floats) -> Floats:
 
 
 def has_length(a: Floats) -> NDArray[np.bool_]:
-    """[..., 1] which vectors [..., 3] are not zero, ready to choose between vectors."""
+    """[..., 1] whether vectors [..., 3] are not zero, as a mask for vectors."""
     return (a[..., 0:1] != 0.0) | (a[..., 1:2] != 0.0) | (a[..., 2:3] != 0.0)
 
 
@@ -50,7 +50,7 @@ def apply(matrices: Floats, vectors: Floats) -> Floats:
 
 
 def apply_transposed(matrices: Floats, vectors: Floats) -> Floats:
-    """[N, 3] transposed matrices [N, 3, 3] times vectors [N, 3]: for rotations, the way back."""
+    """[N, 3] transposed matrices [N, 3, 3] times vectors [N, 3]: for rotations, the inverse."""
     return apply(np.swapaxes(matrices, 1, 2), vectors)
 
 

@@ -1,1 +1,1 @@
-"""Polygons grown, shrunk and looked into: skeletons, offsets, setbacks, largest rectangles, footprints."""
+"""Operations on polygons: skeletons, offsets, setbacks, largest rectangles, footprints."""

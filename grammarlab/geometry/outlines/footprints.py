@@ -1,4 +1,4 @@
-"""Footprints: the polygons that models stand on, from a size, from WKT or from a GeoJSON file.
+"""Footprints: ground polygons of models, from a size, from WKT or from a GeoJSON file.
 
 A plan's x (east) becomes the world's x, its y (north) the world's -z, so that a counter-clockwise ring looks up (+y).
 """
@@ -37,32 +37,30 @@ class Footprint:
     """One polygon on the ground."""
 
     polygon: NDArray[np.float64]
-    """[n, 3] corners in metres, counter-clockwise seen from above, y = 0; the last is not the first again. Holes are
+    """[n, 3] corners in metres, counter-clockwise seen from above, y = 0; the first is not repeated. Holes are
     joined to the outline by doubled edges."""
     properties: Mapping[str, float | bool | str] = field(default_factory=dict)
-    """What the file says about it; values of the grammar's attributes where the names match."""
+    """Properties in the file; they set attributes of the grammar with the same names."""
     name: str = ""
-    """Where it comes from, for messages: ``lots.geojson, feature 3``."""
+    """Its source, for messages: ``lots.geojson, feature 3``."""
 
 
 def read_footprints(text: str) -> tuple[Footprint, ...]:
-    """The footprints that a command line option means: at least one.
+    """Footprints from the text of an option: at least one.
 
     Args:
         text: ``20x12``, a WKT polygon or multipolygon in metres, or the path of a GeoJSON file.
 
     Raises:
-        UsageError: when the text is none of these.
-        AssetError: when a polygon is self-intersecting, degenerate or out of bounds, or a file is broken.
+        UsageError: If the text is none of these.
+        AssetError: If a polygon is self-intersecting, degenerate or out of bounds, or a file is broken.
 
     >>> read_footprints("20x12")[0].polygon[:, [0, 2]].tolist()
     [[0.0, 12.0], [20.0, 12.0], [20.0, 0.0], [0.0, 0.0]]
     """
     if size := _SIZE.fullmatch(text):
         width, depth = float(size[1]), float(size[2])
-        plan = shapely.Polygon(
-            [(0, -depth), (width, -depth), (width, 0), (0, 0)]
-        )  # along +x and +z, as `derive` has it
+        plan = shapely.Polygon([(0, -depth), (width, -depth), (width, 0), (0, 0)])  # along +x and +z, as in `derive`
         return tuple(_polygons(plan, {}, text))
     if re.match(r"\s*(SRID|MULTI|POLYGON|POINT|LINESTRING|GEOMETRY|CURVE)", text, re.IGNORECASE):
         return _from_wkt(text)
@@ -104,7 +102,7 @@ _Feature = tuple[shapely.Geometry, Mapping[str, float | bool | str], str]
 
 
 def _features(document: Any, file: str) -> Iterator[_Feature]:
-    """The polygons of a GeoJSON document with their properties; other kinds of geometry are left out."""
+    """Polygons of a GeoJSON document with their properties; other kinds of geometry are ignored."""
     kind = document.get("type") if isinstance(document, dict) else None
     if kind == "FeatureCollection":
         features = document.get("features")
@@ -152,7 +150,7 @@ def _plain_values(properties: Any) -> dict[str, float | bool | str]:
 
 
 def _is_geographic(document: Any) -> bool:
-    """Whether coordinates are degrees, as in RFC 7946: not if a ``crs`` member (GeoJSON 2008) says otherwise."""
+    """Whether coordinates are degrees, as in RFC 7946, unless a ``crs`` member (GeoJSON 2008) says otherwise."""
     if not isinstance(document, dict) or "crs" not in document:
         return True
     return bool(re.search(r"CRS84|EPSG:+(?:[\d.]*:)?4326", json.dumps(document["crs"])))
@@ -161,7 +159,7 @@ def _is_geographic(document: Any) -> bool:
 def _to_local_metres(shapes: list[_Feature]) -> list[_Feature]:
     """Longitude and latitude in degrees as metres east and north of the middle of all shapes.
 
-    Uses the radii of curvature of the WGS 84 ellipsoid at that middle: true to a millimetre over a house, to a
+    Uses the radii of curvature of the WGS 84 ellipsoid at that middle: accurate to a millimetre over a house, to a
     metre over a town.
     """
     if not shapes:
@@ -208,7 +206,7 @@ def _corners(polygon: shapely.Polygon) -> NDArray[np.float64]:
 
 
 def _ring(ring: shapely.LinearRing, counter_clockwise: bool) -> NDArray[np.float64]:
-    """The corners [n, 2] of a ring, turned if need be; the first edge stays the first, for the scope lies along it."""
+    """Corners [n, 2] of a ring, reversed if necessary; the first edge stays first, since the scope is aligned to it."""
     corners = shapely.get_coordinates(shapely.remove_repeated_points(ring))[:-1]
     return corners if ring.is_ccw == counter_clockwise else np.roll(corners[::-1], 2, axis=0)
 

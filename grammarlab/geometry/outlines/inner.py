@@ -23,25 +23,25 @@ RECTANGLE = 0
 """The group of inner rectangles."""
 
 _LONG_ENOUGH = 0.25
-"""Share of the longest edge of its ring that an edge needs to give rectangles their direction."""
+"""Smallest length of an edge that gives rectangles a direction, as a share of the longest edge of its ring."""
 
 _Seen = tuple[float, float, float, float]
-"""A row-major matrix: what a unit along x and along y of a face's frame is in the projection."""
+"""A row-major matrix: the projections of the unit vectors along x and y of a face's frame."""
 
 
 def inner_rectangle(meshes: Meshes, alignment: Alignment = "scope") -> Setback:
     """The largest rectangle inside each face, and what remains of the face.
 
-    Rectangles are those seen along the axis that the face's normal is nearest to, so on a slanted face they are
-    parallelograms. Among equally large ones it is the one nearest to the centroid of the face. A rectangle begins with
-    the edge that runs most like the first edge of the face; a remainder, which may be several pieces, begins at the
-    first corner of the face that it has. A face that is a rectangle itself, and lies the right way, has no remainder; a
-    face without area, or whose edges cross, is its own remainder.
+    Rectangles are projected along the axis nearest to the face's normal, so on a slanted face they are
+    parallelograms. Of equally large rectangles, the one nearest to the centroid of the face is used. A rectangle
+    begins with the edge most parallel to the first edge of the face; a remainder, which may have several pieces,
+    begins at its first corner in the order of the face. A face that is already an aligned rectangle has no
+    remainder; a face without area, or with crossing edges, is its own remainder.
 
     Args:
         meshes: M meshes, in the axes of their scopes.
-        alignment: whether sides are parallel to the axes, or one of them to an edge that is longer than a quarter of
-            the longest in its ring.
+        alignment: whether sides are parallel to the axes, or one is parallel to an edge above a quarter of the longest
+            edge of its ring.
 
     Returns:
         Rectangles as group `RECTANGLE`, the rest as `REMAINDER`, face by face.
@@ -76,7 +76,7 @@ def inner_rectangle(meshes: Meshes, alignment: Alignment = "scope") -> Setback:
 def inner_rect(meshes: Meshes) -> Meshes:
     """CGA's older ``innerRect``: each face replaced by the largest rectangle along the axes; see `inner_rectangle`.
 
-    Faces without one are left out.
+    Faces without such a rectangle are left out.
     """
     result = inner_rectangle(meshes, "scope")
     chosen = np.flatnonzero(result.group == RECTANGLE)
@@ -91,7 +91,7 @@ def inner_rect(meshes: Meshes) -> Meshes:
 def _projections(polygons: Polygons) -> Floats:
     """[F, 2, 2] rows: x and y of each face's frame seen along the axis that its normal is nearest to."""
     normal = polygons.axes[:, 2]
-    # Ties as for the selectors of `comp`: up before front before right.
+    # Ties as in the selectors of `comp`: up before front before right.
     magnitude = np.abs(normal) + np.array([0.0, 2e-6, 1e-6])
     axis = magnitude.argmax(axis=1)
     first, second = (axis + 1) % 3, (axis + 2) % 3
@@ -102,7 +102,7 @@ def _projections(polygons: Polygons) -> Floats:
 
 
 def _whole_rectangles(polygons: Polygons, seen: Floats, alignment: Alignment) -> NDArray[np.bool_]:
-    """[F] faces that are their own inner rectangle: unslanted rectangles that lie the right way."""
+    """[F] whether faces are their own inner rectangles: aligned rectangles that are not slanted."""
     rectangular, _ = rectangle_sizes(polygons)
     upright = np.abs(np.abs(seen[:, 0, 0] * seen[:, 1, 1] - seen[:, 0, 1] * seen[:, 1, 0]) - 1.0) <= RELATIVE_TOLERANCE
     aligned = np.abs(seen[:, 0]).min(axis=1) <= RELATIVE_TOLERANCE
@@ -182,14 +182,14 @@ def _directions(flat: Floats, loops: list[list[int]]) -> list[tuple[float, float
 
 
 def _remainder(flat: Floats, loops: list[list[int]], rectangle: Floats, known: Floats, reach: float) -> list[Floats]:
-    """[n, 2] what a rectangle leaves of a polygon, in the order of its corners.
+    """[n, 2] remainder of a polygon without a rectangle, in the order of its corners.
 
     Args:
         flat: [C, 2] the corners of the polygon.
         loops: its rings.
         rectangle: [4, 2] the rectangle.
-        known: [K, 2] corners of both, to which corners of the remainder within ``reach`` are moved.
-        reach: in metres; a remainder needs to be wider.
+        known: [K, 2] corners of both; corners of the remainder within ``reach`` are moved to them.
+        reach: in metres; a remainder must be wider.
     """
     left = shapely.difference(_area(flat, loops), shapely.Polygon(rectangle), grid_size=0.25 * reach)
     pieces: list[tuple[int, Floats]] = []
@@ -212,7 +212,7 @@ def _remainder(flat: Floats, loops: list[list[int]], rectangle: Floats, known: F
 
 
 def _snapped(points: Floats, places: Floats, reach: float) -> Floats:
-    """The points, those within reach of a known place moved there."""
+    """The points; those within reach of a known point are moved to it."""
     distance = np.abs(points[:, None] - places[None]).max(axis=2)
     nearest = distance.argmin(axis=1)
     near = distance[np.arange(len(points)), nearest] <= reach
@@ -220,6 +220,6 @@ def _snapped(points: Floats, places: Floats, reach: float) -> Floats:
 
 
 def _rank(place: Floats, known: Floats) -> int:
-    """Which of the known places this is; their number for none."""
+    """Index of the known point at this place; their number if there is none."""
     at = np.flatnonzero((known == place).all(axis=1))
     return int(at[0]) if len(at) else len(known)

@@ -17,7 +17,7 @@ import numpy as np
 from grammarlab.geometry.meshes.mesh import Floats
 
 _TOLERANCE = 1e-10
-"""Slack of the bounds, relative to the size of the polygon."""
+"""Tolerance of the bounds, relative to the size of the polygon."""
 
 _TIE = 1e-9
 """Relative difference below which areas are equal."""
@@ -27,7 +27,7 @@ _PAIRS = np.array(list(combinations(range(_NUM_BOUNDS), 2)))
 _TRIPLES = np.array(list(combinations(range(_NUM_BOUNDS), 3)))
 
 _LARGEST_BATCH = 64
-"""Chains solved at a time: bounds the memory."""
+"""Number of chains solved at a time; it bounds the memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class _Trapezoid:
 
 @dataclass(frozen=True, slots=True)
 class _Chain:
-    """Trapezoids that a rectangle passes through: where it may begin and end, and what bounds it in between."""
+    """Trapezoids that a rectangle passes through: ranges of its beginning and end, and the bounds in between."""
 
     first: _Trapezoid
     last: _Trapezoid
@@ -51,7 +51,7 @@ class _Chain:
 
     @property
     def most(self) -> float:
-        """No rectangle in this chain is larger."""
+        """Upper bound on the area of rectangles in this chain."""
         tallest = max(self.first.ceiling) - min(self.first.floor)
         return (self.last_span[1] - self.first_span[0]) * min(self.ceiling - self.floor, tallest)
 
@@ -59,13 +59,13 @@ class _Chain:
 def largest_rectangle(rings: Sequence[Floats]) -> Floats | None:
     """Lower left and upper right corner [2, 2] of the largest axis-parallel rectangle in a polygon.
 
-    Among equally large ones it is the one whose centre is nearest to the polygon's centroid.
+    Of equally large rectangles, the one whose centre is nearest to the polygon's centroid is used.
 
     Args:
         rings: [n, 2] the outline, then holes; in metres.
 
     Returns:
-        The rectangle; nothing for a polygon without area.
+        The rectangle; None for a polygon without area.
     """
     points = np.concatenate(rings)
     low = points.min(axis=0)
@@ -172,7 +172,7 @@ def _largest_in(chains: Sequence[_Chain]) -> list[Floats]:
 
 
 def _sides(chain: _Chain) -> tuple[Floats, Floats]:
-    """What bounds a rectangle of a chain from below and above: [3, 3] factors of left and right, and constants."""
+    """Lower and upper bounds of a rectangle of a chain: [3, 3] factors of left and right, and constants."""
     result = []
     for constant, name in ((chain.floor, "floor"), (chain.ceiling, "ceiling")):
         rows = [(0.0, 0.0, constant)]
@@ -187,7 +187,7 @@ def _sides(chain: _Chain) -> tuple[Floats, Floats]:
 
 
 def _corners(bounds: Floats, limits: Floats) -> Floats:
-    """[K, T, 3] where three bounds are active; not finite where they do not meet in a point."""
+    """[K, T, 3] points where three bounds are active; not finite if they do not meet in a point."""
     a, b, c = (bounds[:, _TRIPLES[:, i]] for i in range(3))
     p, q, r = (limits[:, _TRIPLES[:, i], None] for i in range(3))
     bc, ca, ab = np.cross(b, c), np.cross(c, a), np.cross(a, b)
@@ -197,7 +197,7 @@ def _corners(bounds: Floats, limits: Floats) -> Floats:
 
 
 def _along_edges(bounds: Floats, limits: Floats) -> Floats:
-    """[K, P, 3] the largest area where two bounds are active; not finite where it has no maximum."""
+    """[K, P, 3] points of largest area where two bounds are active; not finite if there is no maximum."""
     a, b = (bounds[:, _PAIRS[:, i]] for i in range(2))
     p, q = (limits[:, _PAIRS[:, i], None] for i in range(2))
     along = np.cross(a, b)

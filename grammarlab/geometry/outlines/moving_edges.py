@@ -1,4 +1,4 @@
-"""The moving edges and corners of a wavefront, and how they stand to each other."""
+"""Moving edges and corners of a wavefront, and relations between them."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass, field
 
 TOLERANCE = 1e-9
-"""Corners closer than this, in a polygon of about unit size, have met."""
+"""Largest distance of corners that count as met, in a polygon of about unit size."""
 
 PARALLEL = 1e-9
-"""Edges whose directions have a cross product below this are parallel."""
+"""Largest cross product of the directions of parallel edges."""
 
 
 @dataclass(slots=True, eq=False)
@@ -23,7 +23,7 @@ class Edge:
     start: float
     speed: float
     corners: dict[Corner, None] = field(default_factory=dict)
-    """Live corners from which a piece of this edge leaves, in order of birth."""
+    """Live corners at the beginning of pieces of this edge, in order of birth."""
 
     @property
     def nx(self) -> float:
@@ -34,13 +34,13 @@ class Edge:
         return self.dx
 
     def ahead(self, x: float, y: float, time: float) -> float:
-        """How far the line still has to go until it reaches a point."""
+        """Distance that the line must still move to reach a point."""
         return self.dx * y - self.dy * x - self.start - self.speed * time
 
 
 @dataclass(slots=True, eq=False)
 class Corner:
-    """A corner of the wavefront, from its birth at a node until it meets something."""
+    """A corner of the wavefront, from its birth at a node until its event."""
 
     before: Edge
     after: Edge
@@ -51,19 +51,19 @@ class Corner:
     vx: float = 0.0
     vy: float = 0.0
     is_stuck: bool = False
-    """Whether its edges lie upon each other, so that it has nowhere to go."""
+    """Whether its edges coincide, so that it does not move."""
     alive: bool = True
     previous: Corner = field(init=False)
     next: Corner = field(init=False)
 
     def at(self, time: float) -> tuple[float, float]:
-        """Where the corner is at a time."""
+        """Position of the corner at a time."""
         passed = time - self.time
         return self.x + self.vx * passed, self.y + self.vy * passed
 
 
 def velocity(before: Edge, after: Edge) -> tuple[float, float] | None:
-    """How the corner between two edges moves; nothing when they lie upon each other."""
+    """Motion of the corner between two edges; None if they coincide."""
     cross = before.dx * after.dy - before.dy * after.dx
     dot = before.dx * after.dx + before.dy * after.dy
     if before.speed == after.speed and dot >= 0:
@@ -83,7 +83,7 @@ def just_parted(first: Corner, second: Corner, time: float) -> bool:
 
 
 def reaches(start: Corner, x: float, y: float, time: float) -> bool:
-    """Whether the piece of an edge that leaves a corner runs through a place at a time, ends included."""
+    """Whether the piece of an edge that leaves a corner contains a place at a time, ends included."""
     edge = start.after
     if abs(edge.ahead(x, y, time)) > TOLERANCE:
         return False
@@ -98,5 +98,5 @@ def outer_direction(arriving: Edge, leaving: Edge) -> float:
     inbound = math.atan2(-arriving.dy, -arriving.dx)
     outbound = math.atan2(leaving.dy, leaving.dx)
     width = (outbound - inbound) % math.tau
-    # Edges that lie upon each other enclose nothing: all around them has been swept.
+    # Coincident edges enclose nothing: everything around them has been swept.
     return math.remainder(inbound + 0.5 * (width if width > PARALLEL else math.tau), math.tau)

@@ -1,7 +1,7 @@
-"""What an operation makes of one polygon, worked out once and stamped on every polygon alike.
+"""Patches: results of an operation on one polygon, computed once and copied to all equal polygons.
 
-Operations on polygons come in two forms. Where a formula gives the points (rectangles), all polygons of one topology
-are one array. Where an algorithm has to run, it runs once for each distinct polygon and returns a `Patch`.
+Operations on polygons come in two forms. If a formula gives the points (rectangles), all polygons of one topology
+are one array. Otherwise an algorithm runs once for each distinct polygon and returns a `Patch`.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ class Patch:
     xy: Floats
     """[N, 2] nodes in the frame of the polygon, in metres."""
     height: Floats
-    """[N] of the nodes over the polygon, in metres."""
+    """[N] height of the nodes over the polygon, in metres."""
     corner: tuple[int, ...]
     """The corner of the polygon at each of the first nodes; the rest are new."""
     faces: tuple[Loop, ...]
     tags: tuple[int, ...]
-    """One tag a face."""
+    """One tag per face."""
 
 
 def stamp(
@@ -50,10 +50,10 @@ def stamp(
 
     Args:
         polygons: the polygons in their planes.
-        rows: [K] which of them.
+        rows: [K] the chosen polygons.
         xy: [K, N, 2] nodes in the frames of the polygons.
-        height: [K, N] of the nodes over them.
-        corner: the corner of the polygon at each of the first nodes, which take its exact place.
+        height: [K, N] heights of the nodes over them.
+        corner: the corner of the polygon at each of the first nodes, which have its exact position.
         faces: nodes of each face.
         tags: one for each face.
     """
@@ -76,18 +76,18 @@ def stamp(
 
 
 def stamp_patch(polygons: Polygons, rows: Indices, patch: Patch) -> Meshes:
-    """K meshes: a patch on the polygons ``rows`` [K], which are all alike."""
+    """K meshes: a patch on the polygons ``rows`` [K], which are all equal."""
     xy = np.broadcast_to(patch.xy, (len(rows), *patch.xy.shape))
     height = np.broadcast_to(patch.height, (len(rows), *patch.height.shape))
     return stamp(polygons, rows, xy, height, patch.corner, patch.faces, patch.tags)
 
 
 def alike(polygons: Polygons, rows: Indices, parameters: Sequence[T]) -> list[tuple[Indices, Floats, T]]:
-    """Polygons sorted into groups that give the same patch.
+    """Polygons grouped by equal patches.
 
     Args:
         polygons: the polygons in their planes.
-        rows: [K] which of them.
+        rows: [K] the chosen polygons.
         parameters: K values on which the patch depends besides the corners.
 
     Returns:
@@ -111,7 +111,7 @@ def in_order(batches: Sequence[Meshes], rows: Sequence[NDArray[np.integer]]) -> 
 
 
 def rings(xy: Floats) -> list[list[int]]:
-    """The outline and the holes of a polygon as corner indices: a keyhole's doubled edges taken out again."""
+    """Outline and holes of a polygon as corner indices, without the doubled edges of keyholes."""
     places: dict[tuple[float, float], int] = {}
     first = [places.setdefault((x, y), i) for i, (x, y) in enumerate(xy.tolist())]
     if len(places) == len(first):
@@ -119,7 +119,7 @@ def rings(xy: Floats) -> list[list[int]]:
     arcs = list(zip(first, first[1:] + first[:1], strict=True))
     leaving = {arc: i for i, arc in enumerate(arcs)}
     loops = trace([arc for arc in arcs if arc[0] != arc[1]])
-    # The corner from which a ring's edge really leaves: of two at one place, only one does.
+    # The corner at the beginning of a ring's edge: of two corners at one place, only one is.
     real = [[leaving[arc] for arc in zip(loop, loop[1:] + loop[:1], strict=True)] for loop in loops]
     return sorted(real, key=lambda ring: -loop_area(xy, ring))
 

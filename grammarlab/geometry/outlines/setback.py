@@ -1,4 +1,4 @@
-"""CGA's ``setback``, ``shapeL``, ``shapeU`` and ``shapeO``: chosen edges moved inwards, each by its own distance."""
+"""CGA's ``setback``, ``shapeL``, ``shapeU`` and ``shapeO``: selected edges moved inwards by individual distances."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from grammarlab.geometry.outlines.skeleton import Loop, merge, sweep
 from grammarlab.geometry.parts.selectors import classify
 
 REMAINDER = -1
-"""The group of what is left of a face; as the group of an edge: it stays where it is."""
+"""Group of the remainder of a face; as the group of an edge: the edge does not move."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,19 +31,19 @@ class Setback:
 
 
 def setback(meshes: Meshes, distances: Floats, groups: Indices | None = None) -> Setback:
-    """Edges of all faces moved inwards: the strips they pass over, and what remains.
+    """Strips swept by edges of faces that move inwards, and remainders.
 
     Strips of neighbouring edges of one group are one piece, which begins with its first edge; a strip around the whole
-    face has a keyhole. A strip that passes an edge that stays may be in several parts. The remainder of a face, which
-    may be several pieces, begins at the first edge that it still has a part of. Between moved edges strips are mitred.
+    face has a keyhole. A strip that passes a fixed edge may have several parts. The remainder of a face, which
+    may be several pieces, begins at the first edge of which it has a part. Between moved edges strips are mitred.
     Beside an edge that stays, or moves less, a strip follows that edge where the corner is convex; at a reflex corner
     it is cut off at right angles, or by the line of that edge where this is shorter. Pieces are ordered by face, then
     by first edge, the remainder last. A face without area, or whose edges cross, is its own remainder.
 
     Args:
         meshes: M meshes.
-        distances: [C] for the edge that leaves each corner, in metres; what is not above 0 (beside the size of the
-            face) leaves it where it is.
+        distances: [C] for the edge that leaves each corner, in metres; an edge does not move if it is not above 0
+            (relative to the size of the face).
         groups: [C] strips of different groups are kept apart, `REMAINDER` leaves an edge where it is; every edge of a
             face is its own group when left out.
     """
@@ -95,7 +95,7 @@ def shape_o(
 
     Args:
         meshes: M meshes, in the axes of their scopes: right is x, front is z.
-        front: [M] or one for all: depth of the wing in metres, 0 for none; likewise the others.
+        front: [M] or one for all: depth of the wing in metres, 0 for none.
         right: see front.
         back: see front.
         left: see front.
@@ -125,7 +125,7 @@ def _four(polygons: Polygons, rectangles: Indices) -> Indices:
 
 
 def _fitting(polygons: Polygons, rectangles: Indices, sizes: Floats, moved: Floats) -> Indices:
-    """The rectangles of which something remains."""
+    """Whether rectangles have a remainder."""
     steps = moved[_four(polygons, rectangles)]
     across = np.stack([steps[:, 1] + steps[:, 3], steps[:, 0] + steps[:, 2]], axis=1)
     return rectangles[(across < sizes[rectangles] * (1.0 - RELATIVE_TOLERANCE)).all(axis=1)]
@@ -185,7 +185,7 @@ def _begun(faces: Sequence[Loop], edge_of: dict[tuple[int, ...], int]) -> list[t
     result = []
     for face in faces:
         arcs = list(zip(face, face[1:] + face[:1], strict=True))
-        # What an edge sweeps behind an edge that stays need not hang together with it.
+        # The area that an edge sweeps behind a fixed edge may be disconnected from it.
         lead, at = min(
             ((edge_of[arc], i) for i, arc in enumerate(arcs) if arc in edge_of), default=(min(edge_of.values()), 0)
         )

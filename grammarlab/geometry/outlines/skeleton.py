@@ -1,8 +1,8 @@
-"""The weighted straight skeleton of any simple polygon, with holes or without: the plan of a roof.
+"""Weighted straight skeleton of any simple polygon, with or without holes: the plan of a roof.
 
-`sweep` moves every edge inwards at its own speed and reports what each of them has swept: with unit speeds and no time
+`sweep` moves every edge inwards at its own speed and returns the area swept by each: with unit speeds and no time
 limit these are the faces of the straight skeleton, and the time of a node is its height over the polygon under slopes
-of 45 degrees. With a time limit they are the border of an offset; with speed 0 an edge stays where it is (a gable, or
+of 45 degrees. With a time limit they are the border of an offset; an edge with speed 0 does not move (a gable, or
 an edge that is not set back).
 """
 
@@ -23,24 +23,24 @@ Loop = tuple[int, ...]
 """Node indices around an area, counter-clockwise around solid ground, clockwise around a hole."""
 
 _CLOSURE = 1e-6
-"""Share of the area that swept and remaining areas may miss before a sweep counts as failed."""
+"""Largest error of the sum of swept and remaining areas, as a share of the area, before a sweep counts as failed."""
 
 _SHAKE = 1e-7
-"""Share of the size by which corners are moved when a sweep has failed."""
+"""Displacement of corners after a failed sweep, as a share of the size."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """What the edges of a polygon have swept: a subdivision of the polygon."""
+    """Subdivision of a polygon into the areas swept by its edges."""
 
     xy: Floats
     """[N, 2] nodes in metres; the corners of the polygon come first, loop after loop."""
     time: Floats
-    """[N] when the wavefront was there; 0 for the corners."""
+    """[N] time at which the wavefront reached each node; 0 for the corners."""
     faces: tuple[tuple[Loop, ...], ...]
-    """For each edge the area it swept, beginning with the edge; none where it swept nothing or has no length."""
+    """Area swept by each edge, beginning with the edge; empty if it swept nothing or has length 0."""
     rest: tuple[Loop, ...]
-    """What the wavefront had not swept when the time was over."""
+    """Area not swept before the time limit."""
     rest_edges: tuple[tuple[int, ...], ...]
     """For each loop of `rest`, the edge that leaves each of its nodes."""
 
@@ -56,17 +56,17 @@ class Sweep:
 def sweep(
     loops: Sequence[Floats], speeds: Sequence[float], until: float = math.inf, square_cuts: bool = False
 ) -> Sweep | None:
-    """Moves the edges of a polygon inwards.
+    """Move the edges of a polygon inwards.
 
     Args:
         loops: outlines [n, 2] in metres with the inside to the left: counter-clockwise outline, clockwise holes; a
             clockwise outline alone is swept outwards and needs a time limit.
-        speeds: for the edge that leaves each corner, loop after loop, metres a unit of time, 0 or more.
+        speeds: for the edge that leaves each corner, loop after loop, metres per unit of time, 0 or more.
         until: time to stop; infinite until everything is swept.
         square_cuts: see `Wavefront`.
 
     Returns:
-        The subdivision, or nothing when the loops do not bound a simple polygon.
+        The subdivision, or None if the loops do not bound a simple polygon.
     """
     if not loops or min(map(len, loops)) < 3:
         return None
@@ -145,7 +145,7 @@ def _walk(start: int, following: dict[int, list[int]]) -> list[Loop]:
 def _attempt(
     unit: Floats, loops: Sequence[Floats], speeds: Sequence[float], limit: float, square_cuts: bool
 ) -> Sweep | None:
-    """A sweep of a polygon of unit size, or nothing when the swept areas do not fit together."""
+    """A sweep of a polygon of unit size, or None if the swept areas do not fit together."""
     front = Wavefront(square_cuts)
     first = 0
     numbers: list[int] = []
@@ -193,7 +193,7 @@ def _faces_of(arcs: Sequence[tuple[int, int]]) -> tuple[Loop, ...]:
 
 
 def _without_repeats(unit: Floats, rows: range) -> list[int]:
-    """The corners of a loop, leaving out each that lies where the next one lies."""
+    """Corners of a loop without corners that coincide with the next one."""
     places = unit[rows.start : rows.stop].tolist()
     kept: list[int] = []
     for i in reversed(range(len(rows))):

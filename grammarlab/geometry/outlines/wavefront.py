@@ -40,11 +40,11 @@ class _CornerRun:
 
 
 class Wavefront:
-    """A wavefront under way. Feed it with closed loops, then `run` it once.
+    """A moving wavefront. Add closed loops, then call `run` once.
 
     Args:
-        square_cuts: whether a fast edge beside a slow one at a reflex corner is cut off at right angles, instead of
-            following the slow edge, which would make a spike.
+        square_cuts: whether a fast edge beside a slow one at a reflex corner is cut off at right angles; otherwise it
+            follows the slow edge, which makes a spike.
     """
 
     def __init__(self, square_cuts: bool = False) -> None:
@@ -77,7 +77,7 @@ class Wavefront:
             previous.next, corner.previous = corner, previous
 
     def run(self, until: float) -> list[list[tuple[int, int]]]:
-        """Moves the edges until a time, which may be infinite.
+        """Move the edges until a time, which may be infinite.
 
         Returns:
             The loops that are left at that time, inside to the left: each node with the index of the edge that leaves
@@ -119,7 +119,7 @@ class Wavefront:
         return born
 
     def _plan(self, corner: Corner) -> None:
-        """Puts the coming events of a linked corner on the agenda."""
+        """Add the next events of a linked corner to the queue."""
         self._plan_collapse(corner.previous, corner)
         self._plan_collapse(corner, corner.next)
         before, after = corner.before, corner.after
@@ -144,7 +144,7 @@ class Wavefront:
             heapq.heappush(self._events, (time + max(length, 0.0) / rate, next(self._ticket), start, end))
 
     def _meet(self, time: float, corner: Corner, partner: Corner | Edge) -> bool:
-        """Carries out an event, if it is still to happen; tells whether the wavefront has changed."""
+        """Process an event if it is still valid; returns whether the wavefront has changed."""
         x, y = corner.at(time)
         met = {corner}
         if isinstance(partner, Corner):
@@ -198,7 +198,7 @@ class Wavefront:
         return chains, covered < len(met)
 
     def _reconnect(self, chains: list[_CornerRun], node: int, time: float) -> None:
-        """Joins each chain's leaving edge to the arriving edge of the next chain around the node."""
+        """Join each chain's leaving edge to the arriving edge of the next chain around the node."""
         born: list[Corner] = []
         for chain, following in zip(chains, chains[1:] + chains[:1], strict=True):
             run = self._join(following.arriving, chain.leaving, node, time)
@@ -217,7 +217,7 @@ class Wavefront:
                 self._plan(corner)
 
     def _close(self, corner: Corner, time: float) -> None:
-        """Ends a loop of two edges: they lie upon each other."""
+        """End a loop of two edges, which coincide."""
         ends = [corner] if corner.next is corner else [corner, corner.next]
         nodes = []
         for end in ends:
@@ -230,7 +230,7 @@ class Wavefront:
             self._arc(end.after.index, other, node)
 
     def _stop(self, until: float) -> list[list[tuple[int, int]]]:
-        """Ends all corners where they are, and closes the swept areas there."""
+        """End all corners at their positions, and close the swept areas there."""
         loops = []
         waiting = dict(self._corners)
         while waiting:

@@ -1,1 +1,1 @@
-"""Faces, edges and vertices of meshes as shapes of their own."""
+"""Faces, edges and vertices of meshes as separate shapes."""

@@ -1,4 +1,4 @@
-"""What becomes of components after they were chosen: turned, put together, or kept in the axes they were in."""
+"""Operations on selected components: reversing, grouping, and keeping the axes of their meshes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def unaligned(components: ComponentMeshes) -> ComponentMeshes:
 
 
 def joined(components: ComponentMeshes, sizes: Indices) -> ComponentMeshes:
-    """Components put together, set after set, each set in the frame of its first one.
+    """Components merged by sets, each set in the frame of its first component.
 
     Args:
         components: K components, those of a set one after the other and of one mesh.
@@ -45,10 +45,10 @@ def joined(components: ComponentMeshes, sizes: Indices) -> ComponentMeshes:
 
 
 def connected_faces(meshes: Meshes, chosen: Indices) -> tuple[Indices, Indices]:
-    """Faces grouped so that those which share an edge, directly or through others, stand together.
+    """Faces grouped into connected sets by shared edges.
 
     Args:
-        meshes: where the faces come from.
+        meshes: the meshes of the faces.
         chosen: [S] faces, ascending.
 
     Returns:
@@ -72,7 +72,7 @@ def connected_faces(meshes: Meshes, chosen: Indices) -> tuple[Indices, Indices]:
 
 
 def upwards(components: ComponentMeshes) -> ComponentMeshes:
-    """Edges with those that descend turned around, as CGA orients ridges, hips and valleys."""
+    """Edges with descending ones reversed, as CGA orients ridges, hips and valleys."""
     descends = components.rotation[:, 1, 0] < 0.0
     turned = components.rotation * np.where(descends[:, None, None], [-1.0, -1.0, 1.0], 1.0)
     far = components.pivot + components.rotation[:, :, 0] * components.size[:, :1]

@@ -1,8 +1,8 @@
-"""The faces, edges and vertices of meshes as shapes of their own, each in its own frame: CGA's ``comp``.
+"""Faces, edges and vertices of meshes as separate shapes, each in its own frame: CGA's ``comp``.
 
 Frames follow CGA. Face: x along its first edge, z the outward normal, origin at its first corner. Edge: x along it,
-z the mean normal of its faces, origin at its start. Vertex: z the mean normal of its faces. y is z cross x. What
-belongs to one face alone is in `grammarlab.geometry.parts.face_components`.
+z the mean normal of its faces, origin at its start. Vertex: z the mean normal of its faces. y is z cross x. Edges and
+vertices per face are in `grammarlab.geometry.parts.face_components`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from grammarlab.geometry.meshes.vectors import any_normal, apply, apply_transpos
 from grammarlab.geometry.parts.roof_edges import NO_ROOF_EDGE, roof_edges
 
 FLAT = 1e-9
-"""A component whose extent along an axis is below this share of its size is flat along it."""
+"""Largest extent of a component that counts as flat along an axis, as a share of its size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class ComponentMeshes:
     """
 
     mesh: Indices
-    """[K] the mesh that it is part of."""
+    """[K] the mesh that contains it."""
     index: Indices
     """[K] its number within that mesh, from 0."""
     shapes: Meshes
@@ -44,15 +44,15 @@ class ComponentMeshes:
     rotation: Floats
     """[K, 3, 3] columns are the x, y and z axis of the frame in the axes of the mesh."""
     origin: Floats
-    """[K, 3] where the frame's zero lies in the mesh: a point of the mesh is ``origin + rotation @ point``."""
+    """[K, 3] origin of the frame in the mesh: a point of the mesh is ``origin + rotation @ point``."""
     pivot: Floats
-    """[K, 3] the first corner, in the mesh; differs from `origin` where the bounding box begins elsewhere."""
+    """[K, 3] the first corner, in the mesh; differs from `origin` if the bounding box begins elsewhere."""
     size: Floats
     """[K, 3] extent along the frame's axes, in metres."""
     direction: Floats
     """[K, 3] the (mean) normal in the axes of the mesh, which selectors such as ``front`` classify."""
     is_border: NDArray[np.bool_]
-    """[K] at the border of the mesh, for the selectors ``border`` and ``inside``."""
+    """[K] whether it is at the border of the mesh, for the selectors ``border`` and ``inside``."""
     roof_edge: NDArray[np.int8]
     """[K] kind of roof edge, see `roof_edges`; `NO_ROOF_EDGE` for faces and vertices."""
 
@@ -87,15 +87,15 @@ def faces(meshes: Meshes) -> ComponentMeshes:
 
 
 def face_sets(meshes: Meshes, chosen: Indices, sizes: Indices) -> ComponentMeshes:
-    """Several faces together as one shape, in the frame of the first of them: the operator ``=`` of ``comp``.
+    """Several faces as one shape, in the frame of the first face: the operator ``=`` of ``comp``.
 
     Args:
-        meshes: where the faces come from.
+        meshes: the meshes of the faces.
         chosen: [S] faces, set after set; those of one set belong to one mesh.
         sizes: [K] faces in each set, at least 1.
 
     Returns:
-        One component a set, `index` being the face that gives the frame. Faces that shared points still do.
+        One component per set; `index` is the face that gives the frame. Faces still share their points.
     """
     first = chosen[np.cumsum(sizes) - sizes]
     normals = face_normals(meshes)
@@ -121,13 +121,13 @@ def face_sets(meshes: Meshes, chosen: Indices, sizes: Indices) -> ComponentMeshe
 
 
 def edges(meshes: Meshes) -> ComponentMeshes:
-    """Every undirected edge once, in the order in which a walk around all faces meets them."""
+    """Every undirected edge once, in the order of a walk around all faces."""
     table = edge_table(meshes)
     normals = face_normals(meshes)
     first = normals[table.faces[:, 0]]
     second = np.where((table.faces[:, 1] >= 0)[:, None], normals[table.faces[:, 1]], 0.0)
     mean = unit(first + second)
-    # Faces back to back have no mean: the first one decides.
+    # Opposite faces have no mean normal: the first one decides.
     mean = np.where(has_length(mean), mean, first)
     start = meshes.points[table.start]
     along = meshes.points[table.end] - start
@@ -187,13 +187,13 @@ def _first_edges(meshes: Meshes) -> Floats:
     face = meshes.face_of_corner()
     has_length = np.flatnonzero(along.any(axis=1))
     result = np.zeros((meshes.num_faces, 3))
-    # Written backwards, so that the first edge of a face is the one that stays.
+    # Written in reverse order, so that the first edge of a face is kept.
     result[face[has_length[::-1]]] = along[has_length[::-1]]
     return result
 
 
 def frames(z: Floats, x: Floats) -> Floats:
-    """[K, 3, 3] frames with the given z axis (unit or zero) and x as near to the given direction as that allows."""
+    """[K, 3, 3] frames with the given z axis (unit or zero) and x as near as possible to the given direction."""
     z = np.where(has_length(z), z, any_normal(x))
     across = unit(x - z * dot(x, z)[:, None])
     across = np.where(has_length(across), across, any_normal(z))
@@ -201,9 +201,9 @@ def frames(z: Floats, x: Floats) -> Floats:
 
 
 def _frames_along(x: Floats, z: Floats) -> Floats:
-    """[K, 3, 3] frames with the given x axis (unit or zero) and z as near to the given direction as that allows."""
+    """[K, 3, 3] frames with the given x axis (unit or zero) and z as near as possible to the given direction."""
     turned = frames(x, z)
-    # There the roles are swapped: its z is our x, its x our z.
+    # The roles are swapped there: its z is x here, and its x is z here.
     return np.stack((turned[:, :, 2], -turned[:, :, 1], turned[:, :, 0]), axis=2)
 
 
@@ -226,9 +226,9 @@ def extract_faces(meshes: Meshes, chosen: Indices, sizes: Indices) -> Meshes:
 
 
 def fitted(meshes: Meshes) -> tuple[Meshes, Floats, Floats]:
-    """Meshes moved so that their bounding boxes begin at zero, and the low corner and size [K, 3] they had.
+    """Meshes moved so that their bounding boxes begin at zero, and their previous low corners and sizes [K, 3].
 
-    What rounding left of an extent becomes exactly zero.
+    Extents that are only rounding errors become exactly zero.
     """
     low, high = meshes.bounds()
     size = high - low

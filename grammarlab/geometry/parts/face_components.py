@@ -1,7 +1,7 @@
-"""The edges and corners of each face by itself: CGA's ``comp(fe)`` and ``comp(fv)``.
+"""Edges and corners of each face separately: CGA's ``comp(fe)`` and ``comp(fv)``.
 
-Frames follow CGA. x runs along the outline as the face does (for a corner: half way between its two edges), y is the
-face's normal, z leads out of the face in its plane.
+Frames follow CGA. x runs along the outline in the direction of the face (for a corner: half way between its two
+edges), y is the face's normal, z points out of the face in its plane.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from grammarlab.geometry.parts.roof_edges import NO_ROOF_EDGE
 
 
 def face_edges(meshes: Meshes) -> ComponentMeshes:
-    """Every edge of every face, in the order of the corners that they leave; shared edges once for each face.
+    """Every edge of every face, in the order of their first corners; shared edges once per face.
 
     Bridges between an outline and its hole are left out.
     """
@@ -48,7 +48,7 @@ def face_vertices(meshes: Meshes) -> ComponentMeshes:
     arriving = np.empty_like(direction)
     arriving[following] = direction
     tangent = unit(direction + arriving)
-    # An outline that turns straight back has no tangent: the edge that leaves decides.
+    # An outline that turns straight back has no tangent: the leaving edge decides.
     tangent = np.where(has_length(tangent), tangent, direction)
     at_border = np.zeros(len(meshes.points), bool)
     at_border[table.start[table.is_boundary]] = True

@@ -1,4 +1,4 @@
-"""Which edges of a roof are eaves, hips, valleys and ridges."""
+"""Classification of roof edges: eaves, hips, valleys and ridges."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LEVEL = 1e-6
 def roof_edges(meshes: Meshes, table: Edges) -> NDArray[np.int8]:
     """[E] the kind of every edge, with y as the direction of up.
 
-    An eave is a horizontal edge at the bottom, on the border or along a face that looks down (the ceiling of a closed
+    An eave is a horizontal edge at the bottom, on the border or along a face that points down (the ceiling of a closed
     roof). A valley is an inside edge whose faces form a concavity, a hip another inside edge that touches an eave, a
     ridge any other inside edge.
     """

@@ -1,4 +1,4 @@
-"""What the selectors of ``comp`` pick: ``front``, ``world.up``, ``aslant``, ``border``, ``ridge`` and their like."""
+"""Selectors of ``comp``: ``front``, ``world.up``, ``aslant``, ``border``, ``ridge`` and others."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from grammarlab.geometry.parts.roof_edges import EAVE, HIP, RIDGE, VALLEY
 Flags = NDArray[np.bool_]
 
 TIE = 1e-6
-"""Components of a unit normal closer than this are equal: up and down win over front and back, these over the rest."""
+"""Tolerance for equal components of a unit normal: up and down come before front and back, these before the rest."""
 
 STEEP, GENTLE = np.sin(np.radians(11.25)), np.sin(np.radians(78.75))
 """Height of a unit normal at the thresholds of ``vertical`` and ``horizontal``."""
@@ -29,7 +29,7 @@ ORIENTATIONS: tuple[str, ...] = (
     *(f"world.{name}" for name in (*_WORLD, "side")),
     *(f"street.{name}" for name in ("front", "back", "left", "right", "side")),
 )
-"""Selectors that classify a normal: also what ``geometry.isOriented`` and ``geometry.area`` accept."""
+"""Selectors that classify a normal; ``geometry.isOriented`` and ``geometry.area`` accept the same ones."""
 
 SELECTORS: tuple[str, ...] = (
     *ORIENTATIONS,
@@ -42,13 +42,13 @@ SELECTORS: tuple[str, ...] = (
     *_ROOF,
     "all",
 )
-"""Every selector that `select` knows."""
+"""All selectors of `select`."""
 
 
 def select(
     components: ComponentMeshes, selector: str, to_object: Floats | None = None, to_world: Floats | None = None
 ) -> Flags:
-    """[K] the components that a selector picks.
+    """[K] whether a selector picks each component.
 
     Args:
         components: from `faces`, `edges` or `vertices`.
@@ -58,7 +58,7 @@ def select(
         to_world: [M, 3, 3] rotations from the axes of each mesh to the world's; the same axes when left out.
 
     Raises:
-        KeyError: no such selector.
+        KeyError: If the selector does not exist.
     """
     if selector == "all":
         return np.ones(len(components), bool)
@@ -72,22 +72,22 @@ def select(
 
 
 def classify(directions: Floats, selector: str) -> Flags:
-    """[K] which normals a selector picks; zero vectors are picked by none.
+    """[K] whether a selector picks each normal; zero vectors are never picked.
 
-    A quadrant holds the directions nearest to its axis: x is right, y top, z front; for the world east, up and south.
+    A quadrant has the directions nearest to its axis: x is right, y top, z front; for the world east, up and south.
 
     Args:
         directions: [K, 3] unit vectors or zero, in the axes that the selector's prefix names.
         selector: one of `ORIENTATIONS`, or ``vertical``, ``horizontal``, ``aslant``, ``nutant``.
 
     Raises:
-        KeyError: no such selector.
+        KeyError: If the selector does not exist.
     """
     prefix, _, name = selector.rpartition(".")
     solid = directions.any(axis=1)
     height = directions[:, 1]
     if name == "side":
-        # Without a prefix CGA means all but the horizontal ones; with one, the four lateral quadrants.
+        # Without a prefix CGA selects all except horizontal faces; with one, the four lateral quadrants.
         return solid & (_nearest_axis(directions) != 1 if prefix else np.abs(height) <= GENTLE)
     if not prefix and name in ("vertical", "horizontal", "aslant", "nutant"):
         return solid & _by_slope(height, name)
@@ -104,7 +104,7 @@ def _nearest_axis(directions: Floats) -> NDArray[np.int64]:
 
 
 def _by_slope(height: Floats, name: str) -> Flags:
-    """[K] which unit normals of these heights are vertical, horizontal, aslant or nutant faces."""
+    """[K] whether unit normals of these heights belong to vertical, horizontal, aslant or nutant faces."""
     if name == "horizontal":
         return np.abs(height) > GENTLE
     if name == "vertical":

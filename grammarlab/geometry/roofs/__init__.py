@@ -1,1 +1,1 @@
-"""CGA's roofs: plans from straight skeletons, and formulas where there is no need of one."""
+"""CGA's roofs: plans from straight skeletons, and formulas for simple cases."""

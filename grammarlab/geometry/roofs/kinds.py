@@ -3,7 +3,7 @@
 Every face becomes a closed roof: its slopes and vertical sides in the order of its edges, each beginning with its edge
 (for sheds and ridges first the slopes, then the sides), then the face itself turned over, then the soffits under
 overhangs. Overhangs have no thickness. All faces look outwards. A roof of height 0 is a closed sheet. A face
-without area, or whose edges cross, stays as it is.
+without area, or with crossing edges, does not change.
 
 Angles are in degrees between slope and face, limited to 0..89.9 (sheds: -89.9..89.9); heights are those of
 the highest point over the face, in metres, negative ones count as 0 (except for sheds).
@@ -43,14 +43,14 @@ def roof_hip(
     Args:
         meshes: M meshes.
         value: [M] or one for all: angle or height, see above.
-        by: which of them.
-        overhang: [M] or one for all: how far slopes hang over their edges, in metres on the slope, 0 or more; less
-            where slopes would run into each other.
-        even: whether ridges are made level; slopes need not be planar then.
+        by: whether values are angles or heights.
+        overhang: [M] or one for all: length of overhangs in metres on the slope, 0 or more; less
+            where slopes would intersect.
+        even: whether ridges are made level; slopes may then be not planar.
         soffits: whether overhangs have undersides; without them a roof with overhang is not closed.
 
     Raises:
-        DerivationError: a value that is not finite.
+        DerivationError: If a value is not finite.
     """
     polygons = lay_flat(meshes)
     amount, eaves = _per_face(meshes, value, overhang)
@@ -80,16 +80,16 @@ def roof_gable(
     Args:
         meshes: M meshes.
         value: [M] or one for all: angle or height, see above.
-        by: which of them.
-        overhang_x: [M] or one for all: how far slopes hang over their eaves, in metres on the slope, 0 or more.
-        overhang_y: likewise over gables, in metres along the ridge.
-        even: whether ridges are made level; slopes need not be planar then.
+        by: whether values are angles or heights.
+        overhang_x: [M] or one for all: overhang at eaves, in metres on the slope, 0 or more.
+        overhang_y: [M] or one for all: overhang at gables, in metres along the ridge.
+        even: whether ridges are made level; slopes may then be not planar.
         index: [M] or one for all: the edge that is a gable together with the opposite one; any integer, counted
-            cyclically. Convex faces only: others ignore it. Left out, the shape decides.
-        soffits: as for `roof_hip`.
+            cyclically. Convex faces only: others ignore it. By default the shape decides.
+        soffits: see `roof_hip`.
 
     Raises:
-        DerivationError: a value that is not finite.
+        DerivationError: If a value is not finite.
     """
     polygons = lay_flat(meshes)
     amount, eaves, verges = _per_face(meshes, value, overhang_x, overhang_y)
@@ -118,10 +118,10 @@ def roof_pyramid(meshes: Meshes, value: Floats | float, by: By = "angle") -> Mes
     Args:
         meshes: M meshes.
         value: [M] or one for all: height, or angle of the triangle over the first edge, see above.
-        by: which of them.
+        by: whether values are angles or heights.
 
     Raises:
-        DerivationError: a value that is not finite.
+        DerivationError: If a value is not finite.
     """
     (amount,) = _per_face(meshes, value)
     return single_slopes.pyramids(meshes, _limited(amount, by, 0.0), by == "height")
@@ -148,11 +148,11 @@ def roof_shed(meshes: Meshes, value: Floats | float, by: By = "angle", index: In
     Args:
         meshes: M meshes.
         value: [M] or one for all: angle or height, see above; negative ones fall from the edge.
-        by: which of them.
+        by: whether values are angles or heights.
         index: [M] or one for all: the edge; any integer, counted cyclically.
 
     Raises:
-        DerivationError: a value that is not finite.
+        DerivationError: If a value is not finite.
     """
     (amount,) = _per_face(meshes, value)
     edge = np.broadcast_to(np.asarray(index, np.int64), len(meshes))[meshes.mesh_of_face()]
@@ -165,10 +165,10 @@ def roof_ridge(meshes: Meshes, value: Floats | float, by: By = "angle") -> Meshe
     Args:
         meshes: M meshes, in the axes of their scopes.
         value: [M] or one for all: angle or height, see above.
-        by: which of them.
+        by: whether values are angles or heights.
 
     Raises:
-        DerivationError: a value that is not finite.
+        DerivationError: If a value is not finite.
     """
     (amount,) = _per_face(meshes, value)
     return ridge.ridges(meshes, _limited(amount, by, 0.0), by == "height")
@@ -184,7 +184,7 @@ def _per_face(meshes: Meshes, *values: Floats | float) -> list[Floats]:
 
 
 def _limited(amount: Floats, by: By, least: float) -> Floats:
-    """Slopes (rise over run) from angles, or heights as they are, not below ``least``."""
+    """Slopes (rise over run) from angles, or the given heights, at least ``least``."""
     if by == "height":
         return np.maximum(amount, least)
     return np.tan(np.radians(np.clip(amount, max(least, -STEEPEST), STEEPEST)))
@@ -236,7 +236,7 @@ class _Roofs:
             self._raise(members, xy[chosen], time[chosen], plan, build(plan, has_eaves, has_verges, self._soffits))
 
     def add(self, rows: Indices, plan: Plan | None) -> None:
-        """Roofs on polygons that are all alike."""
+        """Roofs on equal polygons."""
         if plan is None:
             whole = self._polygons.xy[self._polygons.offsets[rows[0]] : self._polygons.offsets[rows[0] + 1]]
             loop = tuple(range(len(whole)))
@@ -251,14 +251,14 @@ class _Roofs:
             self._raise(members, xy, time, plan, build(plan, has_eaves, has_verges, self._soffits))
 
     def _by_overhang(self, rows: Indices, has_gables: bool) -> list[tuple[Indices, bool, bool]]:
-        """The rows by whether they have overhangs at eaves and at gables."""
+        """Rows grouped by the presence of overhangs at eaves and at gables."""
         eaves, verges = self._eaves[rows] > 0.0, (self._verges[rows] > 0.0) & has_gables
         cases = [(eave, verge) for eave in (False, True) for verge in (False, True)]
         parts = [(rows[(eaves == eave) & (verges == verge)], eave, verge) for eave, verge in cases]
         return [part for part in parts if len(part[0])]
 
     def _raise(self, rows: Indices, xy: Floats, time: Floats, plan: Plan, sheet: Sheet) -> None:
-        """Lifts a sheet over its plan [K, N, 2] by the slopes of the rows [K]."""
+        """Lift a sheet over its plan [K, N, 2] by the slopes of the rows [K]."""
         highest = time.max(axis=1)
         amount = self._amount[rows]
         slope = amount if self._by == "angle" else amount / highest
@@ -276,7 +276,7 @@ class _Roofs:
         self._rows.append(rows)
 
     def collected(self, meshes: Meshes) -> Meshes:
-        """All roofs, in the order of the faces they are on."""
+        """All roofs, in the order of their faces."""
         if not self._batches:
             return meshes
         return regroup(in_order(self._batches, self._rows), meshes.mesh_faces)

@@ -1,4 +1,4 @@
-"""The plan of hip and gable roofs: which part of a polygon slopes towards which edge, and where the gables are."""
+"""Plans of hip and gable roofs: the part of a polygon that slopes towards each edge, and the gables."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from grammarlab.geometry.outlines.patches import rings
 from grammarlab.geometry.outlines.skeleton import Loop, Sweep, sweep
 
 AUTOMATIC = -1
-"""The gable index that leaves the choice of gables to the shape of the polygon."""
+"""Gable index for gables chosen by the shape of the polygon."""
 
 _STRAIGHT = 1e-6
-"""Sine of the turn below which two edges are one wall."""
+"""Sine of the largest angle between edges of one wall."""
 
 _OPPOSED = -0.5
-"""Cosine between the directions of two edges below which the line where their slopes meet is a ridge."""
+"""Largest cosine between the directions of two edges for which the line where their slopes meet is a ridge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class Plan:
 
 
 def hip_plan(xy: Floats, even: bool) -> Plan | None:
-    """The straight skeleton of a polygon [n, 2]; nothing where it has no area or its edges cross."""
+    """Straight skeleton of a polygon [n, 2]; None if it has no area or its edges cross."""
     plan = _plan(xy, frozenset())
     return _evened(plan) if plan and even else plan
 
@@ -66,7 +66,7 @@ def gable_plan(xy: Floats, index: int, even: bool) -> Plan | None:
         even: whether the nodes along a ridge share their mean height, `index` being automatic.
 
     Returns:
-        The plan; nothing where the polygon has no area or its edges cross.
+        The plan; None if the polygon has no area or its edges cross.
     """
     plan = _plan(xy, frozenset())
     if plan is None:
@@ -164,7 +164,7 @@ def _neighbours(plan: Plan, walls: list[list[int]]) -> list[tuple[int, int]]:
 
 
 def _wing_ends(plan: Plan, walls: list[list[int]]) -> list[int]:
-    """The walls that become gables by themselves."""
+    """Walls that become gables automatically."""
     around = _neighbours(plan, walls)
     along = _directions(plan)
     size = float(np.ptp(plan.xy, axis=0).max())
@@ -201,7 +201,7 @@ def _has_one_tip(plan: Plan, wall: list[int]) -> bool:
 
 
 def _facing_pair(plan: Plan, walls: list[list[int]], index: int) -> list[int]:
-    """The wall of an edge and the one that looks most the other way, unless they meet."""
+    """The wall of an edge and the wall that is most opposite to it, unless they meet."""
     along = _directions(plan)
     own = next((i for i, wall in enumerate(walls) if index in wall), 0)
     around = _neighbours(plan, walls)[own]

@@ -24,7 +24,7 @@ def ridges(meshes: Meshes, amount: Floats, is_height: bool) -> Meshes:
     Args:
         meshes: M meshes; ridges run along their x axis.
         amount: [F] heights in metres, or slopes (rise over run).
-        is_height: which of them.
+        is_height: whether `amount` has heights.
     """
     polygons = lay_flat(meshes)
     direction = _directions(polygons)
@@ -95,7 +95,7 @@ def _ridge_patch(xy: Floats, along: Floats, value: float, is_height: bool) -> Pa
     is_right = [any(node < len(xy) and side[node] < 0.0 for node in arc) for arc in arcs]
     left = [arc for arc, right in zip(arcs, is_right, strict=True) if not right]
     right = [arc for arc, right in zip(arcs, is_right, strict=True) if right]
-    # Seen along the ridge, what lies to its left has the ridge running forwards on its border.
+    # Seen along the ridge, the part to its left has the ridge in forward direction on its border.
     slopes = fill(nodes, trace([*left, *ridge])) + fill(nodes, trace([*right, *((b, a) for a, b in ridge)]))
     faces: list[Loop] = [tuple(top[node] for node in face) for face in slopes]
     faces += [wall for wall in (_wall(path, top) for path in paths) if len(wall) > 2]
@@ -105,7 +105,7 @@ def _ridge_patch(xy: Floats, along: Floats, value: float, is_height: bool) -> Pa
 
 
 def _cut(xy: Floats, side: Floats, loops: list[list[int]]) -> tuple[Floats, list[Loop], list[int]]:
-    """The edges of a polygon cut where they pass the ridge.
+    """Edges of a polygon cut at the ridge.
 
     Returns:
         The corners and new nodes; for each edge the nodes along it; the node at each passage.

@@ -13,7 +13,7 @@ from grammarlab.geometry.roofs.plan import Plan
 _PARALLEL = 1e-9
 
 _MARGIN = 0.999
-"""Share of the overhang at which slopes meet that is left to them."""
+"""Largest overhang, as a share of the overhang at which slopes meet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +27,9 @@ class Sheet:
     source: Indices
     """[S] node of the plan that each node comes from."""
     push: Floats
-    """[S, 2, 2] way in the plan for each metre of overhang, at eaves and at gables."""
+    """[S, 2, 2] displacement in the plan per metre of overhang, at eaves and at gables."""
     rise: Floats
-    """[S, 2] change of height for each metre of overhang, at eaves and at gables."""
+    """[S, 2] change of height per metre of overhang, at eaves and at gables."""
     faces: tuple[Loop, ...]
     """Slopes and gables in the order of the edges, the underside, the soffits."""
 
@@ -94,7 +94,7 @@ def _borders(plan: Plan) -> dict[int, _Border]:
 
 
 def _pushed_out(loop: Loop, borders: dict[int, _Border], moves: dict[int, bool], pushed: dict[int, int]) -> Loop:
-    """A slope drawn out to the overhangs; where a piece of its border stays, that piece is kept."""
+    """A slope extended to the overhangs; pieces of its border that do not move are kept."""
     result = []
     for node, following in zip(loop, loop[1:] + loop[:1], strict=True):
         result.append(pushed.get(node, node))
@@ -112,7 +112,7 @@ def _inward(plan: Plan, edge: int) -> Floats:
 
 
 def _push(plan: Plan, before: _Border, after: _Border) -> Floats:
-    """[2, 2] how a border node moves for each metre of overhang, at eaves and at gables."""
+    """[2, 2] displacement of a border node per metre of overhang, at eaves and at gables."""
     first, second = _inward(plan, before.edge), _inward(plan, after.edge)
     wanted = np.zeros((2, 2))
     wanted[int(before.edge in plan.gables), 0] = -1.0
@@ -134,7 +134,7 @@ def _push(plan: Plan, before: _Border, after: _Border) -> Floats:
 
 
 def free_overhang(plan: Plan, eave: float, verge: float) -> float:
-    """The share, 0..1, of overhangs (in the plan, in metres) at which slopes do not yet run into each other."""
+    """The share, 0..1, of overhangs (in the plan, in metres) up to which slopes do not intersect."""
     if eave <= 0.0 and verge <= 0.0:
         return 1.0
     preceding = {end: (start, edge) for edge, (start, end) in enumerate(plan.edges)}

@@ -20,9 +20,9 @@ class _Faces:
     """Faces to be, of equal numbers of corners or ragged."""
 
     polygon: Indices
-    """[K] the polygon that each is built on."""
+    """[K] the polygon of each face."""
     rank: Indices
-    """[K] its place among the faces over that polygon."""
+    """[K] its index among the faces over that polygon."""
     counts: Indices
     """[K] corners of each."""
     corners: Indices
@@ -31,7 +31,7 @@ class _Faces:
 
 @dataclass(frozen=True, slots=True)
 class _Rims:
-    """The faces of a batch as solids see them: corners at one place are one point, bridges are no edges."""
+    """Faces of a batch as the base of solids: corners at one place are one point, bridges are not edges."""
 
     polygons: Polygons
     place: Indices
@@ -39,7 +39,7 @@ class _Rims:
     is_edge: NDArray[np.bool_]
     """[C] whether the edge that leaves a corner is a real one, with length, and no side of a bridge."""
     is_flat: NDArray[np.bool_]
-    """[F] faces without area, which stay as they are."""
+    """[F] whether faces have no area; they do not change."""
 
 
 def pyramids(meshes: Meshes, amount: Floats, is_height: bool, balanced: bool = False) -> Meshes:
@@ -48,8 +48,8 @@ def pyramids(meshes: Meshes, amount: Floats, is_height: bool, balanced: bool = F
     Args:
         meshes: M meshes.
         amount: [F] heights in metres, or slopes (rise over run) of the triangles over the first edges.
-        is_height: which of them.
-        balanced: whether the tip stands over the centre of gravity, not over the mean of the corners.
+        is_height: whether `amount` has heights.
+        balanced: whether the tip is over the centre of gravity, not over the mean of the corners.
     """
     rims = _rims(lay_flat(meshes))
     polygons, face = rims.polygons, rims.polygons.face_of_corner()
@@ -86,7 +86,7 @@ def sheds(meshes: Meshes, amount: Floats, is_height: bool, index: Indices) -> Me
     Args:
         meshes: M meshes.
         amount: [F] heights in metres, or slopes (rise over run); negative ones fall from the edge.
-        is_height: which of them.
+        is_height: whether `amount` has heights.
         index: [F] the edge from which the slope rises, counted cyclically.
     """
     rims = _rims(lay_flat(meshes))
@@ -140,7 +140,7 @@ def _prisms(rims: _Rims, height: Floats, lead: Indices) -> Meshes:
 
 
 def _slopes(rims: _Rims, top: Indices, lead: Indices) -> _Faces:
-    """The faces lifted to the points ``top`` [C], each beginning at its corner ``lead`` [F]; none for flat ones."""
+    """The faces lifted to the points ``top`` [C], each beginning at its corner ``lead`` [F]; none for flat faces."""
     polygons = rims.polygons
     chosen = np.flatnonzero(~rims.is_flat)
     where, offsets = take_rows(polygons.offsets, chosen)
@@ -151,7 +151,7 @@ def _slopes(rims: _Rims, top: Indices, lead: Indices) -> _Faces:
 
 
 def _undersides(rims: _Rims) -> _Faces:
-    """The faces turned over, keeping their first corner; flat ones as they are."""
+    """The faces reversed, with the same first corner; flat faces do not change."""
     polygons, face = rims.polygons, rims.polygons.face_of_corner()
     first, count = polygons.offsets[face], polygons.counts[face]
     index = np.arange(len(face)) - first

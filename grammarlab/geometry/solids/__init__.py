@@ -1,1 +1,1 @@
-"""Solids from faces, and solids that everybody knows."""
+"""Solids from faces, and primitive solids."""

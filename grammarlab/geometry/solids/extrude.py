@@ -18,20 +18,20 @@ from grammarlab.geometry.meshes.vectors import dot, has_length, unit
 Flags = NDArray[np.bool_]
 
 SAME_DIRECTION = 1e-9
-"""Faces whose unit normals differ by less are extruded together."""
+"""Largest difference of unit normals of faces that are extruded together."""
 
 
 def extrude(meshes: Meshes, heights: Floats, directions: Floats | None = None) -> Meshes:
-    """Every face moved along a direction, with walls between where it was and where it is.
+    """Every face moved along a direction, with walls between its old and new place.
 
     The faces of a result are, mesh by mesh: the walls in the order of the edges of the faces, the moved faces, the
-    original faces. So a rectangle becomes the box of `primitives.box`. A wall's first edge is the edge it stands on,
-    and all faces look outwards whatever the sign of the height.
+    original faces. So a rectangle becomes the box of `primitives.box`. A wall's first edge is its edge on the face,
+    and all faces point outwards for both signs of the height.
 
     Args:
-        meshes: M meshes. Where all faces of a mesh move alike, an edge between two of them gets no wall.
-        heights: [M] metres, signed. A mesh of height 0 stays as it is.
-        directions: [M, 3] unit vectors; each face's own normal when left out.
+        meshes: M meshes. If all faces of a mesh move in the same way, an edge between two of them gets no wall.
+        heights: [M] metres, signed. A mesh of height 0 does not change.
+        directions: [M, 3] unit vectors; each face's own normal by default.
     """
     normals = face_normals(meshes)
     if directions is None:
@@ -52,7 +52,7 @@ def extrude_along_vertex_normals(meshes: Meshes, heights: Floats) -> Meshes:
 
     Args:
         meshes: M meshes.
-        heights: [M] metres, signed. A mesh of height 0 stays as it is.
+        heights: [M] metres, signed. A mesh of height 0 does not change.
     """
     mean = np.zeros_like(meshes.points)
     np.add.at(mean, meshes.corner_points(), face_normals(meshes)[meshes.face_of_corner()])
@@ -93,7 +93,7 @@ def _moves_as_one(meshes: Meshes, normals: Floats) -> Flags:
 
 
 def _with_own_points(meshes: Meshes, chosen: Flags) -> Meshes:
-    """Meshes in which the faces of the chosen ones share no points, neither do two visits of one face to a point."""
+    """Meshes in which the faces of the chosen ones share no points, and no face repeats a point."""
     corners_per_mesh = np.diff(meshes.face_offsets[meshes.mesh_faces])
     points_per_mesh = np.where(chosen, corners_per_mesh, np.diff(meshes.mesh_points))
     mesh_points = offsets_from_counts(points_per_mesh)
@@ -127,7 +127,7 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
     at_boundary = (edge >= 0) & table.is_boundary[np.maximum(edge, 0)] if len(table) else edge >= 0
     corner = np.flatnonzero(moving[face] & at_boundary)
     walls = np.column_stack((here, here[following], above[following], above))[corner]
-    # A wall seen from the other side still begins with the edge it stands on.
+    # A reversed wall still begins with its edge on the face.
     turned = inwards[face[corner]]
     walls[turned] = walls[turned][:, [1, 0, 3, 2]]
     walls_of = of_face[face[corner]]

@@ -1,6 +1,6 @@
-"""Shapes everybody knows, in the unit cube 0..1: closed where they have a volume, all faces looking outwards.
+"""Primitive shapes in the unit cube 0..1: closed if they have a volume, all faces point outwards.
 
-Every primitive but the sphere and the star is what ``extrude`` or ``taper`` makes of its outline, face order included:
+Every primitive except the sphere and the star equals ``extrude`` or ``taper`` of its outline, face order included:
 walls in the order of the footprint's edges, then the top, then the bottom.
 """
 
@@ -34,10 +34,10 @@ BOX_ORIGINS: Floats = np.array([[0, 0, 1], [1, 0, 1], [1, 0, 0], [0, 0, 0], [0, 
 """[6, 3] the first corner of each face of `box`: the origin of its frame."""
 
 DEFAULT_SIDES = 16
-"""Sides of round primitives when a rule does not say."""
+"""Default number of sides of round primitives."""
 
 STAR_TIPS, STAR_INNER_RADIUS = 5, 0.45
-"""The star of the toy grammar; the inner radius is relative to the outer one."""
+"""Star of the toy grammar; the inner radius is relative to the outer radius."""
 
 
 def quad() -> Meshes:
@@ -112,13 +112,13 @@ def _circle(sides: int) -> Floats:
 
 
 def _filling(outline: Floats) -> Floats:
-    """An outline stretched to fill the unit square."""
+    """An outline scaled to fill the unit square."""
     low, high = outline.min(axis=0), outline.max(axis=0)
     return (outline - low) / (high - low)
 
 
 def _center(circle: Floats) -> Floats:
-    """Where the centre of a circle lies once `_filling` has stretched it."""
+    """Centre of a circle after `_filling` has scaled it."""
     low, high = circle.min(axis=0), circle.max(axis=0)
     return -low / (high - low)
 
@@ -141,7 +141,7 @@ _BUILTIN: dict[str, Callable[[], Meshes]] = {
 }
 
 BUILTIN_ASSETS: tuple[str, ...] = tuple(f"builtin:{name}" for name in _BUILTIN)
-"""What ``i("builtin:cube")`` and its like may name."""
+"""Names of built-in meshes, as in ``i("builtin:cube")``."""
 
 
 @cache
@@ -149,6 +149,6 @@ def builtin_asset(name: str) -> Meshes:
     """The primitive of that name, with or without ``builtin:`` in front.
 
     Raises:
-        KeyError: no such primitive.
+        KeyError: If the primitive does not exist.
     """
     return _BUILTIN[name.removeprefix("builtin:")]()

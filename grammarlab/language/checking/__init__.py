@@ -1,1 +1,1 @@
-"""Everything that is wrong with a rule file."""
+"""Checker of rule files."""

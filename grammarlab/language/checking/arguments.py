@@ -1,4 +1,4 @@
-"""Arguments of what CGA has of its own, against the forms of its tables."""
+"""Checks of the arguments of CGA's operations and functions against the forms in its tables."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from grammarlab.language.vocabulary.kinds import ANY, Scope, Types, advice, in_w
 
 
 class Checker(Protocol):
-    """Finds the types of arguments, and what is wrong with them on the way."""
+    """Infers the types of arguments and reports their errors."""
 
     symbols: Symbols
     supported: SupportedFeatures
     remarks: Remarks
 
     def value(self, choice: Choice, scope: Scope) -> Types:
-        """The types of an argument."""
+        """Types of an argument."""
         ...
 
     def name(self, node: Name, scope: Scope) -> Types:
-        """The types of what a name stands for."""
+        """Types of the value of a name."""
         ...
 
 
@@ -38,7 +38,7 @@ def check_arguments(
     location: Location,
     scope: Scope,
 ) -> Signature | None:
-    """Checks the arguments of an operation or function; the form they fit, if any."""
+    """Check the arguments of an operation or function; returns the matching form, if any."""
     candidates = [form for form in forms if form.takes(len(given))]
     if not candidates:
         for argument in given:
@@ -75,7 +75,7 @@ def check_arguments(
 
 
 def _argument(checker: Checker, node: Expression, parameters: Sequence[Parameter], scope: Scope) -> Types | None:
-    """The types of an argument; None for a keyword, known or not."""
+    """Types of an argument; None for a keyword, known or unknown."""
     takes_keyword = any(parameter.keywords for parameter in parameters)
     if isinstance(node, Name) and takes_keyword:
         known = node.identifier in scope.locals or checker.symbols.is_value(node.identifier)
@@ -92,7 +92,7 @@ def _argument(checker: Checker, node: Expression, parameters: Sequence[Parameter
 
 
 def _place(checker: Checker, node: Expression, scope: Scope) -> Types:
-    """Checks the name that ``set`` sets."""
+    """Check the name that ``set`` sets."""
     if isinstance(node, Call) and node.function == "sel":
         checker.value(node, scope.plain())
     elif not isinstance(node, Name):
@@ -115,7 +115,7 @@ def _misfit(form: Signature, given: Sequence[Expression], types: Sequence[Types 
     for index, (argument, found) in enumerate(zip(given, types, strict=True)):
         parameter = form.parameters[index]
         if parameter.keywords:
-            # A parameter of a rule may hold a selector that its caller made with sel(...): nothing is known of it.
+            # A parameter of a rule may hold a selector that its caller made with sel(...): its type is unknown.
             # Quotes around a keyword are an older way to write it.
             quoted = isinstance(argument, String) and argument.value in parameter.keywords
             fits = quoted or (isinstance(argument, Name) and argument.identifier in parameter.keywords)
@@ -132,7 +132,7 @@ def _note_keyword(checker: Checker, name: str, argument: Expression, parameter: 
 
 
 def note_keyword(checker: Checker, name: str, word: Name) -> None:
-    """Says so when a keyword of an operation cannot be carried out."""
+    """Report unsupported keywords of an operation."""
     feature = f"{name}:{word.identifier}"
     checker.remarks.unsupported(checker.supported.keywords, feature, word.location, f"{name} with {word.identifier}")
 

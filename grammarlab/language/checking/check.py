@@ -1,4 +1,4 @@
-"""Everything that is wrong with a rule file, or beyond what can be carried out."""
+"""Errors, warnings and unsupported features of a rule file."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ __all__ = ["EVERYTHING", "SupportedFeatures", "check", "check_text"]
 
 
 def check(grammar: Grammar, supported: SupportedFeatures = EVERYTHING) -> tuple[Finding, ...]:
-    """What is wrong with a grammar, in the order of its text; of the files it imports only the names are read.
+    """Findings about a grammar, in the order of its text; only the names of imported files are used.
 
     Args:
         grammar: the grammar.
-        supported: what can be carried out; anything else is reported with the severity ``unsupported``.
+        supported: the supported features; all others are reported with the severity ``unsupported``.
     """
     remarks = Remarks()
     for finding in grammar.import_findings:
@@ -42,12 +42,12 @@ def check(grammar: Grammar, supported: SupportedFeatures = EVERYTHING) -> tuple[
 
 
 def check_text(text: str, file: str = "<text>", supported: SupportedFeatures = EVERYTHING) -> tuple[Finding, ...]:
-    """What is wrong with a rule file, syntax errors among it. Never raises, whatever the text.
+    """Findings about a rule file, syntax errors included. Never raises, for any text.
 
     Args:
         text: the whole file.
         file: its name, for messages.
-        supported: what can be carried out.
+        supported: the supported features.
     """
     return check_parsed(parse(text.removeprefix("\ufeff"), file), supported, {}, ())[0]
 
@@ -59,14 +59,14 @@ def check_parsed(
     problems: Iterable[Finding],
     imported: bool = False,
 ) -> tuple[tuple[Finding, ...], Symbols]:
-    """What is wrong with a rule file that was read, in the order of its text, and what it defines.
+    """Findings about a parsed rule file, in the order of its text, and its definitions.
 
     Args:
         parsed: the file.
         supported: what can be carried out.
-        libraries: what imported files define, by alias; None for those of which it is not known.
-        problems: what is wrong with the imports.
-        imported: whether other files begin with its rules, so that none need lead to all others.
+        libraries: definitions of imported files, by alias; None for unknown ones.
+        problems: findings about the imports.
+        imported: whether other files start with its rules, so that all rules count as reachable.
     """
     remarks = Remarks()
     for finding in (*parsed.findings, *problems):
@@ -86,7 +86,7 @@ def _symbols_of(grammar: Grammar) -> Symbols:
 def _check_tree(
     tree: RuleFile, symbols: Symbols, supported: SupportedFeatures, remarks: Remarks, whole: bool = True
 ) -> None:
-    """Checks a tree; `whole` is False where some definitions are missing because of syntax errors."""
+    """Check a tree; `whole` is False if definitions are missing because of syntax errors."""
     check_declarations(tree, remarks)
     expressions = ExpressionChecker(symbols, supported, remarks)
     bodies = BodyChecker(expressions)
@@ -112,7 +112,7 @@ def _check_tree(
 
 
 def _variables(expressions: ExpressionChecker, variables: tuple[Variable, ...], scope: Scope) -> Scope:
-    """Checks the local variables of a definition; the scope in which its body stands."""
+    """Check the local variables of a definition; returns the scope of its body."""
     for variable in variables:
         what = "a local variable"
         expressions.remarks.unsupported(expressions.supported.constructs, "variables", variable.location, what)
@@ -136,6 +136,6 @@ def _check_start(tree: RuleFile, remarks: Remarks) -> None:
         return
     for rule in roots:
         if rule.parameters:
-            message = f"the start rule {rule.name} has parameters, and nothing gives them values"
+            message = f"the start rule {rule.name} has parameters without values"
             remarks.warning("start-parameters", rule.location, message, "begin with a rule without parameters")
     check_reachable(tree, roots, remarks)

@@ -1,4 +1,4 @@
-"""Definitions as such: no two of one name, parameters told apart, annotations well formed."""
+"""Checks of definitions: unique names, distinct parameters, well-formed annotations."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from grammarlab.language.syntax.tree import (
 
 @dataclass(frozen=True, slots=True)
 class _Form:
-    """What an annotation takes."""
+    """Arguments of an annotation."""
 
     fewest: int = 0
     most: int = 0
     keywords: frozenset[str] = frozenset()
     of_attributes: bool = True
-    """Whether it says something about attributes alone."""
+    """Whether it applies to attributes only."""
 
 
 _MANY = 10_000
@@ -66,7 +66,7 @@ _BY_LOWER = {name.lower(): name for name in _ANNOTATIONS}
 
 
 def check_declarations(tree: RuleFile, remarks: Remarks) -> None:
-    """Reports definitions that clash, and annotations that say nothing."""
+    """Report duplicate definitions, and annotations without a meaning."""
     seen: dict[tuple[str, str, int], Definition] = {}
     styles = {"Default"}
     for definition in tree.definitions:
@@ -85,7 +85,7 @@ def _check_style(style: Style, styles: set[str], remarks: Remarks) -> None:
     if style.name in styles:
         remarks.error("duplicate-definition", style.location, f"the style {style.name} is defined twice")
     if style.base and style.base not in styles:
-        message = f"no style is called '{style.base}'"
+        message = f"unknown style '{style.base}'"
         remarks.error("unknown-name", style.location, message, suggestion(style.base, styles))
     styles.add(style.name)
 
@@ -120,7 +120,7 @@ def _check_annotation(annotation: Annotation, definition: Definition, remarks: R
     name = _BY_LOWER.get(annotation.name.lower())
     if name is None:
         hint = suggestion(annotation.name, _ANNOTATIONS)
-        message = f"no annotation is called @{annotation.name}"
+        message = f"unknown annotation @{annotation.name}"
         remarks.warning("unknown-annotation", annotation.location, message, hint)
         return
     form = _ANNOTATIONS[name]
@@ -134,7 +134,7 @@ def _check_annotation(annotation: Annotation, definition: Definition, remarks: R
             message = f"@{name} has no argument '{keyword}'"
             remarks.warning("bad-annotation", value.location, message, suggestion(keyword, form.keywords))
     if form.of_attributes and not isinstance(definition, Attribute | Function):
-        remarks.warning("bad-annotation", annotation.location, f"@{name} says something about attributes only")
+        remarks.warning("bad-annotation", annotation.location, f"@{name} applies to attributes only")
     if name == "StartRule" and not isinstance(definition, Rule):
         remarks.warning("bad-annotation", annotation.location, "@StartRule marks rules only")
     if name == "Range":

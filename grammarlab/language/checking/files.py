@@ -1,4 +1,4 @@
-"""Everything that is wrong with a rule file on disk and with the files that it imports."""
+"""Findings about a rule file on disk and about its imported files."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ from grammarlab.language.syntax.tree import Import, RuleFile
 
 @dataclass(frozen=True, slots=True)
 class CheckedFile:
-    """One rule file, read."""
+    """A parsed rule file."""
 
     file: str
     text: str
     findings: tuple[Finding, ...]
-    """In the order of its text."""
+    """Findings in the order of its text."""
     tree: RuleFile
-    """Without the definitions that have syntax errors."""
+    """Syntax tree without the definitions that have syntax errors."""
 
 
 def check_files(
     path: Path, name: str, supported: SupportedFeatures = EVERYTHING, root: Path | None = None
 ) -> tuple[CheckedFile, ...]:
-    """What is wrong with a rule file, and with every file that it imports, directly or not.
+    """Findings about a rule file and every file that it imports, directly or not.
 
     Args:
         path: the rule file.
-        name: what messages call it; imported files are called by their paths from there.
-        supported: what can be carried out; anything else is reported with the severity ``unsupported``.
-        root: the folder that no import may leave, and that paths beginning with a slash start from; by default what
-            `rules_folder` gives.
+        name: its name in messages; imported files are named by their paths relative to it.
+        supported: the supported features; all others are reported with the severity ``unsupported``.
+        root: the folder that no import may leave, and that paths beginning with a slash start from. Default:
+            `rules_folder`.
 
     Returns:
         The file, then those it imports, each once.
 
     Raises:
-        LanguageError: the file cannot be read, or is too large.
+        LanguageError: If the file cannot be read, or is too large.
     """
     folder = path.resolve().parent
     checker = _Checker(supported, rules_folder(folder) if root is None else root.resolve(), folder, Path(name).parent)
@@ -51,7 +51,7 @@ def check_files(
 
 
 class _Checker:
-    """Checks files, each once."""
+    """Checks each file once."""
 
     def __init__(self, supported: SupportedFeatures, root: Path, folder: Path, shown: Path) -> None:
         self.supported = supported
@@ -61,12 +61,12 @@ class _Checker:
         """The folder, as the user gave it."""
         self.checked: dict[Path, CheckedFile] = {}
         self.symbols: dict[Path, Symbols | None] = {}
-        """What each file defines; None where syntax errors hide some of it."""
+        """Definitions of each file; None if it has syntax errors."""
 
     def read(self, path: Path, name: str, text: str, users: tuple[Path, ...]) -> None:
         text = text.removeprefix("\ufeff")
         parsed = parse(text, name)
-        # Holds the file's place among the others while those it imports are read.
+        # Reserves the file's place in the order while its imports are read.
         self.checked[path] = CheckedFile(name, text, (), parsed.tree)
         libraries, problems = self._libraries(parsed.tree, path, (*users, path))
         findings, symbols = check_parsed(parsed, self.supported, libraries, problems, imported=bool(users))
@@ -76,7 +76,7 @@ class _Checker:
     def _libraries(
         self, tree: RuleFile, path: Path, users: tuple[Path, ...]
     ) -> tuple[dict[str, Symbols | None], list[Finding]]:
-        """The symbols of imported files by alias, and what is wrong with the imports."""
+        """Symbols of imported files by alias, and findings about the imports."""
         libraries: dict[str, Symbols | None] = {}
         problems: list[Finding] = []
         for statement in tree.definitions:

@@ -1,4 +1,4 @@
-"""Which rules are ever applied, and which never end."""
+"""Checks for rules that are never applied and rules that never end."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ Key = tuple[str, int]
 
 
 def check_reachable(tree: RuleFile, roots: tuple[Rule, ...], remarks: Remarks) -> None:
-    """Warns of rules that nothing leads to.
+    """Warn of unreachable rules.
 
     Args:
         tree: the rule file.
-        roots: the rules that derivations begin with.
-        remarks: takes the findings.
+        roots: the start rules of derivations.
+        remarks: collects the findings.
     """
     successors: dict[Key, set[Key]] = {}
     for rule in _rules(tree):
@@ -55,7 +55,7 @@ def check_reachable(tree: RuleFile, roots: tuple[Rule, ...], remarks: Remarks) -
 
 
 def check_shadowed(tree: RuleFile, remarks: Remarks) -> None:
-    """Warns of rules that are never applied because CGA has an operation of their name."""
+    """Warn of rules that are never applied because CGA has an operation of their name."""
     for rule in _rules(tree):
         if rule.name in builtins.operations():
             message = f"the rule {rule.name} is never applied: {rule.name} is an operation"
@@ -63,9 +63,9 @@ def check_shadowed(tree: RuleFile, remarks: Remarks) -> None:
 
 
 def check_endless(tree: RuleFile, remarks: Remarks) -> None:
-    """Reports rules that lead back to themselves whatever happens, and values that are defined by themselves.
+    """Report rules that always call themselves, and values that are defined by themselves.
 
-    What stands in a block does not count: a part of a split may have no room, a component may be missing.
+    Calls inside blocks do not count: a part of a split may have size 0, a component may be missing.
     """
     rules = list(_rules(tree))
     bodies: dict[Key, list[Choice]] = {}
@@ -75,20 +75,20 @@ def check_endless(tree: RuleFile, remarks: Remarks) -> None:
     _grow(ending, {key: [_rule_needs(body) for body in choices] for key, choices in bodies.items()})
     for rule in rules:
         if _key(rule) not in ending and rule.name not in builtins.operations():
-            message = f"the rule {rule.name} never ends: every way through it leads to it, or to another such rule"
+            message = f"the rule {rule.name} never ends: all its branches call it, or another such rule"
             hint = "add a case or a random branch that ends, or a symbol without a rule"
             remarks.error("endless-rule", rule.location, message, hint)
     _check_endless_values(tree, remarks)
 
 
 Needs = list[frozenset[Key]]
-"""Ways through a definition: for each, what must end for it to end."""
+"""Paths through a definition; each is the set of definitions that must end for it to end."""
 MAX_WAYS = 64
-"""More ways through a sequence of choices than that are not told apart: the definition is taken to end."""
+"""Largest number of distinguished paths through a definition; one with more paths is assumed to end."""
 
 
 def _grow(ending: set[Key], needs: dict[Key, list[Needs]]) -> None:
-    """Adds to `ending` whatever can end, until nothing is left to add."""
+    """Add definitions that can end to `ending`, until none is left."""
     owners: list[Key] = []
     missing: list[int] = []
     users: dict[Key, list[int]] = {}
@@ -146,7 +146,7 @@ def _check_endless_values(tree: RuleFile, remarks: Remarks) -> None:
     _grow(ending, needs)
     for node in definitions:
         if _value_key(node) not in ending:
-            message = f"{node.name} is defined by itself, so that it never has a value"
+            message = f"{node.name} is defined by itself, so it never has a value"
             remarks.error("endless-value", node.location, message, "add a case that does not use it")
 
 
@@ -165,7 +165,7 @@ def _value_needs(choice: Choice, hidden: frozenset[str], attributes: set[str]) -
 
 
 def _used(node: Node, hidden: frozenset[str], attributes: set[str]) -> frozenset[Key]:
-    """What must have a value for an expression to have one."""
+    """Definitions that must have a value for an expression to have one."""
     used: set[Key] = set()
     for inner in _unconditional(node):
         if isinstance(inner, Name) and inner.identifier not in hidden:

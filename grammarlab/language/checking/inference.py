@@ -1,4 +1,4 @@
-"""Expressions: every name known, every argument of a fitting type."""
+"""Checks of expressions: known names and matching types."""
 
 from __future__ import annotations
 
@@ -48,21 +48,21 @@ from grammarlab.language.vocabulary.kinds import (
 
 
 class ExpressionChecker:
-    """Finds the types of expressions, and what is wrong with them on the way."""
+    """Infers the types of expressions and reports their errors."""
 
     def __init__(self, symbols: Symbols, supported: SupportedFeatures, remarks: Remarks) -> None:
         self.symbols = symbols
         self.supported = supported
         self.remarks = remarks
         self._types: dict[tuple[str, int], Types] = {}
-        """Of definitions, by name and number of parameters (-1 for attributes)."""
+        """Types of definitions, by name and number of parameters (-1 for attributes)."""
 
     def condition(self, node: Expression, scope: Scope) -> None:
-        """Checks what stands after ``case``."""
+        """Check the condition after ``case``."""
         self._expect(node, BOOL, "a condition", scope)
 
     def value(self, choice: Choice, scope: Scope) -> Types:
-        """The types of what a function, attribute or argument is worth."""
+        """Types of the value of a function, attribute or argument."""
         if isinstance(choice, Operations):
             self.remarks.error("not-a-value", choice.location, "expected an expression, found operations")
             return ANY
@@ -83,7 +83,7 @@ class ExpressionChecker:
         return found
 
     def heads(self, choice: Case | Stochastic, scope: Scope) -> None:
-        """Checks the conditions or percentages of a choice."""
+        """Check the conditions or percentages of a choice."""
         if isinstance(choice, Case):
             for condition in choice.conditions:
                 if condition is not None:
@@ -95,7 +95,7 @@ class ExpressionChecker:
         check_percentages(choice, self.remarks)
 
     def types(self, node: Expression, scope: Scope) -> Types:
-        """The types that an expression may have."""
+        """Possible types of an expression."""
         literal = _LITERALS.get(type(node))
         return literal if literal is not None else _CHECKS[type(node)](self, node, scope)
 
@@ -114,7 +114,7 @@ class ExpressionChecker:
     # Names
 
     def name(self, node: Name, scope: Scope) -> Types:
-        """The types of what a name stands for."""
+        """Types of the value of a name."""
         name = node.identifier
         if name in scope.locals:
             return ANY
@@ -140,11 +140,11 @@ class ExpressionChecker:
         return ANY
 
     def _unknown(self, node: Name, known: Sequence[str]) -> None:
-        message = f"nothing is called '{node.identifier}' here"
+        message = f"unknown name '{node.identifier}'"
         self.remarks.error("unknown-name", node.location, message, suggestion(node.identifier, known))
 
     def _defined(self, name: str, num_arguments: int, location: Location) -> Types:
-        """The types of an attribute (`num_arguments` -1), or of a call of a function of the file."""
+        """Types of an attribute (`num_arguments` -1), or of a call of a function of the file."""
         overloads = self.symbols.functions.get(name, {})
         if num_arguments == 0 and 0 not in overloads and name in self.symbols.attributes:
             num_arguments = -1
@@ -157,7 +157,7 @@ class ExpressionChecker:
             return ANY
         key = (name, num_arguments)
         if key not in self._types:
-            self._types[key] = ANY  # what a definition that uses itself is taken to be meanwhile
+            self._types[key] = ANY  # assumed type of a recursive definition during its own inference
             silent = ExpressionChecker(self.symbols, self.supported, Remarks())
             silent._types = self._types
             parameters = definition.parameters if isinstance(definition, Function) else ()
@@ -186,7 +186,7 @@ class ExpressionChecker:
         return ANY
 
     def _unknown_function(self, node: Call, known: Sequence[str]) -> None:
-        message = f"no function is called '{node.function}'"
+        message = f"unknown function '{node.function}'"
         self.remarks.error("unknown-function", node.location, message, suggestion(node.function, known))
 
     def _builtin(self, name: str, arguments: Sequence[Expression], location: Location, scope: Scope) -> Types:
@@ -254,7 +254,7 @@ class ExpressionChecker:
         allowed, sign = (scope.relative, "'") if isinstance(node, Relative) else (scope.floating, "~")
         if not allowed:
             places = "in the sizes of operations and splits" if sign == "'" else "at the head of a part of a split"
-            self.remarks.error("misplaced-size", node.location, f"{sign} has a meaning only {places}")
+            self.remarks.error("misplaced-size", node.location, f"{sign} is allowed only {places}")
         self._expect(node.operand, FLOAT, "a size", replace(scope, floating=False))
         return FLOAT
 

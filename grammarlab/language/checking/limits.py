@@ -1,6 +1,6 @@
-"""Which values people may enter for an attribute: ``@Range(min=1, max=5)`` and ``@Enum("low", "high")``.
+"""Allowed values of attributes: ``@Range(min=1, max=5)`` and ``@Enum("low", "high")``.
 
-As in CityEngine these bind what is entered by hand, not what rules set, and not with ``restricted=false``.
+As in CityEngine, they restrict values entered by users, not values set by rules, and nothing with ``restricted=false``.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from grammarlab.language.syntax.tree import Annotation, Attribute, Boolean, Expr
 
 
 def objection(attribute: Attribute, value: float | bool | str) -> str:
-    """What is wrong with a value entered for an attribute, as ``expected 1 to 5, found 9``; empty when nothing is.
+    """Message about a forbidden value of an attribute, such as ``expected 1 to 5, found 9``; empty if it is allowed.
 
     >>> from grammarlab.language.grammar import Grammar
     >>> grammar = Grammar.parse("@Range(min=1, max=5) attr floors = 2 Lot --> NIL")
@@ -31,7 +31,7 @@ def objection(attribute: Attribute, value: float | bool | str) -> str:
 
 
 def _beyond(annotation: Annotation, value: float | bool | str) -> str:
-    """The range that a number lies outside of; empty when it lies inside, or there is none."""
+    """The range that a number violates; empty if it is inside, or there is no range."""
     if isinstance(value, bool | str):
         return ""
     named = dict(annotation.arguments)
@@ -46,7 +46,7 @@ def _beyond(annotation: Annotation, value: float | bool | str) -> str:
 
 
 def _unlisted(annotation: Annotation, value: float | bool | str) -> str:
-    """The values of an enumeration that a value is not among; empty when it is, or there is none."""
+    """The values of an enumeration that lacks a value; empty if it has the value, or there is no enumeration."""
     listed = [node for key, node in annotation.arguments if not key]
     if not listed or value in [_plain(node) for node in listed]:
         return ""

@@ -11,11 +11,11 @@ from grammarlab.language.checking.symbols import Remarks
 from grammarlab.language.syntax.tree import Binary, Expression, Number, Stochastic, Unary
 
 TOLERANCE = 1e-6
-"""Percentages that are off 100 by no more are taken to sum to it; thirds are written with few digits."""
+"""Largest difference from 100 that is accepted, since thirds are written with few digits."""
 
 
 def constant(node: Expression) -> float | None:
-    """The value of an expression made of numbers alone; NaN where it has none, None where it is not constant."""
+    """Value of an expression of numbers; NaN if undefined, None if the expression is not constant."""
     match node:
         case Number(value=value):
             return value
@@ -41,7 +41,7 @@ def _combine(operator: str, left: float, right: float) -> float:
 
 
 def branch_weights(percentages: NDArray[np.float64], has_else: bool) -> NDArray[np.float64]:
-    """Weights of branches [..., B]: their percentages, and for ``else`` what these leave of 100, at least 0.
+    """Weights of branches [..., B]: their percentages; ``else`` has the rest to 100, at least 0.
 
     Args:
         percentages: [..., B] as written; 0 for ``else``.
@@ -54,7 +54,7 @@ def branch_weights(percentages: NDArray[np.float64], has_else: bool) -> NDArray[
 
 
 def probabilities(choice: Stochastic) -> tuple[float, ...] | None:
-    """Of each branch of a choice, summing to 1, as derivations take them; None where one is not a constant."""
+    """Probabilities of the branches of a choice, summing to 1; None if a percentage is not constant."""
     given = [0.0 if node is None else constant(node) for node in choice.percentages]
     if any(value is None or not value >= 0.0 for value in given):
         return None
@@ -64,7 +64,7 @@ def probabilities(choice: Stochastic) -> tuple[float, ...] | None:
 
 
 def check_percentages(choice: Stochastic, remarks: Remarks) -> None:
-    """Reports percentages below 0, and constant ones that do not sum to 100."""
+    """Report percentages below 0, and constant percentages that do not sum to 100."""
     values = [constant(percentage) for percentage in choice.percentages if percentage is not None]
     for percentage, value in zip(choice.percentages, values, strict=False):
         if percentage is not None and value is not None and not value >= 0:
@@ -79,9 +79,9 @@ def check_percentages(choice: Stochastic, remarks: Remarks) -> None:
     if excess > TOLERANCE:
         wanted = "at most 100 before 'else'" if has_else else "100"
         message = f"the percentages sum to {total:g}, expected {wanted}"
-        hint = "end with else : …, which takes what is left of 100" if total < 100 else "lower some of them"
+        hint = "end with else : …, which gets the rest to 100" if total < 100 else "lower some of them"
         add = remarks.error if excess > 1 else remarks.warning
         add("percentages", choice.location, message, hint)
     elif has_else and total >= 100 - TOLERANCE:
-        message = "this 'else' never happens: the percentages before it sum to 100"
+        message = "this 'else' is never chosen: the percentages before it sum to 100"
         remarks.warning("empty-else", choice.branches[-1].location, message)

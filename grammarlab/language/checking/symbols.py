@@ -1,4 +1,4 @@
-"""What the names of a rule file stand for, and what was probably meant by one that stands for nothing."""
+"""Definitions behind the names of a rule file, and suggestions for unknown names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from grammarlab.language.syntax.tree import Attribute, Function, Import, Rule, R
 
 @dataclass(frozen=True, slots=True)
 class SupportedFeatures:
-    """What can be carried out. None stands for everything."""
+    """Supported features; None means all features."""
 
     operations: frozenset[str] | None = None
     """Operations, with or without a block, and ``inline``, ``union``, …, by name."""
@@ -20,12 +20,12 @@ class SupportedFeatures:
     attributes: frozenset[str] | None = None
     """Shape attributes."""
     keywords: frozenset[str] | None = None
-    """``operation:keyword``, as in ``split:x``; names of functions take the place of operations."""
+    """``operation:keyword``, as in ``split:x``, or ``function:keyword``."""
     constructs: frozenset[str] | None = None
     """Parts of the language: ``array``, ``element-wise``, ``import``, ``dynamic-import``, ``style``, ``variables``,
     ``comp-function``, ``connected`` (the separator ``=:``)."""
     harmless: frozenset[str] = frozenset()
-    """Operations, and shape attributes to be set, that are left out and that no shape depends on."""
+    """Ignored operations and settable shape attributes that no shape depends on."""
 
 
 EVERYTHING = SupportedFeatures()
@@ -38,11 +38,11 @@ class Remarks:
         self._findings: dict[Finding, None] = {}
 
     def take(self, finding: Finding) -> None:
-        """Takes a finding down, once."""
+        """Add a finding, unless it was added before."""
         self._findings.setdefault(finding)
 
     def add(self, severity: Severity, code: str, location: Location, message: str, hint: str = "") -> None:
-        """Makes a finding."""
+        """Make a finding."""
         self.take(Finding(severity, code, message, location, hint))
 
     def error(self, code: str, location: Location, message: str, hint: str = "") -> None:
@@ -52,22 +52,22 @@ class Remarks:
         self.add("warning", code, location, message, hint)
 
     def unsupported(self, names: frozenset[str] | None, name: str, location: Location, what: str) -> None:
-        """Says that something is CGA and yet cannot be carried out, unless it is among `names`."""
+        """Report a CGA feature as unsupported, unless it is among `names`."""
         if names is not None and name not in names:
-            self.add("unsupported", "unsupported", location, f"{what} is CGA that grammarlab does not carry out yet")
+            self.add("unsupported", "unsupported", location, f"{what} is CGA that grammarlab does not support yet")
 
     def left_out(self, location: Location, what: str) -> None:
-        """Says that something changes no more than texture coordinates, normals and finer points of materials."""
+        """Warn of a feature that affects only texture coordinates, normals and details of materials."""
         self.add("warning", "left-out", location, f"{what} is left out: no shape or colour depends on it")
 
     def in_order(self) -> tuple[Finding, ...]:
-        """The findings in the order of the text."""
+        """Findings in the order of the text."""
         return tuple(sorted(self._findings, key=lambda f: (f.location, f.severity, f.code, f.message)))
 
 
 @dataclass(frozen=True, slots=True)
 class Symbols:
-    """The definitions of a rule file by name, those of its styles among them."""
+    """Definitions of a rule file by name, including those of its styles."""
 
     rules: dict[str, set[int]] = field(default_factory=dict)
     """Numbers of parameters."""
@@ -75,18 +75,18 @@ class Symbols:
     functions: dict[str, dict[int, Function]] = field(default_factory=dict)
     """By number of parameters."""
     libraries: dict[str, Symbols | None] = field(default_factory=dict)
-    """Of the imported files, by alias; None for one that was not read."""
+    """Symbols of imported files, by alias; None for a file that was not read."""
     broken: frozenset[str] = frozenset()
     """Names in definitions with syntax errors, which may define them."""
 
     def library_of(self, name: str) -> tuple[str, str]:
-        """The alias that a dotted name begins with, and the rest; an empty alias when it begins with none."""
+        """The alias at the beginning of a dotted name, and the rest; the alias is empty if there is none."""
         dots = (i for i, character in enumerate(name) if character == "." and name[:i] in self.libraries)
         at = next(dots, 0)
         return (name[:at], name[at + 1 :]) if at else ("", name)
 
     def is_value(self, name: str) -> bool:
-        """Whether the name alone has a value: an attribute, constant or function without parameters."""
+        """Whether a name without arguments has a value: an attribute, constant or function without parameters."""
         return name in self.attributes or 0 in self.functions.get(name, {})
 
 
@@ -114,11 +114,11 @@ def collect(tree: RuleFile, libraries: Mapping[str, Symbols | None], broken: fro
 
 
 def suggestion(name: str, candidates: Iterable[str]) -> str:
-    """A hint with the nearest of the candidates; empty when none is near."""
+    """A hint with the nearest candidate; empty if none is near."""
     choices = sorted(set(candidates) - {name})
     folded = {choice.lower(): choice for choice in choices}
     if name.lower() in folded:
         return f"did you mean '{folded[name.lower()]}'?"
-    # Of few words one was surely meant; among all names of a file and of CGA a far likeness is chance.
+    # One of a few words was surely meant; among all names of a file and of CGA, a weak similarity is chance.
     nearest = get_close_matches(name, choices, n=1, cutoff=0.6 if len(choices) < 100 else 0.75)
     return f"did you mean '{nearest[0]}'?" if nearest else ""

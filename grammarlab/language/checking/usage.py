@@ -1,4 +1,4 @@
-"""Sequences of operations: every operation known, every symbol called as its rule is written."""
+"""Checks of sequences of operations: known operations, and calls that match the parameters of rules."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from grammarlab.language.vocabulary.kinds import FLOAT, Scope, in_words
 
 
 class BodyChecker:
-    """Checks what rules do."""
+    """Checks the bodies of rules."""
 
     def __init__(self, expressions: ExpressionChecker) -> None:
         self.expressions = expressions
@@ -45,15 +45,15 @@ class BodyChecker:
         self._operations = frozenset(name.lower() for name in (*builtins.operations(), *builtins.blocks()))
 
     def body(self, choice: Choice, scope: Scope) -> None:
-        """Checks a rule's body, or that of a part of a block."""
+        """Check the body of a rule, or of a part of a block."""
         if isinstance(choice, Operations):
             for item in choice.items:
                 self._item(item, scope)
         elif isinstance(choice, Case | Stochastic):
             self.expressions.heads(choice, scope)
             if isinstance(choice, Case) and choice.conditions[-1] is not None:
-                message = "these cases have no 'else': a shape that fits none of them ends here"
-                self.remarks.warning("case-without-else", choice.location, message, "add else : NIL, or what is meant")
+                message = "these cases have no 'else': a shape that matches none of them ends here"
+                self.remarks.warning("case-without-else", choice.location, message, "add else : NIL, or another branch")
             for branch in choice.branches:
                 self.body(branch, scope)
         else:
@@ -136,7 +136,7 @@ class BodyChecker:
             self.remarks.error("wrong-arity", item.location, message)
 
     def _terminal(self, item: Invoke) -> None:
-        """A symbol without a rule ends the derivation; warn where it looks like a slip of the pen."""
+        """A symbol without a rule ends the derivation; warn if it looks like a typing error."""
         if item.name.endswith("."):
             return
         folded = item.name.lower()
@@ -144,7 +144,7 @@ class BodyChecker:
         slip = folded in self._rules or (item.name[0].islower() and folded in self._operations)
         if item.parenthesised or slip:
             known = (*self.symbols.rules, *builtins.operations(), *builtins.blocks())
-            message = f"no rule or operation is called '{item.name}': it ends the derivation here"
+            message = f"unknown rule or operation '{item.name}': it ends the derivation here"
             self.remarks.warning("unknown-symbol", item.location, message, suggestion(item.name, known))
 
     def _dynamic_import(self, item: Invoke, scope: Scope) -> None:
@@ -166,7 +166,7 @@ class BodyChecker:
             if item.name in known:
                 message, hint = f"the operation {item.name} takes no block", ""
             else:
-                message = f"no operation with a block is called '{item.name}'"
+                message = f"unknown operation with a block '{item.name}'"
                 hint = suggestion(item.name, builtins.blocks())
             self.remarks.error("unknown-operation", item.location, message, hint)
         else:

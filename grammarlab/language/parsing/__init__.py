@@ -1,1 +1,1 @@
-"""Text in, syntax tree and findings out."""
+"""Parser: from text to a syntax tree and findings."""

@@ -1,4 +1,4 @@
-"""Where an expression begins that is known by its end: the percentage before ``%``."""
+"""Beginning of an expression from its end: the percentage before ``%``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _OPERATORS = frozenset({"OPERATOR", "SIGN"})
 def expression_start(tokens: Sequence[Token], partner: Mapping[int, int], index: int) -> int:
     """Index of the first token of the expression whose last token is at `index`.
 
-    Nothing separates a percentage from the operation before it, so that in ``A (b)% : C`` only the space tells that the
+    No token separates a percentage from the operation before it: in ``A (b)% : C`` only the space shows that the
     percentage is ``(b)`` and not ``A(b)``.
 
     Args:
@@ -37,7 +37,7 @@ def _is_prefix(tokens: Sequence[Token], index: int) -> bool:
 
 
 def _operand_start(tokens: Sequence[Token], partner: Mapping[int, int], index: int) -> int:
-    """Over ``name``, ``name(...)``, ``(...)``, ``[...]`` and ``name[...][...]``."""
+    """Step over ``name``, ``name(...)``, ``(...)``, ``[...]`` and ``name[...][...]``."""
     while index in partner and tokens[index].type in ("RPAR", "RBRACKET"):
         bracket = tokens[index].type
         index = partner[index]

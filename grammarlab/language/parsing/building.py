@@ -1,4 +1,4 @@
-"""From what the parser recognises to the nodes of the syntax tree."""
+"""Nodes of the syntax tree from the rules of the parser."""
 
 from __future__ import annotations
 
@@ -62,12 +62,12 @@ _ESCAPES = {"n": "\n", "t": "\t", '"': '"', "\\": "\\"}
 
 
 def _unescape(match: re.Match[str]) -> str:
-    # An unknown escape keeps its backslash: file names in the wild are full of them.
+    # An unknown escape keeps its backslash, since many file names contain backslashes.
     return _ESCAPES.get(match[1], match[0])
 
 
 class TreeBuilder(Transformer[Any, Any]):
-    """One method a rule of cga.lark, called by the parser as soon as the rule is complete."""
+    """One method per rule of cga.lark, called by the parser when the rule is complete."""
 
     # Expressions
 
@@ -112,7 +112,7 @@ class TreeBuilder(Transformer[Any, Any]):
     def chain(self, children: list[Any]) -> Expression:
         for operand in children[2::2]:
             if isinstance(operand, Floating):
-                hint = "'~' spans the whole size: write ~2*x"
+                hint = "'~' applies to the whole size: write ~2*x"
                 raise MistakeError("misplaced-tilde", "expected '~' first in a size", operand.location, hint)
         return group_operands(children[::2], [sign.value for sign in children[1::2]])
 
@@ -371,7 +371,7 @@ def _span_of(cell: list[Expression]) -> Expression:
 
 
 def _located(body: Any, location: Location) -> Any:
-    """The body, with a place when it is empty and has none of its own."""
+    """The body, with a place if it is empty and has none."""
     if isinstance(body, Sequence) and not body.items:
         return replace(body, location=location)
     return body

@@ -1,4 +1,4 @@
-"""Pieces of definitions that are no nodes of the tree, or not yet."""
+"""Intermediate parts of definitions that are not nodes of the tree."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from grammarlab.language.syntax.tree import Array, Attribute, Choice, Expression
 
 
 class MistakeError(Exception):
-    """What the grammar lets through and CGA does not mean."""
+    """Text that the parser's grammar accepts but CGA does not allow."""
 
     def __init__(self, code: str, message: str, location: Location, hint: str = "") -> None:
         super().__init__(message)
@@ -28,7 +28,7 @@ class Version:
 
 @dataclass(frozen=True, slots=True)
 class Vector:
-    """``{1, 0, 0}``, which only annotations know."""
+    """``{1, 0, 0}``, allowed only in annotations."""
 
     array: Array
 
@@ -47,13 +47,13 @@ class Keyword:
 
 @dataclass(frozen=True, slots=True)
 class Arguments:
-    """What stands between parentheses, whatever they turn out to belong to."""
+    """Items between parentheses: arguments, parameters or styles."""
 
     items: tuple[Expression | Vector | Keyword | Rule, ...]
     end: Location
 
     def expressions(self) -> tuple[Expression, ...]:
-        """The arguments of a call."""
+        """Arguments of a call."""
         for item in self.items:
             if isinstance(item, Keyword):
                 hint = "to compare, write '=='; a value is given by name only in annotations and imports"
@@ -65,17 +65,17 @@ class Arguments:
         return cast(tuple[Expression, ...], self.items)
 
     def names(self, what: str) -> tuple[str, ...]:
-        """The parameters of a definition, or the styles of an import."""
+        """Parameters of a definition, or styles of an import."""
         names: list[str] = []
         for item in self.expressions():
             if not isinstance(item, Name) or "." in item.identifier:
-                hint = "write Name(a, b): a definition's parentheses hold names, a call's hold values"
+                hint = "write Name(a, b): a definition has names in parentheses, a call has values"
                 raise MistakeError("bad-parameter", f"expected the plain name of a {what}", item.location, hint)
             names.append(item.identifier)
         return tuple(names)
 
     def overrides(self) -> tuple[Override, ...]:
-        """What a dynamic import redefines."""
+        """Redefinitions of a dynamic import."""
         result: list[Override] = []
         for item in self.items:
             if isinstance(item, Keyword):
@@ -95,11 +95,11 @@ class Variables:
 
 @dataclass(frozen=True, slots=True)
 class DefinitionHead:
-    """What a definition begins with."""
+    """Beginning of a definition."""
 
     name: Token
     parameters: tuple[str, ...] | None
-    """None without parentheses."""
+    """Parameters; None without parentheses."""
     variables: tuple[Variable, ...]
 
 
@@ -113,7 +113,7 @@ class Branch:
 
 
 def without_braces(item: Expression | Vector) -> Expression:
-    """An argument where braces have no meaning."""
+    """An argument in a place where braces are not allowed."""
     if isinstance(item, Vector):
         message = "expected an expression, found '{'"
         raise MistakeError("misplaced-braces", message, item.array.location, "an array is written [1, 2, 3]")

@@ -1,4 +1,4 @@
-"""What a syntax error means: expected, found, and what to try."""
+"""Findings for syntax errors: expected tokens, found token, and a hint."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from grammarlab.errors import Finding
 from grammarlab.language.parsing.tokens import Token
 
 _OPERAND = frozenset({"NUMBER", "STRING", "BOOLEAN", "PREFIX", "_LPAR"})
-"""Token types that begin an expression and nothing else."""
+"""Token types that begin only expressions."""
 _ITEM = frozenset({"NAME", "INLINE", "COMBINE", "SCATTER"})
 """Token types that begin an operation."""
 _SEPARATORS = frozenset({"_COLON", "_EQUALS", "_EQUALS_COLON"})
@@ -43,7 +43,7 @@ _WORDS = {
 
 @dataclass(frozen=True, slots=True)
 class _Error:
-    """A token that cannot stand where it stands."""
+    """An unexpected token."""
 
     tokens: Sequence[Token]
     position: int
@@ -56,17 +56,17 @@ class _Error:
 
     @property
     def token(self) -> Token:
-        """The token that cannot stand there; the last one of a definition that ends too early."""
+        """The unexpected token; the last token of a definition that ends too early."""
         return self.tokens[min(self.position, len(self.tokens) - 1)]
 
     @property
     def before(self) -> str:
-        """Type of the token before."""
+        """Type of the previous token."""
         return self.tokens[self.position - 1].type if self.position else ""
 
     @property
     def after(self) -> str:
-        """Type of the token after."""
+        """Type of the next token."""
         return self.tokens[self.position + 1].type if self.position + 1 < len(self.tokens) else ""
 
     def found(self) -> str:
@@ -85,7 +85,7 @@ class _Error:
         return False
 
     def opening(self) -> str:
-        """Type of the innermost bracket that is open at the token."""
+        """Type of the innermost open bracket at the token."""
         depth = 0
         for token in reversed(self.tokens[: self.position]):
             if token.type in ("RPAR", "CLOSE", "RBRACKET"):
@@ -98,12 +98,12 @@ class _Error:
 
 
 def explain(tokens: Sequence[Token], position: int, expected: frozenset[str]) -> Finding:
-    """The finding for a token that cannot stand where it stands.
+    """Finding for an unexpected token.
 
     Args:
         tokens: the tokens of the definition, at least one.
-        position: index of the token; past the last one when the definition ends too early.
-        expected: token types that could stand there.
+        position: index of the token; past the last token if the definition ends too early.
+        expected: allowed token types.
     """
     error = _Error(tokens, position, expected)
     for recognise in _USUAL_MISTAKES:
@@ -234,7 +234,7 @@ def _percent_without_colon(error: _Error) -> _Advice | None:
 
 
 def _late_choice(error: _Error) -> _Advice | None:
-    """Operations and then a choice: in CGA a choice begins a body."""
+    """A choice after operations: in CGA a choice must begin a body."""
     if error.token.type in ("CASE", "CHANCE") and not error.ended and error.before not in ("_ARROW", "_COLON"):
         hint = "write them in each branch, or begin another rule with the choice, or put it in brackets: [ case … ]"
         return "late-choice", "operations cannot stand before a choice: expected another operation", hint

@@ -1,4 +1,4 @@
-"""How deep the syntax tree of the tokens read so far will be: a bound, so that a hostile file ends in a finding."""
+"""Upper bound on the depth of a syntax tree from its tokens, so that a hostile file ends in a finding."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from grammarlab.errors import Finding, Location
 
 MAX_DEPTH = 240
-"""Depth of the deepest tree that is read. Python's recursion limit of 1,000 frames is what it protects: a level of
-brackets takes the passes over a tree up to four frames, an operator in a chain one."""
+"""Largest depth of a tree. It keeps passes over the tree below Python's recursion limit of 1,000 frames: a level of
+brackets takes up to four frames, an operator in a chain one."""
 
 BRACKET_DEPTH = 4
 CHOICE_DEPTH = 2
@@ -16,12 +16,12 @@ CHOICE_DEPTH = 2
 
 @dataclass(slots=True)
 class _OpenBracket:
-    """What is open between two brackets."""
+    """Open choices and operators between two brackets."""
 
     operators: int = 0
-    """Operators since the last sign that separates expressions: a chain of them is a tree of that depth."""
+    """Operators since the last separator of expressions: a chain of n operators is a tree of depth n."""
     choices: list[bool] = field(default_factory=list)
-    """The choices that the last branch stands in; True once their ``else`` was seen, and they are complete."""
+    """Choices around the last branch; True if their ``else`` was read and they are complete."""
 
     @property
     def depth(self) -> int:
@@ -29,27 +29,27 @@ class _OpenBracket:
 
 
 class Nesting:
-    """Follows the tokens of a definition. Its depth is an upper bound, exact up to a small factor."""
+    """Nesting of the tokens of a definition. Its depth is an upper bound, exact up to a small factor."""
 
     def __init__(self) -> None:
         self.restart()
 
     def restart(self) -> None:
-        """Forgets everything: a definition begins."""
+        """Reset at the beginning of a definition."""
         self._levels = [_OpenBracket()]
         self._outer = 0
-        """Depth of all levels but the innermost."""
+        """Depth of all levels except the innermost."""
 
     @property
     def depth(self) -> int:
         return self._outer + self._levels[-1].depth
 
     def follow(self, kind: str, brackets: int) -> None:
-        """Takes in a token.
+        """Add a token.
 
         Args:
             kind: its type.
-            brackets: how many brackets are open after it.
+            brackets: number of open brackets after it.
         """
         while len(self._levels) <= brackets:
             self._outer += BRACKET_DEPTH + self._levels[-1].depth
@@ -67,7 +67,7 @@ class Nesting:
             level.operators = 0
 
     def branch(self, nested: bool) -> None:
-        """A ``case`` or ``N%`` begins; `nested` when it is the first of its choice."""
+        """Add a ``case`` or ``N%``; `nested` if it is the first of its choice."""
         level = self._levels[-1]
         level.operators = 0
         if nested:
@@ -76,7 +76,7 @@ class Nesting:
             self._drop_complete(level)
 
     def otherwise(self) -> None:
-        """An ``else`` begins: the last branch of the innermost choice that has none."""
+        """Add an ``else``: the last branch of the innermost choice without one."""
         level = self._levels[-1]
         level.operators = 0
         self._drop_complete(level)
@@ -90,11 +90,11 @@ class Nesting:
 
 
 def too_deep(location: Location) -> Finding:
-    """The finding for a definition that passes `MAX_DEPTH`."""
+    """Finding for a definition that exceeds `MAX_DEPTH`."""
     return Finding(
         "error",
         "too-deep",
         f"nested too deeply: expected at most {MAX_DEPTH // BRACKET_DEPTH} brackets or {MAX_DEPTH} operators deep",
         location,
-        "move inner parts into rules or functions of their own; the file was not read further",
+        "move inner parts into separate rules or functions; the file was not read further",
     )

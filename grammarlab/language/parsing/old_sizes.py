@@ -1,6 +1,6 @@
-"""Parts of ``split`` without a size, as older rule files have them: ``split(x) { 1 : A | split(y) { ~1 : B }* }``.
+"""Parts of ``split`` without a size, as in older rule files: ``split(x) { 1 : A | split(y) { ~1 : B }* }``.
 
-Such a part takes the room that is left. Only a part that begins with a block can be told from a size.
+Such a part takes the remaining length. Only a part that begins with a block can be distinguished from a size.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ _OPEN, _SHUT = frozenset({"_LPAR", "_LBRACE", "_LBRACKET"}), frozenset({"RPAR", 
 
 
 def with_sizes(tokens: Sequence[Token]) -> list[Token]:
-    """The words of a definition, with ``~1 :`` in front of parts of ``split`` that have no size."""
+    """Words of a definition, with ``~1 :`` before parts of ``split`` that have no size."""
     if not any(token.value == "split" for token in tokens):
         return list(tokens)
     partners = _partners(tokens)
@@ -36,7 +36,7 @@ def with_sizes(tokens: Sequence[Token]) -> list[Token]:
 
 
 def _partners(tokens: Sequence[Token]) -> dict[int, int]:
-    """For each bracket the place of the one that belongs to it."""
+    """Index of the matching bracket, by index of each bracket."""
     partners: dict[int, int] = {}
     waiting: list[int] = []
     for place, token in enumerate(tokens):

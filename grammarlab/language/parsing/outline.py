@@ -1,9 +1,9 @@
-"""Where the definitions of a rule file begin and end.
+"""Beginnings and ends of the definitions of a rule file.
 
-CGA has no sign that ends a definition: in ``A --> B C(x) --> D`` only the second arrow shows that ``C(x)`` starts a
-rule. That look-ahead has no bound, so it is done here, over tokens, before the parser sees one definition at a time.
-The same pass does what needs matching brackets: it reports brackets that do not match, bounds the nesting, and gives
-words their meaning by place (``attr`` before a name, ``%`` before a colon).
+CGA has no token that ends a definition: in ``A --> B C(x) --> D`` only the second arrow shows that ``C(x)`` starts a
+rule. This look-ahead is unbounded, so it is done here, over tokens, before the parser reads one definition at a time.
+The same pass reports brackets that do not match, bounds the nesting, and assigns words their types by place
+(``attr`` before a name, ``%`` before a colon).
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ _KEYWORDS = {
     "style": ("STYLE", ("NAME",)),
     "version": ("_VERSION", ("STRING", "NUMBER")),
 }
-"""Words that begin a definition, when followed by one of these."""
+"""Words that begin a definition, with the token types that must follow."""
 _UNFINISHED = frozenset({"_EQUALS", "OPERATOR", "SIGN", "PREFIX", "_COMMA", "CARET", "_ASSIGN"})
-"""Tokens after which a definition cannot begin, because something must still follow."""
+"""Token types after which a definition cannot begin, because another token must follow."""
 
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
-    """The tokens of one definition."""
+    """Tokens of one definition."""
 
     tokens: tuple[Token, ...]
     damaged: bool = False
-    """Whether a finding already says that its brackets do not match."""
+    """Whether a finding already reports its brackets as unmatched."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,14 +65,14 @@ class _Scan:
         self.damage: set[int] = set()
         """Indices of tokens whose definition has a bracket finding."""
         self.heads: set[int] = set()
-        """Where a definition begins, annotations not counted."""
+        """Index of the beginning of the current definition, without its annotations."""
         self.annotation_ends: dict[int, int] = {}
         """Index of the ``@``, by index past the annotation."""
         self.chances: set[int] = set()
-        """Where the percentage of a ``N% :`` branch begins."""
+        """Index of the beginning of the percentage of an ``N% :`` branch."""
         self.in_condition = False
         self.depth_given: set[int] = set()
-        """Opening braces of splitAndSetbackPerimeter whose current part has said its depth."""
+        """Opening braces of splitAndSetbackPerimeter whose current part already has its depth."""
         self.nesting = Nesting()
 
     def run(self) -> None:
@@ -82,7 +82,7 @@ class _Scan:
                 step(self, index, token)
                 self.nesting.follow(token.type, len(self.open))
                 if self.nesting.depth > MAX_DEPTH:
-                    # What follows cannot be trusted: leave it unread instead of reporting every bracket of it.
+                    # The rest is unreliable: skip it instead of reporting every bracket in it.
                     self.findings.append(too_deep(token.location))
                     self.damage.add(index)
                     del self.tokens[index + 1 :]
@@ -103,7 +103,7 @@ class _Scan:
     def _closing(self, index: int, token: Token) -> None:
         wanted = _PARTNERS[token.type]
         if not any(self.tokens[i].type == wanted for i in self.open):
-            message = f"found '{token.value}' with no '{_OPENERS[wanted]}' before it to close"
+            message = f"found '{token.value}' without an open '{_OPENERS[wanted]}' before it"
             hint = f"delete it, or add the missing '{_OPENERS[wanted]}'"
             self.findings.append(Finding("error", "unmatched-bracket", message, token.location, hint))
             self.dropped.add(index)
@@ -123,7 +123,7 @@ class _Scan:
         self.damage.add(index)
 
     def _close_all(self, index: int) -> None:
-        """Reports every open bracket, because a definition begins at `index`, or the file ends."""
+        """Report every open bracket, because a definition begins at `index`, or the file ends."""
         if not self.open:
             return
         end = index == len(self.tokens)
@@ -154,7 +154,7 @@ class _Scan:
         if head is None:
             return
         before = self.tokens[head - 1].type if head else ""
-        # The body of a rule or of a branch may be empty: after an arrow or a colon the line decides.
+        # The body of a rule or of a branch may be empty: after an arrow or a colon the line break decides.
         goes_on = before in ("_ARROW", "_COLON") and not self._first_on_line(head)
         if not goes_on and before not in _UNFINISHED | {"ATTRIBUTE", "_AT"}:
             self._begin(head)
@@ -217,7 +217,7 @@ class _Scan:
         return index > 0 and self.tokens[index - 1].type == "_AT"
 
     def _inline(self, index: int, token: Token) -> None:
-        """Joins ``inline`` and ``inline(strategy)`` into one token whose value is the strategy."""
+        """Join ``inline`` and ``inline(strategy)`` into one token whose value is the strategy."""
         shape = [t.type for t in self.tokens[index + 1 : index + 5]]
         if shape[:1] in (["NAME"], ["_LBRACE"]):
             self.tokens[index] = token._replace(type="INLINE", value="")
@@ -234,7 +234,7 @@ class _Scan:
         self.nesting.restart()
         self.annotation_ends[index + 2] = index
 
-    # Signs whose meaning depends on their place
+    # Tokens whose type depends on their place
 
     def _colon(self, index: int, token: Token) -> None:
         if not self.open:
@@ -253,7 +253,7 @@ class _Scan:
             self.depth_given.discard(self.open[-1])
 
     def _follows_sign(self, index: int) -> bool:
-        """Whether a choice that begins at `index` stands inside another one, or right at the start of a body."""
+        """Whether a choice that begins at `index` is inside another one, or at the start of a body."""
         return index > 0 and self.tokens[index - 1].type in _UNFINISHED | {"_ARROW", "_COLON"}
 
     def _parts_have_depths(self, opening: int) -> bool:
@@ -264,15 +264,15 @@ class _Scan:
         return self.tokens[self.partner[closing] - 1].value == "splitAndSetbackPerimeter"
 
     def _star(self, index: int, token: Token) -> None:
-        """Joins ``}`` and ``*`` into one token: braces that repeat."""
+        """Join ``}`` and ``*`` into one token: repeated braces."""
         if token.value == "*" and index and self.tokens[index - 1].type == "CLOSE":
             closing = self.tokens[index - 1]
             self.tokens[index - 1] = closing._replace(value="}*", end=token.end)
-            self.tokens[index] = token._replace(type="STAR")  # no operator, should a percentage follow
+            self.tokens[index] = token._replace(type="STAR")  # not an operator if a percentage follows
             self.dropped.add(index)
 
     def _caret(self, index: int, token: Token) -> None:
-        """Joins ``Shape^2``, the handle annotation's name for a shape on the way up, into one name."""
+        """Join ``Shape^2``, the handle annotation's name for an ancestor, into one name."""
         if 0 < index < len(self.tokens) - 1:
             name, number = self.tokens[index - 1], self.tokens[index + 1]
             if name.type == "NAME" and number.type == "NUMBER":
@@ -282,12 +282,12 @@ class _Scan:
 
     def _semicolon(self, index: int, token: Token) -> None:
         if not self.open or self.tokens[self.open[-1]].type != "_LBRACKET":
-            message = "CGA has no ';': definitions and operations follow one another without a sign between them"
+            message = "CGA has no ';': definitions and operations follow one another without a separator"
             self.findings.append(Finding("error", "semicolon", message, token.location, "delete it"))
             self.dropped.add(index)
 
     def _pass(self, index: int, token: Token) -> None:
-        """Nothing to do but to count the nesting."""
+        """No action except counting the nesting."""
 
     # Result
 

@@ -1,4 +1,4 @@
-"""Text in, syntax tree and findings out."""
+"""Parser: from text to a syntax tree and findings."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from grammarlab.language.parsing.tokens import MAX_FINDINGS, Comment, Token, tok
 from grammarlab.language.syntax.tree import Definition, RuleFile
 
 MAX_CHARACTERS = 4 * 2**20
-"""Longest rule file that is read."""
+"""Largest number of characters of a rule file."""
 
 
 @dataclass(frozen=True, slots=True)
 class Parsed:
-    """A rule file read."""
+    """A parsed rule file."""
 
     tree: RuleFile
-    """The definitions without errors."""
+    """Definitions without errors."""
     findings: tuple[Finding, ...]
     """Syntax errors in the order of the text; empty when the tree is the whole file."""
     comments: tuple[Comment, ...]
     broken: frozenset[str]
-    """Names that stand in definitions with errors, so that their users need not be reported too."""
+    """Names in definitions with errors, so that uses of these names are not reported."""
 
 
 def parse(text: str, file: str = "<text>") -> Parsed:
-    """The syntax tree of a rule file, and everything in it that is not CGA.
+    """Syntax tree of a rule file, and findings about text that is not CGA.
 
     Args:
         text: the whole rule file.
@@ -50,7 +50,7 @@ def parse(text: str, file: str = "<text>") -> Parsed:
         return Parsed(RuleFile("", ()), (finding,), (), frozenset())
     words = tokenize(text, file)
     if any(finding.code == "file-too-large" for finding in words.findings) and len(words.findings) < MAX_FINDINGS:
-        # What was not read to its end has mistakes that are none.
+        # A text that was not read to its end has false errors.
         return Parsed(RuleFile("", ()), words.findings, words.comments, frozenset())
     plan = outline(words)
     findings = [*words.findings, *plan.findings]
@@ -77,7 +77,7 @@ def parse(text: str, file: str = "<text>") -> Parsed:
 
 
 def _parse_definition(chunk: Chunk) -> Definition | Version | Finding | None:
-    """The definition, or what is wrong with it; None where a finding already says so."""
+    """The definition, or a finding about it; None if another finding already explains the error."""
     if chunk.damaged:
         return None
     tokens = with_sizes(chunk.tokens)
@@ -102,7 +102,7 @@ def _reported_within(chunk: Chunk, findings: tuple[Finding, ...]) -> bool:
 
 
 class _NoLexer(Lexer):
-    """The parser is fed tokens; it needs no lexer of its own."""
+    """Lexer for a parser that receives tokens instead of text."""
 
     def __init__(self, lexer_conf: Any) -> None:
         del lexer_conf

@@ -1,7 +1,7 @@
-"""The words of a rule file: text in, tokens and comments out.
+"""Tokenizer of rule files: from text to tokens and comments.
 
-Every character of the text ends up in a token, a comment or white space; what CGA does not know is named in a
-finding and, where its meaning is plain (``->`` for ``-->``), put right so that the rest of the file can be read.
+Every character of the text is in a token, a comment or white space. Characters that CGA does not have are reported
+and, if their meaning is obvious (``->`` for ``-->``), repaired so that the rest of the file can be read.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import NamedTuple
 from grammarlab.errors import Finding, Location
 
 LINE_END = r"\r\n|[\n\r\x0b\x0c\x1c-\x1e\x85\u2028\u2029]"
-"""The line ends of `str.splitlines`, so that a finding shows the line it counts."""
+"""Line ends of `str.splitlines`, so that findings count and show the same lines."""
 
 _NOT_LINE_END = r"[^\n\r\x0b\x0c\x1c-\x1e\x85\u2028\u2029]"
 _IDENTIFIER = r"[^\W\d]\w*"
@@ -54,13 +54,13 @@ _SCANNER = re.compile("|".join(f"(?P<{name}>{pattern})" for name, pattern in _PA
 
 
 MAX_WORDS = 250_000
-"""So many words, signs and spaces are read; the largest rule files known have a fifth of it."""
+"""Largest number of words, signs and spaces of a file; the largest known rule files have a fifth of it."""
 MAX_FINDINGS = 100
-"""After so many errors a file is read no further."""
+"""Number of errors after which reading stops."""
 
 
 class Token(NamedTuple):
-    """One word or sign of a rule file."""
+    """A word or sign of a rule file."""
 
     type: str
     value: str
@@ -76,15 +76,15 @@ class Comment:
     """A comment, kept for the formatter."""
 
     text: str
-    """With its marks: ``// like this``."""
+    """Text with its marks: ``// like this``."""
     location: Location
     alone: bool
-    """Whether nothing but white space stands before it on its line."""
+    """Whether only white space precedes it on its line."""
 
 
 @dataclass(frozen=True, slots=True)
 class TokenStream:
-    """A rule file taken apart."""
+    """Tokens, comments and findings of a rule file."""
 
     tokens: tuple[Token, ...]
     comments: tuple[Comment, ...]
@@ -92,7 +92,7 @@ class TokenStream:
 
 
 def tokenize(text: str, file: str = "<text>") -> TokenStream:
-    """The tokens, comments and lexical mistakes of a rule file.
+    """Tokens, comments and lexical errors of a rule file.
 
     Args:
         text: the whole rule file.
@@ -177,9 +177,9 @@ _HINTS = (
     ("“”„«»‘’`", 'write straight quotes: "..."'),
     ("?", "a choice is written case condition : a else : b, in parentheses inside an expression"),
     ("$", "a name begins with a letter or '_'"),
-    ("\\", "a definition goes on over line ends without a sign"),
+    ("\\", "a definition continues over line ends without a sign"),
 )
-"""What to try instead of a character."""
+"""Replacement for a character."""
 
 
 def _unknown(token: Token) -> tuple[Token | None, list[Finding]]:

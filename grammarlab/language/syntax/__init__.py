@@ -1,1 +1,1 @@
-"""The syntax tree of a rule file, over which everything walks, and its text."""
+"""Syntax tree of a rule file, and its text."""

@@ -1,4 +1,4 @@
-"""How tightly the operators of CGA bind: one table for the parser and the formatter."""
+"""Precedence of CGA's operators: one table for the parser and the formatter."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from grammarlab.errors import Location
 from grammarlab.language.syntax.tree import Binary, BinaryOperator, Expression, Floating
 
 _LEVELS = (("||",), ("&&",), ("==", "!="), ("<", "<=", ">", ">="), ("+", "-"), ("*", "/", "%"))
-"""From the loosest to the tightest; all of them group from the left."""
+"""Operators by increasing precedence; all are left-associative."""
 
 BINARY_PRECEDENCE: dict[str, int] = {
     dot + operator: level for level, operators in enumerate(_LEVELS, 1) for operator in operators for dot in ("", ".")
 }
 FLOATING_PRECEDENCE = 0
-"""``~`` spans the whole size: ``~a * b`` is about ``a * b``."""
+"""``~`` applies to the whole size: ``~a * b`` is about ``a * b``."""
 PREFIX_PRECEDENCE = len(_LEVELS) + 1
 POSTFIX_PRECEDENCE = PREFIX_PRECEDENCE + 1
 
 
 def span(first: Location, last: Location) -> Location:
-    """From the beginning of one place to the end of another, as far as the first line goes."""
+    """From the beginning of one place to the end of another, or to the end of the first line."""
     if last.line != first.line or last.column < first.column:
         return first
     return Location(first.line, first.column, last.column + last.length - first.column, first.file)
 
 
 def group_operands(operands: Sequence[Expression], operators: Sequence[str]) -> Expression:
-    """The tree of ``operands[0] operators[0] operands[1] …`` (precedence climbing with two stacks)."""
+    """Tree of ``operands[0] operators[0] operands[1] …`` (precedence climbing with two stacks)."""
     first = operands[0]
     if isinstance(first, Floating) and operators:
         inner = group_operands([first.operand, *operands[1:]], operators)

@@ -1,4 +1,4 @@
-"""Pieces of a syntax tree as CGA text on one line."""
+"""Nodes of a syntax tree as CGA text on one line."""
 
 from __future__ import annotations
 
@@ -53,20 +53,20 @@ _ESCAPES = str.maketrans({"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t"})
 
 
 def expression(node: Expression, least: int = FLOATING_PRECEDENCE) -> str:
-    """An expression; in parentheses when it binds less tightly than `least`."""
+    """An expression; in parentheses if its precedence is less than `least`."""
     text = _PRINTERS[type(node)](node)
     return f"({text})" if _precedence(node) < least else text
 
 
 def value(choice: Choice) -> str:
-    """What a function, attribute or argument is worth."""
+    """Value of a function, attribute or argument."""
     if isinstance(choice, Case | Stochastic):
         return " ".join(branch_head(choice, i) + _branch_value(choice, i) for i in range(len(choice.branches)))
     return sequence(choice) if isinstance(choice, Sequence) else expression(choice)
 
 
 def body(choice: Choice) -> str:
-    """What a rule or a part of a block does."""
+    """Body of a rule or of a part of a block."""
     if isinstance(choice, Case | Stochastic):
         parts = []
         for i, branch in enumerate(choice.branches):
@@ -83,17 +83,17 @@ def branch_head(choice: Case | Stochastic, index: int) -> str:
         return "else :"
     if isinstance(choice, Case):
         return f"case {expression(head)} :"
-    # Nothing but its form tells a percentage from the operation before it.
+    # Only its form distinguishes a percentage from the operation before it.
     plain = isinstance(head, Name | Call) or (isinstance(head, Number) and head.value >= 0)
     return f"{expression(head)}% :" if plain else f"({expression(head)})% :"
 
 
 def guarded(choice: Case | Stochastic, index: int, branch: Choice) -> tuple[str, Choice, str]:
-    """A branch of operations with what keeps the branches after it from being read as its own.
+    """A branch of operations, written so that the branches after it are not parsed as its own.
 
-    No text reads as a choice without ``else`` inside another one that goes on. The last branch of such a random choice
-    is written as ``else``, such cases are written in brackets, and so is a branch that does nothing. None of this is
-    needed for trees that were parsed.
+    CGA cannot express a choice without ``else`` inside another one that continues. The last branch of such a
+    stochastic choice is written as ``else``; such cases, and empty branches, are written in brackets. Parsed trees
+    never need this.
     """
     if index + 1 == len(choice.branches):
         return "", branch, ""
@@ -108,7 +108,7 @@ def guarded(choice: Case | Stochastic, index: int, branch: Choice) -> tuple[str,
 
 
 def open_marks(choice: Choice) -> frozenset[str]:
-    """The words that, written after a choice, would go on with it: ``case``, ``%``, ``else``."""
+    """Words that would continue a choice if written after it: ``case``, ``%``, ``else``."""
     if not isinstance(choice, Case | Stochastic):
         return frozenset()
     last = open_marks(choice.branches[-1])
@@ -133,7 +133,7 @@ def _precedence(node: Expression) -> int:
     if isinstance(node, Case | Stochastic):
         return _CHOICE_PRECEDENCE
     if isinstance(node, Floating | Components):
-        # A star right behind the braces of a block would read as their repetition.
+        # A star directly after the braces of a block would be parsed as their repetition.
         return FLOATING_PRECEDENCE
     if isinstance(node, Binary):
         return BINARY_PRECEDENCE[node.operator]
@@ -182,7 +182,7 @@ def _components(node: Components) -> str:
 
 
 def arguments(nodes: Iterable[Expression]) -> str:
-    """What stands between the parentheses of a call."""
+    """Text between the parentheses of a call."""
     return ", ".join(map(value, nodes))
 
 
@@ -231,7 +231,7 @@ def item(node: Item) -> str:
 
 
 def item_head(node: Block | Scatter | Inline) -> str:
-    """What stands before the braces."""
+    """Text before the braces."""
     if isinstance(node, Inline):
         return f"inline({node.strategy})" if node.strategy else "inline"
     name = node.name if isinstance(node, Block) else "scatter"
@@ -239,7 +239,7 @@ def item_head(node: Block | Scatter | Inline) -> str:
 
 
 def needs_braces(node: Scatter | Inline) -> bool:
-    """Whether the body must stand in braces, as it may not for one inlined rule or block."""
+    """Whether the body needs braces; one inlined rule or block does not."""
     if isinstance(node, Scatter):
         return True
     items = node.body.items
@@ -256,7 +256,7 @@ def invoke(node: Invoke) -> str:
 
 
 def override(node: Attribute | Rule) -> str:
-    """What an import redefines."""
+    """Redefinition of an import."""
     if isinstance(node, Attribute):
         return f"{node.name} = {value(node.value)}"
     return f"{signature(node)} --> {body(node.body)}".rstrip()
@@ -285,7 +285,7 @@ def part_head(node: Part) -> str:
 def signature(node: Attribute | Function | Rule) -> str:
     """Name, parameters and local variables."""
     names = () if isinstance(node, Attribute) else node.parameters
-    # A constant without parameters would read as an attribute without its parentheses.
+    # Without its parentheses, a constant function without parameters would be parsed as an attribute.
     empty = isinstance(node, Function) and node.constant
     variables = " ".join(f"{variable.name} := {expression(variable.value)}" for variable in node.variables)
     return (
@@ -302,7 +302,7 @@ def annotation(node: Annotation) -> str:
 
 
 def _cell(node: Expression) -> str:
-    """An argument of an annotation, where arrays are written in braces."""
+    """Argument of an annotation; its arrays are written in braces."""
     return f"{{{', '.join(map(expression, node.rows[0]))}}}" if isinstance(node, Array) and node.rows else value(node)
 
 

@@ -1,9 +1,9 @@
-"""The syntax tree of a rule file: what the parser makes, the checker reads and the deriver carries out.
+"""Syntax tree of a rule file, shared by the parser, the checker and the derivation.
 
-Every node is frozen and knows where it stands in the text; positions do not take part in equality, so two trees
-are equal when they say the same thing.
+Every node is frozen and has its location in the text. Equality ignores locations, so trees of equal content are
+equal.
 
-A *choice* is a leaf, a ``case`` or a ``N%`` list, nested as deep as one likes. The leaves are expressions in
+A *choice* is a leaf, a ``case`` or an ``N%`` list, nested to any depth. The leaves are expressions in
 attributes, constants and functions, and sequences of operations in rules and blocks.
 """
 
@@ -18,17 +18,17 @@ from grammarlab.errors import Location
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Node:
-    """Anything that stands in a rule file."""
+    """Base class of all nodes."""
 
     location: Location = field(default=Location(), compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Numbered(Node):
-    """A node where chance or a call may happen."""
+    """A node with a possible random draw or call."""
 
     number: int = field(default=-1, compare=False, repr=False)
-    """Which of these nodes it is in the order of the tree of a whole `Grammar`: the address of its draws."""
+    """Index among these nodes in the order of the tree of a whole `Grammar`: the address of its draws."""
 
 
 # Expressions -----------------------------------------------------------------------------------------------
@@ -90,7 +90,7 @@ class Binary(Node):
 
 @dataclass(frozen=True, slots=True)
 class Relative(Node):
-    """``'x``: x times the scope's size along the axis in question."""
+    """``'x``: x times the scope's size along the current axis."""
 
     operand: Expression
 
@@ -119,7 +119,7 @@ class Array(Node):
 
 @dataclass(frozen=True, slots=True)
 class Span(Node):
-    """``first : last`` or ``first : step : last``: a run of numbers, inside ``[ ]`` only."""
+    """``first : last`` or ``first : step : last``: a range of numbers, only inside ``[ ]``."""
 
     first: Expression
     last: Expression
@@ -128,7 +128,7 @@ class Span(Node):
 
 @dataclass(frozen=True, slots=True)
 class Components(Node):
-    """``comp(f) { front : a | all : b }`` as an expression: one value a component, in an array."""
+    """``comp(f) { front : a | all : b }`` as an expression: an array with one value per component."""
 
     arguments: tuple[Expression, ...]
     parts: tuple[Part, ...]
@@ -148,7 +148,7 @@ class Case(Node):
 
 @dataclass(frozen=True, slots=True)
 class Stochastic(Numbered):
-    """``30%: a  20%: b  else: c``. Percentages; the last is None for else, which takes what is left of 100."""
+    """``30%: a  20%: b  else: c``. Percentages; the last is None for else, which has the rest to 100."""
 
     percentages: tuple[Expression | None, ...]
     branches: tuple[Choice, ...]
@@ -174,7 +174,7 @@ Expression: TypeAlias = (
     | Case
     | Stochastic
 )
-"""A choice is an expression where it stands in parentheses: ``270 + (case left: 90 else: 0)``."""
+"""A choice in parentheses is an expression: ``270 + (case left: 90 else: 0)``."""
 
 # Sequences of operations -----------------------------------------------------------------------------------
 
@@ -183,7 +183,7 @@ Expression: TypeAlias = (
 class Invoke(Node):
     """An operation or a successor shape: ``extrude(10)``, ``Wall``, ``Window("oak")``, ``NIL``.
 
-    Which of the two it is, is decided by its name (`grammarlab.language.vocabulary.builtins`).
+    Its name decides which of the two it is (`grammarlab.language.vocabulary.builtins`).
     """
 
     name: str
@@ -191,7 +191,7 @@ class Invoke(Node):
     parenthesised: bool = field(default=False, compare=False)
     """Whether the text had parentheses: ``Wall()`` against ``Wall``."""
     overrides: tuple[Override, ...] | None = None
-    """Of a dynamic import, ``plant(Name = "Oak").Generate``: what it redefines; None in every other case."""
+    """Redefinitions of a dynamic import, ``plant(Name = "Oak").Generate``; otherwise None."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,7 +236,7 @@ class Scoped(Node):
 
 @dataclass(frozen=True, slots=True)
 class Scatter(Node):
-    """``scatter(surface, 10, uniform) { … }``: operations on shapes strewn over the current one."""
+    """``scatter(surface, 10, uniform) { … }``: operations on shapes scattered over the current one."""
 
     arguments: tuple[Expression, ...]
     body: Choice
@@ -247,13 +247,13 @@ class Inline(Node):
     """``inline(strategy) Rule``: the shapes that the body makes, merged into the current one."""
 
     strategy: str
-    """``append``, ``unify`` or ``recompose``; empty when the text says none."""
+    """``append``, ``unify`` or ``recompose``; empty if the text has none."""
     body: Sequence
 
 
 @dataclass(frozen=True, slots=True)
 class Combine(Node):
-    """``union { A | B }``: a boolean operation on what two sequences make."""
+    """``union { A | B }``: a boolean operation on the shapes of two sequences."""
 
     operation: Literal["union", "subtract", "intersect"]
     first: Choice
@@ -324,7 +324,7 @@ class Rule(Node):
 
 
 Override: TypeAlias = "Attribute | Rule"
-"""What an import redefines: ``height = 20`` or ``Roof --> roofHip(30)``."""
+"""Redefinition of an import: ``height = 20`` or ``Roof --> roofHip(30)``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -334,18 +334,18 @@ class Import(Node):
     alias: str
     path: str
     arguments: tuple[tuple[str, Expression], ...] = ()
-    """Attributes given a value."""
+    """Attributes with new values."""
     annotations: tuple[Annotation, ...] = ()
     styles: tuple[str, ...] = ()
     protected: tuple[str, ...] | None = ()
     """Attributes that keep their own value; None protects all of them, as empty parentheses do."""
     rules: tuple[Rule, ...] = ()
-    """Extension rules given other operations."""
+    """Extension rules with new operations."""
 
 
 @dataclass(frozen=True, slots=True)
 class Style(Node):
-    """``style Name`` or ``style Name extends Base``: what follows overrides attributes in that style."""
+    """``style Name`` or ``style Name extends Base``: the following attributes override values in that style."""
 
     name: str
     base: str = ""
@@ -360,14 +360,14 @@ class RuleFile(Node):
     """A whole rule file."""
 
     version: str
-    """``"2023.0"``; empty when the file states none."""
+    """``"2023.0"``; empty if the file has none."""
     definitions: tuple[Definition, ...]
     spans: tuple[tuple[int, int], ...] = field(default=(), compare=False, repr=False)
-    """Where each definition begins in the text, with its annotations, and where its last word ends."""
+    """Offsets of the beginning of each definition, with its annotations, and of the end of its last word."""
 
 
 def alternatives(choice: Choice) -> Iterator[Sequence | Expression]:
-    """The leaves of a choice, left to right."""
+    """Leaves of a choice, from left to right."""
     if isinstance(choice, Case | Stochastic):
         for branch in choice.branches:
             yield from alternatives(branch)

@@ -1,4 +1,4 @@
-"""Over all nodes of a syntax tree, in the order of the text."""
+"""Iteration over the nodes of a syntax tree, in the order of the text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from grammarlab.language.syntax.tree import Node, Numbered, RuleFile
 
 
 def children(node: Node) -> list[Node]:
-    """The nodes right below a node, in the order of its fields."""
+    """Children of a node, in the order of its fields."""
     found: list[Node] = []
     for name in _field_names(type(node)):
         _gather(getattr(node, name), found)
@@ -19,7 +19,7 @@ def children(node: Node) -> list[Node]:
 
 
 def walk(node: Node) -> Iterator[Node]:
-    """The node and all nodes below it; a node before those below it."""
+    """The node and all nodes below it, in preorder."""
     waiting = [node]
     while waiting:
         current = waiting.pop()
@@ -28,12 +28,12 @@ def walk(node: Node) -> Iterator[Node]:
 
 
 def number(tree: RuleFile) -> None:
-    """Gives the nodes of a new tree their numbers (`Numbered.number`), which follow the text.
+    """Assign numbers (`Numbered.number`) to the nodes of a new tree, in the order of the text.
 
-    So reformatting a grammar or renaming a rule leaves every draw as it was.
+    So reformatting a grammar or renaming a rule changes no draw.
     """
     for place, node in enumerate(node for node in walk(tree) if isinstance(node, Numbered)):
-        object.__setattr__(node, "number", place)  # the tree is being made: nobody else has seen the node
+        object.__setattr__(node, "number", place)  # safe to mutate: the tree is new and not shared yet
 
 
 @cache

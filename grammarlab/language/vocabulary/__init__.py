@@ -1,1 +1,1 @@
-"""What CGA has of its own: operations, functions, attributes, keywords and types."""
+"""Operations, functions, shape attributes, keywords and types of CGA."""

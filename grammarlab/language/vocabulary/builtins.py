@@ -1,11 +1,11 @@
-"""What CGA has of its own: every operation, function and shape attribute, with what it takes and gives.
+"""Operations, functions and shape attributes of CGA, with the types of their arguments and results.
 
-The tables are written as CGA's reference writes them: one line a form, a type or a set of keywords (``$axis``) for each
-argument, ``?`` behind what may be left out. What of this grammarlab can carry out is none of this file's business: see
+The tables have the notation of CGA's reference: one line per form, a type or a set of keywords (``$axis``) for each
+argument, ``?`` after an optional argument. For the features that grammarlab supports, see
 `grammarlab.language.checking.check.SupportedFeatures`.
 
-Argument types: ``float``, ``bool``, ``string``, arrays of them (``float[]``), several in turn (``float|string``),
-``any``; ``size`` is a float that may be relative (``'0.5``), ``tile`` one that may be floating too (``~0.5``),
+Argument types: ``float``, ``bool``, ``string``, arrays of them (``float[]``), alternatives (``float|string``),
+``any``; ``size`` is a float that may be relative (``'0.5``), ``tile`` one that may be relative or floating (``~0.5``),
 ``place`` the name of an attribute.
 """
 
@@ -205,7 +205,7 @@ READ_ONLY_ATTRIBUTES = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """What an argument may be."""
+    """Types of an argument."""
 
     types: tuple[str, ...]
     """Names of types, or one ``$set`` of `KEYWORDS`."""
@@ -213,7 +213,7 @@ class Parameter:
 
     @property
     def keywords(self) -> frozenset[str]:
-        """The words that may stand there; empty where a value is expected."""
+        """Allowed keywords; empty if a value is expected."""
         return KEYWORDS[self.types[0][1:]] if self.types[0].startswith("$") else frozenset()
 
 
@@ -224,9 +224,9 @@ class Signature:
     name: str
     parameters: tuple[Parameter, ...]
     result: tuple[str, ...] = ()
-    """The types it may give; empty for operations."""
+    """Types of the result; empty for operations."""
     heads: str | None = None
-    """What begins a part of its block: ``size`` or a set of `KEYWORDS`; None without such parts."""
+    """Head of a part of its block: ``size`` or a set of `KEYWORDS`; None without such parts."""
 
     @property
     def fewest(self) -> int:
@@ -258,25 +258,25 @@ def _read(table: str, typed: bool) -> Signatures:
 
 @cache
 def operations() -> Signatures:
-    """The forms of every operation without a block, by name."""
+    """Forms of every operation without a block, by name."""
     return _read(_OPERATIONS, typed=False)
 
 
 @cache
 def blocks() -> Signatures:
-    """The forms of every operation with a block, by name."""
+    """Forms of every operation with a block, by name."""
     return _read(_BLOCKS, typed=False)
 
 
 @cache
 def functions() -> Signatures:
-    """The forms of every function, by name."""
+    """Forms of every function, by name."""
     return _read(_FUNCTIONS, typed=True)
 
 
 @cache
 def attributes() -> Mapping[str, str]:
-    """The type of every shape attribute, by name."""
+    """Type of every shape attribute, by name."""
     types = {name: kind for kind, *names in map(str.split, _ATTRIBUTES.strip().splitlines()) for name in names}
     for texture in _MAPS.split():
         types[f"material.{texture}"] = "string"

@@ -1,4 +1,4 @@
-"""The words that select something: axes, sides, modes, kinds of components."""
+"""Keywords of CGA: axes, sides, modes, kinds of components."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Which designs to ask about, round after round, and when to stop."""
+"""Choice of the designs to ask about, round after round, and when to stop."""

@@ -1,4 +1,4 @@
-"""Questions about models near a bound on continuous draws, so that few labels narrow it far."""
+"""Questions about models near a bound on continuous draws, so that few labels narrow it."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ Ints = NDArray[np.int64]
 
 
 def between(margins: Floats, asked: Ints, num: int) -> Ints:
-    """Models that narrow a bound: evenly spaced, by rank, between the scored models nearest to it on either side.
+    """Models that narrow a bound: evenly spaced, by rank, between the nearest scored models on both sides.
 
-    With num models a round, what is left between the two sides shrinks by a factor of num + 1 each time.
+    With num models per round, the interval between the two sides shrinks by a factor of num + 1 per round.
 
     Args:
         margins: [m] signed distance of each model of the pool to the bound
             (`grammarlab.features.search.thresholds.margins`).
         asked: [n] pool indices of the scored models.
-        num: how many models, at most; fewer where there are no more between the two.
+        num: largest number of models; fewer if there are no more between the two.
 
     Returns:
         Different pool indices, none of them in ``asked``.

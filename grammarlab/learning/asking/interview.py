@@ -1,4 +1,4 @@
-"""Round after round: somebody who answers is asked, and what they say is learned from."""
+"""Interview: rounds of questions to a respondent and learning from the answers."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from grammarlab.learning.round import State, Study, init, step
 from grammarlab.randomness import derived_seed
 
 Person = Callable[[Sequence[Address], int], NDArray[np.float64]]
-"""Designs by ascending address, which may repeat, and how many scores were given before give scores [k, K], 0 to 100,
-for K factors."""
+"""Function from designs by ascending address, with repeats, and the number of earlier scores to scores [k, K],
+0 to 100, for K factors."""
 
 
 def interview(
@@ -26,12 +26,12 @@ def interview(
 
     Rounds take the factors in turn, and a design is asked about at most once per factor. The choice of designs in
     round r for factor f draws from a key of (seed, r, f), so a shorter interview is the beginning of a longer one,
-    except that its last batch may be cut short.
+    except that its last batch may be shorter.
 
     Args:
         study: the pool and the settings.
         factors: names of K >= 1 factors.
-        person: who answers.
+        person: the respondent.
         budget: scores to ask for, all factors together, >= 1.
         batch: designs per round, >= 1; the last round is cut to the budget.
         seed: 0 <= seed < 2**64.

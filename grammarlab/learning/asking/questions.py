@@ -1,4 +1,4 @@
-"""Which designs to ask about next, given what is known."""
+"""Designs to ask about next, given a state."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def ask(
 
     Args:
         study: the pool and the settings.
-        state: what is known; answers from which nothing has been learned yet count as asked.
-        num: how many, >= 0; fewer are given where there are no more.
-        seed: of what is chosen at random, 0 <= seed < 2**64.
-        factor: whose answers and preference are looked at; empty for the product of all that are liked.
-        way: how to choose; that of the settings when left out.
+        state: the state; answers from which nothing has been learned yet count as asked.
+        num: number of designs, >= 0; fewer if there are no more.
+        seed: seed of random choices, 0 <= seed < 2**64.
+        factor: factor of the answers and the preference; empty for the product of all liked factors.
+        way: query strategy; by default that of the settings.
 
     Returns:
-        Different designs of the pool that have no answer yet; with ``already ranked``, designs that have one.
+        Different designs of the pool without an answer; with ``already ranked``, designs with one.
     """
     way = way or study.settings.query
     tables = study.tables(state.wide)
@@ -64,17 +64,17 @@ def ask(
 def ask_pairs(
     study: Study[Designs], state: State, num: int, seed: int, *, factor: str
 ) -> tuple[tuple[Address, Address], ...]:
-    """Pairs of designs to compare for a factor, as `propose_pairs` finds them.
+    """Pairs of designs to compare for a factor, from `propose_pairs`.
 
     Args:
         study: the pool and the settings.
-        state: what is known.
-        num: how many, >= 0; fewer are given where there are no more.
-        seed: of what is chosen at random, 0 <= seed < 2**64.
-        factor: whose answers and preference are looked at.
+        state: the state.
+        num: number of pairs, >= 0; fewer if there are no more.
+        seed: seed of random choices, 0 <= seed < 2**64.
+        factor: factor of the answers and the preference.
 
     Returns:
-        Pairs that were not compared yet; no design is in two of them, and some may have been asked about.
+        Pairs that were not compared yet; no design is in two of them, and some may have answers.
     """
     tables, columns = study.tables(state.wide), state.columns
     known = state.answers.get(factor, Answers(factor, (), np.zeros(0)))
@@ -108,7 +108,7 @@ def _narrowing(tables: DesignTables[Designs], state: State, asked: Ints, chosen:
 
 
 def _product(state: State) -> Answers:
-    """The designs that have an answer for all liked factors, and the product of these."""
+    """The designs with answers for all liked factors, and the products of these answers."""
     liked = [state.answers[name].scored for name in state.liked if name in state.answers]
     scores = [dict(zip(found.designs, found.scores.tolist(), strict=True)) for found in liked]
     shared = [design for design in (scores[0] if scores else {}) if all(design in given for given in scores)]

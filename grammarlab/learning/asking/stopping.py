@@ -1,9 +1,9 @@
-"""When to stop: what more scores can be expected to gain.
+"""Stopping: the expected gain of more scores.
 
-The divergence that is left is estimated by functions drawn from the posterior: each could be what the person likes, and
-the mean of their divergences from the predicted density is the expected one. It is taken to fall with the number of
-scores to the power of -`FALL`, which is what simulated persons were measured to do. A learner that is sure of something
-wrong does not know it, so single estimates are right within a factor of two about twice in three only.
+The remaining divergence is estimated by functions drawn from the posterior: each is a possible preference, and
+the mean of their divergences from the predicted density is the expected one. It is assumed to fall with the number of
+scores to the power of -`FALL`, as measured with simulated persons. An overconfident learner underestimates it:
+single estimates are right within a factor of two only about two times in three.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.preference.questions.draws import draws
 
 MORE = 16
-"""Scores whose gain is told."""
+"""Number of scores whose gain is reported."""
 FALL = 3.0
 """Power of the number of scores with which the divergence falls."""
 _DESIGNS = 500
-"""Of the pool, evenly spaced, on which densities are compared."""
+"""Number of designs of the pool, evenly spaced, on which densities are compared."""
 _DRAWS = 24
 
 
 def expected_gain(study: Study[Designs], state: State, more: int = MORE) -> float | None:
-    """How much nearer, in nats, the learned density would come to what is liked by some more scores.
+    """Expected decrease, by more scores, of the divergence of the learned density from the target density, in nats.
 
     Args:
         study: the pool and its tables.
-        state: what is known.
-        more: how many scores.
+        state: the state.
+        more: number of scores.
 
     Returns:
-        Expected drop of the Jensen-Shannon divergence, 0 to ln 2; None where nothing is liked yet, or the method of
-        learning knows no functions that it holds possible.
+        Expected drop of the Jensen-Shannon divergence, 0 to ln 2; None if nothing is liked yet, or the learning method
+        has no posterior.
     """
     left = expected_divergence(study, state)
     known = state.num_answers
@@ -42,7 +42,7 @@ def expected_gain(study: Study[Designs], state: State, more: int = MORE) -> floa
 
 
 def expected_divergence(study: Study[Designs], state: State) -> float | None:
-    """How far, in nats, the learned density is expected to be from what is liked; None as for `expected_gain`."""
+    """Expected divergence of the learned density from the target density in nats; None as in `expected_gain`."""
     product = state.product
     if product is None:
         return None

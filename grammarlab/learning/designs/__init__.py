@@ -1,1 +1,1 @@
-"""What can be liked: designs that can be named, made again and described by numbers."""
+"""Designs: they have addresses, can be made again, and are described by numbers."""

@@ -1,4 +1,4 @@
-"""What names a design: where it is drawn from, so that it can be made again."""
+"""Addresses of designs, from which they can be made again."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Address(NamedTuple):
     model: int
     """Index under the seed, 0 <= model < 2**63."""
     start_rule: str = ""
-    """The last three as in `Label`: empty, {} and empty for the designs of a pool."""
+    """The last three fields as in `Label`: empty, {} and empty for the designs of a pool."""
     attributes: str = "{}"
     footprint: str = ""
 
@@ -32,10 +32,10 @@ class Address(NamedTuple):
 
     @classmethod
     def parse(cls, text: object) -> Address:
-        """The address that a text states.
+        """Address from a text.
 
         Raises:
-            UsageError: when it states none.
+            UsageError: If the text is not an address.
 
         >>> Address.parse("g5-17")[:3]
         (False, 5, 17)
@@ -47,17 +47,17 @@ class Address(NamedTuple):
 
     @classmethod
     def of(cls, label: Label, hashes: tuple[str, str]) -> Address:
-        """The design that a label is about.
+        """Address of the design of a label.
 
         Args:
             label: one score.
-            hashes: of the space and of its proposal; the label names one of them.
+            hashes: hashes of the space and of its proposal; the label has one of them.
         """
         return cls._at(label.address, hashes)
 
     @classmethod
     def of_other(cls, label: Label, hashes: tuple[str, str]) -> Address | None:
-        """The design that a comparison is with; None for labels of other kinds."""
+        """Address of the other design of a comparison; None for labels of other kinds."""
         place = label.other_address
         return None if place is None else cls._at(place, hashes)
 
@@ -67,7 +67,7 @@ class Address(NamedTuple):
         return cls(grammar == hashes[1], seed, model, start_rule, attributes, footprint)
 
     def label(self, factor: str, score: float, hashes: tuple[str, str]) -> Label:
-        """A score of the design, as label files hold it."""
+        """A label of the design with a score."""
         return Label(
             seed=self.seed,
             model=self.model,
@@ -81,7 +81,7 @@ class Address(NamedTuple):
 
 
 def hashes_of(text_hash: str) -> tuple[str, str]:
-    """What label files call a space that a file describes, and its proposal.
+    """Hashes in label files of a space that a file describes, and of its proposal.
 
     Args:
         text_hash: SHA-256 of the text of the file, in hexadecimal.
@@ -90,7 +90,7 @@ def hashes_of(text_hash: str) -> tuple[str, str]:
 
 
 def shown(value: object) -> str:
-    """A foreign value in a message, cut short."""
+    """A foreign value in a message, shortened."""
     if isinstance(value, dict | list):
         return f"a list or object of {len(value)}"
     text = repr(value) if not isinstance(value, str) or len(value) < 100 else repr(value[:60])

@@ -1,4 +1,4 @@
-"""What can be liked: designs that can be named, made again, described by numbers and shown."""
+"""Design spaces: designs that have addresses, can be made again, described by numbers and shown."""
 
 from __future__ import annotations
 
@@ -20,43 +20,43 @@ from grammarlab.scene.instances import Scene
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Designs = TypeVar("Designs")
-"""A batch of n designs, whatever a space makes of them; for a grammar a `Forest`."""
+"""A batch of n designs, in the representation of a space; for a grammar a `Forest`."""
 Designs_contra = TypeVar("Designs_contra", contravariant=True)
 
 
 class DesignColumns(Protocol[Designs_contra]):
-    """The columns of tables: found on some designs, then the same for any others."""
+    """The columns of tables, found on some designs and then used for any others."""
 
     def apply(self, designs: Sequence[Designs_contra], /) -> FeatureTable:
-        """The table of some batches of designs, one below the other."""
+        """Table of batches of designs, one below the other."""
         ...
 
 
 @dataclass(frozen=True)
 class Realized:
-    """Designs as meshes to look at."""
+    """Designs as meshes."""
 
     scene: Scene
-    """One model for each design, in their order."""
+    """One model per design, in their order."""
     missing_assets: tuple[MissingAsset, ...] = ()
     """Meshes that the asset folder of the space lacks."""
 
 
 class AbstractParts(ABC):
-    """The visible parts of one design, which a person may point at."""
+    """The visible parts of one design, which a person may select."""
 
     @property
     @abstractmethod
     def of_triangles(self) -> Ints:
-        """[T] the part of each triangle of the design's file, from 0; no triangles where there is nothing to say."""
+        """[T] the part of each triangle of the design's file, from 0; no triangles if parts are unknown."""
 
     @abstractmethod
     def way_to(self, part: int) -> tuple[tuple[str, str], ...]:
-        """What made a part, from the whole down to it: names, each with its place in the file of the space or empty."""
+        """Origin of each part, from the whole down to it: names with their places in the file, or empty."""
 
 
 class NoParts(AbstractParts):
-    """Designs whose parts there is nothing to say about."""
+    """Parts of designs without information."""
 
     @property
     def of_triangles(self) -> Ints:
@@ -69,38 +69,38 @@ class NoParts(AbstractParts):
 class AbstractDesignSpace(ABC, Generic[Designs]):
     """All designs that a random process can make, each with an address.
 
-    Beside its own density p a space has a proposal: a density p' that is positive wherever p is, under which what is
-    rare under p turns up more often. A design of either is a design of the space.
+    A space has its own density p and a proposal: a density p' that is positive wherever p is, under which designs that
+    are rare under p are more frequent. A design of either is a design of the space.
     """
 
     @property
     @abstractmethod
     def hashes(self) -> tuple[str, str]:
-        """What label files call the space and its proposal.
+        """Hashes of the space and its proposal in label files.
 
-        Each is a SHA-256 in hexadecimal of everything that the designs depend on.
+        Each is the SHA-256 in hexadecimal of all inputs of the designs.
         """
 
     @property
     @abstractmethod
     def longest_path(self) -> int:
-        """How long paths may grow (`FeatureOptions.path_length`); 1 where features have no length."""
+        """Largest length of paths (`FeatureOptions.path_length`); 1 if features have no length."""
 
     @abstractmethod
     def make(self, addresses: Sequence[Address]) -> Designs:
-        """Designs by ascending address, without what only pictures need.
+        """Designs by ascending address, without data that only pictures need.
 
         Raises:
-            UsageError: for an address that names no design of the space.
+            UsageError: If an address has no design in the space.
         """
 
     @abstractmethod
     def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[Designs]:
-        """The designs ``first`` to ``first + num - 1`` of a seed, in batches, as `make` gives them.
+        """The designs ``first`` to ``first + num - 1`` of a seed, in batches as from `make`.
 
         Args:
-            flat: of the proposal instead of the space itself.
-            num: how many, >= 0.
+            flat: whether designs are of the proposal instead of the space itself.
+            num: number of designs, >= 0.
             seed: 0 <= seed < 2**64.
             first: index of the first one.
         """
@@ -111,30 +111,30 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
 
     @abstractmethod
     def take(self, designs: Designs, indices: Ints) -> Designs:
-        """Some designs of a batch, by ascending index."""
+        """Selected designs of a batch, by ascending index."""
 
     @abstractmethod
     def vocabulary(self, designs: Sequence[Designs], features: FeatureOptions) -> DesignColumns[Designs]:
-        """The columns that tell some designs apart."""
+        """Columns that distinguish designs."""
 
     @abstractmethod
     def search(self, designs: Sequence[Designs], scores: Floats, features: FeatureOptions) -> tuple[Feature, ...]:
-        """Features beyond the vocabulary that explain scores [n] of some designs, best first; () where none do."""
+        """Features beyond the vocabulary that explain scores [n] of designs, best first; () if there are none."""
 
     @abstractmethod
     def values(self, designs: Sequence[Designs], features: Sequence[Feature]) -> Floats:
-        """[n, F] values of features, such as those that `search` found."""
+        """[n, F] values of features, such as those from `search`."""
 
     @abstractmethod
     def margins(self, designs: Sequence[Designs], feature: Feature) -> Floats | None:
-        """[n] signed distance of designs to a bound on continuous parameters; None for a feature that is no bound."""
+        """[n] signed distance of designs to a bound on continuous parameters; None if the feature is not a bound."""
 
     @abstractmethod
     def realize(self, addresses: Sequence[Address]) -> Realized:
-        """Designs by ascending address, as meshes to look at.
+        """Designs by ascending address, as meshes.
 
         Raises:
-            UsageError: for an address that names no design of the space.
+            UsageError: If an address has no design in the space.
         """
 
     def parts(self, address: Address) -> AbstractParts:

@@ -1,4 +1,4 @@
-"""Flattened grammars: all alternatives of a choice equally likely, so that rare models turn up."""
+"""Flattened grammars: all alternatives of a choice are equally likely, so that rare models occur more often."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Flattened:
-    """A grammar to draw proposals from, and what they stand for in the grammar it was made of."""
+    """A grammar for proposals, with their densities in the original grammar."""
 
     program: Program
-    """Ready to derive; symbols, rules and sites are numbered as in the original."""
+    """Compiled grammar; symbols, rules and sites are numbered as in the original."""
     log_original: Floats
-    """[sites, branches] log-probability of each branch in the original; NaN where the choice is as it was."""
+    """[sites, branches] log-probability of each branch in the original; NaN for unchanged choices."""
 
     def log_ratio(self, forest: Forest) -> Floats:
         """[num_models] log of p / p', the density under the original over that under the flattened grammar.
@@ -49,7 +49,7 @@ class Flattened:
 def flattened(grammar: Grammar, definitions: Collection[str] | None = None) -> Flattened:
     """The grammar with equal percentages in its choices.
 
-    Branches of 0 % stay impossible, and a choice whose percentages are not numbers stays as it is.
+    Branches of 0 % stay impossible, and a choice whose percentages are not numbers does not change.
 
     Args:
         grammar: the original.
@@ -76,7 +76,7 @@ def flattened(grammar: Grammar, definitions: Collection[str] | None = None) -> F
 
 
 def _flat(value: Any, original: dict[int, tuple[float, ...]]) -> Any:
-    """A part of a syntax tree with equal percentages; notes the old probabilities by the number of the choice."""
+    """A part of a syntax tree with equal percentages; records the old probabilities by the number of the choice."""
     if isinstance(value, tuple):
         return tuple(_flat(item, original) for item in value)
     if not isinstance(value, Node):

@@ -46,12 +46,12 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 FEWEST_LIKED = 3
-"""Models with a score above 0 that a search for subtrees begins with."""
+"""Smallest number of models with a score above 0 for a search for subtrees."""
 
 _ACCEPTED_AT_ONCE = 1_000
-"""Models that are kept, at once."""
+"""Number of accepted models per batch."""
 _RATE_MODELS = 2_000
-"""Of the grammar and of its proposal, to tell how many are kept."""
+"""Number of models of the grammar and of its proposal for estimating acceptance rates."""
 
 
 @dataclass(frozen=True)
@@ -72,15 +72,15 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     @cached_property
     def program(self) -> Program:
-        """The grammar, ready to derive."""
+        """The compiled grammar."""
         return compile_grammar(self.grammar)
 
     @cached_property
     def acceptance(self) -> Acceptance | None:
-        """Which models the file keeps; None where it keeps all.
+        """The acceptance rule of the file; None if it keeps all models.
 
         Raises:
-            UsageError: for an annotation that is no such rule.
+            UsageError: If the annotation is not a valid rule.
         """
         return Acceptance.of(self.grammar.tree)
 
@@ -103,11 +103,11 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
             yield without_geometry(self.accepted(program, lots).forest)
 
     def accepted(self, program: Program, lots: Lots) -> Accepted:
-        """The models of some lots that the file keeps.
+        """Accepted models of lots.
 
         Args:
-            program: of the grammar, or of its proposal.
-            lots: what to derive.
+            program: the compiled grammar, or its proposal.
+            lots: the lots.
         """
         return derive_accepted(program, self.acceptance, lots, self.folder)
 
@@ -116,7 +116,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     @cached_property
     def _log_ratio_of_rates(self) -> float:
-        """Log of how much more often models of the proposal are kept than those of the grammar."""
+        """Log of the ratio of the acceptance rates of the proposal and of the grammar."""
         if self.acceptance is None:
             return 0.0
         flat, own = (
@@ -143,7 +143,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         found: tuple[Feature, ...] = ()
         if "thresholds" in features.families:
             found += self._bounds(designs, scores)
-        # A pattern that fits a single liked model by chance is found for any model.
+        # Some pattern fits any single liked model by chance.
         if "subtrees" in features.families and (scores > 0.0).sum() >= FEWEST_LIKED:
             found += search_patterns(designs, scores)
         return found
@@ -165,7 +165,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return (node.value for node in walk(self.grammar.tree) if isinstance(node, String))
 
     def _bounds(self, forests: Sequence[Forest], scores: Floats) -> tuple[Feature, ...]:
-        """Bounds on continuous draws: of several at once where they belong together, else a sum and bounds of each."""
+        """Bounds on continuous draws: on several together if they explain scores, else a sum and single bounds."""
         names = list(dict.fromkeys(site.name for site in self.program.sites if site.kind == "uniform"))
         liked = scores > (scores.min() + scores.max()) / 2
         together = find_half_space(forests, np.asarray(liked), names) if names else None
@@ -176,12 +176,12 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     @cached_property
     def _readers(self) -> dict[str, tuple[Pattern, ...]]:
-        """What makes use of attributes."""
+        """Branches that read attributes."""
         return readers_of(self.grammar)
 
     @cached_property
     def folder(self) -> AssetFolder | None:
-        """The assets, each read once however often models are derived."""
+        """The assets; each is read once for all derivations."""
         return None if self.assets is None else AssetFolder(self.assets)
 
     def derive(self, addresses: Sequence[Address]) -> Forest:
@@ -193,7 +193,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return join_forests([self.accepted(program, self._lots(part)).forest for program, part in parts])
 
     def _lots(self, addresses: Sequence[Address]) -> Lots:
-        """What to derive, in the order of the addresses."""
+        """Lots in the order of the addresses."""
         alike: dict[tuple[str, ...], list[int]] = {}
         for row, address in enumerate(addresses):
             alike.setdefault(address[3:], []).append(row)
@@ -218,7 +218,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
 
 def _polygon(text: str) -> Footprint:
-    """The footprint that a label states. It says where models come from and never makes us read other files."""
+    """The footprint of a label. A label is data: it cannot name other files to read."""
     if text.lower().endswith((".json", ".geojson")) or Path(text).exists():
         raise UsageError(f"footprint {text!r} of a label is a file; expected 20x12 or WKT.")
     found = read_footprints(text)

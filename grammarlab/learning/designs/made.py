@@ -1,4 +1,4 @@
-"""The designs of a pool, made."""
+"""Designs made from the addresses of a pool."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace, Design
 from grammarlab.learning.designs.pool import Pool
 
 OnProgress = Callable[[int, int], None]
-"""Told how many designs are made, of how many."""
+"""Function called with the number of finished designs and the number of all designs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,9 +22,9 @@ class MadePool(Generic[Designs]):
 
     pool: Pool
     batches: tuple[Designs, ...]
-    """In the order of the pool."""
+    """Batches in the order of the pool."""
     log_ratios: tuple[Floats, ...]
-    """[n] of each batch: log of the space's density by that of the proposal."""
+    """[n] for each batch: log of the space's density divided by that of the proposal."""
 
     @classmethod
     def of(
@@ -34,13 +34,13 @@ class MadePool(Generic[Designs]):
         narrow: MadePool[Designs] | None = None,
         on_progress: OnProgress = lambda _done, _total: None,
     ) -> MadePool[Designs]:
-        """Makes the designs.
+        """Make the designs.
 
         Args:
-            space: of the designs.
-            pool: which ones.
-            narrow: the same before the pool was widened, where that has been made: it is the beginning.
-            on_progress: told about designs.
+            space: the design space.
+            pool: the addresses.
+            narrow: the designs before the pool was widened, if they exist: they come first.
+            on_progress: called with the number of finished designs.
         """
         batches, ratios = ([], []) if narrow is None else ([*narrow.batches], [*narrow.log_ratios])
         known = (0, 0) if narrow is None else narrow.pool.sizes
@@ -55,11 +55,11 @@ class MadePool(Generic[Designs]):
 
     @cached_property
     def weights(self) -> Floats:
-        """[m] how much of the space's density each design stands for, at most 1 / (share of its own samples)."""
+        """[m] importance weight of each design under the space's density, at most 1 / (share of its own samples)."""
         return np.exp(self.pool.log_weights(np.concatenate([np.zeros(0), *self.log_ratios])))
 
     def select(self, space: AbstractDesignSpace[Designs], indices: Ints) -> tuple[Designs, ...]:
-        """Some designs, by ascending index."""
+        """Selected designs, by ascending index."""
         found, first = [], 0
         for designs, ratios in zip(self.batches, self.log_ratios, strict=True):
             inside = indices[(indices >= first) & (indices < first + len(ratios))] - first

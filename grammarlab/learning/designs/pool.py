@@ -1,7 +1,7 @@
-"""The pool of designs to ask about: which designs of which seeds it holds.
+"""Pool of designs to ask about: seeds and numbers of designs.
 
-Most are samples of the space; the others are samples of its proposal, since what is rare would otherwise never be asked
-about. Once liked designs have turned out to be rare, a wider pool holds many more of these.
+Most are samples of the space; the others are samples of its proposal, since rare designs would otherwise never be asked
+about. If liked designs are rare, a wider pool has many more samples of the proposal.
 """
 
 from __future__ import annotations
@@ -19,27 +19,27 @@ from grammarlab.randomness import derived_seed
 PROPOSAL_PART = 5
 """One design in 5 is a sample of the proposal."""
 WIDER = 10
-"""How many times as many samples of the proposal a wide pool holds."""
+"""Factor of the number of samples of the proposal in a wide pool."""
 MOST_WIDER = 50_000
-"""At most as many of these, unless the pool held more before: memory and time are bounded."""
+"""Largest number of these, unless the pool had more before; it bounds memory and time."""
 _LANES = 1, 2
-"""Places below a seed that both parts have their seeds from."""
+"""Places below a seed for the seeds of both parts."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pool:
-    """Names of designs: samples of a space first, then samples of its proposal."""
+    """Addresses of designs: samples of a space first, then samples of its proposal."""
 
     seed: int = 0
     """0 <= seed < 2**64; the seeds of both parts follow from it."""
     size: int = POOL_SIZE
-    """Designs before the pool is widened."""
+    """Number of designs before the pool is widened."""
     wide: bool = False
-    """Whether it is widened for rare designs, which come last: the others stay where they are."""
+    """Whether it is widened for rare designs; these come last, so that the order of the others does not change."""
 
     @property
     def sizes(self) -> tuple[int, int]:
-        """How many designs are samples of the space, and how many of the proposal."""
+        """Number of samples of the space, and of the proposal."""
         flat = self.size // PROPOSAL_PART
         return self.size - flat, max(flat, min(WIDER * flat, MOST_WIDER)) if self.wide else flat
 
@@ -58,10 +58,10 @@ class Pool:
             yield from (Address(bool(flat), seed, model) for model in range(num))
 
     def log_weights(self, log_ratios: NDArray[np.float64]) -> NDArray[np.float64]:
-        """[m] log of the space's density by the density that the pool is drawn from, both parts together.
+        """[m] log of the space's density divided by the density of the pool, both parts together.
 
         Args:
-            log_ratios: [m] log of the space's density by that of the proposal, of each design.
+            log_ratios: [m] log of the space's density divided by that of the proposal, for each design.
         """
         share = self.sizes[1] / len(self)
         with np.errstate(divide="ignore"):

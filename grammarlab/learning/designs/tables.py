@@ -1,4 +1,4 @@
-"""Designs as rows of numbers: the one place where they are made."""
+"""Designs as rows of numbers: the only place where rows are made."""
 
 from __future__ import annotations
 
@@ -18,34 +18,34 @@ from grammarlab.learning.designs.made import MadePool
 from grammarlab.learning.settings import FeatureOptions
 
 _WHOLE = 1e-6
-"""How far a whole number may be from one, after being divided and multiplied by its scale."""
+"""Tolerance of whole numbers after division and multiplication by their scale."""
 
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """What decides the columns of a table, beside the pool."""
+    """Definition of the columns of a table, in addition to the pool."""
 
     path_length: int
-    """Edges of the longest paths."""
+    """Number of edges of the longest paths."""
     extra: tuple[Feature, ...] = ()
-    """Features that were searched for because scores asked for them; each a column and a group of its own."""
+    """Features found by a search; each has its own column and group."""
     elsewhere: tuple[Address, ...] = ()
-    """Designs that have a score and are not of the pool, ascending: what they alone have must be told apart as well."""
+    """Scored designs outside the pool, ascending; columns must distinguish them, too."""
 
 
 @dataclass(frozen=True)
 class DesignTable:
-    """The features of m designs of a pool, then of e designs from elsewhere; and of n others."""
+    """Features of m designs of a pool, then of e designs from elsewhere; and of n others."""
 
     columns: Columns
     rows: Floats
     """[m + e, F] values divided by their scales."""
     others: Floats
-    """[n, F] of designs that nobody is asked about, likewise."""
+    """[n, F] scaled values of designs outside the questions."""
     features: tuple[Feature, ...]
     """[F]"""
     names: tuple[str, ...]
-    """[F] readable, all different."""
+    """[F] readable names, all different."""
     groups: Ints
     """[F] index into `group_names`: alternatives of one choice share a group."""
     group_names: tuple[str, ...]
@@ -54,13 +54,13 @@ class DesignTable:
 
     @cached_property
     def continuous(self) -> NDArray[np.bool_]:
-        """[F] which columns hold no whole numbers."""
+        """[F] whether columns are continuous instead of counts."""
         values = self.rows * self.scales
         return np.any(np.abs(values - np.round(values)) > _WHOLE, axis=0)
 
 
 class DesignTables(Generic[Designs]):
-    """The tables of a pool; what is asked for again is not made again."""
+    """Tables of a pool, with a cache."""
 
     def __init__(
         self,
@@ -69,33 +69,33 @@ class DesignTables(Generic[Designs]):
         features: FeatureOptions,
         others: tuple[Designs, ...] = (),
     ) -> None:
-        """Tables of some features.
+        """Tables of features.
 
         Args:
-            space: of the designs.
+            space: the design space.
             made: the pool.
-            features: what to count.
-            others: more designs that tables have rows of; they decide no column.
+            features: the features.
+            others: further designs with rows in tables; they do not affect the columns.
         """
         self.space, self.made, self._features, self._others = space, made, features, others
         self.table = lru_cache(maxsize=2)(self._table)
-        """The table of some `Columns`."""
+        """Table of `Columns`."""
         self._base = lru_cache(maxsize=4)(self._count)
         self._searched = lru_cache(maxsize=64)(self._measure)
         self._elsewhere = lru_cache(maxsize=4)(lambda addresses: (space.make(addresses),) if addresses else ())
 
     @cached_property
     def addresses(self) -> tuple[Address, ...]:
-        """Of the designs of the pool, in order."""
+        """Batches of the designs of the pool, in order."""
         return tuple(self.made.pool)
 
     @cached_property
     def index(self) -> dict[Address, int]:
-        """Places of the designs of the pool."""
+        """Addresses of the designs of the pool, with their indices."""
         return {address: place for place, address in enumerate(self.addresses)}
 
     def designs(self, rows: Ints, elsewhere: tuple[Address, ...]) -> tuple[Designs, ...]:
-        """The designs of some rows of a table.
+        """The designs of rows of a table.
 
         Args:
             rows: [k] ascending; those beyond the pool are of ``elsewhere``.
@@ -114,7 +114,7 @@ class DesignTables(Generic[Designs]):
         return self._extended(vocabulary.apply(designs).rows(), designs, columns.extra)
 
     def margins(self, feature: Feature) -> Floats | None:
-        """[m] signed distance of the designs of the pool to a bound; None for a feature that is no bound."""
+        """[m] signed distance of the designs of the pool to a bound; None for a feature that is not a bound."""
         return self.space.margins(self.made.batches, feature)
 
     def _table(self, columns: Columns) -> DesignTable:
@@ -138,18 +138,18 @@ class DesignTables(Generic[Designs]):
     def _count(
         self, path_length: int, elsewhere: tuple[Address, ...]
     ) -> tuple[DesignColumns[Designs], FeatureTable, Floats]:
-        """The usual columns: of the pool and elsewhere, and the rows of the others."""
+        """The columns of the vocabulary: of the pool and elsewhere, and the rows of the others."""
         designs = (*self.made.batches, *self._elsewhere(elsewhere))
         vocabulary = self.space.vocabulary(designs, replace(self._features, path_length=path_length))
         return vocabulary, vocabulary.apply(designs), vocabulary.apply(self._others).rows()
 
     def _measure(self, feature: Feature) -> tuple[Floats, float]:
-        """[m] scaled values of a feature that was searched for, and the scale: how much it varies, if more than 1."""
+        """[m] scaled values of a feature found by a search, and the scale: its standard deviation, at least 1."""
         values = self.space.values(self.made.batches, (feature,))[:, 0]
         scale = max(1.0, float(values.std()))
         return values / scale, scale
 
     def _extended(self, rows: Floats, designs: Sequence[Designs], extra: tuple[Feature, ...]) -> Floats:
-        """Rows with the columns of features that were searched for."""
+        """Rows with the columns of features found by a search."""
         scales = [self._searched(feature)[1] for feature in extra]
         return np.column_stack([rows, self.space.values(designs, extra) / scales]) if extra else rows

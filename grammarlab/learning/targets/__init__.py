@@ -1,1 +1,1 @@
-"""From what was learned to a file that samples it."""
+"""From a learned preference to a file that samples its density."""

@@ -1,6 +1,6 @@
-"""A density as a grammar of sensible size and an acceptance rule: together they say what was predicted.
+"""A density as a grammar of moderate size and an acceptance rule: together they follow the predictions.
 
-The grammar says as much of it as its size allows, so that many of its models are kept; the rule says the rest.
+The grammar follows them as far as its size allows, so that many of its models are kept; the rule adds the rest.
 """
 
 from __future__ import annotations
@@ -27,30 +27,30 @@ from grammarlab.preference.simple.simplified import SimplifiedPreference
 Floats = NDArray[np.float64]
 
 _MARGIN = 2_000
-"""Characters by which a text may grow where scores are scaled."""
+"""Number of characters by which a text may grow when scores are scaled."""
 _LEAVES = (2, 3, 4, 6, 8, 12, 16, 24, 32)
-"""Of the trees that the grammar is made of."""
+"""Largest number of leaves of trees for the grammar."""
 _EMPHASES = (0.0, 10.0)
-"""How much more models count that are wanted: with more, trees find where none is."""
+"""Factor of the weight of liked models: a larger one makes trees separate regions without liked models."""
 _TRUNCATED = 1e-3
-"""Part of what is wanted that may come too seldom, so that the others need not be rejected for it."""
+"""Share of the target density that may be too rare in the samples, so that fewer others are rejected."""
 _PER_SPLIT = 0.97
-"""A split must let so many times as many models be kept, to be worth its rules."""
+"""Smallest factor of the acceptance rate by which a split pays for its rules."""
 _LEAST_MODELS = 60
-"""Of the pool in each leaf: where so many are not wanted, few others are."""
+"""Smallest number of models of the pool in each leaf."""
 _SMALLER = 0.75
-"""After a tree whose grammar is too large, one of so many times its splits is tried."""
+"""Factor of the splits of the next candidate after a tree whose grammar is too large."""
 _GAIN = 1.25
-"""A larger grammar must have so many times as many of its models kept."""
+"""Smallest factor of the acceptance rate that a larger grammar needs."""
 
 
 class _Part(NamedTuple):
-    """A function that the grammar may follow."""
+    """A candidate function for the grammar."""
 
     preference: SimplifiedPreference | None
     """None for the original grammar."""
     highest: float
-    """The highest quotient of the whole function and this one, on the pool."""
+    """Largest quotient of the whole function and this one, on the pool."""
     rate: float
     """Share of its models that are kept."""
 
@@ -58,14 +58,14 @@ class _Part(NamedTuple):
 def with_acceptance(
     wanted: Wanted, forest: Forest, lines: Sequence[str], most: int, why: str
 ) -> tuple[AcceptedGrammar, SimplifiedPreference]:
-    """A grammar of at most so many rules with an acceptance rule, and the function that both together follow.
+    """Grammar of limited size with an acceptance rule, and the function that both together follow.
 
     Args:
-        wanted: the density.
+        wanted: the target density.
         forest: derivations of the grammar that show how often successors inside blocks occur.
-        lines: of a comment at the top of the new file.
-        most: rules.
-        why: no grammar alone was taken.
+        lines: comment lines at the top of the new file.
+        most: largest number of rules.
+        why: reason why no grammar alone is used.
     """
     whole = wanted.simplest(exact_only=False)
     grammar = wanted.target.grammar
@@ -101,8 +101,7 @@ def with_acceptance(
     findings = [f"{why}, so the file keeps {rate:.2g} of its models by an acceptance rule; other engines ignore it"]
     if whole.js > TOLERANCE:
         findings.append(
-            f"the predictions are no function of few features: {whole.js:.2g} nats of them were given up, which more "
-            "scores may mend"
+            f"the predictions need more features: {whole.js:.2g} nats of them were given up, which more scores may mend"
         )
     found = AcceptedGrammar(
         text=written,
@@ -119,7 +118,7 @@ def with_acceptance(
 
 
 def _parts(wanted: Wanted, values: Floats) -> Iterator[_Part]:
-    """Functions of few features that exact grammars follow, and how many of their models would be kept."""
+    """Functions of few features that exact grammars express, and their acceptance rates."""
     columns = wanted.columns
     exact = columns.order[columns.exact[columns.order]]
     share = values / (wanted.weights @ values / wanted.weights.sum())
@@ -137,16 +136,16 @@ def _parts(wanted: Wanted, values: Floats) -> Iterator[_Part]:
 
 
 def _worth(part: _Part) -> float:
-    """The rate of a part, less for each of its splits."""
+    """Acceptance rate of a candidate, reduced for each of its splits."""
     return part.rate * _PER_SPLIT ** len(part.preference.tree if part.preference else ())
 
 
 def _cut(quotients: Floats, masses: Floats, wanted: Floats) -> float:
-    """The least quotient that may stand for the highest: so little of what is wanted lies above it.
+    """Smallest quotient that can replace the largest one, since almost none of the target density lies above it.
 
     Args:
-        quotients: [m] of what is wanted and what the grammar makes.
-        masses: [m] what the grammar makes.
+        quotients: [m] target density divided by the density of the grammar.
+        masses: [m] density of the grammar.
         wanted: [m] their product.
     """
     order = np.argsort(-quotients, kind="stable")
@@ -169,7 +168,7 @@ def _rule(wanted: Wanted, whole: Simple, part: _Part) -> str:
 
 
 def _countable(features: Sequence[Feature], grammar: Grammar, learned: LearnedGrammar) -> bool:
-    """Whether draws that are read are still drawn under the same names, and mean the same."""
+    """Whether the draws of features have the same names and meanings in the new grammar."""
     changed = {parts.name for parts in learned.attributes}
     for feature in features:
         inner = feature.feature if isinstance(feature, Present) else feature

@@ -1,4 +1,4 @@
-"""How well learned weights agree with wanted ones on a labelled set."""
+"""Agreement of learned weights with target weights on a labelled set."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ class Agreement(NamedTuple):
     js: float
     """Jensen-Shannon divergence in nats, 0 to ln 2."""
     correlation: float
-    """Pearson correlation of the weights; 0 where one of the two is constant."""
+    """Pearson correlation of the weights; 0 if one of the two is constant."""
 
 
 def agreement(wanted: Floats, learned: Floats, weights: Floats) -> Agreement:
     """Compare two preferences on a labelled set.
 
     The densities are ``weights * wanted`` and ``weights * learned``, each divided by its sum over the set. Where the
-    learned preference is nowhere positive, it says nothing: the density is then that of the weights alone.
+    learned preference is nowhere positive, the learned density is that of the weights only.
 
     Args:
         wanted: [n] true scores, >= 0, one at least positive together with its weight.
         learned: [n] predicted scores; what is below 0 counts as 0.
-        weights: [n] >= 0, how much each model of the set stands for: 1 for independent samples of the density that the
+        weights: [n] >= 0, importance weight of each model of the set: 1 for independent samples of the density that the
             preference multiplies (``base="grammar"``), 1 / p for ``base="uniform"``, p / (density it was drawn from)
             otherwise.
     """

@@ -1,4 +1,4 @@
-"""How far two densities over the same set of models are apart."""
+"""Divergence and correlation of two densities over the same set of models."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ Floats = NDArray[np.float64]
 def jensen_shannon(p: ArrayLike, q: ArrayLike) -> float:
     """Jensen-Shannon divergence of two densities, in nats.
 
-    The mean of the relative entropies of both to their mean; the measure of section 4.7. Symmetric, 0 where the two
-    are proportional and ln 2 where nothing is likely under both.
+    The mean of the relative entropies of both to their mean; the measure of section 4.7. It is symmetric, 0 if the two
+    are proportional, and ln 2 if they have disjoint supports.
 
     Args:
         p: [n] weights, finite and >= 0, not all 0; divided by their sum here.
         q: [n] likewise.
 
     Raises:
-        UsageError: for weights that are no density.
+        UsageError: If weights are not a density.
 
     >>> jensen_shannon([1, 1, 0, 0], [2, 2, 0, 0]), round(jensen_shannon([1, 0], [0, 1]), 4)
     (0.0, 0.6931)
@@ -30,24 +30,24 @@ def jensen_shannon(p: ArrayLike, q: ArrayLike) -> float:
     left, right = _densities(p, q)
     middle = 0.5 * (left + right)
     nats = 0.5 * float(rel_entr(left, middle).sum() + rel_entr(right, middle).sum())
-    # Rounding may leave the bounds by a few ulps.
+    # Rounding may exceed the bounds by a few ulps.
     return min(max(nats, 0.0), float(np.log(2.0)))
 
 
 def correlation(p: ArrayLike, q: ArrayLike) -> float:
-    """Pearson correlation of the weights of two densities (appendix B), -1 to 1; 0 where one of the two is constant.
+    """Pearson correlation of the weights of two densities (appendix B), -1 to 1; 0 if one of the two is constant.
 
     Args:
         p: [n] weights, finite and >= 0, not all 0.
         q: [n] likewise.
 
     Raises:
-        UsageError: for weights that are no density.
+        UsageError: If weights are not a density.
     """
     left, right = _densities(p, q)
     left, right = left - left.mean(), right - right.mean()
     spread = float(np.sqrt((left @ left) * (right @ right)))
-    # Densities sum to 1, so what rounding leaves of a constant is far below this.
+    # Densities sum to 1, so rounding errors of a constant are far below this.
     return float(np.clip(left @ right / spread, -1.0, 1.0)) if spread > 1e-24 else 0.0
 
 
@@ -61,7 +61,7 @@ def _densities(p: ArrayLike, q: ArrayLike) -> tuple[Floats, Floats]:
 def _density(weights: ArrayLike) -> Floats:
     values = np.asarray(weights, dtype=np.float64)
     if values.ndim != 1:
-        raise UsageError(f"expected one weight a model, found an array of shape {values.shape}")
+        raise UsageError(f"expected one weight per model, found an array of shape {values.shape}")
     if not (np.isfinite(values).all() and (values >= 0).all() and (values > 0).any()):
         raise UsageError(
             "expected weights that are finite, at least 0 and not all 0: a density over models; found " + _fault(values)

@@ -1,4 +1,4 @@
-"""What trees may ask about models of a grammar: the columns of a table, and the attributes that are drawn."""
+"""Columns that trees may test on models of a grammar: those of a table, and random attributes."""
 
 from __future__ import annotations
 
@@ -23,31 +23,31 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class GrammarColumns:
-    """Columns that the models of a pool are described by."""
+    """Columns of the models of a pool."""
 
     rows: Floats
-    """[m, F] of the pool, in the units of the features."""
+    """[m, F] values of the pool, in the units of the features."""
     features: tuple[Feature, ...]
     """[F]"""
     names: tuple[str, ...]
     """[F] the same in words."""
     shares: Floats
-    """[F] how much the preference looks at each; for attributes that are not in the table the largest share."""
+    """[F] relevance of each to the preference; for attributes outside the table the largest share."""
     exact: NDArray[np.bool_]
-    """[F] whether exact grammars can follow them."""
+    """[F] whether exact grammars can express them."""
 
     @classmethod
     def of(
         cls, space: GrammarSpace, study: Study[Forest], state: State, predicted: Predicted, exactness: Exactness
     ) -> GrammarColumns:
-        """The columns of a state's table, without those that say nothing, and of the attributes that are drawn.
+        """Columns of a state's table, without constant ones, and of random attributes.
 
         Args:
-            space: of the study.
+            space: space of the study.
             study: the pool and its tables.
-            state: what was learned.
-            predicted: of the pool.
-            exactness: of the grammar.
+            state: the state.
+            predicted: predictions of the pool.
+            exactness: features that exact grammars can express.
         """
         table, batches = study.table(state), study.tables(state.wide).made.batches
         pool = table.rows[: sum(forest.num_models for forest in batches)] * table.scales
@@ -69,9 +69,9 @@ class GrammarColumns:
 
     @property
     def order(self) -> Ints:
-        """Columns to ask about: those that are followed exactly first, then by share, patterns of few symbols first.
+        """Candidate columns: exactly expressible ones first, then by share, patterns of few symbols first.
 
-        Bounds that were searched for are left out where the draw itself is a column: its bounds can be round.
+        Bounds found by a search are left out if the draw itself is a column, since its bounds can be round.
         """
         length = np.array([len(str(feature)) for feature in self.features], dtype=np.int64)
         drawn = {feature.site for feature in self.features if isinstance(feature, Draw) and feature.branch is None}
@@ -85,7 +85,7 @@ class GrammarColumns:
 
 
 def combinations(values: Floats, sites: tuple[str, ...], scores: Floats) -> list[tuple[Sum, Floats]]:
-    """Weighted sums of draws, or of their logarithms, that scores go with, and their values [m].
+    """Weighted sums of draws, or of their logarithms, that correlate with scores, and their values [m].
 
     Args:
         values: [m, S] draws.
@@ -98,7 +98,7 @@ def combinations(values: Floats, sites: tuple[str, ...], scores: Floats) -> list
         centred = columns - columns.mean(axis=0)
         weights = np.linalg.lstsq(centred, np.sqrt(scores) - np.sqrt(scores).mean(), rcond=None)[0]
         largest = np.abs(weights).max() or 1.0
-        # Weights of 1 and -1 first: among sums that say the same, trees take the first one.
+        # Weights of 1 and -1 first: of equivalent sums, trees use the first one.
         trials = {tuple(np.round(weights / largest, digits).tolist()) for digits in (0, 1)}
         for trial in sorted(trials, key=lambda trial: (any(weight % 1.0 for weight in trial), trial)):
             used = [i for i, weight in enumerate(trial) if weight]
@@ -109,11 +109,11 @@ def combinations(values: Floats, sites: tuple[str, ...], scores: Floats) -> list
 
 
 def _asked(feature: Feature) -> Feature:
-    """What a bound on a feature asks for: an attribute is cut into ranges."""
+    """Feature for a bound; a bound on an attribute cuts it into ranges."""
     return Threshold(feature.site, 0.0) if isinstance(feature, Draw) and feature.branch is None else feature
 
 
 def _whole(values: Floats) -> Floats:
-    """Values without what dividing and multiplying by a scale leaves of counts."""
+    """Values with counts restored to integers after division and multiplication by a scale."""
     rounded = np.rint(values)
     return np.where(np.abs(values - rounded) <= 1e-9 * np.maximum(1.0, np.abs(rounded)), rounded, values)

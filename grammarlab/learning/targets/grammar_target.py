@@ -1,4 +1,4 @@
-"""From what was learned to a grammar that samples it: the target density, and the grammar that comes nearest."""
+"""From a learned preference to a grammar: the target density, and the nearest grammar."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ Floats = NDArray[np.float64]
 LearnedSampler = LearnedGrammar | RejectionSampler
 
 METHODS = ("compile", *sampled.METHODS, "rejection")
-"""Of these, rejection makes no grammar."""
+"""Methods; rejection makes no grammar."""
 
 
 @dataclass(frozen=True)
 class GrammarWriter(AbstractTargetWriter[Forest]):
-    """Makes grammars of what was learned about a grammar."""
+    """Makes grammars from preferences learned on a grammar."""
 
     space: GrammarSpace
 
@@ -82,19 +82,19 @@ def learn_target(
     num_samples: int = sampled.NUM_SAMPLES,
     on_progress: Progress = silent,
 ) -> LearnedSampler:
-    """What a method makes of a wanted density.
+    """Result of a method for a target density.
 
     Args:
         target: the density.
-        method: of `METHODS`.
+        method: one of `METHODS`.
         forest: derivations of the grammar.
-        lines: of a comment at the top of the new file.
-        seed: of samples.
-        num_samples: models to learn from.
-        on_progress: told about these models.
+        lines: comment lines at the top of the new file.
+        seed: seed of the samples.
+        num_samples: number of models to learn from.
+        on_progress: called with the progress of these models.
 
     Raises:
-        GrammarlabError: when the density cannot be made.
+        GrammarlabError: If the density cannot be made.
     """
     options: dict[str, Any] = {"seed": seed, "on_progress": on_progress}
 

@@ -1,4 +1,4 @@
-"""How near a learned density comes to another one, on a set of designs."""
+"""Distance of a learned density from the target density, on a set of designs."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A learned density beside the wanted one."""
+    """A learned density compared with the target density."""
 
     after: Agreement
     before: Agreement
     """The same of the original grammar."""
     num_models: int
-    """How many models they were compared on."""
+    """Number of models in the comparison."""
     effective_models: float
-    """Of how many of these the wanted density is made: (sum w)^2 / sum w^2."""
+    """Effective number of models under the target density: (sum w)^2 / sum w^2."""
     acceptance: float
-    """Share of the original grammar's models that rejection would accept, with the largest weight met as the bound."""
+    """Share of the original grammar's models that rejection would accept, with the largest found weight as bound."""
 
 
 def measured(wanted: Floats, learned: Floats, weights: Floats) -> Measured:
-    """Compares densities on a set of models.
+    """Compare densities on a set of models.
 
     Args:
-        wanted: [n] density by that of the original grammar, up to a factor, >= 0, one at least above 0.
-        learned: [n] likewise.
-        weights: [n] what each model stands for under the original grammar, >= 0.
+        wanted: [n] target density divided by that of the original grammar, up to a factor, >= 0, not all 0.
+        learned: [n] the same for the learned density.
+        weights: [n] importance weights under the original grammar, >= 0.
     """
     liked = weights * wanted
     return Measured(

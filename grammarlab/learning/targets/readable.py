@@ -1,7 +1,7 @@
-"""The smallest grammar whose density is near enough to a predicted one.
+"""Smallest grammar whose density is near enough to a predicted one.
 
-Simple functions of few features (`grammarlab.learning.targets.simplification`) are compiled one after the other; the
-number of rules that each really needs decides.
+Simple functions of few features (`grammarlab.learning.targets.simplification`) are compiled one after the other, and
+compared by the number of their rules.
 """
 
 from __future__ import annotations
@@ -23,26 +23,26 @@ from grammarlab.learning.targets.wanted import Simple, Wanted, compiled, rounded
 from grammarlab.preference.simple.simplified import SimplifiedPreference
 
 _AS_SMALL = 0.05
-"""Sizes that differ by no more, relatively, are the same: then the nearest grammar is taken."""
+"""Relative difference of sizes that count as equal; then the nearest grammar is used."""
 
 
 class ReadableSampler(NamedTuple):
-    """What samples a density, and the function that it was made of."""
+    """A grammar that samples a density, and the function it was made from."""
 
     learned: LearnedGrammar | AcceptedGrammar | RejectionSampler
     preference: SimplifiedPreference
     even: LearnedGrammar | None
-    """Where the base is uniform, the grammar that the preference multiplies."""
+    """With base uniform, the grammar that the preference multiplies."""
 
 
 def smallest(wanted: Wanted, forest: Forest, making: Making, lines: Sequence[str]) -> ReadableSampler:
-    """The smallest grammar near enough to what is wanted; with an acceptance rule where it would be too large.
+    """Smallest grammar near enough to the target density; with an acceptance rule if it would be too large.
 
     Args:
         wanted: the density.
         forest: derivations of the grammar that show how often successors inside blocks occur.
-        making: how large it may be.
-        lines: of a comment at the top of the new file.
+        making: options, such as the largest size.
+        lines: comment lines at the top of the new file.
     """
     most = making.max_rules or 2 * num_alternatives(wanted.target.grammar)
     best: tuple[Simple, LearnedGrammar] | None = None
@@ -74,7 +74,7 @@ def smallest(wanted: Wanted, forest: Forest, making: Making, lines: Sequence[str
 
 
 def _is_better(one: tuple[Simple, LearnedGrammar], other: tuple[Simple, LearnedGrammar]) -> bool:
-    """Whether a grammar is smaller, or as small and nearer."""
+    """Whether a grammar is smaller, or equally small and nearer."""
     size, other_size = one[1].rules_after, other[1].rules_after
     if abs(size - other_size) <= _AS_SMALL * other_size:
         return one[0].js < other[0].js

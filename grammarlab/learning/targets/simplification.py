@@ -1,8 +1,8 @@
-"""A learned preference as a function of few features: what a grammar can be made of.
+"""Simplification of a learned preference to a function of few features, from which a grammar can be made.
 
-Predictions of the pool become regression trees, from the simplest one whose density is as near to the predicted one as
-`TOLERANCE` says to one that follows it closely. Leaves with nearly the same score are drawn to few levels, and small
-scores to 0, as far as the tolerance lets them.
+Predictions of the pool become regression trees, from the simplest one whose density is within `TOLERANCE` of the
+predicted one to one that follows it closely. Leaves with nearly equal scores are merged to few levels, and small
+scores are set to 0, within the tolerance.
 """
 
 from __future__ import annotations
@@ -28,29 +28,29 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 TOLERANCE = 0.005
-"""Nats of divergence from the predictions, on the pool, that fewer rules and rounder numbers may cost."""
+"""Largest divergence in nats from the predictions, on the pool, for fewer rules and rounder numbers."""
 _OF_THE_TREE = 0.004
-"""What of it the tree may use; the rest is for rounding."""
+"""Part of it for the tree; the rest is for rounding."""
 _CLOSE = 1e-6
-"""Nats: a tree that comes nearer need not grow."""
+"""Divergence in nats below which a tree stops growing."""
 _SIZES = (1.0, 1.25, 1.6, 2.0, 3.0)
-"""How many times as many leaves as the smallest tree that is near enough are tried as well."""
+"""Ratios of the leaves of further candidates to the leaves of the smallest tree that is near enough."""
 _HARDLY = 1e-5
-"""Nats that nobody notices: values that differ by nothing but rounding are the same."""
+"""Negligible divergence in nats, for values that differ only by rounding."""
 _AS_NEAR = 1.05
-"""Times the least divergence: larger trees that are as near to other designs are nearer to those that they grew on."""
+"""Factor of the least divergence within which smaller trees are accepted, since larger trees overfit."""
 _MOVED = 2e-4
-"""Nats that rounder bounds may cost."""
+"""Largest loss in nats by rounder bounds."""
 _PARTS = (0.02, 0.005, 0.001)
-"""Of the range of a quantity: how far a bound may move to be rounder, the farthest first."""
+"""Largest moves of a bound to be rounder, as shares of the range of a quantity, largest first."""
 _HELD_OUT = 3
-"""One design in 3 tells how near a tree is that grew on the others."""
+"""One design in 3 is held out to measure a tree that grew on the others."""
 _LEVELS = 12
-"""Of scores, to see which columns tell them apart."""
+"""Numbers of levels of scores for selecting columns."""
 _LEFT = 5e-4
-"""Columns are left out as long as they move no more than this part of what is liked."""
+"""Largest change of the density, as a share, by removed columns."""
 _MOST_VALUES = 128
-"""A column with more different values tells all designs of a pool apart, and so nothing about levels."""
+"""Largest number of different values of a column for levels; with more it distinguishes all designs of a pool."""
 
 
 @dataclass(frozen=True)
@@ -60,41 +60,41 @@ class SimplifiedFactor:
     name: str
     num_labels: int
     relevances: tuple[Relevance, ...]
-    """Of the groups of columns, in the order of their numbers."""
+    """Relevance of the groups of columns, in the order of their numbers."""
     predicted: Floats
     """[m] score of each design of the pool, 0 to 100."""
 
 
 @dataclass(frozen=True)
 class Predicted:
-    """What is expected of the designs of a pool."""
+    """Predictions for the designs of a pool."""
 
     factors: tuple[SimplifiedFactor, ...]
     scores: Floats
-    """[m] all factors together, 0 to 100, one at least above 0."""
+    """[m] all factors together, 0 to 100, at least one above 0."""
     shares: Floats
-    """[F] how much the preference looks at each column of the table."""
+    """[F] relevance of each column of the table to the preference."""
     words: Words
-    """What they say."""
+    """The predictions in words."""
     findings: tuple[str, ...] = ()
-    """What a person should know about them."""
+    """Remarks for the user about them."""
 
 
 @dataclass(frozen=True)
 class Simplified:
-    """A simple function of the columns, and how far it is from what was predicted."""
+    """A simple function of the columns, and its distance from the predictions."""
 
     preference: SimplifiedPreference
     js: float
-    """Nats, on the pool."""
+    """Divergence in nats, on the pool."""
 
 
 def predict(study: Study[Designs], state: State) -> Predicted:
-    """The predictions of a state for the pool.
+    """Predictions of a state for the pool.
 
     Args:
         study: the pool and its tables.
-        state: what was learned; something is liked.
+        state: a state in which something is liked.
     """
     table, made = study.table(state), study.tables(state.wide).made
     pool, possible = table.rows[: len(made.pool)], made.weights > 0.0
@@ -108,7 +108,7 @@ def predict(study: Study[Designs], state: State) -> Predicted:
         return Predicted(factors, scores, shares, words_of(table, scores, made.weights))
     ranks = np.prod([_above_the_lowest(state.preferences[name], pool) for name in state.liked], axis=0)
     finding = (
-        "none of the models looked at is predicted to be liked, so the order of the predictions counts alone: score "
+        "none of the models of the pool is predicted to be liked, so only the order of the predictions is used: score "
         "more models like those that you like"
     )
     scores = ranks if ranks[possible].any() else np.ones(len(pool))
@@ -121,17 +121,17 @@ def product(scores: Sequence[Floats]) -> Floats:
 
 
 def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_leaves: int) -> Iterator[Simplified]:
-    """Simple functions that come near some scores: the smallest first that is as near as the tolerance asks.
+    """Simple functions near the scores, beginning with the smallest one within the tolerance.
 
-    Where none is, the nearest alone. Trees grow on two thirds of the designs, and the others tell how near they are: a
-    tree of many questions may know designs by heart.
+    If there is none, only the nearest one. Trees grow on two thirds of the designs, and are measured on the others,
+    since a large tree overfits.
 
     Args:
         rows: [n, F] of the designs of a pool, in the units of the features.
-        scores: [n] >= 0, one at least positive together with its weight.
-        weights: [n] >= 0, what each design stands for.
-        columns: [C] that may be asked about, the most wanted first.
-        max_leaves: of a tree.
+        scores: [n] >= 0, at least one positive together with its weight.
+        weights: [n] >= 0, importance weight of each design.
+        columns: [C] candidate columns, most preferred first.
+        max_leaves: largest number of leaves of a tree.
     """
     paths = [
         _Path.grown(rows, scores, weights, some, max_leaves) for some in _column_sets(rows, scores, weights, columns)
@@ -152,7 +152,7 @@ def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_le
 
 
 def _column_sets(rows: Floats, scores: Floats, weights: Floats, columns: Ints) -> list[Ints]:
-    """Columns to grow trees on: the few that tell levels of the scores apart, if only together, and all."""
+    """Sets of columns for growing trees: the few that together distinguish levels of the scores, and all."""
     levels = drawn_to_levels(scores, weights, _LEVELS)
     counts = columns[[len(np.unique(rows[:, column])) <= _MOST_VALUES for column in columns.tolist()]]
     needed = needed_columns(rows, levels, weights, counts, _LEFT)
@@ -161,7 +161,7 @@ def _column_sets(rows: Floats, scores: Floats, weights: Floats, columns: Ints) -
 
 @dataclass(frozen=True)
 class _Path:
-    """A tree and what its beginnings are like."""
+    """A tree and the measured divergences of its prefixes."""
 
     rows: Floats
     scores: Floats
@@ -188,11 +188,11 @@ class _Path:
 
     @property
     def smallest(self) -> int:
-        """Leaves of the smallest tree that is near enough; 0 where none is."""
+        """Number of leaves of the smallest tree that is near enough; 0 if none is."""
         return next((size for size, js in enumerate(self.js, 1) if js <= _OF_THE_TREE), 0)
 
     def preference(self, size: int) -> SimplifiedPreference:
-        """The tree of so many leaves."""
+        """The tree with a number of leaves."""
         tree = self.tree[: size - 1]
         leaf = leaves_of(tree, self.rows)
         return SimplifiedPreference(tree, means_of(leaf, size, self.scores, self.weights))
@@ -204,14 +204,14 @@ class _Path:
         return agreement(self.scores, preference(self.rows), self.weights).js
 
     def drawn(self, size: int) -> Iterator[Simplified]:
-        """The tree of so many leaves: with as few levels as may be, and nearly as it is."""
+        """The tree with a number of leaves: with as few levels as possible, and nearly unchanged."""
         exact = self.preference(size)
         own = self.distance(exact)
         for bound in (_OF_THE_TREE, own + _HARDLY):
             yield self.simplified(self._round(self._drawn(exact, max(bound, own)), max(_OF_THE_TREE, own)))
 
     def _round(self, preference: SimplifiedPreference, bound: float) -> SimplifiedPreference:
-        """The same with rounder bounds, as far as they hardly move the density."""
+        """The same with rounder bounds that hardly change the density."""
         most = min(bound, self.distance(preference) + _MOVED)
         for number, split in enumerate(preference.tree):
             values = self.rows[:, split.column]
@@ -227,7 +227,7 @@ class _Path:
         return preference
 
     def _drawn(self, exact: SimplifiedPreference, bound: float) -> SimplifiedPreference:
-        """A tree with as few levels as may be within a divergence."""
+        """A tree with as few levels as possible within a divergence."""
         leaf = leaves_of(exact.tree, self.rows)
         masses = np.bincount(leaf, self.weights, len(exact.scores)).astype(np.float64)
         low, high = 1, len(exact.levels)

@@ -1,4 +1,4 @@
-"""From what was learned to a file that samples it, whatever the designs are."""
+"""Writers of files that sample a learned density, for any kind of designs."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ from grammarlab.scene.instances import Scene
 
 @dataclass(frozen=True, slots=True)
 class Making:
-    """How to make what samples a density."""
+    """Options of making a sampler of a density."""
 
     method: str = ""
-    """Of `AbstractTargetWriter.methods`; empty for the first one."""
+    """Method, one of `AbstractTargetWriter.methods`; empty for the first one."""
     base: Base = "grammar"
-    """What the preference multiplies: the density of the space, or the same for every design."""
+    """Density that the preference multiplies: that of the space, or the same for every design."""
     num_samples: int = NUM_SAMPLES
-    """Designs to learn from, for the methods that need them."""
+    """Number of designs to learn from, for methods that need them."""
     max_rules: int | None = None
-    """The description may be no larger (`Learned.rules_after`); None for twice the size that it had."""
+    """Largest size of the description (`Learned.rules_after`); None for twice the original size."""
 
 
 class Learned(Protocol[Designs_contra]):
-    """What samples a learned density."""
+    """Sampler of a learned density."""
 
     @property
     def text(self) -> str:
-        """A file of the kind that the space was read from, which samples the density; empty where there is none."""
+        """A file of the kind of the space, which samples the density; empty if there is none."""
         ...
 
     @property
@@ -51,7 +51,7 @@ class Learned(Protocol[Designs_contra]):
 
     @property
     def base(self) -> Base:
-        """As in `Making`."""
+        """See `Making`."""
         ...
 
     @property
@@ -61,21 +61,21 @@ class Learned(Protocol[Designs_contra]):
 
     @property
     def rules_after(self) -> int:
-        """That of the text."""
+        """Size of the description in the text."""
         ...
 
     @property
     def accept_rate(self) -> float | None:
-        """Share of candidates that its acceptance rule keeps; None where it has none."""
+        """Share of candidates that its acceptance rule keeps; None without a rule."""
         ...
 
     @property
     def findings(self) -> tuple[str, ...]:
-        """What a person should know about how it was made."""
+        """Remarks for the user about how it was made."""
         ...
 
     def ratio(self, designs: Designs_contra, /) -> Floats:
-        """[n] density of designs of the space by their density in the space."""
+        """[n] density of designs of the space, divided by their density in the space."""
         ...
 
     def scene(self, num: int, seed: int, /) -> Scene:
@@ -85,7 +85,7 @@ class Learned(Protocol[Designs_contra]):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What one step on the way to the file did to the density."""
+    """Change of the density by one step on the way to the file."""
 
     name: str
     js: float
@@ -94,7 +94,7 @@ class Step:
 
 @dataclass(frozen=True)
 class LearnedDensity(Generic[Designs]):
-    """A density that was learned, made into what samples it.
+    """A learned density with its sampler.
 
     >>> import grammarlab as gl
     >>> grammar = gl.Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
@@ -105,23 +105,23 @@ class LearnedDensity(Generic[Designs]):
 
     learned: Learned[Designs]
     predicted: Predicted
-    """What was learned."""
+    """Predictions of the learned preference."""
     features: tuple[Feature, ...]
-    """[K] what the file looks at."""
+    """[K] features of the file."""
     names: tuple[str, ...]
     """[K] the same in words."""
     steps: tuple[Step, ...]
     measured: Measured
-    """Beside the predicted density, on the pool."""
+    """Comparison with the predicted density, on the pool."""
 
 
 class AbstractTargetWriter(ABC, Generic[Designs]):
-    """Makes files that sample what was learned about a space."""
+    """Makes files that sample a density learned on a space."""
 
     @property
     @abstractmethod
     def methods(self) -> tuple[str, ...]:
-        """How such a file can be made, the usual way first."""
+        """Methods of making such a file, the default first."""
 
     @abstractmethod
     def learn(
@@ -132,38 +132,38 @@ class AbstractTargetWriter(ABC, Generic[Designs]):
         lines: Sequence[str] = (),
         on_progress: Progress = silent,
     ) -> LearnedDensity[Designs]:
-        """What samples in proportion to the predictions of a state.
+        """Sampler in proportion to the predictions of a state.
 
         Args:
-            study: of the space of this writer, at whose seed designs are drawn.
-            state: what was learned; something is liked.
-            making: how to make it.
-            lines: of a comment at the top of the new file.
-            on_progress: told about designs to learn from.
+            study: a study of the space of this writer; designs are drawn at its seed.
+            state: a state in which something is liked.
+            making: options.
+            lines: comment lines at the top of the new file.
+            on_progress: called with the progress of designs to learn from.
 
         Raises:
-            UsageError: for an unknown method.
-            GrammarlabError: when the density cannot be made.
+            UsageError: If the method is unknown.
+            GrammarlabError: If the density cannot be made.
         """
 
     def method(self, name: str) -> str:
-        """The method of this name; the usual one where the name is empty.
+        """The method of this name; the default if the name is empty.
 
         Raises:
-            UsageError: when there is none.
+            UsageError: If there is none.
         """
         check_method(name or self.methods[0], self.methods)
         return name or self.methods[0]
 
 
 def check_method(method: str, known: Sequence[str]) -> None:
-    """Makes sure that there is a method of this name.
+    """Check that a method exists.
 
     Raises:
-        UsageError: when there is not.
+        UsageError: If it does not exist.
     """
     if method not in known:
-        raise UsageError(f"no method is called {method!r}; those there are: {', '.join(known)}")
+        raise UsageError(f"unknown method {method!r}; expected one of {', '.join(known)}")
 
 
 def judged(
@@ -175,16 +175,16 @@ def judged(
     looked_at: Mapping[Feature, str],
     base_ratio: Callable[[Designs], Floats] | None = None,
 ) -> LearnedDensity[Designs]:
-    """What each step did to the density, and how near the result comes to the predicted one, on the pool.
+    """Changes of the density by each step, and the comparison of the result with the predicted one, on the pool.
 
     Args:
         study: the pool.
-        state: what was learned.
+        state: the state.
         learned: the result.
-        predicted: what it was made of.
-        simple: [m] the scores of the pool, as the function that it was made into.
+        predicted: the predictions it was made from.
+        simple: [m] the scores of the pool by the simplified function.
         looked_at: the features of this function, in words.
-        base_ratio: [n] density that the preference multiplies by that of the space; None where it is that of the space.
+        base_ratio: [n] base density divided by that of the space; None if it is that of the space.
     """
     made = study.tables(state.wide).made
     ratio = np.concatenate([learned.ratio(designs) for designs in made.batches])

@@ -1,4 +1,4 @@
-"""A predicted density, and simple functions that come near it, as densities."""
+"""Target densities: a predicted density, and simple functions near it as densities."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from grammarlab.preference.simple.simplified import SimplifiedPreference
 Floats = NDArray[np.float64]
 
 MOST_LEAVES = 128
-"""Of a tree that becomes a grammar."""
+"""Largest number of leaves of a tree that becomes a grammar."""
 LONGEST = MAX_CHARACTERS // 2
-"""Characters of the text of a function: that of a quotient of two can be read as well."""
+"""Largest number of characters of the text of a function, so that a quotient of two functions can be parsed."""
 _WAYS = 4
-"""Times as many alternatives as rules are allowed are made before symbols are joined."""
+"""Ratio of alternatives before symbols are merged to allowed rules."""
 _MANY_WAYS = 2_000
-"""So many are made at least."""
+"""Smallest allowed number of alternatives."""
 _STEPS = (0.05, 0.01, 0.001, 0.0001)
-"""What percentages are multiples of, roundest first."""
+"""Candidate steps of percentages, roundest first."""
 _MOVED = 1e-4
-"""Nats that round percentages may cost."""
+"""Largest loss in nats by round percentages."""
 
 
 class Simple(NamedTuple):
@@ -43,7 +43,7 @@ class Simple(NamedTuple):
 
     preference: SimplifiedPreference
     js: float
-    """Nats from what was predicted, on the pool."""
+    """Divergence in nats from the prediction, on the pool."""
     target: Target
 
 
@@ -52,13 +52,13 @@ class Wanted:
     """A predicted density on a pool."""
 
     target: Target
-    """The grammar and the base; its preference is not looked at."""
+    """The grammar and the base; its preference is not used."""
     columns: GrammarColumns
     made: MadePool[Forest]
     scores: Floats
-    """[m] predicted, one at least above 0."""
+    """[m] predicted scores, at least one above 0."""
     weights: Floats
-    """[m] what each model of the pool stands for under the base."""
+    """[m] importance weight of each model of the pool under the base."""
 
     @classmethod
     def of(cls, target: Target, columns: GrammarColumns, made: MadePool[Forest], scores: Floats) -> Wanted:
@@ -66,7 +66,7 @@ class Wanted:
         return cls(target, columns, made, scores, made.weights * ratio)
 
     def simple(self, exact_only: bool, max_leaves: int = MOST_LEAVES) -> Iterator[Simple]:
-        """Simple functions of the columns, as `simpler` gives them, without those whose text is too long."""
+        """Simple functions of the columns from `simpler`, without those whose text is too long."""
         columns, order = self.columns, self.columns.order
         order = order[columns.exact[order]] if exact_only else order
         for found in simpler(columns.rows, self.scores, self.weights, order, max_leaves):
@@ -74,7 +74,7 @@ class Wanted:
                 yield Simple(found.preference, found.js, self.as_target(found.preference))
 
     def simplest(self, exact_only: bool) -> Simple:
-        """The first of them; with fewer leaves where all texts are too long."""
+        """The first of them; with fewer leaves if all texts are too long."""
         sizes = (MOST_LEAVES >> halved for halved in range(MOST_LEAVES.bit_length()))
         return next(found for size in sizes for found in self.simple(exact_only, size))
 
@@ -88,14 +88,14 @@ class Wanted:
 def compiled(
     target: Target, forest: Forest, header: Sequence[str], most: int, step: float = EXACT
 ) -> LearnedGrammar | None:
-    """The exact grammar of a density; None where there is none, or it is by far too large.
+    """Exact grammar of a density; None if there is none, or it is much too large.
 
     Args:
         target: the density.
         forest: derivations of the grammar that show how often successors inside blocks occur.
-        header: lines of a comment at the top of the file.
-        most: rules that are allowed.
-        step: what probabilities are rounded to multiples of.
+        header: comment lines at the top of the file.
+        most: largest number of rules.
+        step: probabilities are rounded to multiples of this.
     """
     try:
         return target.compiled(forest, header, max(_WAYS * most, _MANY_WAYS), step)
@@ -104,7 +104,7 @@ def compiled(
 
 
 def rules_if_few(learned: LearnedGrammar, most: int) -> int:
-    """The rules of a grammar; where those that changed are more than so many, these alone, since reading takes long."""
+    """Number of rules of a grammar; only of changed rules if these are more than a limit, since parsing takes long."""
     if learned.rules_changed > most:
         return learned.rules_changed
     try:
@@ -116,15 +116,15 @@ def rules_if_few(learned: LearnedGrammar, most: int) -> int:
 def rounded_off(
     wanted: Wanted, target: Target, forest: Forest, header: Sequence[str], exact: LearnedGrammar, others: Floats
 ) -> LearnedGrammar:
-    """A grammar with the roundest percentages that leave its density nearly as it is; where it is to be even, as it is.
+    """Grammar with the roundest percentages that hardly change its density; unchanged for the base uniform.
 
     Args:
-        wanted: the density that was predicted.
-        target: that of the grammar.
-        forest: as for `compiled`.
-        header: as for `compiled`.
+        wanted: the predicted density.
+        target: the density of the grammar.
+        forest: see `compiled`.
+        header: see `compiled`.
         exact: the grammar with exact percentages.
-        others: [m] what the density of the grammar is multiplied by, by an acceptance rule.
+        others: [m] factors of an acceptance rule on the density of the grammar.
     """
     if target.base == "uniform":
         return exact

@@ -21,61 +21,61 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 MOST = 3
-"""Kinds that are named on either side."""
+"""Largest number of kinds on each side."""
 MOST_PARTS = 6
-"""Parts that are named on either side."""
+"""Largest number of parts on each side."""
 _MOST_LEAVES = 8
 _ENOUGH = 0.1
-"""Part of the divergence between the grammar and what was learned that a tree may leave unexplained."""
+"""Share of the divergence between the grammar and the learned density that a tree may leave unexplained."""
 _LIKED, _DISLIKED = 0.25, 0.1
-"""Parts of the highest score of a kind: those from the first on are liked, those below the second are not."""
+"""Shares of the highest score of a kind: kinds from the first on are liked, kinds below the second are not."""
 _ADDS_UP = 0.95
-"""Part of the variance of scores that a sum of parts explains, where it is told as a sum."""
+"""Smallest share of the variance of scores that a sum of parts explains, for a description as a sum."""
 _LEAST_POINTS = 3.0
-"""What adds fewer points is not told."""
+"""Smallest number of points of a described part."""
 _FEW = 3
-"""Kinds that are not liked are told where no more conditions make them."""
+"""Largest number of conditions of a described kind that is not liked."""
 _RARE = 400
-"""One design in 400 makes a kind."""
+"""Smallest share of designs of a kind: one in 400."""
 _LEAST_LIKED = 1.0
-"""Points: where no kind has more, nothing is liked."""
+"""Smallest highest score of a kind in points; below it nothing is liked."""
 
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """What somebody likes and does not like."""
+    """Liked and disliked kinds of designs."""
 
     likes: tuple[str, ...]
     """Such as ``Crown = Mast, Ground = Podium (82)``: a kind of designs with its mean score, or ``Crown = Mast (+20)``:
-    a part with what it adds. The best first."""
+    a part with the points it adds. Best first."""
     dislikes: tuple[str, ...]
-    """Likewise, the most frequent first."""
+    """Disliked kinds, most frequent first."""
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """A sentence for each side that has anything."""
+        """A sentence for each side that is not empty."""
         sides = (("Likes", self.likes), ("Does not like", self.dislikes))
         return tuple(f"{side}: {'; '.join(kinds)}." for side, kinds in sides if kinds)
 
 
 @dataclass(frozen=True, slots=True)
 class _Range:
-    """What a kind of designs has in one column."""
+    """Range of a kind of designs in one column."""
 
     column: int
     low: float
-    """At least; minus infinity for no bound."""
+    """Lower bound, included; minus infinity for none."""
     high: float
-    """Below; infinity for no bound."""
+    """Upper bound, excluded; infinity for none."""
 
 
 def words_of(table: DesignTable, scores: Floats, weights: Floats) -> Words:
-    """What predictions say.
+    """Description of predictions.
 
     Args:
         table: of the designs.
         scores: [m] predicted for the first m designs of the table, 0 to 100.
-        weights: [m] >= 0, what each design stands for.
+        weights: [m] >= 0, importance weight of each design.
     """
     rows = table.rows[: len(scores)] * table.scales
     if not (weights * scores).any() or np.ptp(scores) == 0.0:
@@ -86,7 +86,7 @@ def words_of(table: DesignTable, scores: Floats, weights: Floats) -> Words:
 
 
 def _small_tree(rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> tuple[Split, ...]:
-    """The smallest tree that tells most of what was learned, by choices and draws alone where these can tell it."""
+    """Smallest tree that explains most of the predictions, by choices and draws only if these are enough."""
     bound = _ENOUGH * agreement(scores, np.ones(len(scores)), weights).js
     nearest: tuple[float, tuple[Split, ...]] = (np.inf, ())
     for columns in (names.order[names.simple[names.order]], names.order):
@@ -101,7 +101,7 @@ def _small_tree(rows: Floats, scores: Floats, weights: Floats, names: _ColumnWor
 
 
 def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> Words | None:
-    """The parts that a tree asks about, with what each adds; None where more than that matters."""
+    """The parts that a tree tests, with the points each adds; None if a sum does not explain the scores."""
     asked = list(dict.fromkeys((split.column, split.bound) for split in tree))
     if len(asked) < 2 or len({column for column, _ in asked}) < len(asked):
         return None
@@ -110,7 +110,7 @@ def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
     added = np.linalg.lstsq(has * roots, scores * roots[:, 0], rcond=None)[0]
     mean = weights @ scores / weights.sum()
     left = weights @ (scores - has @ added) ** 2 / max(float(weights @ (scores - mean) ** 2), 1e-12)
-    # A conjunction is no sum: its parts add up to less than nothing where all of them are missing.
+    # A conjunction is not a sum: its parts add up to a negative score if all of them are missing.
     if left > 1.0 - _ADDS_UP or np.abs(added).max() > MAX_SCORE:
         return None
     told = sorted(zip(asked, added[1:].tolist(), strict=True), key=lambda item: -abs(item[1]))
@@ -122,7 +122,7 @@ def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
 
 
 def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> Words:
-    """The leaves that are liked most often, and those that are made most often of the others."""
+    """The most frequent liked leaves, and the most frequent others."""
     leaf = leaves_of(tree, rows)
     means = means_of(leaf, len(tree) + 1, scores, weights)
     mass = np.bincount(leaf, weights, len(tree) + 1).astype(np.float64)
@@ -143,7 +143,7 @@ def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
 
 
 def _ranges(tree: Sequence[Split]) -> list[dict[int, _Range]]:
-    """What the designs of each leaf have, by column."""
+    """Ranges of the designs of each leaf, by column."""
     leaves: list[dict[int, _Range]] = [{}]
     for split in tree:
         own = leaves[split.leaf]
@@ -163,18 +163,18 @@ class _ColumnWords:
 
     @property
     def order(self) -> Ints:
-        """Columns, those of short names first: of columns that say the same the first one is told."""
+        """Columns, short names first: of equivalent columns the first one is described."""
         names = self.table.names
         return np.array(sorted(range(len(names)), key=lambda column: (len(names[column]), column)), dtype=np.int64)
 
     @property
     def simple(self) -> NDArray[np.bool_]:
-        """[F] which columns are choices of one symbol, or draws."""
+        """[F] whether columns are choices of one symbol, or draws."""
         choices = [" → " in name and " › " not in name for name in self.table.names]
         return np.array(choices, dtype=bool) | ~self.whole
 
     def kind(self, ranges: dict[int, _Range]) -> str:
-        """All conditions on a kind of designs; those that others imply are left out."""
+        """All conditions on a kind of designs, without implied ones."""
         groups = self.table.groups
         chosen = {
             int(groups[column]) for column, found in ranges.items() if self._is_choice(column) and found.low > 0.0
@@ -184,7 +184,7 @@ class _ColumnWords:
             for column, found in ranges.items()
             if not (self._is_choice(column) and found.low <= 0.0 and int(groups[column]) in chosen)
         ]
-        # What a design has says more than what it lacks.
+        # Present properties are more informative than missing ones.
         return ", ".join(self.condition(found) for found in sorted(kept, key=lambda found: found.low <= 0.0))
 
     def condition(self, found: _Range) -> str:
@@ -193,7 +193,7 @@ class _ColumnWords:
         return " ".join(self._choice(name, found) if self._is_choice(column) else self._amount(name, found))
 
     def _is_choice(self, column: int) -> bool:
-        """Whether designs have it or not."""
+        """Text of a condition that designs have a property or not."""
         return bool(self.whole[column]) and self.lowest[column] == 0.0 and self.highest[column] == 1.0
 
     @staticmethod
@@ -212,7 +212,7 @@ class _ColumnWords:
                 else (f"from {low:.3g}" if np.isfinite(low) else f"below {high:.3g}")
             )
             return
-        # Of whole numbers between bounds the ends themselves are told.
+        # For whole numbers between bounds the ends themselves are given.
         first, last = np.ceil(low), np.ceil(high) - 1.0
         if not np.isfinite(last):
             yield f"{first:.0f} or more"

@@ -1,1 +1,1 @@
-"""Trees that divide designs in cells of one value."""
+"""Trees that divide designs into cells of one value."""

@@ -1,11 +1,11 @@
-"""Cells: sets of labels that share one value, and how well that explains their scores.
+"""Cells: sets of labels that share one value, and their evidence.
 
-The value of a cell is one of a grid from 0 to 100. Beforehand it is 0 with some probability (what somebody does not
-want), one of the values that other cells seem to have, or any. The evidence of a cell C is
+The value of a cell is one of a grid from 0 to 100. A priori it is 0 with some probability (disliked designs), one of
+the values that other cells seem to have, or any. The evidence of a cell C is
 
     log sum_v p(v | other cells) prod_{i in C} p(y_i | v).
 
-What other cells seem to have is counted without the labels of C: a score that was given once is no level.
+Values of other cells are counted without the labels of C: a score that was given once is not a level.
 """
 
 from __future__ import annotations
@@ -22,47 +22,47 @@ from grammarlab.preference.cells.splits import Flags, Splits, different
 from grammarlab.preference.likelihood import Intervals, Singles, log_likelihood
 
 ZERO = 0.25
-"""Prior probability that a cell is worth nothing."""
+"""Prior probability that the value of a cell is 0."""
 SHARED = 0.6
-"""Prior probability that it is worth what others are, once there are `_ENOUGH` of them."""
+"""Prior probability that it has the value of other cells, once there are `_ENOUGH` of them."""
 _ENOUGH = 6.0
 _STEP = 4.0
 _ON_GRID = 0.8
-"""Of the values that any cell may have, the part spread over the even grid; the rest over scores that were given."""
+"""Share of the prior of new values on the even grid; the rest is on given scores."""
 _MOST_SCORES = 24
 _FEWER_SCORES = 12
 _FAINT, _OF_FAINT = 1.5, 0.1
 """Values below so many standard deviations of the noise are so many times as likely; 0 has what they lose."""
 _PAIRED = 120
-"""Ways to divide a cell of which pairs are tried."""
+"""Number of splits of a cell of which pairs are tried."""
 _TINY = 1e-30
 
 
 class Ranked(NamedTuple):
-    """Ways to divide a cell; those that divide it alike are one."""
+    """Splits of a cell, without duplicates."""
 
     log_posterior: Floats
     """[K] log of prior mass and evidence of the parts."""
     log_mass: Floats
     """[K] log of the prior mass."""
     member: Ints
-    """[J] index into the ways to divide all labels: first `Splits.halves`, then `Splits.many`."""
+    """[J] index into the splits of all labels: first `Splits.halves`, then `Splits.many`."""
     of: Ints
-    """[J] which of the K each is."""
+    """[J] index of each among the K."""
 
 
 @dataclass(frozen=True, eq=False)
 class Levels:
-    """What values labels seem to have, each cell counting once."""
+    """Values that labels seem to have; each cell counts once."""
 
     values: Singles
-    """[n, G] share of a cell that a label is, times the posterior of the cell."""
+    """[n, G] share of a label in its cell, times the posterior of the cell."""
     shares: Singles
-    """[n] share of a cell that a label is."""
+    """[n] share of a label in its cell."""
 
 
 def grid_of(scores: Floats) -> Floats:
-    """[G] the values that a cell may have, ascending: an even grid, and the scores that were given.
+    """[G] possible values of a cell, ascending: an even grid, and the given scores.
 
     Args:
         scores: [n] 0-100.
@@ -75,7 +75,7 @@ def grid_of(scores: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class ScoreCells:
-    """Labels, and how somebody who scores is thought to err."""
+    """Labels, with the error model of the person."""
 
     splits: Splits
     scores: Floats
@@ -85,11 +85,11 @@ class ScoreCells:
     noise: float
     """Standard deviation in points."""
     blunders: float
-    """How often any score at all is given."""
+    """Probability of a random score."""
     levels: Levels | None = None
-    """What earlier cells were worth; None as long as there are none."""
+    """Values of earlier cells; None if there are none."""
     said: Intervals | None = None
-    """[n] what the labels say; None where that is the scores."""
+    """[n] intervals of the labels; None if they are scores."""
 
     @cached_property
     def log_likelihood(self) -> Singles:
@@ -99,7 +99,7 @@ class ScoreCells:
 
     @cached_property
     def _known(self) -> dict[bytes, Ranked | None]:
-        """What has been ranked already: trees have most of their cells near the root in common."""
+        """Cache of ranked cells: trees share most of their cells near the root."""
         return {}
 
     def log_evidence(self, members: Singles, labels: Ints) -> Floats:
@@ -112,7 +112,7 @@ class ScoreCells:
         return self._evidence(members @ self._told[labels])
 
     def of_cell(self, cell: Ints) -> float:
-        """The evidence of one cell."""
+        """Evidence of one cell."""
         return float(self._evidence(self._told[cell].sum(axis=0, keepdims=True))[0])
 
     def posterior(self, cell: Ints) -> Floats:
@@ -123,15 +123,15 @@ class ScoreCells:
         return (odds / odds.sum()).astype(np.float64)
 
     def best_possible(self, cell: Ints) -> float:
-        """No division of a cell has more evidence."""
+        """Upper bound on the evidence of divisions of a cell."""
         return float(self.log_likelihood[cell].max(axis=1).sum())
 
     def ranked(self, cell: Ints, ahead: bool = False) -> Ranked | None:
-        """The ways to divide a cell; None where there are none.
+        """Splits of a cell; None if there are none.
 
         Args:
             cell: labels.
-            ahead: whether to look one step ahead where no way gains anything alone, as with "either but not both".
+            ahead: whether to look one step ahead if no split gains alone, as with "either but not both".
         """
         key = bytes([ahead]) + cell.tobytes()
         if key not in self._known:
@@ -141,7 +141,7 @@ class ScoreCells:
     def _rank(self, cell: Ints, ahead: bool) -> Ranked | None:
         halves = self.splits.halves[:, cell]
         in_two = np.flatnonzero((halves != halves[:, :1]).any(axis=1))
-        # The side that the first label is on does not matter.
+        # The side of the first label does not matter.
         halves = halves[in_two] ^ halves[in_two][:, :1]
         first, of = different(halves)
         log_mass = [np.log(np.bincount(of, np.exp(self.splits.log_mass[in_two])))]
@@ -174,7 +174,7 @@ class ScoreCells:
         sums, total = inside @ told, told.sum(axis=0)
         highest = np.full(len(tried), -np.inf)
         for place, half in enumerate(inside):
-            # Two ways make the same quarters in either order; the second divides both halves, and is paid for twice.
+            # Two splits make the same quarters in either order; the second divides both halves, and is paid for twice.
             both, other = inside[place:] @ (told * half[:, None]), sums[place:]
             quarters = (both, other - both, sums[place] - both, total - other - sums[place] + both)
             evidence = self._evidence(np.concatenate(quarters)).reshape(4, -1).sum(axis=0)
@@ -221,10 +221,10 @@ class ScoreCells:
 
     @cached_property
     def _base(self) -> Singles:
-        """[1, G] prior of the values of a cell, whatever others are worth."""
+        """[1, G] prior of the values of a cell, independent of other cells."""
         even = np.isin(self.grid, np.arange(0.0, MAX_SCORE + _STEP / 2.0, _STEP))
         prior = (1.0 - ZERO) * (_ON_GRID * even / even.sum() + (1.0 - _ON_GRID) / len(self.grid))
-        # A person who errs gives what is worth nothing a few points as well; somebody's real levels stand out.
+        # A person who errs gives a few points to designs of value 0; real levels are higher.
         faint = (self.grid > 0.0) & (self.grid < _FAINT * self.noise)
         prior[0] += ZERO + (1.0 - _OF_FAINT) * prior[faint].sum()
         prior[faint] *= _OF_FAINT
@@ -232,10 +232,10 @@ class ScoreCells:
 
 
 def levels_of(cells: ScoreCells, found: Sequence[tuple[float, Sequence[Ints]]]) -> Levels:
-    """What the cells of some divisions of all labels are worth.
+    """Values of the cells of divisions of all labels.
 
     Args:
-        cells: what they were found with.
+        cells: the labels and the error model.
         found: the share of each division, all together 1, and its cells.
     """
     values, shares = np.zeros(cells.log_likelihood.shape), np.zeros(len(cells.scores))

@@ -1,9 +1,9 @@
-"""Trees of splits, grown at random in proportion to their posterior and then cut back.
+"""Trees of splits, grown at random in proportion to their posterior and then pruned.
 
-A node divides its labels with prior probability .9 / sqrt(1 + depth). Which split it tries is drawn by the evidence of
-the parts, each taken as one cell; from time to time a guide draws, who thinks that scores are noisy and therefore sees
-parts that differ in their mean only. What a first split gains only together with a second one is found in that way,
-since trees are cut back from below: a branch stays where it has more evidence than its labels as one cell.
+A node divides its labels with prior probability .9 / sqrt(1 + depth). Its split is drawn by the evidence of the
+parts, each taken as one cell; sometimes by a guide with more noise, which prefers parts that differ in their mean.
+The guide finds splits that gain only together with a second split, since trees are pruned bottom-up: a branch is kept
+if it has more evidence than its labels as one cell.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from grammarlab.preference.cells.splits import Split
 
 MOST_DEPTH = 12
 GUIDED = 0.5
-"""How often a guide draws."""
+"""Probability of a draw by the guide."""
 _PAIRED_DEPTH = 2
-"""Nodes above this depth look one step ahead where no split gains anything alone."""
+"""Depth above which nodes look one step ahead if no split gains alone."""
 _NO_HOPE = 6.0
-"""Nats that no division can gain as a whole: less than a split costs."""
+"""Gain in nats below which no division is possible: less than the price of a split."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tree:
-    """Labels, divided or not."""
+    """A node of a tree with its labels."""
 
     labels: Ints
     """[c] indices, ascending."""
@@ -37,7 +37,7 @@ class Tree:
     split: Split | None = None
     """None for a cell."""
     parts: tuple[tuple[int, Tree], ...] = ()
-    """The parts that hold labels, by number."""
+    """The parts with labels, by number."""
 
     def cells(self) -> Iterator[Ints]:
         """The labels of each cell."""
@@ -53,7 +53,7 @@ class Tree:
             yield from part.nodes()
 
     def cell_of(self, rows: Floats) -> tuple[Ints, tuple[Ints, ...]]:
-        """Number [m] of the cell of each row [m, F], and the cells; what is new is told by a whole node."""
+        """Number [m] of the cell of each row [m, F], and the cells; rows of new parts belong to the whole node."""
         number, cells = np.zeros(len(rows), dtype=np.int64), list[Ints]()
         self._place(rows, np.arange(len(rows)), number, cells)
         return number, tuple(cells)
@@ -73,21 +73,21 @@ class Tree:
 
 @dataclass(frozen=True, slots=True)
 class Growth:
-    """How trees are grown."""
+    """Options of growing trees."""
 
     temperature: float = 1.0
-    """Of the draws of splits: 1 for their posterior, near 0 for the best one."""
+    """Temperature of the draws of splits: 1 for their posterior, near 0 for the best one."""
     doubt: float = 0.0
-    """Nats: a branch stays, or not, by chance where it gains or loses about so much; 0 for what is better."""
+    """Temperature of pruning in nats: a branch with about this gain or loss is kept at random; 0 keeps the better."""
     guides: Sequence[ScoreCells] = ()
     """The same labels, with more noise."""
 
 
 def replanted(cells: ScoreCells, tree: Tree, rows: Floats, labels: Ints, depth: int = 0) -> Tree:
-    """The splits of a tree with other labels, cut back where these do not ask for them.
+    """The splits of a tree with other labels, pruned by their evidence.
 
     Args:
-        cells: what is known about the labels.
+        cells: the labels and the error model.
         tree: of any labels.
         rows: [n, F] of all labels.
         labels: [c] indices, ascending.
@@ -110,7 +110,7 @@ def replanted(cells: ScoreCells, tree: Tree, rows: Floats, labels: Ints, depth: 
 
 
 def _leaf(cells: ScoreCells, labels: Ints, depth: int) -> tuple[Tree, float]:
-    """Some labels as one cell, and the prior probability that they are divided."""
+    """A node of labels as one cell, and the prior probability that it is divided."""
     dividing = float(0.9 / np.sqrt(1.0 + depth))
     return Tree(labels, cells.of_cell(labels) + float(np.log1p(-dividing))), dividing
 
@@ -119,9 +119,9 @@ def grow(cells: ScoreCells, labels: Ints, growth: Growth, randomness: np.random.
     """A tree of some labels.
 
     Args:
-        cells: what is known about labels.
+        cells: the labels and the error model.
         labels: [c] indices, ascending.
-        growth: how it is grown.
+        growth: options of growing.
         randomness: draws splits.
         depth: of the node.
     """
@@ -154,14 +154,14 @@ def regrown(
     temperature: float = 0.0,
     depth: int = 0,
 ) -> Tree:
-    """A tree of which each node in turn, from the top, has been grown again and replaced where that is more likely.
+    """A tree after regrowing each node in turn, from the top, and replacing it if the new branch is more likely.
 
     Args:
-        cells: what is known about labels.
+        cells: the labels and the error model.
         tree: to begin with.
-        growth: how branches are grown.
+        growth: options of growing.
         randomness: draws them.
-        temperature: nats that a branch may lose, about; 0 for none.
+        temperature: approximate loss of a branch in nats that is accepted; 0 for none.
         depth: of the first node.
     """
     if len(tree.labels) < 2:

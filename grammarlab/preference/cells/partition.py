@@ -1,12 +1,12 @@
-"""A preference that divides designs in cells of one value: an average over trees, in proportion to their posterior.
+"""A preference that divides designs into cells of one value: an average over trees, in proportion to their posterior.
 
 A person who likes some combinations of parts and dislikes all others has few values and many designs of each. Labels
-of one cell are then looks at one number, so that noise averages out and a single score that fits nothing else is a
-blunder. How much the person errs is found by evidence, from several beginnings: trees that were found under much noise
-stay small, those found under little noise explain the noise.
+of one cell then measure one number, so that noise averages out and a single inconsistent score is a blunder. The error
+of the person is found by evidence, from several starts: trees found under much noise stay small, trees found under
+little noise explain the noise.
 
-What is 0 in a cell is predicted as 0, which is most of what matters to a density: Gaussian processes leave a small mean
-where scores were clipped.
+Cells of value 0 are predicted as 0, which matters most to a density: Gaussian processes predict a small mean for
+clipped scores.
 """
 
 from __future__ import annotations
@@ -29,58 +29,58 @@ from grammarlab.preference.likelihood import Intervals
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 
 NOISES = (0.5, 1.5, 3.0, 5.0, 7.5, 10.0, 13.0, 17.0, 22.0, 28.0)
-"""Standard deviations that are tried."""
+"""Candidate standard deviations of the noise."""
 BLUNDERS = (0.002, 0.03, 0.06, 0.1, 0.15, 0.25)
-"""Parts of scores that are any."""
+"""Candidate probabilities of blunders."""
 PRICE_OF_BLUNDERS = 40.0
-"""Log-prior of a part pi of blunders: minus this times pi."""
+"""Log-prior of a probability pi of blunders: minus this times pi."""
 MAX_ROWS_TO_FIT = 512
-"""Labels that trees are grown from; of more, every so-many-th by score is taken."""
+"""Largest number of labels that trees are grown from; of more, an even selection by score is used."""
 NUM_TREES = 12
 NUM_AROUND = 6
-"""More trees, found by changing the most likely one."""
+"""Number of further trees, found by changing the most likely one."""
 NUM_DOUBTFUL = 10
-"""Trees that show what else could be: only for choosing questions."""
+"""Number of alternative trees, used only to choose questions."""
 DOUBT = 4.0
-"""Nats by which these may be worse, about."""
+"""Approximate loss in nats of these trees."""
 _BEGINNINGS = (0.5, 5.0, 15.0)
 _ROUNDS = 3
 _MANY = 160
-"""More labels than these say more in each tree: a third of the trees and of the rounds is left out."""
+"""Number of labels above which fewer trees are enough: a third of the trees and of the rounds is left out."""
 _NUM_SKETCHES = 4
 _GUIDE = (15.0, 0.05)
 """Noise and blunders of the guide."""
 _COOL, _WARM = 0.5, 1.0
-"""Temperatures of draws."""
+"""Temperatures of the draws of splits."""
 _TEMPERATURE = 3.0
-"""Shares of trees are their posteriors to the power of one over this: what was found is a part of what there is."""
+"""Shares of trees are their posteriors to the power of one over this, since the found trees are only some of all."""
 _LEAST_SHARE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class PartitionPreference(AbstractPreference):
-    """`method="partition"`: what `fit` found."""
+    """Result of `fit` with `method="partition"`."""
 
     num_columns: int
     groups: Ints
     """[F] group number of each column."""
     shares_of: tuple[Ints, ...]
-    """Sets of columns whose shares of their sum are looked at as well."""
+    """Sets of columns whose shares of their sum are further columns."""
     cells: ScoreCells
-    """The labels, and how the person errs."""
+    """The labels and the error model."""
     trees: tuple[Tree, ...]
-    """The most likely first."""
+    """Trees, most likely first."""
     doubtful: tuple[Tree, ...]
-    """What else could be."""
+    """Alternative trees."""
 
     @property
     def noise(self) -> float:
-        """Standard deviation of a score around what was meant, in points."""
+        """Standard deviation of a score around its value, in points."""
         return self.cells.noise
 
     @property
     def blunders(self) -> float:
-        """How often a score was any score at all."""
+        """Probability of a blunder."""
         return self.cells.blunders
 
     @cached_property
@@ -103,7 +103,7 @@ class PartitionPreference(AbstractPreference):
         return Prediction(mean, np.sqrt(variance))
 
     def values(self, rows: Rows) -> Floats:
-        """[m, G] how likely each value of the grid of the cells is to be meant."""
+        """[m, G] probability of each value of the grid."""
         table = widened(rows_to_predict(rows, self.num_columns), self.shares_of)
         found = np.zeros((len(table), len(self.cells.grid)))
         for share, tree in self._counting():
@@ -113,7 +113,7 @@ class PartitionPreference(AbstractPreference):
 
     @cached_property
     def noises(self) -> Floats:
-        """[N] how likely each of `NOISES` is, by the evidence of the cells of the most likely tree."""
+        """[N] probability of each of `NOISES`, by the evidence of the cells of the most likely tree."""
         parts, every = list(self.trees[0].cells()), np.arange(len(self.cells.scores))
         inside = np.array([np.isin(every, part) for part in parts], dtype=np.float32)
         found = np.array([replace(self.cells, noise=n).log_evidence(inside, every).sum() for n in NOISES])
@@ -121,7 +121,7 @@ class PartitionPreference(AbstractPreference):
         return odds / odds.sum()
 
     def divisions(self, rows: Floats, num: int, randomness: np.random.Generator) -> Iterator[tuple[Ints, Floats]]:
-        """Trees drawn by their shares: numbers [m] of the cells of rows, and [k, G] how likely values are there."""
+        """Trees drawn by their shares: numbers [m] of the cells of rows, and [k, G] probabilities of their values."""
         table, counting = widened(rows, self.shares_of), list(self._counting())
         times = randomness.multinomial(num, np.array([share for share, _ in counting]))
         for (_, tree), number in zip(counting, times.tolist(), strict=True):
@@ -132,13 +132,13 @@ class PartitionPreference(AbstractPreference):
     def without(
         self, rows: Floats, scores: Floats, continuous: Flags, said: Intervals | None = None
     ) -> PartitionPreference:
-        """What some of the labels alone say, when the person errs as is known: a quick look.
+        """Preference from some of the labels, with the known error model: a fast approximation.
 
         Args:
             rows: [n, F] of these labels.
             scores: [n]
-            continuous: [F] which columns are no counts.
-            said: [n] what these labels say, where that is not the scores.
+            continuous: [F] whether columns are continuous instead of counts.
+            said: [n] intervals of these labels, if they are not scores.
         """
         randomness, every = np.random.default_rng(0), np.arange(len(scores))
         splits = splits_of(rows, self.groups, continuous, self.shares_of)
@@ -151,7 +151,7 @@ class PartitionPreference(AbstractPreference):
         found = [(share, tuple(tree.cells())) for share, tree in zip(_shares(sketches).tolist(), sketches, strict=True)]
         cells = replace(cells, levels=levels_of(cells, found))
         trees = [grow(cells, every, growth, randomness) for growth in growths]
-        # What all labels suggest is tried as well; it stays where these labels alone ask for it.
+        # The tree of all labels is a candidate, pruned by these labels only.
         table = widened(rows, self.shares_of)
         trees += [replanted(cells, tree, table, every) for tree in self.trees[:_NUM_SKETCHES]]
         return replace(self, cells=cells, trees=tuple(trees), doubtful=())
@@ -174,7 +174,7 @@ class PartitionPreference(AbstractPreference):
         return mean, covariance + away.T @ away
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
-        """Of each group, the part of the variance of the labels' values that splits by it make up."""
+        """Share of the variance of the labels' values that splits by each group explain."""
         if len(self.groups) and len(group_names) <= self.groups.max():
             raise UsageError(f"group_names: expected {self.groups.max() + 1} names, found {len(group_names)}.")
         found = np.zeros(len(group_names))
@@ -186,7 +186,7 @@ class PartitionPreference(AbstractPreference):
         return sorted(entries, key=lambda relevance: -relevance.share)
 
     def _explained(self, tree: Tree, num_groups: int) -> Floats:
-        """[groups] the part of the variance that the splits of a tree make up."""
+        """[groups] share of the variance that the splits of a tree explain."""
         found, owners = np.zeros(num_groups), np.concatenate([self.groups, *(self.groups[s] for s in self.shares_of)])
         for node in tree.nodes():
             if node.split is not None:
@@ -220,19 +220,19 @@ def fit(
     warm: AbstractPreference | None = None,
     said: Intervals | None = None,
 ) -> PartitionPreference:
-    """A preference that divides designs in cells.
+    """A preference that divides designs into cells.
 
     Args:
         rows: [n, F] finite numbers.
         scores: [n] 0-100; equal rows may have different ones.
-        groups: [F] group numbers; every column its own group when there are none.
-        continuous: [F] which columns are no counts; none of them when left out.
-        seed: of the draws of splits, and of the choice of labels where there are more than `MAX_ROWS_TO_FIT`.
+        groups: [F] group numbers; by default every column is its own group.
+        continuous: [F] whether columns are continuous instead of counts; by default none is.
+        seed: seed of the draws of splits, and of the selection of labels if there are more than `MAX_ROWS_TO_FIT`.
         warm: not used.
-        said: [n] what the labels say, where that is not the scores; these then tell about where the values are.
+        said: [n] intervals of the labels, if they are not scores; the scores are then approximate values.
 
     Raises:
-        UsageError: when labels or groups are out of range.
+        UsageError: If labels or groups are out of range.
     """
     table, values = checked_labels(rows, scores)
     numbers = checked_groups(groups, table.shape[1])
@@ -260,14 +260,14 @@ def fit(
 
 
 def splits_of(rows: Floats, groups: Ints, continuous: Flags, shares_of: tuple[Ints, ...]) -> Splits:
-    """The ways to divide rows, shares among them."""
+    """Splits of rows, including splits by shares."""
     owners = np.concatenate([groups, *(groups[columns] for columns in shares_of)])
     added = np.ones(sum(len(columns) for columns in shares_of), dtype=bool)
     return Splits.of(widened(rows, shares_of), owners, np.concatenate([continuous, added]))
 
 
 def widened(rows: Floats, shares_of: tuple[Ints, ...]) -> Floats:
-    """Rows with the share that each column of some sets is of their sum; -1/2 where the sum is 0."""
+    """Rows with the share of each column of some sets in their sum; -1/2 if the sum is 0."""
     if not shares_of:
         return rows
     parts = []
@@ -278,7 +278,7 @@ def widened(rows: Floats, shares_of: tuple[Ints, ...]) -> Floats:
 
 
 def _sums(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:
-    """Groups whose counts have different sums: the share that is something may be what matters."""
+    """Groups whose counts have different sums: the share of a column may be relevant."""
     found = []
     for group in np.unique(groups[~continuous]).tolist():
         columns = np.flatnonzero((groups == group) & ~continuous)
@@ -289,12 +289,12 @@ def _sums(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:
 
 
 def _enough(num: int, scores: Floats) -> int:
-    """How many of a number of trees or rounds some scores need."""
+    """Number of trees or rounds for a number of scores."""
     return num if len(scores) <= _MANY else num - num // 3
 
 
 def _around(cells: ScoreCells, tree: Tree, growth: Growth, num: int, randomness: np.random.Generator) -> Iterator[Tree]:
-    """Trees drawn one from the other, beginning with the most likely one: what else explains labels about as well."""
+    """Trees drawn one from the other, beginning with the most likely one, that explain labels about equally well."""
     for _ in range(num):
         tree = regrown(cells, tree, growth, randomness, temperature=1.0)
         yield tree
@@ -303,7 +303,7 @@ def _around(cells: ScoreCells, tree: Tree, growth: Growth, num: int, randomness:
 def _erring(
     splits: Splits, scores: Floats, said: Intervals | None, randomness: np.random.Generator
 ) -> tuple[ScoreCells, tuple[ScoreCells, ...], Tree]:
-    """How the person errs, a guide, and a tree: the best of what several beginnings lead to."""
+    """Error model, guide and tree: the best of several starts."""
     grid, every = grid_of(scores), np.arange(len(scores))
     guides = (ScoreCells(splits, scores, grid, *_GUIDE, said=said),)
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)

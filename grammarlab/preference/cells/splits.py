@@ -1,9 +1,9 @@
-"""Ways to divide designs in two or more parts by what their rows say, and how plausible each is beforehand.
+"""Splits of designs into two or more parts by their rows, with prior probabilities.
 
 Columns of one group are alternatives of one choice: a group may divide designs by all of its alternatives at once. A
-count divides them at a bound, at one number, into odd and even, or number by number; a continuous column at a bound. As
-some groups matter and most do not, each has the same share of the prior mass, a continuous one less: it could explain
-anything.
+count divides them at a bound, at one number, into odd and even, or number by number; a continuous column at a bound.
+Each group has the same share of the prior mass, since few groups matter; a continuous one has less, since it can
+explain anything.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from grammarlab.preference.base import Floats, Ints
 Flags = NDArray[np.bool_]
 
 CONTINUOUS_SHARE = 0.15
-"""Prior mass of a continuous group, beside 1 of any other."""
+"""Prior mass of a continuous group; all others have 1."""
 _MOST_BOUNDS = 24
-"""Bounds that are tried on a continuous column, evenly spaced by rank."""
+"""Number of bounds on a continuous column, evenly spaced by rank."""
 _MOST_NUMBERS = 10
-"""Counts of more different numbers are divided at bounds only."""
+"""Largest number of different counts that are divided number by number; others are divided at bounds only."""
 _MOST_PARTS = 12
 _ALIKE = 1e-6
 
@@ -37,7 +37,7 @@ class Above(NamedTuple):
 
     @property
     def columns(self) -> tuple[int, ...]:
-        """What is looked at."""
+        """Indices of the columns that the split reads."""
         return (self.column,)
 
     def parts(self, rows: Floats) -> Ints:
@@ -53,7 +53,7 @@ class Equal(NamedTuple):
 
     @property
     def columns(self) -> tuple[int, ...]:
-        """What is looked at."""
+        """Indices of the columns that the split reads."""
         return (self.column,)
 
     def parts(self, rows: Floats) -> Ints:
@@ -70,7 +70,7 @@ class Odd(NamedTuple):
 
     @property
     def columns(self) -> tuple[int, ...]:
-        """What is looked at."""
+        """Indices of the columns that the split reads."""
         return (self.column,)
 
     def parts(self, rows: Floats) -> Ints:
@@ -79,7 +79,7 @@ class Odd(NamedTuple):
 
 
 class Patterns(NamedTuple):
-    """Which of some known patterns columns have; -1 for none of them."""
+    """Index of the known pattern of the columns; -1 for none of them."""
 
     columns: tuple[int, ...]
     known: Floats
@@ -97,7 +97,7 @@ Split = Above | Equal | Odd | Patterns
 
 @dataclass(frozen=True, eq=False)
 class Splits:
-    """All ways to divide n labelled rows."""
+    """All splits of n labelled rows."""
 
     splits: tuple[Split, ...]
     """[S]"""
@@ -106,24 +106,24 @@ class Splits:
     log_prior: Floats
     """[S] log of the prior mass, <= 1 together."""
     halves: Flags
-    """[H, n] the different ways to divide all labels in two; the first label is on the side of zeros."""
+    """[H, n] the different splits of all labels into two; the first label is on the side of zeros."""
     half_of: Ints
-    """[S] which of these each split is; -1 for those of more parts."""
+    """[S] index of each split among these; -1 for splits into more parts."""
     log_mass: Floats
     """[H] log of the prior mass of each."""
     many: Ints
-    """[M] those of more than two parts, one of each set that divides alike."""
+    """[M] splits into more than two parts, without duplicates."""
     members: NDArray[np.float32]
     """[parts of all of these, n] 1 where a row is in a part."""
     starts: Ints
     """[M] the first of the parts of each."""
 
     def drawn(self, ways: Ints, randomness: np.random.Generator) -> int:
-        """One of the splits that divide labels in one of some ways, in proportion to their prior mass.
+        """One of the splits equal to given divisions, drawn in proportion to prior mass.
 
         Args:
             ways: indices into `halves`, then `many`.
-            randomness: draws it.
+            randomness: generator.
         """
         halves, many = ways[ways < len(self.halves)], ways[ways >= len(self.halves)] - len(self.halves)
         alike = np.concatenate([np.flatnonzero(np.isin(self.half_of, halves)), self.many[many]])
@@ -131,7 +131,7 @@ class Splits:
         return int(randomness.choice(alike, p=mass / mass.sum()))
 
     def mass_of(self, part_of: Ints, labels: Ints) -> float:
-        """Prior mass of all ways that divide labels as given; 0 where none does.
+        """Prior mass of all splits equal to a given division; 0 if there is none.
 
         Args:
             part_of: [c] the part of each label.
@@ -151,12 +151,12 @@ class Splits:
 
     @classmethod
     def of(cls, rows: Floats, groups: Ints, continuous: Flags) -> Splits:
-        """The ways that tell some rows apart.
+        """Splits that distinguish rows.
 
         Args:
             rows: [n, F].
             groups: [F] group numbers.
-            continuous: [F] which columns are no counts.
+            continuous: [F] whether columns are continuous instead of counts.
         """
         varying = np.flatnonzero(np.ptp(rows, axis=0) > 0.0) if len(rows) else np.zeros(0, dtype=np.int64)
         shares = {
@@ -193,15 +193,15 @@ class Splits:
 
 
 def different(sides: Flags) -> tuple[Ints, Ints]:
-    """[K] the first of each set of equal rows [J, c], and [J] which of these each row equals."""
-    # Rows are compared by random sums of their columns: different rows have equal sums as good as never.
+    """[K] the first of each set of equal rows [J, c], and [J] the index of each row among these."""
+    # Rows are compared by random sums of their columns: different rows have almost never equal sums.
     factors = np.random.default_rng(0).integers(1, 2**62, sides.shape[1], dtype=np.int64)
     _, first, of = np.unique(sides @ factors, return_index=True, return_inverse=True)
     return first, of.reshape(-1)
 
 
 def _of_group(rows: Floats, columns: Ints, continuous: Flags) -> Iterator[tuple[float, Sequence[Split]]]:
-    """Sets of splits of a group and the share of its prior mass that each set has."""
+    """Sets of splits of a group, each with its share of the prior mass of the group."""
     counts, left = columns[~continuous[columns]], 1.0
     if len(counts) > 1:
         known = np.unique(rows[:, counts], axis=0)

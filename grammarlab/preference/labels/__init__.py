@@ -1,1 +1,1 @@
-"""What people said, as plain data and as files."""
+"""Labels, as plain data and as files."""

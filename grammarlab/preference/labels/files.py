@@ -1,7 +1,7 @@
-"""Label files: CSV, JSON lines or Parquet, one row a label, one column a field of `Label`.
+"""Label files: CSV, JSON lines or Parquet, one row per label, one column per field of `Label`.
 
-The columns start_rule, attributes, footprint, kind and other may be left out, and columns of other names are not looked
-at. A comparison (kind ``rather`` or ``tie``) needs no score: its cell may be empty.
+The columns start_rule, attributes, footprint, kind and other are optional, and columns of other names are ignored.
+A comparison (kind ``rather`` or ``tie``) needs no score: its cell may be empty.
 """
 
 from __future__ import annotations
@@ -23,32 +23,32 @@ from grammarlab.preference.labels.table import COMPARISONS, SCORES, Label, Label
 
 MAX_FILE_BYTES = 64 << 20
 MAX_UNPACKED_BYTES = 512 << 20
-"""Of a Parquet file, by its own account."""
+"""Largest uncompressed size that a Parquet file may declare, in bytes."""
 MAX_LABELS = 500_000
 
 _COLUMNS = tuple(field.name for field in fields(Label))
 _REQUIRED = tuple(field.name for field in fields(Label) if field.default is MISSING)
 _KINDS: dict[str, Any] = {"seed": pa.uint64(), "model": pa.int64(), "score": pa.float64()}
-"""Of the columns that are not text."""
+"""Parquet types of the columns that are not text."""
 
 
 class _RowError(Exception):
-    """What is wrong with a row as a whole; file and place are added where it is caught."""
+    """An error of a whole row; file and place are added where it is caught."""
 
 
 _Rows = Iterator[tuple[str, Mapping[str, Any]]]
-"""Where each row stands, for messages, and its cells."""
+"""Place of each row, for messages, and its cells."""
 
 
 def save_labels(labels: Labels, path: Path | str) -> None:
-    """Write a label file, whole or not at all; one of that name is replaced.
+    """Write a label file atomically; an existing file is replaced.
 
     Args:
         labels: any number.
-        path: ends in .csv, .jsonl or .parquet, which says the format.
+        path: its suffix .csv, .jsonl or .parquet selects the format.
 
     Raises:
-        UsageError: when it ends in something else.
+        UsageError: If the suffix is another one.
 
     >>> import grammarlab as gl
     >>> from pathlib import Path
@@ -64,14 +64,14 @@ def save_labels(labels: Labels, path: Path | str) -> None:
 
 
 def read_labels(path: Path | str) -> Labels:
-    """The labels in a file.
+    """Labels from a file.
 
     Args:
-        path: ends in .csv, .jsonl or .parquet, which says the format.
+        path: its suffix .csv, .jsonl or .parquet selects the format.
 
     Raises:
-        UsageError: when it ends in something else.
-        AssetError: when the file is missing, too large or broken; the message names row and column.
+        UsageError: If the suffix is another one.
+        AssetError: If the file is missing, too large or broken; the message names row and column.
 
     >>> import grammarlab as gl
     >>> from pathlib import Path
@@ -114,7 +114,7 @@ def _labels(rows: _Rows) -> Iterator[Label]:
 
 
 def _completed(cells: dict[str, Any]) -> dict[str, Any]:
-    """Cells of a row, with what an empty kind and the empty score of a comparison mean."""
+    """Cells of a row, with the defaults of an empty kind and of the empty score of a comparison."""
     told = {name: cells[name] for name in cells if name not in ("kind", "other") or cells[name] not in ("", None)}
     kind = told.get("kind")
     if kind in COMPARISONS and told["score"] in ("", None):
@@ -140,7 +140,7 @@ def _csv_cells(header: list[str], cells: list[str]) -> dict[str, Any]:
 
 
 def _typed(name: str, cell: str) -> Any:
-    """A cell of a text file as the number it states; unchanged, for `Label` to refuse, where it states none."""
+    """A cell of a text file as a number; unchanged if it is not a number, so that `Label` refuses it."""
     try:
         return int(cell) if name in ("seed", "model") else float(cell) if name == "score" else cell
     except ValueError:
@@ -163,7 +163,7 @@ def _read_jsonl(data: bytes) -> _Rows:
 def _read_parquet(data: bytes) -> _Rows:
     names = pq.read_schema(io.BytesIO(data)).names
     _check_header(names)
-    # A dictionary keeps a text once, however many rows repeat it.
+    # A dictionary stores a repeated text once.
     texts = [name for name in _COLUMNS if name in names and name not in _KINDS]
     file = pq.ParquetFile(io.BytesIO(data), read_dictionary=texts)
     unpacked = sum(file.metadata.row_group(i).total_byte_size for i in range(file.metadata.num_row_groups))

@@ -1,9 +1,9 @@
-"""Labels: what people said about which models, as plain data.
+"""Labels: scores and comparisons of models, as plain data.
 
 A label is one score of one model for one factor, or a comparison of two models. A model is named by its address, from
-which it can be derived again: the grammar's hash, the seed, the index of the model, and what was said beside the
-grammar. So labels and the grammar are all that a preference needs. Labels keep their order and may repeat; labels of
-one model that contradict each other are all kept, as so many noisy looks at one value.
+which it can be derived again: the grammar's hash, the seed, the index of the model, and options such as attributes.
+So a preference needs only labels and the grammar. Labels keep their order and may repeat; contradicting labels of
+one model are all kept, as noisy measurements of one value.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE
 
 OVERALL = "overall"
-"""The factor of labels that are about the whole model."""
+"""Factor of labels of the whole model."""
 
 MAX_TEXT = 4096
-"""Characters of one text."""
+"""Largest number of characters of one text."""
 
 Kind = Literal["score", "stars", "thumb", "rather", "tie"]
-"""How something was said: a score of 0 to 100; five stars; up or down; this model rather than another; both alike."""
+"""Kind of a label: a score of 0 to 100; five stars; up or down; this model preferred to another; both equal."""
 
 COMPARISONS = ("rather", "tie")
-"""The kinds that are about two models."""
+"""Kinds of labels of two models."""
 
 SCORES: dict[str, tuple[float, ...]] = {
     "stars": (0.0, 25.0, 50.0, 75.0, 100.0),
@@ -38,10 +38,10 @@ SCORES: dict[str, tuple[float, ...]] = {
     "rather": (100.0,),
     "tie": (50.0,),
 }
-"""The scores that labels of a kind may have; of ``score`` any from 0 to 100."""
+"""Allowed scores of each kind; for ``score`` any from 0 to 100."""
 
 Place = tuple[str, str, str, str, int, int]
-"""All that names a model: grammar, start rule, attributes, footprint, seed, index."""
+"""Fields of the address of a model: grammar, start rule, attributes, footprint, seed, index."""
 
 _PLACE = ("grammar", "start_rule", "attributes", "footprint", "seed", "model")
 
@@ -54,7 +54,7 @@ class Label:
     """One score, or one comparison.
 
     Raises:
-        UsageError: when a value is out of range; the message names the field.
+        UsageError: If a value is out of range; the message names the field.
 
     >>> label = Label(seed=1, model=17, factor=OVERALL, score=80.0, grammar="0" * 64)
     >>> label.kind, label.score
@@ -62,27 +62,27 @@ class Label:
     """
 
     seed: int
-    """Of the model, 0 <= seed < 2**64."""
+    """Seed of the model, 0 <= seed < 2**64."""
     model: int
     """Index of the model under the seed, 0 <= model < 2**63."""
     factor: str
-    """What the score is about; `OVERALL` when there are no factors."""
+    """Factor of the score; `OVERALL` without factors."""
     score: float
-    """0 (not wanted) to 100: of five stars 0, 25, 50, 75 or 100, of a thumb 100 (up) or 0 (down), of a comparison 100
-    where this model is preferred to the other one and 50 where they are alike."""
+    """0 (disliked) to 100: for five stars 0, 25, 50, 75 or 100, for a thumb 100 (up) or 0 (down), for a comparison 100
+    if this model is preferred to the other one and 50 if they are equal."""
     grammar: str
     """SHA-256 of the grammar's text, 64 hexadecimal digits: `Grammar.hash`."""
     start_rule: str = ""
-    """Empty for the one that the grammar marks."""
+    """Start rule; empty for the one that the grammar marks."""
     attributes: str = "{}"
-    """JSON object of attribute values, {} where the grammar's own were used."""
+    """JSON object of attribute values, {} for the grammar's own."""
     footprint: str = ""
-    """As the command line takes it, ``20x12`` or WKT; empty for the default."""
+    """Footprint in the syntax of the command line, ``20x12`` or WKT; empty for the default."""
     kind: Kind = "score"
-    """How it was said."""
+    """Kind of the label."""
     other: str = ""
-    """Of a comparison the other model, as a JSON object of ``seed``, ``model`` and what else of its address differs
-    from this one's; empty for other kinds."""
+    """The other model of a comparison, as a JSON object of ``seed``, ``model`` and other fields of its address that
+    differ from this one's; empty for other kinds."""
 
     def __post_init__(self) -> None:
         _check_integer("seed", self.seed, 64)
@@ -104,12 +104,12 @@ class Label:
 
     @property
     def address(self) -> Place:
-        """All that names the model: labels of equal address are about the same one."""
+        """Address of the model: labels of equal address belong to the same model."""
         return self.grammar, self.start_rule, self.attributes, self.footprint, self.seed, self.model
 
     @property
     def other_address(self) -> Place | None:
-        """All that names the other model of a comparison; None for other kinds."""
+        """Address of the other model of a comparison; None for other kinds."""
         if not self.other:
             return None
         own = dict(zip(_PLACE, self.address, strict=True))
@@ -139,7 +139,7 @@ class Labels:
 
     @property
     def factors(self) -> tuple[str, ...]:
-        """The factors that have labels, in order of their first label."""
+        """Factors with labels, in order of their first label."""
         return tuple(dict.fromkeys(label.factor for label in self.rows))
 
     def of(self, factor: str) -> Labels:
@@ -148,12 +148,12 @@ class Labels:
 
     @property
     def scores(self) -> NDArray[np.float64]:
-        """[n] one a row."""
+        """[n] scores."""
         return np.array([label.score for label in self.rows], dtype=np.float64)
 
 
 def _check_kind(label: Label) -> None:
-    """What labels of other kinds than ``score`` must hold, and no label of that kind."""
+    """Check the fields that depend on the kind of a label."""
     if label.kind not in get_args(Kind):
         raise UsageError(f"kind: expected one of {', '.join(get_args(Kind))}, found {_shown(label.kind)}.")
     allowed = SCORES.get(label.kind)
@@ -214,7 +214,7 @@ def _check_attributes(text: str) -> None:
 
 
 def _object(text: str) -> dict[str, Any] | None:
-    """The JSON object that a text is; None where it is none."""
+    """JSON object of a text; None if it is not an object."""
     try:
         values = json.loads(text)
     except (ValueError, RecursionError):

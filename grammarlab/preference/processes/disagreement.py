@@ -1,8 +1,8 @@
-"""How unsure a grouped preference is about many models at once, and which of them would tell most.
+"""Uncertainty of a grouped preference about many models, and the most informative models.
 
-A kernel that has been found is surer of itself than it should be: that a group is irrelevant has been seen in a few
-models only. For choosing questions columns therefore have a least weight, so that models with something new stay
-uncertain. On top comes what the explanations disagree about.
+A fitted kernel is overconfident: the irrelevance of a group is known from a few models only. So columns have a least
+weight when questions are chosen, so that models with new properties stay uncertain. The disagreement of the
+explanations is added.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from grammarlab.preference.processes.grouped import Explanation, GroupedPreferen
 from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
 
 CAUTION = 0.4
-"""Weighted squared distance, by columns that are thought irrelevant, between two typical models."""
+"""Weighted squared distance between two typical models by columns that seem irrelevant."""
 DOUBT = 0.1
 """Least weight, per squared range, of a column that was the same in all liked models."""
 _TRUST = 3.0
-"""How much each liked model in which the column was another lowers that weight: to 1 / (1 + this x models)."""
+"""Decrease of that weight by liked models in which the column differs: to 1 / (1 + this x models)."""
 TEMPERATURE = 10.0
-"""Shares of explanations are raised to one over this: what explains far worse may still be nearer the truth."""
+"""Shares of explanations are raised to one over this, since worse explanations may be nearer the truth."""
 _LEAST_SHARE = 0.05
 _LEAST_NOISE = 1e-4
-"""As a share of the squared highest score: keeps the covariance of nearly equal models regular."""
+"""Least noise as a share of the squared highest score; it keeps the covariance of nearly equal models regular."""
 
 
 def joint(preference: GroupedPreference, rows: Floats, least: Floats) -> tuple[Floats, Floats]:
     """Mean [m] and covariance [m, m] of the scores of rows [m, F], all explanations taken together.
 
     Args:
-        preference: what is learned.
+        preference: the preference.
         rows: [m, F] models.
         least: [F] >= 0, the least weight of each column.
     """
@@ -56,16 +56,16 @@ def joint(preference: GroupedPreference, rows: Floats, least: Floats) -> tuple[F
 
 
 def cautious_weights(preference: GroupedPreference, rows: Floats) -> Floats:
-    """[F] least weights that make typical rows [m, F] a little unlike, whatever they differ in."""
+    """[F] least weights that make typical rows [m, F] slightly different for any difference."""
     total = 2.0 * float(np.sum(np.var(rows / preference.scales, axis=0)))
     return CAUTION / (max(total, 1e-12) * preference.scales**2)
 
 
 def doubtful_weights(preference: GroupedPreference, liked: Floats) -> Floats:
-    """[F] least weights for models that seem liked: high where the liked models [n, F] have all been the same.
+    """[F] least weights for models that seem liked: high for columns that are equal in all liked models [n, F].
 
-    Someone who likes a thing may well dislike it with one part exchanged. That such a part does not matter is known
-    from other liked models that have it, and not from models that are disliked with and without it.
+    A person may dislike a liked model after one part is exchanged. Only other liked models with that part show that it
+    is irrelevant; disliked models with and without it do not.
     """
     others = np.array([len(column) - np.unique(column, return_counts=True)[1].max(initial=0) for column in liked.T])
     return DOUBT / ((1.0 + _TRUST * others) * preference.scales**2)
@@ -76,9 +76,9 @@ def most_doubtful(covariance: Floats, num: int, noise: float, stakes: Floats, al
 
     Args:
         covariance: [m, m] of the scores.
-        num: how many to choose, at most as many as are allowed.
+        num: number of models, at most the number of allowed ones.
         noise: variance of one score around the function, > 0.
-        stakes: [m] >= 0, how much the variance of each model counts; all alike where all are zero.
+        stakes: [m] >= 0, weight of the variance of each model; equal weights if all are zero.
         allowed: [m] whether a model may be chosen.
 
     Returns:
@@ -92,9 +92,9 @@ def most_telling(covariance: Floats, num: int, noise: float, stakes: Floats, all
 
     Args:
         covariance: [m, m] of the scores.
-        num: how many to choose, at most as many as are allowed.
+        num: number of models, at most the number of allowed ones.
         noise: variance of one score around the function, > 0.
-        stakes: [m] >= 0, how much the variance of each model counts; all alike where all are zero.
+        stakes: [m] >= 0, weight of the variance of each model; equal weights if all are zero.
         allowed: [m] whether a model may be chosen.
 
     Returns:
@@ -129,7 +129,7 @@ def _greedy(
 
 
 def given(covariance: Floats, chosen: Ints, noise: float) -> Floats:
-    """[m, m] the covariance once the scores of some models are known."""
+    """[m, m] covariance given the scores of some models."""
     if not len(chosen):
         return covariance
     inner = covariance[np.ix_(chosen, chosen)] + noise * np.eye(len(chosen))
@@ -137,13 +137,13 @@ def given(covariance: Floats, chosen: Ints, noise: float) -> Floats:
 
 
 def unexplained(known: Floats, rows: Floats, weights: Floats, amplitude: float, noise: float) -> Floats:
-    """[m, m] covariance of what may be found beside all that is known: a process that has seen nothing but 0.
+    """[m, m] covariance of unknown additional effects: a process that has seen only scores of 0.
 
     Args:
         known: [n, F] rows with scores.
         rows: [m, F] others.
-        weights: [F] >= 0 of the columns.
-        amplitude: variance of what may be found.
+        weights: [F] >= 0, weights of the columns.
+        amplitude: variance of the additional effects.
         noise: variance of a score.
     """
     hyperparameters = Hyperparameters(amplitude, weights, noise)

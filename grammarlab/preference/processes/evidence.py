@@ -1,4 +1,4 @@
-"""How well hyperparameters explain scores: Equations 4.6 and 4.7, with an analytic gradient, in JAX.
+"""Evidence of hyperparameters: Equations 4.6 and 4.7, with an analytic gradient, in JAX.
 
 `loss` can be composed with any parametrisation and penalty and differentiated: weights shared by a group of columns
 are ``weights = group_weights[groups]``. Its gradient costs two more matrix products and an inverse, and needs no
@@ -6,8 +6,8 @@ are ``weights = group_weights[groups]``. Its gradient costs two more matrix prod
 
     dE / d weight_d = -1/2 sum_ij S_ij (x_id - x_jd)^2 = -(sum_i x_id^2 sum_j S_ij - sum_i x_id (S X)_id).
 
-Everything is float64. JAX makes that a choice per thread, so callers compute inside ``with jax.enable_x64(True)`` and
-leave the rest of the program as it was.
+Everything is float64. JAX has this option per thread, so callers compute inside ``with jax.enable_x64(True)`` and
+do not affect the rest of the program.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from grammarlab.preference.base import Floats
 from grammarlab.preference.observations import Observations
 
 _SMALLEST_BLOCK = 64
-"""Below this size halving a triangular matrix costs more than it saves."""
+"""Size below which halving a triangular matrix costs more than it saves."""
 
 
 class Data(NamedTuple):
-    """Observations as arrays of a few fixed sizes, so that a growing label set seldom compiles anew."""
+    """Observations as arrays of a few fixed sizes, so that a growing label set is rarely recompiled."""
 
     rows: jax.Array | Floats
     """[n, F] moved to a mean of 0, zeros where padded."""
@@ -36,17 +36,17 @@ class Data(NamedTuple):
     counts: jax.Array | Floats
     """[n] labels of each row; 0 marks padding."""
     spread: jax.Array | float
-    """As in `Observations`."""
+    """See `Observations`."""
     others: jax.Array | Floats | None = None
-    """[n, F] as in `Beside`, moved as the rows are; None where all observations are scores of one row."""
+    """[n, F] as in `Beside`, moved like the rows; None if all observations are scores of one row."""
     compared: jax.Array | Floats | None = None
-    """[n] likewise."""
+    """[n] as in `Beside`."""
     variances: jax.Array | Floats | None = None
-    """[n] likewise."""
+    """[n] as in `Beside`."""
 
 
 def padded_size(size: int, steps: int) -> int:
-    """The next size of a ladder with so many equal steps from each power of two to the next; at least 16.
+    """The next larger size of a grid with a given number of equal steps between powers of two; at least 16.
 
     >>> [padded_size(n, 2) for n in (1, 16, 17, 25, 33, 100, 256, 257)]
     [16, 16, 24, 32, 48, 128, 256, 384]
@@ -58,12 +58,12 @@ def padded_size(size: int, steps: int) -> int:
 
 
 def padded(observations: Observations, num_columns_padded: int, num_rows_padded: int = 0) -> Data:
-    """Observations of a size that many label sets share: two sizes to a doubling of rows, and as many columns as said.
+    """Observations padded to one of few sizes: two sizes per doubling of rows, and a given number of columns.
 
     Args:
         observations: the labels.
-        num_columns_padded: at least their number of columns; the weights of what is added must be finite.
-        num_rows_padded: how many rows instead, at least as many as there are; 0 for the two sizes to a doubling.
+        num_columns_padded: at least their number of columns; weights of added columns must be finite.
+        num_rows_padded: number of rows instead, at least their number; 0 for two sizes per doubling.
     """
     num_rows, num_columns = observations.rows.shape
     n = num_rows_padded or padded_size(num_rows, 2)
@@ -162,7 +162,7 @@ def _loss_and_gradient(
 
 
 def _inverse_and_log_determinant(C: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Of a symmetric positive definite matrix [n, n]; not-a-number where it is not."""
+    """Inverse and log-determinant of a symmetric matrix [n, n]; NaN if it is not positive definite."""
     L = jax.lax.linalg.cholesky(C, symmetrize_input=False)
     return _gram(_triangular_inverse(L)), 2.0 * jnp.sum(jnp.log(jnp.diagonal(L)))
 

@@ -4,10 +4,10 @@ Each column has its own weight theta_d. Weights and amplitude theta_0 minimise
 
     E(theta) = -log p(u | theta, m) + penalty sum_d |theta_d|                                              (4.8)
 
-over log theta, by L-BFGS in place of the paper's conjugate gradients. E has many local minima. The search starts from
+over log theta, by L-BFGS instead of the paper's conjugate gradients. E has many local minima. The search starts from
 the best relevance that all columns can share, each scaled to the range 0-1 of the labelled rows. It goes in stages:
-after each, columns whose weight has become irrelevant are left out, so that most of the work is done on few columns;
-when it comes to rest it looks at all columns again, and those that would lower E come back.
+after each, columns with irrelevant weights are left out, so that most of the work is done on few columns;
+after convergence, left-out columns that would lower E are added again.
 """
 
 from __future__ import annotations
@@ -44,15 +44,15 @@ PENALTY = 0.1
 """lambda of Equation 4.8."""
 
 MAX_ROWS_TO_FIT = 1024
-"""Distinct rows that weights are fitted to; of more, a part with the same distribution of scores is taken."""
+"""Largest number of distinct rows for fitting; of more, a selection with the same distribution of scores is used."""
 MAX_ROWS_TO_KEEP = 4096
-"""Distinct rows that predictions rest on; chosen likewise."""
+"""Largest number of distinct rows for predictions, selected in the same way."""
 
 MAX_ITERATIONS = 100
 _ITERATIONS_A_STAGE = 20
 
 _LOWEST = np.log(1e-11)
-"""Bounds of log theta: wide enough never to matter, narrow enough for exp."""
+"""Bounds of log theta: wide enough to be inactive, narrow enough for exp."""
 _HIGHEST = np.log(1e5)
 
 _IRRELEVANT = 3e-3
@@ -66,22 +66,22 @@ _MAX_RETURNS = 32
 
 @dataclass(frozen=True, slots=True)
 class HyperparameterPoint:
-    """A point of the search for hyperparameters, and what it took to get there."""
+    """A point of the search for hyperparameters, with the cost of reaching it."""
 
     log_amplitude: float
     weights: Floats
     """[F] 0 for columns that are left out."""
     energy: float = np.inf
-    """E of Equation 4.8 over the rows that were fitted; infinite before the first stage."""
+    """E of Equation 4.8 over the fitted rows; infinite before the first stage."""
     iterations: int = 0
     evaluations: int = 0
     resting: bool = False
-    """Whether the last stage ended because nothing more was to be gained."""
+    """Whether the last stage converged."""
 
 
 @dataclass(frozen=True)
 class GaussianProcessPreference(AbstractPreference):
-    """`method="paper"`: what `fit` found."""
+    """Result of `fit` with `method="paper"`."""
 
     num_columns: int
     groups: Ints
@@ -90,7 +90,7 @@ class GaussianProcessPreference(AbstractPreference):
     """[n, F] distinct labelled rows."""
     posterior: Posterior
     search: HyperparameterPoint
-    """How the weights were found."""
+    """Result of the search for weights."""
 
     def predict(self, rows: Rows) -> Prediction:
         return self.posterior.predict(rows_to_predict(rows, self.num_columns))
@@ -111,21 +111,21 @@ def fit(
 ) -> GaussianProcessPreference:
     """The Gaussian process of Equations 4.4-4.8, with the relevance of each column learned.
 
-    Scores of zero only say nothing about relevance: the amplitude is then 50 squared, and all columns that vary matter
-    alike.
+    If all scores are zero, they contain no information about relevance: the amplitude is then 50 squared, and all
+    columns that vary have equal relevance.
 
     Args:
         rows: [n, F] finite numbers.
         scores: [n] 0-100.
         groups: [F] group numbers, for `explain` only.
-        seed: chooses among rows where there are more than `MAX_ROWS_TO_FIT`; nothing else is random.
+        seed: selects rows if there are more than `MAX_ROWS_TO_FIT`; nothing else is random.
         warm: a preference found by this method on the same columns. The search then also starts from its weights, and
             the better end is taken.
         noise: 1 / beta > 0, in squared scores.
         penalty: lambda >= 0.
 
     Raises:
-        UsageError: when labels, groups, noise or penalty are out of range, or `warm` does not fit.
+        UsageError: If labels, groups, noise or penalty are out of range, or `warm` has other columns.
     """
     if not (0.0 < noise < np.inf and 0.0 <= penalty < np.inf):
         raise UsageError(f"expected noise > 0 and penalty >= 0, found noise {noise} and penalty {penalty}.")
@@ -166,7 +166,7 @@ _loss_by_weights = jax.jit(jax.grad(loss, argnums=1))
 def _descend(
     start: HyperparameterPoint, observations: Observations, noise: float, penalty: float
 ) -> HyperparameterPoint:
-    """Stages of L-BFGS with columns left out and taken back in between, until at rest or out of iterations."""
+    """Stages of L-BFGS, with columns removed and added in between, until convergence or the limit of iterations."""
     ranges = np.ptp(observations.rows, axis=0)
     varying = np.where(ranges > 0.0, start.weights, 0.0)
     search = replace(start, weights=varying)
@@ -184,7 +184,7 @@ def _descend(
 def _stage(
     search: HyperparameterPoint, observations: Observations, ranges: Floats, noise: float, penalty: float
 ) -> HyperparameterPoint:
-    """Some iterations of L-BFGS over the columns that have a weight; then irrelevant ones lose it."""
+    """Iterations of L-BFGS over the columns with a weight; then irrelevant columns are left out."""
     active = np.flatnonzero(search.weights > 0.0)
     data = _on_device(observations, active)
     size = data.rows.shape[1] + 1
@@ -218,7 +218,7 @@ def _stage(
 
 
 def _on_device(observations: Observations, active: Ints) -> Data:
-    """The active columns, padded to all columns' size or to 1/4 or 1/16 of it: few sizes, so little to compile."""
+    """The active columns, padded to the number of all columns or to 1/4 or 1/16 of it, for few compilations."""
     full = padded_size(observations.rows.shape[1], 8)
     size = next(size for size in (full // 16, full // 4, full) if size >= len(active) and (size >= 32 or size == full))
     part = replace(observations, rows=observations.rows[:, active])
@@ -228,7 +228,7 @@ def _on_device(observations: Observations, active: Ints) -> Data:
 def _with_returning(
     search: HyperparameterPoint, observations: Observations, ranges: Floats, noise: float, penalty: float
 ) -> Floats | None:
-    """The weights [F] with columns taken back that would lower E by more weight; None when there are none."""
+    """The weights [F] with columns added that would lower E; None if there are none."""
     num_columns = len(ranges)
     data = _on_device(observations, np.arange(num_columns))
     weights = np.zeros(data.rows.shape[1])

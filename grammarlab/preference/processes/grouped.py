@@ -1,10 +1,10 @@
 """The default preference: Gaussian processes with a weight for each group of columns, averaged by their evidence.
 
-Columns of one group are alternatives of one choice, so they matter together or not at all: one weight a group is far
-less to learn than one a column. Few labels leave several explanations open, which the search (`grouped_search`) finds
-from different starts. Predictions average over them in proportion to exp(-E); where they disagree the prediction is
-uncertain. A column that has not varied yet counts with its group's weight: a model with an alternative never seen
-before is unlike all others if the choice matters.
+Columns of one group are alternatives of one choice, so they matter together or not at all: one weight per group is
+much less to learn than one per column. Few labels allow several explanations, which the search (`grouped_search`)
+finds from different starts. Predictions average over them in proportion to exp(-E); if they disagree, the prediction
+is uncertain. A column that has not varied yet has its group's weight: a model with a new alternative differs from all
+others if the choice matters.
 """
 
 from __future__ import annotations
@@ -44,20 +44,20 @@ from grammarlab.preference.processes.grouped_search import (
 from grammarlab.preference.processes.posterior import Posterior, condition
 
 MAX_ROWS_TO_FIT = 512
-"""Distinct rows that kernels are searched with; of more, a part with the same distribution of scores is taken."""
+"""Largest number of distinct rows of the search; of more, a selection with the same distribution of scores is used."""
 MAX_ROWS_TO_KEEP = 4096
-"""Distinct rows that predictions rest on; chosen likewise."""
+"""Largest number of distinct rows for predictions, selected in the same way."""
 
 NUM_RANDOM_STARTS = 2
 NUM_WARM_STARTS = 4
-"""The best explanations of the round before that are searched from again: new labels may favour another one."""
+"""Number of explanations of the previous round used as starts, since new labels may favour another one."""
 _LEAST_SHARE = 1e-3
-"""Explanations of less weight are left out of predictions."""
+"""Smallest share of an explanation in predictions."""
 
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """One kernel, and what the labels say under it."""
+    """One kernel, and its posterior."""
 
     kernel: Kernel
     posterior: Posterior
@@ -67,17 +67,17 @@ class Explanation:
 
 @dataclass(frozen=True)
 class GroupedPreference(AbstractPreference):
-    """`method="grouped"`: what `fit` found."""
+    """Result of `fit` with `method="grouped"`."""
 
     num_columns: int
     groups: Ints
     """[F] group number of each column."""
     observations: Observations
-    """The labels that predictions rest on."""
+    """The labels used for predictions."""
     scales: Floats
     """[F] > 0, the range of each column among them, 1 for constant ones."""
     highest: float
-    """The highest score, > 0; `MAX_SCORE` when all are zero."""
+    """The highest score, > 0; `MAX_SCORE` if all are zero."""
     explanations: tuple[Explanation, ...]
     """At least one, all different, best first."""
 
@@ -111,21 +111,21 @@ def fit(
     warm: AbstractPreference | None = None,
     starts: int | None = None,
 ) -> GroupedPreference:
-    """A preference that weighs groups of columns, averaged over the explanations that the labels leave open.
+    """A preference with weights of groups of columns, averaged over the explanations of the labels.
 
-    Scores of zero only say nothing about relevance: all groups that vary then matter a little.
+    If all scores are zero, they contain no information about relevance: all groups that vary then have a small weight.
 
     Args:
         rows: [n, F] finite numbers.
         scores: [n] 0-100.
-        groups: [F] group numbers; every column its own group when there are none.
-        continuous: [F] which columns are no counts; none of them when left out.
-        seed: of the random starts, and of the choice of rows where there are more than `MAX_ROWS_TO_FIT`.
-        warm: a preference found by this method on the same columns; its explanations are starts, too.
-        starts: how many starts are searched from at most, for a quick look.
+        groups: [F] group numbers; by default every column is its own group.
+        continuous: [F] whether columns are continuous instead of counts; by default none is.
+        seed: seed of the random starts, and of the selection of rows if there are more than `MAX_ROWS_TO_FIT`.
+        warm: a preference found by this method on the same columns; its explanations are further starts.
+        starts: largest number of starts, for a fast approximation.
 
     Raises:
-        UsageError: when labels or groups are out of range, or `warm` does not fit.
+        UsageError: If labels or groups are out of range, or `warm` has other columns.
     """
     return fit_observed(
         observe(rows, scores), groups=groups, continuous=continuous, seed=seed, warm=warm, starts=starts
@@ -141,7 +141,7 @@ def fit_observed(
     warm: AbstractPreference | None = None,
     starts: int | None = None,
 ) -> GroupedPreference:
-    """`fit`, of labels as observations, among which there may be differences of two rows."""
+    """`fit` from observations, which may include differences of two rows."""
     observations = thinned(labels, MAX_ROWS_TO_KEEP, seed)
     num_columns = observations.rows.shape[1]
     numbers = checked_groups(groups, num_columns)
@@ -176,7 +176,7 @@ def _warm_starts(warm: AbstractPreference | None, num_columns: int, groups: Ints
 
 
 def _best(problem: KernelProblem, starts: list[Kernel]) -> list[Kernel]:
-    """Where the searches end, each end once, best first."""
+    """Results of the searches, without duplicates, best first."""
     ends = sorted((search(problem, start) for start in starts), key=lambda kernel: kernel.energy)
     different: list[Kernel] = []
     for end in ends:
@@ -186,12 +186,12 @@ def _best(problem: KernelProblem, starts: list[Kernel]) -> list[Kernel]:
 
 
 def _alike(first: Kernel, second: Kernel) -> bool:
-    """Whether two searches have come to the same end."""
+    """Whether two searches have the same result."""
     return abs(first.energy - second.energy) < 0.1 and bool(np.allclose(first.weights, second.weights, atol=0.05))
 
 
 def _indifferent(problem: KernelProblem) -> Kernel:
-    """All groups that vary matter alike, so that two typical models are nearly unlike."""
+    """A kernel with equal weights of all groups that vary, under which two typical models are almost uncorrelated."""
     rows = problem.observations.looked_at
     spread = 2.0 * float(np.sum(np.var(rows, axis=0)))
     return Kernel(problem.varying / max(spread, 1.0), AMPLITUDE[0], NOISE[0], 0.0)

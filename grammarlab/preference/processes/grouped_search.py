@@ -1,12 +1,12 @@
-"""Kernels in which a group of columns shares one weight: how well they explain scores, and a search for good ones.
+"""Kernels in which a group of columns shares one weight: their evidence, and a search for the best.
 
 A kernel has an amplitude, a noise and one weight theta_g for each group of columns; column d of group g counts with
 theta_g / range_d^2, where range_d is the range of the labelled rows, so that units do not matter. The search minimises
 
     E = -log p(u | theta, m) + sum_g log(1 + theta_g / eps) + (log-normal terms for amplitude and noise)
 
-over the logarithms, by L-BFGS. The second term is a prior with a heavy tail in place of the paper's Lasso
-(Equation 4.8): that a group matters at all has a price, about 5 nats, but how much it matters costs next to nothing.
+over the logarithms, by L-BFGS. The second term is a prior with a heavy tail instead of the paper's Lasso
+(Equation 4.8): a relevant group has a price of about 5 nats, almost independent of its weight.
 Two thirds of the groups are usually irrelevant after a few iterations; they are then left out.
 """
 
@@ -26,12 +26,12 @@ from grammarlab.preference.processes.minimise import Minimum, minimise
 from grammarlab.preference.processes.posterior import Hyperparameters
 
 EPSILON = 1e-2
-"""eps: the weight from which on a group is thought relevant."""
+"""eps: smallest weight of a relevant group."""
 
 AMPLITUDE = (0.2, 1.0)
 """Median of the amplitude's prior, as a share of the squared highest score, and standard deviation of its logarithm."""
 NOISE = (1e-4, 2.0)
-"""Likewise of the noise: somebody may be exact, or miss by a fifth of the scale."""
+"""The same for the noise: a person may be exact, or have errors of a fifth of the scale."""
 
 _AMPLITUDE_BOUNDS = (1e-2, 10.0)
 _NOISE_BOUNDS = (1e-6, 0.05)
@@ -39,24 +39,24 @@ _WEIGHT_BOUNDS = (1e-5, 1e3)
 _LEAST_ROWS = 64
 _FEW_COLUMNS = 64
 _IRRELEVANT = (1e-3, 1e-4, 1e-5)
-"""Weights below which groups are left out: the first of these that costs no more than `_FREE`. Many groups that each
-matter a little can be all there is to an additive taste."""
+"""Weights below which groups are left out: the first of these that costs no more than `_FREE`. Many groups with
+small weights can explain an additive preference."""
 _FREE = 0.05
 """Nats."""
 _NO_WEIGHT = -40.0
 """Logarithm of a weight without effect."""
 _STAGES = (20, 80)
-"""L-BFGS iterations with all groups, and with those that are left."""
+"""L-BFGS iterations with all groups, and with the remaining ones."""
 
 
 @dataclass(frozen=True, slots=True)
 class Kernel:
-    """What the search varies."""
+    """Variables of the search."""
 
     weights: Floats
     """[G] theta_g >= 0; 0 for groups that are left out."""
     amplitude: float
-    """As a share of the squared highest score."""
+    """Amplitude, as a share of the squared highest score."""
     noise: float
     """Likewise."""
     energy: float = np.inf
@@ -65,7 +65,7 @@ class Kernel:
 
 @dataclass(frozen=True, slots=True)
 class KernelProblem:
-    """Labels as the search sees them."""
+    """Labels scaled for the search."""
 
     observations: Observations
     """Rows divided by the range of each column, scores by the highest one."""
@@ -73,7 +73,7 @@ class KernelProblem:
     """[F] group numbers."""
     num_groups: int
     varying: Floats
-    """[G] 1 where some column of the group varies among the labelled rows, else 0."""
+    """[G] 1 if some column of the group varies among the labelled rows, otherwise 0."""
 
 
 def scales_of(rows: Floats) -> Floats:
@@ -83,13 +83,13 @@ def scales_of(rows: Floats) -> Floats:
 
 
 def problem_of(observations: Observations, groups: Ints, scales: Floats, highest: float) -> KernelProblem:
-    """The search's view of labels.
+    """Scale labels for the search.
 
     Args:
-        observations: as given.
+        observations: the labels.
         groups: [F] group numbers.
-        scales: [F] > 0, what columns are divided by.
-        highest: what scores are divided by, > 0.
+        scales: [F] > 0, divisors of the columns.
+        highest: divisor of the scores, > 0.
     """
     scaled = observations.scaled(scales, highest)
     num_groups = int(groups.max(initial=-1)) + 1
@@ -99,13 +99,13 @@ def problem_of(observations: Observations, groups: Ints, scales: Floats, highest
 
 
 def starting_kernels(problem: KernelProblem, seed: int, num_random: int, continuous: Floats) -> list[Kernel]:
-    """Where searches begin: all groups a little relevant, all more so, counts alone, and random halves of the groups.
+    """Starts of searches: all groups with small weights, with larger weights, counts only, and random halves of groups.
 
     Args:
         problem: the labels.
-        seed: of the halves.
-        num_random: how many halves.
-        continuous: [G] 1 for groups that are no counts, which explain anything more easily than these; else 0.
+        seed: seed of the halves.
+        num_random: number of halves.
+        continuous: [G] 1 for continuous groups, which overfit more easily than counts; otherwise 0.
     """
     randomness = np.random.default_rng(seed)
     middle = (AMPLITUDE[0], NOISE[0])
@@ -118,7 +118,7 @@ def starting_kernels(problem: KernelProblem, seed: int, num_random: int, continu
 
 
 def search(problem: KernelProblem, start: Kernel) -> Kernel:
-    """The best kernel that L-BFGS meets on its way from a start; groups without a weight there stay without."""
+    """The best kernel that L-BFGS finds from a start; groups without a weight in the start stay without."""
     kernel = replace(start, weights=np.where(problem.varying > 0.0, start.weights, 0.0))
     for iterations in _STAGES:
         kernel = _stage(problem, kernel, iterations)
@@ -126,7 +126,7 @@ def search(problem: KernelProblem, start: Kernel) -> Kernel:
 
 
 def hyperparameters(kernel: Kernel, groups: Ints, scales: Floats, highest: float) -> Hyperparameters:
-    """The kernel in the units of rows and scores as given."""
+    """The kernel in the original units of rows and scores."""
     size = highest**2
     return Hyperparameters(kernel.amplitude * size, kernel.weights[groups] / scales**2, kernel.noise * size)
 
@@ -153,7 +153,7 @@ def _stage(problem: KernelProblem, kernel: Kernel, iterations: int) -> Kernel:
 
 
 def _without_irrelevant(minimum: Minimum, energy: Callable[[Floats], float]) -> tuple[Floats, float]:
-    """The point of a minimum with as many weights left out as cost nothing, and the energy there."""
+    """The point of a minimum without the weights that can be dropped at no cost, and its energy."""
     for least in _IRRELEVANT:
         point = minimum.point.copy()
         point[2:][point[2:] < np.log(least)] = _NO_WEIGHT
@@ -164,12 +164,12 @@ def _without_irrelevant(minimum: Minimum, energy: Callable[[Floats], float]) -> 
 
 
 def _on_device(problem: KernelProblem, columns: Ints, active: Ints) -> tuple[Data, jax.Array, int]:
-    """The active columns and their groups, padded to few sizes: compiling for one takes as long as many searches."""
+    """The active columns and their groups, padded to few sizes, since a compilation takes as long as many searches."""
     full = padded_size(len(problem.groups), 4)
     size = _FEW_COLUMNS if len(columns) <= _FEW_COLUMNS < full else full
     num_rows = max(_LEAST_ROWS, padded_size(len(problem.observations.means), 1))
     part = problem.observations.of_columns(columns)
-    # Padded columns hold zeros, so that it does not matter which group they count to.
+    # Padded columns are zeros, so their group does not matter.
     groups = np.zeros(size, dtype=np.int64)
     groups[: len(columns)] = np.searchsorted(active, problem.groups[columns])
     return jax.tree.map(jnp.asarray, padded(part, size, num_rows)), jnp.asarray(groups), size

@@ -19,25 +19,25 @@ from grammarlab.preference.processes.propagation import Sites, propagate
 STAR = 12.5
 """Half of the step between two stars, in points."""
 TIE = 5.0
-"""Points of difference below which somebody who calls some models alike does so."""
+"""Difference in points below which a person who uses ties calls two models equal."""
 NOISE = 3.0
-"""Standard deviation in points that comparisons are reckoned with at least."""
+"""Smallest standard deviation in points of comparisons."""
 BLUNDERS = 0.05
 _MIDDLES = np.arange(5.0, 96.0, 2.5)
 _OF_MIDDLE = 20.0
-"""Standard deviation of where people have their middle, around 50."""
+"""Standard deviation of the middle of people, around 50."""
 
 
 @dataclass(frozen=True, eq=False)
 class Judgements:
-    """Labels of several kinds: first the scores, then the rest."""
+    """Labels of several kinds: first the scores, then the others."""
 
     rows: Floats
-    """[N, F] all different: what the labels are about."""
+    """[N, F] the different rows of the labels."""
     scores: Floats
     """[p + k]"""
     kinds: tuple[Kind, ...]
-    """[p + k] p of the kind ``score`` and then k others."""
+    """[p + k] kinds: p of ``score`` and then k others."""
     first: Ints
     """[p + k] index of the row of each."""
     second: Ints
@@ -45,7 +45,7 @@ class Judgements:
 
     @property
     def num_scores(self) -> int:
-        """How many labels are scores."""
+        """Number of scores."""
         return self.kinds.count("score")
 
     @property
@@ -60,7 +60,7 @@ class Judgements:
 
     @property
     def mixing(self) -> Floats:
-        """[k, N] of which rows the others than scores are: differences, where these are compared."""
+        """[k, N] linear map from values of rows to labels other than scores: differences for comparisons."""
         first, second = self.first[self.rest], self.second[self.rest]
         mixing = np.zeros((len(first), len(self.rows)))
         mixing[np.arange(len(first)), first] = 1.0
@@ -69,15 +69,15 @@ class Judgements:
         return mixing
 
     def take(self, some: Ints) -> Judgements:
-        """Some labels, ascending."""
+        """Selected labels, ascending."""
         kinds = tuple(self.kinds[index] for index in some.tolist())
         return Judgements(self.rows, self.scores[some], kinds, self.first[some], self.second[some])
 
     def intervals(self, middle: float) -> Intervals:
-        """[k] what the others than scores say of values, or of differences of two.
+        """[k] intervals of labels other than scores, of values or of differences of two.
 
         Args:
-            middle: what is above gets a thumb up.
+            middle: values above it get a thumb up.
         """
         kinds, scores = np.array(self.kinds[self.rest], dtype=object), self.scores[self.rest]
         low, high = np.full(len(kinds), -np.inf), np.full(len(kinds), np.inf)
@@ -95,7 +95,7 @@ class Judgements:
         return Intervals(low, high, np.where(of_stars, stars.length, by_chance), looks, np.zeros(len(kinds)))
 
     def scored(self) -> Observations | None:
-        """The scores; None where there are none."""
+        """The scores; None if there are none."""
         some = self.first[self.plain]
         return observe(self.rows[some], self.scores[self.plain]) if len(some) else None
 
@@ -107,10 +107,10 @@ def judgements_of(rows: Rows, scores: ArrayLike, kinds: Sequence[Kind], others: 
         rows: [n, F] of the models.
         scores: [n] 0-100.
         kinds: [n]
-        others: [n, F] of the models that they are compared with; anything for other kinds.
+        others: [n, F] rows of the other models of comparisons; arbitrary for other kinds.
 
     Raises:
-        UsageError: when the numbers do not agree, or a value is not finite or out of range.
+        UsageError: If the numbers do not agree, or a value is not finite or out of range.
     """
     table, values = checked_labels(rows, scores)
     beside = dense_rows(others, "others")
@@ -124,7 +124,7 @@ def judgements_of(rows: Rows, scores: ArrayLike, kinds: Sequence[Kind], others: 
     second = np.full(len(table), -1)
     second[compared] = place.reshape(-1)[len(table) :]
     first = place.reshape(-1)[: len(table)]
-    # Scores first; else in an order that says nothing about the one they were given in, on which sums depend.
+    # Scores first; the rest in an order independent of the order of the labels, since sums depend on it.
     number = np.unique(np.array(kinds), return_inverse=True)[1].reshape(-1)
     said_otherwise = np.array([kind != "score" for kind in kinds])
     order = np.lexsort((values, number, second, first, said_otherwise))
@@ -135,41 +135,41 @@ def judgements_of(rows: Rows, scores: ArrayLike, kinds: Sequence[Kind], others: 
 
 @dataclass(frozen=True, eq=False)
 class Understood:
-    """What labels of several kinds say, under one kernel."""
+    """Observations from labels of several kinds, under one kernel."""
 
     observations: Observations
-    """For processes: scores, and sites in the place of everything else."""
+    """For processes: scores, and sites instead of all other labels."""
     seen: Observations
-    """For a search for kernels: scores, and what was seen, as far as it is known, in the place of everything else. A
-    site tells nothing of what its kernel knew before, so that another kernel need not know it."""
+    """For a search for kernels: scores, and estimated observations instead of all other labels. They do not contain the
+    prior of the kernel, so that another kernel does not need it."""
     of: Ints
-    """[n, 2] indices of the rows that each observation is about."""
+    """[n, 2] indices of the rows of each observation."""
     bounds: Intervals
-    """[p + k] what each label says of a value or of a difference."""
+    """[p + k] interval of each label, of a value or of a difference."""
     rows: Floats
     """[c, F] for cells: each row of a label; comparisons have two."""
     scores: Floats
-    """[c] about what the value of each is."""
+    """[c] approximate value of each."""
     said: Intervals
-    """[c] what each label says of one value; of comparisons, given what all other labels say of the other value."""
+    """[c] interval of each label for one value; for comparisons, given all other labels of the other value."""
     label: Ints
-    """[c] index of the label that each is of."""
+    """[c] index of the label of each."""
 
 
 def understood(judgements: Judgements, hyperparameters: Hyperparameters, middle: float) -> Understood:
-    """What labels say under a kernel."""
+    """Observations from labels under a kernel."""
     mean, covariance = _beforehand(judgements, hyperparameters)
     mixing, said = judgements.mixing, judgements.intervals(middle)
     noise = max(float(np.sqrt(hyperparameters.noise)), NOISE)
     spread = covariance @ mixing.T
     sites = propagate(mixing @ mean, mixing @ spread, said, noise, BLUNDERS)
-    # Of the rows, given all sites.
+    # Posterior of the rows, given all sites.
     inner = np.linalg.solve(mixing @ spread + np.diag(sites.variances), spread.T)
     mean, covariance = mean + inner.T @ (sites.means - mixing @ mean), covariance - spread @ inner
     observations, of = _observations(judgements, sites.means, sites.variances)
     others, left = sites.without()
     looks = said.deviation(noise) ** 2
-    # What was seen is the value and the noise of the looks at it, between the bounds.
+    # An observation is the value plus its noise, between the bounds.
     _, means, variances = matched(said, others, left + looks, 0.0, 0.0)
     seen, _ = _observations(judgements, means, np.maximum(variances, looks))
     bounds = intervals_of(judgements.scores[judgements.plain]) + said
@@ -177,7 +177,7 @@ def understood(judgements: Judgements, hyperparameters: Hyperparameters, middle:
 
 
 def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float:
-    """Which value somebody's thumbs turn at, by what scores say of the models; 50 where there are none."""
+    """Value at which a person's thumbs turn, from the scores of the models; 50 without scores."""
     thumbs = np.array([kind == "thumb" for kind in judgements.kinds])
     if not thumbs.any() or not judgements.num_scores:
         return MAX_SCORE / 2.0
@@ -208,9 +208,9 @@ def _beforehand(judgements: Judgements, hyperparameters: Hyperparameters) -> tup
 
 
 def _observations(judgements: Judgements, means: Floats, variances: Floats) -> tuple[Observations, Ints]:
-    """Scores, and in the place of all else normal observations [k]; and [n, 2] the rows that each is of."""
+    """Scores, and normal observations [k] instead of all other labels; and [n, 2] the rows of each."""
     rows, scored, rest = judgements.rows, judgements.scored(), judgements.rest
-    # As `observe` has them: in the order in which they first appear.
+    # In the order of `observe`: that of their first occurrence.
     plain = judgements.first[judgements.plain]
     place = plain[np.sort(np.unique(plain, return_index=True)[1])]
     scores, counts, spread = (
@@ -246,7 +246,7 @@ def _for_cells(
 def _without(
     mean: Floats, covariance: Floats, a: Ints, b: Ints, sites: Sites, pairs: Ints, *, of_first: bool
 ) -> tuple[Floats, Floats]:
-    """Mean and variance of one side of each comparison, as all other labels have it."""
+    """Mean and variance of one side of each comparison, given all other labels."""
     side = a if of_first else b
     across = covariance[side, a] - covariance[side, b]
     between = covariance[a, a] - 2.0 * covariance[a, b] + covariance[b, b]
@@ -257,6 +257,6 @@ def _without(
 
 
 def _shifted(bounds: Intervals, means: Floats, variances: Floats, *, sign: float) -> Intervals:
-    """What bounds of a difference say of one side, where the other one is known to be so."""
+    """Bounds of one side from bounds of a difference and the distribution of the other side."""
     low, high = (bounds.low, bounds.high) if sign > 0.0 else (-bounds.high, -bounds.low)
     return Intervals(low + means, high + means, bounds.length, bounds.looks, variances)

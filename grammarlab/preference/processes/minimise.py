@@ -1,4 +1,4 @@
-"""L-BFGS for a smooth function of some hundred numbers, within bounds."""
+"""L-BFGS for a smooth function of a few hundred variables, within bounds."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from scipy.optimize import minimize
 from grammarlab.preference.base import Floats
 
 Evaluate = Callable[[Floats], tuple[float, Floats]]
-"""A point [d] to the value and the gradient [d] there."""
+"""Function from a point [d] to its value and gradient [d]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Minimum:
-    """Where a search ended."""
+    """Result of a search."""
 
     point: Floats
     """[d]"""
@@ -24,7 +24,7 @@ class Minimum:
     iterations: int
     evaluations: int
     converged: bool
-    """Whether it ended because nothing more was to be gained, and not because the iterations were used up."""
+    """Whether it converged before the limit of iterations."""
 
 
 def minimise(
@@ -36,14 +36,14 @@ def minimise(
     max_iterations: int,
     relative_gain: float = 1e-7,
 ) -> Minimum:
-    """A local minimum, or the best point met on the way to it, within low <= point <= high, by SciPy's L-BFGS-B.
+    """A local minimum, or the best evaluated point, within low <= point <= high, by SciPy's L-BFGS-B.
 
     Args:
-        evaluate: where it gives a value that is not finite, the point counts as very bad.
+        evaluate: the function; a point with a value that is not finite counts as very bad.
         start: [d]
         low: [d]
         high: [d]
-        max_iterations: when to stop at the latest.
+        max_iterations: largest number of iterations.
         relative_gain: stop when an iteration gains less than this share of the value's size.
     """
     first = np.clip(start, low, high)
@@ -56,7 +56,7 @@ def minimise(
         bounds=np.stack((low, high), axis=1),
         options={"maxiter": max_iterations, "maxfun": 2 * max_iterations + 20, "ftol": relative_gain, "gtol": 1e-4},
     )
-    # Near cliffs the line search may take a step up and call that converged; the best point is then worth going on.
+    # Near cliffs the line search may step up and report convergence; then the search continues from the best point.
     rose = result.fun > visited.value
     return Minimum(
         visited.point, visited.value, int(result.nit), int(result.nfev), converged=bool(result.success) and not rose
@@ -64,7 +64,7 @@ def minimise(
 
 
 class _Visited:
-    """A function that remembers its best point, and that is very bad where it is not finite."""
+    """A function that records its best point; values that are not finite count as very bad."""
 
     def __init__(self, evaluate: Evaluate, start: Floats) -> None:
         self.point, self.value = start, np.inf

@@ -1,4 +1,4 @@
-"""What a Gaussian process knows once its hyperparameters are chosen: Equations 4.4 and 4.5.
+"""Posterior of a Gaussian process with given hyperparameters: Equations 4.4 and 4.5.
 
 Plain NumPy: a prediction is two matrix products and a triangular solve over the columns that have a weight, a few
 dozen of hundreds, and needs no compilation for new sizes.
@@ -17,12 +17,12 @@ from grammarlab.preference.base import Floats, Ints, Prediction
 from grammarlab.preference.observations import Observations
 
 _ROWS_AT_ONCE = 4096
-"""How many predictions are made in one block, so that memory stays bounded."""
+"""Number of predictions in one block, which bounds the memory."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hyperparameters:
-    """Of the kernel amplitude * exp(-1/2 sum_d weights_d (x_d - x'_d)^2) + noise * delta (Equation 4.6)."""
+    """Kernel amplitude * exp(-1/2 sum_d weights_d (x_d - x'_d)^2) + noise * delta (Equation 4.6)."""
 
     amplitude: float
     """theta_0 > 0, in squared scores."""
@@ -43,15 +43,15 @@ class Posterior:
     """[n, A] observed rows in these columns, moved to a mean of 0 and multiplied by the square roots of the weights:
     the kernel is isotropic in them."""
     center: Floats
-    """[A] what was subtracted."""
+    """[A] the subtracted mean."""
     factor: Floats
     """[n, n] lower Cholesky factor of C_n."""
     solution: Floats
     """[n] C_n^-1 u."""
     subtracted: Floats | None = None
-    """[n, A] likewise the rows that are subtracted in observations; None where all are of one row."""
+    """[n, A] the subtracted rows of observations in the same form; None if all are of one row."""
     compared: Floats | None = None
-    """[n] 1 where one is, else 0."""
+    """[n] 1 if a row is subtracted, otherwise 0."""
 
     def predict(self, rows: Floats) -> Prediction:
         """Mean (Equation 4.4) and standard deviation (4.5) of the scores of rows [m, F]."""
@@ -67,7 +67,7 @@ class Posterior:
         return Prediction(mean, np.sqrt(np.maximum(variance, 0.0)))
 
     def covariance_with_observed(self, rows: Floats) -> Floats:
-        """[m, n] kernel between rows [m, F] and what was observed, without noise."""
+        """[m, n] kernel between rows [m, F] and observations, without noise."""
         scaled = (rows[:, self.columns] - self.center) * np.sqrt(self.hyperparameters.weights[self.columns])
         across = self.hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, self.scaled))
         if self.subtracted is None or self.compared is None:
@@ -86,7 +86,7 @@ def condition(hyperparameters: Hyperparameters, observations: Observations) -> P
     """The posterior given observations; a row that was scored m times has noise / m.
 
     Raises:
-        GrammarlabError: when the covariance is not positive definite in float64, which takes a noise far below the
+        GrammarlabError: If the covariance is not positive definite in float64, for example with a noise far below the
             amplitude.
     """
     columns = np.flatnonzero(hyperparameters.weights > 0.0)

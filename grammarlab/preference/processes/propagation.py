@@ -1,7 +1,7 @@
-"""Expectation propagation: what was said of values that are jointly normal beforehand (Minka 2001).
+"""Expectation propagation: labels of values with a joint normal prior (Minka 2001).
 
-Each thing that was said is replaced by a normal site, so that mean and variance of its value are right given all other
-sites. Of one thing said the result is exact; of comparisons it is that of Chu and Ghahramani (2005) with better means.
+Each label is replaced by a normal site, so that mean and variance of its value are right given all other sites. For a
+single label the result is exact; for comparisons it is that of Chu and Ghahramani (2005) with better means.
 """
 
 from __future__ import annotations
@@ -16,21 +16,21 @@ from grammarlab.preference.likelihood import Intervals, matched
 
 MOST_SWEEPS = 50
 _STEP = 0.7
-"""Part of the way to its new value that a site goes in a sweep: all go at once, so that they overshoot otherwise."""
+"""Step of a site towards its new value in a sweep; all sites move at once, so full steps would overshoot."""
 _NEAR = 1e-4
-"""Change of a mean, as a part of its deviation, at which sweeps end."""
+"""Change of a mean, as a share of its deviation, below which sweeps end."""
 _LEAST_PRECISION = 1e-8
 
 
 class Sites(NamedTuple):
-    """What normal observations would say the same."""
+    """Normal observations equivalent to the labels."""
 
     precisions: Floats
     """[k] > 0, one over the variance of each."""
     shifts: Floats
-    """[k] their means times their precisions."""
+    """[k] means times precisions."""
     mean: Floats
-    """[k] of the values, given all that was said."""
+    """[k] posterior means of the values."""
     covariance: Floats
     """[k, k]"""
 
@@ -45,21 +45,21 @@ class Sites(NamedTuple):
         return self.shifts / self.precisions
 
     def without(self) -> tuple[Floats, Floats]:
-        """Mean [k] and variance [k] of each value, given all that was said of others."""
+        """Mean [k] and variance [k] of each value, given all other labels."""
         own = np.maximum(np.diagonal(self.covariance), 1e-9)
         left = np.maximum(1.0 / own - self.precisions, _LEAST_PRECISION)
         return (self.mean / own - self.shifts) / left, 1.0 / left
 
 
 def propagate(mean: Floats, covariance: Floats, said: Intervals, noise: float, blunders: float) -> Sites:
-    """Sites for what was said of values.
+    """Sites for labels of values.
 
     Args:
-        mean: [k] of the values beforehand.
-        covariance: [k, k] of the values beforehand.
-        said: [k] what was said of each.
-        noise: standard deviation of a look at a value, > 0.
-        blunders: how often anything at all is said.
+        mean: [k] prior means of the values.
+        covariance: [k, k] prior covariance of the values.
+        said: [k] interval of each label.
+        noise: standard deviation of the noise of a value, > 0.
+        blunders: probability of a blunder.
     """
     sites = _sites(mean, covariance, np.full(len(said), _LEAST_PRECISION), np.zeros(len(said)))
     for _ in range(MOST_SWEEPS):

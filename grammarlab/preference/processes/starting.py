@@ -1,4 +1,4 @@
-"""Where searches for a kernel start: the best relevance that all columns can share."""
+"""Start of searches for a kernel: the best relevance that all columns can share."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from grammarlab.preference.observations import Observations
 from grammarlab.preference.processes.posterior import squared_distances
 
 _RELEVANCES = np.exp(np.linspace(-4.0, 4.0, 9))
-"""What is tried, as multiples of one over the mean squared distance of two rows."""
+"""Candidate relevances, as multiples of one over the mean squared distance of two rows."""
 
 
 @dataclass(frozen=True, slots=True)
 class StartingKernel:
-    """A kernel that looks at all columns alike."""
+    """A kernel with equal relevance of all columns."""
 
     amplitude: float
     """theta_0 in squared scores."""
@@ -29,8 +29,8 @@ class StartingKernel:
 def common_relevance(observations: Observations, noise: float, penalty: float) -> StartingKernel:
     """The start with the best evidence (Equation 4.8) among a few relevances.
 
-    For each the best amplitude has a closed form, taking noise as a share of the mean squared score. Where all scores
-    are zero there is nothing to choose by: the amplitude is then half of `MAX_SCORE` squared.
+    For each the best amplitude has a closed form, taking noise as a share of the mean squared score. If all scores
+    are zero, no choice is possible: the amplitude is then half of `MAX_SCORE` squared.
 
     Args:
         observations: the labels.

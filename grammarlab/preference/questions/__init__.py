@@ -1,1 +1,1 @@
-"""What to ask next, and what an answer can be expected to be."""
+"""Questions to ask next, and the expected answers."""

@@ -1,4 +1,4 @@
-"""Functions that a preference holds possible: what could be meant by all models at once, at random."""
+"""Random functions from the posterior of a preference: values of all models at once."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from grammarlab.preference.processes.disagreement import joint
 
 
 def draws(preference: AbstractPreference, rows: Floats, num: int, randomness: np.random.Generator) -> Floats | None:
-    """[num, m] scores of rows, 0 to 100, each row a function; None for preferences that know no such.
+    """[num, m] scores of rows, 0 to 100, each row one function; None for preferences without a posterior.
 
-    A blend draws from its cells and from its process by their share, a product from each of its factors.
+    A blend draws from its cells and from its process by their shares, a product from each of its factors.
 
     Args:
-        preference: what is learned.
+        preference: the preference.
         rows: [m, F].
-        num: how many functions, >= 1.
-        randomness: draws them.
+        num: number of functions, >= 1.
+        randomness: generator.
     """
     if isinstance(preference, ProductPreference):
         parts = [draws(factor, rows, num, randomness) for factor in preference.factors.values()]
@@ -37,7 +37,7 @@ def draws(preference: AbstractPreference, rows: Floats, num: int, randomness: np
                 _of_cells(preference.partition, rows, num - by_process, randomness),
             ]
         )
-        # Factors are independent: what one has from cells another may have from a process.
+        # Factors are independent: one may draw from cells and another from a process.
         return randomness.permutation(found)
     return None
 
@@ -52,7 +52,7 @@ def _of_cells(preference: PartitionPreference, rows: Floats, num: int, randomnes
 
 
 def _of_process(preference: BlendedPreference, rows: Floats, num: int, randomness: np.random.Generator) -> Floats:
-    """Draws of the mean of scores, as what is meant by it."""
+    """Draws of mean scores, converted to values."""
     if not num:
         return np.zeros((0, len(rows)))
     mean, covariance = joint(preference.process, rows, np.zeros(rows.shape[1]))

@@ -1,8 +1,8 @@
-"""What a person would say of models: how likely each score is, with noise, blunders and the ends of the scale.
+"""Predictive distribution of scores: probabilities with noise, blunders and the ends of the scale.
 
-A value v that is meant becomes the score y with probability p(y | v) of `grammarlab.preference.likelihood`. What is
-not known about v is averaged over: in cells by their posterior, in a process by its normal distribution. So 0 and 100
-hold all that lies beyond them, as point masses, and a person who does not err has intervals of one score.
+A value v becomes the score y with probability p(y | v) of `grammarlab.preference.likelihood`. The unknown v is
+integrated out: in cells by their posterior, in a process by its normal distribution. So 0 and 100 have the mass
+beyond them, and a person without errors has intervals of one score.
 """
 
 from __future__ import annotations
@@ -19,27 +19,26 @@ from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.likelihood import HALF_STEP, log_likelihood
 
 SCORES = np.arange(0.0, MAX_SCORE + HALF_STEP, 2.0 * HALF_STEP)
-"""[S] what is told apart: each score stands for what rounds to it."""
+"""[S] distinguished scores; each includes the scores that round to it."""
 _EDGES = SCORES[:-1] + HALF_STEP
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class FreshScores:
-    """Scores that models may be given."""
+    """Distributions of scores of models."""
 
     probabilities: Floats
-    """[m, S] of each of `SCORES`; rows sum to 1."""
+    """[m, S] probabilities of `SCORES`; rows sum to 1."""
 
     def quantile(self, part: float) -> Floats:
-        """[m] the lowest score that is not exceeded with probability ``part`` or more, 0 to 1."""
+        """[m] quantile: the lowest score that is not exceeded with probability ``part`` or more, 0 to 1."""
         return SCORES[np.argmax(self.probabilities.cumsum(axis=1) >= part - _ROUNDING, axis=1)]
 
     def interval(self, level: float = 0.9) -> tuple[Floats, Floats]:
-        """Ends [m] and [m] of the shortest range that holds a score with probability ``level`` or more.
+        """Ends [m] and [m] of the shortest range that contains a score with probability ``level`` or more.
 
-        A range reaches half a point beyond the scores in it, within 0 to 100: a score is as good as the one it rounds
-        to.
+        A range extends half a point beyond its scores, within 0 to 100, because of rounding.
         """
         below = np.concatenate([np.zeros((len(self.probabilities), 1)), self.probabilities.cumsum(axis=1)], axis=1)
         first, last = np.zeros((2, len(below)), dtype=np.int64)
@@ -55,10 +54,10 @@ class FreshScores:
 
 
 def fresh_scores(preference: AbstractPreference, rows: Rows) -> FreshScores:
-    """The scores that models may be given by the person whose labels a preference was fitted on.
+    """Distributions of scores of models by the person whose labels a preference was fitted on.
 
     Args:
-        preference: any; of those that tell no more than means and deviations, a normal distribution is taken.
+        preference: any; a normal distribution is used if it has only means and deviations.
         rows: [m, F] the columns that the preference was fitted on.
     """
     if isinstance(preference, ProductPreference) and len(preference.factors) == 1:
@@ -89,6 +88,6 @@ def _of_process(preference: BlendedPreference, rows: Rows) -> Floats:
 
 
 def _normal(mean: Floats, deviation: Floats) -> Floats:
-    """[m, S] normal distributions, what is beyond the ends at the ends."""
+    """[m, S] normal distributions, with the mass beyond the ends at the ends."""
     below = ndtr((_EDGES - mean[:, None]) / np.maximum(deviation, _ROUNDING)[:, None])
     return np.diff(below, axis=1, prepend=0.0, append=1.0)

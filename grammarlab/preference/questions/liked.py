@@ -1,4 +1,4 @@
-"""What is liked: scores above those that a person who errs gives to what they do not like."""
+"""Liked models: scores above those that a person with errors gives to disliked models."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.cells.partition import PartitionPreference
 
 EXACT = 1.5
-"""Noise in points up to which a person seems not to err."""
+"""Largest noise in points of a person without errors."""
 FAR = 2.5
-"""Standard deviations of the noise that what is not liked hardly exceeds: one such score in 160 does."""
+"""Number of standard deviations of the noise that scores of disliked models rarely exceed: one in 160 does."""
 RARE = 1 / 16
-"""Liked models are rare where a smaller part of the scored ones, `FEWEST` or more, was liked."""
+"""Share of liked models among `FEWEST` or more scored ones below which liked models are rare."""
 FEWEST = 64
 
 
 def noise_of(preference: AbstractPreference | None) -> float:
-    """Standard deviation, in points, of what a person says around what is meant; 0 where it is not known."""
+    """Standard deviation of a person's scores around their values, in points; 0 if it is unknown."""
     return preference.noise if isinstance(preference, BlendedPreference | PartitionPreference) else 0.0
 
 
 def liked(scores: Floats, noise: float) -> NDArray[np.bool_]:
-    """[n] which scores say that a model is liked.
+    """[n] whether scores mean that a model is liked.
 
     Args:
         scores: [n] 0 to 100.
-        noise: of the person, in points.
+        noise: noise of the person, in points.
 
     >>> liked(np.array([0.0, 5.0, 30.0]), 0.5).tolist(), liked(np.array([0.0, 5.0, 30.0]), 10.0).tolist()
     ([False, True, True], [False, False, True])
@@ -37,11 +37,11 @@ def liked(scores: Floats, noise: float) -> NDArray[np.bool_]:
 
 
 def liked_are_rare(scores: Floats, noise: float = 0.0) -> bool:
-    """Whether models that are liked have been so rare at any time that proposals should be picked among many more.
+    """Whether liked models have ever been so rare that questions need a larger pool.
 
     Args:
         scores: [n] in the order in which they were given.
-        noise: of the person, in points.
+        noise: noise of the person, in points.
 
     >>> liked_are_rare(np.zeros(63)), liked_are_rare(np.zeros(64)), liked_are_rare(np.repeat([0.0, 50.0], [60, 4]))
     (False, True, False)

@@ -1,12 +1,12 @@
-"""Which two models to ask somebody to compare.
+"""Pairs of models to compare.
 
-Of values that are jointly normal the difference d of two has a mean m, and what is seen of it misses it by the noise
-of two looks. Let s^2 be the variance of what is seen, and z = m / s. That one of them is preferred lowers the variance
-of a value f, on average over both answers, by
+For jointly normal values, the difference d of two has a mean m, and its observation has the noise of two values. Let
+s^2 be the variance of the observation, and z = m / s. An answer lowers the variance of a value f, on average over both
+answers, by
 
     cov(f, d)^2 / s^2 * phi(z)^2 / (Phi(z) (1 - Phi(z)))
 
-which is exact for one answer, and at most 2 / pi of what the difference itself would tell.
+which is exact for one answer, and at most 2 / pi of the gain from the difference itself.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from grammarlab.preference.processes.disagreement import cautious_weights, joint
 from grammarlab.preference.questions.queries import LEAST_LIKED, LEAST_NOISE, SMALL_PART, Situation
 
 _CANDIDATES = 240, 60, 100
-"""Models from the grammar, from elsewhere, and of those that something was said of, that are looked at, at most."""
+"""Largest numbers of candidates: from the grammar, from elsewhere, and with labels."""
 _FAR = 8.0
-"""Deviations beyond which an answer is known beforehand."""
+"""Number of deviations beyond which an answer is known."""
 
 
 def propose_pairs(situation: Situation, compared: Ints, num: int, seed: int) -> Ints:
-    """Pairs of models to compare next, on either side by chance.
+    """Pairs of models to compare next, with random sides.
 
     Args:
-        situation: the pool and what is known; ``asked`` are the models that something was said of.
+        situation: the pool and the state; ``asked`` are the models with labels.
         compared: [k, 2] pairs that were compared; they are not asked about again.
-        num: how many, >= 0; fewer are given where there are no more.
+        num: number of pairs, >= 0; fewer if there are no more.
         seed: the same seed gives the same pairs.
 
     Returns:
@@ -61,15 +61,15 @@ def propose_pairs(situation: Situation, compared: Ints, num: int, seed: int) -> 
 def most_telling_pairs(
     mean: Floats, covariance: Floats, num: int, noise: float, stakes: Floats, allowed: NDArray[np.bool_]
 ) -> Ints:
-    """Pairs whose comparison would lower the total variance most, one after the other, each given those before.
+    """Pairs whose comparison lowers the total variance most, chosen greedily.
 
     Args:
         mean: [m] of the values.
         covariance: [m, m] of the values.
-        num: how many pairs; fewer are given where there are no more.
-        noise: variance of one look at a value, > 0.
-        stakes: [m] >= 0, how much the variance of each model counts.
-        allowed: [m, m] which models may be compared, symmetric; a model is compared once.
+        num: number of pairs; fewer if there are no more.
+        noise: variance of the noise of one value, > 0.
+        stakes: [m] >= 0, weight of the variance of each model.
+        allowed: [m, m] whether models may be compared, symmetric; a model is compared once.
 
     Returns:
         [num, 2] indices, best first.
@@ -93,7 +93,7 @@ def most_telling_pairs(
 
 
 def _told(deviations: Floats) -> Floats:
-    """How much of what a noisy difference would tell its sign tells, where its mean is so many deviations from 0.
+    """Share of the gain from a noisy difference that its sign has, by the number of deviations of its mean from 0.
 
     >>> _told(np.array([0.0, 3.0])).round(3).tolist()
     [0.637, 0.015]
@@ -104,7 +104,7 @@ def _told(deviations: Floats) -> Floats:
 
 
 def _expected(preference: AbstractPreference, rows: Floats) -> tuple[Floats, Floats, float]:
-    """Mean [m] and covariance [m, m] of the values of rows [m, F], and the variance of a look at one."""
+    """Mean [m] and covariance [m, m] of the values of rows [m, F], and the variance of the noise of one value."""
     if not isinstance(preference, BlendedPreference):
         predicted = preference.predict(rows)
         return predicted.mean, np.diag(predicted.std**2), LEAST_NOISE**2
@@ -118,7 +118,7 @@ def _expected(preference: AbstractPreference, rows: Floats) -> tuple[Floats, Flo
 
 
 def _candidates(situation: Situation, least: int, randomness: np.random.Generator) -> Ints:
-    """Models to choose from: of the grammar, of elsewhere, and some that something was said of."""
+    """Candidate models: from the grammar, from elsewhere, and with labels."""
     new = np.ones(len(situation.pool), dtype=bool)
     new[situation.asked] = False
     kinds = new & situation.from_grammar, new & ~situation.from_grammar, ~new

@@ -1,7 +1,7 @@
-"""Which models to ask about next: the five ways of section 4.4 of the paper, and the mix that learns fastest.
+"""Query strategies: the five of section 4.4 of the paper, and the mix that learns fastest.
 
-Every way is a pure function of a situation, a number of models and a seed. All but `already_ranked` choose among the
-models of the pool that have no score yet.
+Every strategy is a pure function of a situation, a number of models and a seed. All except `already_ranked` choose
+among the models of the pool without a score.
 """
 
 from __future__ import annotations
@@ -33,38 +33,38 @@ from grammarlab.preference.questions.liked import EXACT, liked, liked_are_rare, 
 Way = Literal["default", "uniform", "grammar", "density", "uncertainty", "already ranked"]
 
 LIKED_SHARE = 0.5
-"""Part of a default batch that settles which of the models that seem liked are not."""
+"""Share of a default batch that checks models that seem liked."""
 NOISE = 1e-2
-"""Variance of a score around the function that `default` reckons with, as a share of the squared highest score."""
+"""Variance of a score in `default`, as a share of the squared highest score."""
 FEW_LIKED = 4
-"""With fewer liked ones among rare ones, nothing is known but that others like them may be liked."""
+"""Number of liked models, if they are rare, below which questions are about similar models."""
 LEAST_OF_PROCESS = 0.25, 0.5
-"""Part of a default batch that a process chooses in any case, where a person errs and where they seem not to: what
-cells are sure of may be wrong."""
+"""Share of a default batch that a process chooses, for persons with and without errors, since cells may be
+overconfident."""
 LEAST_LIKED = 20.0
-"""Points; if nothing seems better, that is thought possible."""
+"""Smallest assumed highest value, in points."""
 LIKED_PART = 0.25
-"""From this part of the highest value on a model seems liked, to cells."""
+"""Share of the highest value from which a model seems liked to cells."""
 SMALL_PART = 0.1
-"""Part of the highest value below which an expected one is too small to divide by."""
+"""Share of the highest value below which an expected value is too small as a divisor."""
 LEAST_NOISE = 3.0
-"""Standard deviation in points that cells reckon with at least."""
+"""Smallest standard deviation of cells, in points."""
 NOVELTY = 0.1
-"""Variance of what cells cannot know yet, as a share of the squared highest value."""
+"""Variance of new effects unknown to cells, as a share of the squared highest value."""
 _ALIKE_DISTANCE = 2.6
-"""Weighted squared distance between two typical models where all columns matter alike."""
+"""Weighted squared distance between two typical models if all columns have equal weight."""
 _ALIKE_NOISE = 1e-3
 """As a share of the amplitude."""
 _CANDIDATES = (800, 200)
-"""Models from the grammar and from elsewhere that `default` looks at, at most."""
+"""Largest number of candidates of `default`, from the grammar and from elsewhere."""
 
 _TOGETHER = 256
-"""Known models that distances are measured to at a time."""
+"""Number of known models per block of distances."""
 
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What is known when models are chosen.
+    """State of knowledge when models are chosen.
 
     >>> nothing = np.empty(0)
     >>> start = Situation(np.eye(4), np.ones(4, bool), nothing.astype(int), nothing, preference=None)
@@ -73,7 +73,7 @@ class Situation:
     """
 
     pool: Floats
-    """[m, F] rows of all models there are to ask about."""
+    """[m, F] rows of all models of the pool."""
     from_grammar: NDArray[np.bool_]
     """[m] whether a model is a sample of the grammar itself; the others come from a flattened one."""
     asked: Ints
@@ -81,20 +81,20 @@ class Situation:
     scores: Floats
     """[n] their scores, 0 to 100."""
     preference: AbstractPreference | None
-    """What is learned so far; None before the first label."""
+    """Current preference; None before the first label."""
     weights: Floats | None = None
-    """[m] >= 0, the grammar's density by that of the whole pool, for each model; None to count on samples of the
-    grammar alone."""
+    """[m] >= 0, the grammar's density divided by that of the pool, for each model; None to use only samples of the
+    grammar."""
 
     @property
     def liked(self) -> NDArray[np.bool_]:
-        """[n] which of the scored models seem liked."""
+        """[n] whether scored models seem liked."""
         return liked(self.scores, noise_of(self.preference))
 
     def stands_for(self, models: Ints) -> Floats:
-        """How much some models of the pool count: samples of the grammar alike, all others for what those do not show.
+        """Weights of models of the pool: equal for samples of the grammar, for others by their novelty.
 
-        That is their weight, times the chance that a model like them was not drawn from the grammar.
+        Novelty is their density weight, times the probability that no similar model was drawn from the grammar.
         """
         share = float(self.from_grammar.mean())
         weights = np.zeros(len(self.pool)) if self.weights is None else self.weights
@@ -105,37 +105,37 @@ def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
     """Models to show next.
 
     Args:
-        way: ``uniform`` (as unlike each other and what is known as possible), ``grammar`` (as the grammar makes them),
+        way: ``uniform`` (as far apart and from known models as possible), ``grammar`` (as the grammar makes them),
             ``density`` (one half liked, one half not), ``uncertainty``, ``already ranked`` (to check for mistakes), or
             ``default``.
-        situation: the pool and what is known.
-        num: how many, >= 0; fewer are given where there are no more.
+        situation: the pool and the state.
+        num: number of models, >= 0; fewer if there are no more.
         seed: the same seed gives the same models.
 
     Returns:
         [num] different indices into the pool.
 
     Raises:
-        UsageError: for an unknown way.
+        UsageError: If the strategy is unknown.
 
     >>> known = Situation(np.eye(4), np.ones(4, bool), np.array([0]), np.array([70.0]), preference=None)
     >>> sorted(propose("uniform", known, 3, seed=1).tolist())
     [1, 2, 3]
     """
     if way not in WAYS:
-        raise UsageError(f"no way to choose models is called {way!r}. There are: {', '.join(WAYS)}.")
+        raise UsageError(f"unknown query strategy {way!r}; expected one of {', '.join(WAYS)}.")
     known = len(situation.asked) if way == "already ranked" else len(situation.pool) - len(np.unique(situation.asked))
     return WAYS[way](situation, min(num, known), np.random.default_rng(seed))
 
 
 def _default(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
-    """One part that looks for mistakes among models that seem liked, one that lowers the total uncertainty most.
+    """One part checks models that seem liked for mistakes, the other lowers the total uncertainty most.
 
-    As long as nothing is liked the first part is about models from elsewhere, since what is liked may be too rare for
-    the grammar to show. Where it has turned out to be rare, that part is all; then come models like the first few that
-    are liked, since no explanation of so few is worth much.
+    While nothing is liked, the first part uses models from elsewhere, since liked models may be too rare in samples of
+    the grammar. If liked models have been rare, all questions are of this kind; the next ones are about models similar
+    to the first liked ones, since so few scores allow no reliable explanation.
 
-    Scores that are doubtful are not asked for again. Doing so wherever cells expected it to tell more than the last new
+    Doubtful scores are not asked for again. Repeating them whenever cells expected more gain than from the last new
     model did not help: the divergence after 64 scores was .080 instead of .076, the mean of three persons with noise of
     10 points on S1 and three with 5 % blunders on B1.
     """
@@ -158,7 +158,7 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
 
 
 def _of_process(preference: GroupedPreference, situation: Situation, candidates: Ints, num: int, rare: bool) -> Ints:
-    """Candidates that a process is in doubt about: a part that seems liked, and a part that tells most about all."""
+    """Candidates that a process is uncertain about: some seem liked, and some lower the total variance most."""
     rows, typical = situation.pool[candidates], situation.stands_for(candidates)
     noise, open_ = NOISE * preference.highest**2, np.ones(len(candidates), dtype=bool)
     known = situation.pool[situation.asked]
@@ -175,9 +175,9 @@ def _of_process(preference: GroupedPreference, situation: Situation, candidates:
 
 
 def _of_cells(preference: BlendedPreference, situation: Situation, candidates: Ints, chosen: Ints, num: int) -> Ints:
-    """Candidates that cells are in doubt about, or that have something new; each variance counts beside its mean.
+    """Candidates that cells are uncertain about, or that have new properties; each variance is divided by its mean.
 
-    A divergence between densities is, where it is small, a sum of squared errors beside what is expected.
+    A small divergence between densities is a sum of squared errors divided by expected values.
     """
     if num <= 0:
         return np.zeros(0, dtype=np.int64)
@@ -203,7 +203,7 @@ def _of_cells(preference: BlendedPreference, situation: Situation, candidates: I
 
 
 def _resembling(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
-    """Models like the liked ones and unlike the others, under a Gaussian process to which all columns matter alike."""
+    """Models similar to liked ones and different from others, under a Gaussian process with equal weights."""
     variance = situation.pool.var(axis=0)
     varies = variance > 0.0
     weights = np.zeros(len(variance))
@@ -215,9 +215,9 @@ def _resembling(situation: Situation, num: int, randomness: np.random.Generator)
 
 
 def _candidates(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
-    """Unasked models to choose from: some from the grammar, some from elsewhere; more where they are needed.
+    """Candidate models without a score: from the grammar and from elsewhere.
 
-    Where liked models are rare, those from elsewhere are the ones that seem to be liked most.
+    If liked models are rare, candidates from elsewhere are those with the highest predictions.
     """
     open_ = _unasked(situation)
     pools = [
@@ -236,7 +236,7 @@ def _candidates(situation: Situation, num: int, randomness: np.random.Generator)
 
 
 def _mixed(preference: AbstractPreference, situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
-    """For preferences that know no covariances: one half of the current density, one half uncertain."""
+    """Strategy for preferences without covariances: one half by the current density, one half by uncertainty."""
     prediction, open_ = preference.predict(situation.pool), _unasked(situation)
     first = _drawn(open_, prediction.mean * situation.from_grammar, num // 2, randomness)
     open_[first] = False
@@ -248,7 +248,7 @@ def _grammar(situation: Situation, num: int, randomness: np.random.Generator) ->
 
 
 def _density(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
-    """One half in proportion to the predicted score, one half to what it lacks of 100, among samples of the grammar."""
+    """One half in proportion to the predicted score, one half to 100 minus this score, among samples of the grammar."""
     preference = situation.preference
     if preference is None:
         return _grammar(situation, num, randomness)
@@ -270,7 +270,7 @@ def _uncertainty(situation: Situation, num: int, randomness: np.random.Generator
 
 
 def _already_ranked(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
-    """Scored models, those first whose score is farthest from what the others make one expect."""
+    """Scored models, ordered by the difference of their score from its prediction by the others, largest first."""
     asked, first = np.unique(situation.asked[::-1], return_index=True)
     scores = situation.scores[::-1][first]
     order = randomness.permutation(len(asked))
@@ -281,7 +281,7 @@ def _already_ranked(situation: Situation, num: int, randomness: np.random.Genera
 
 
 def _uniform(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
-    """Farthest points under the learned weights: each next model is the one least like all that are known or chosen."""
+    """Farthest points under the learned weights: each next model is the farthest from all known or chosen models."""
     preference, rows = situation.preference, situation.pool
     spread = np.ptp(rows, axis=0)
     weights = np.divide(1.0, spread**2, out=np.zeros(rows.shape[1]), where=spread > 0.0)
@@ -312,7 +312,7 @@ def _unasked(situation: Situation) -> NDArray[np.bool_]:
 
 def _drawn(open_: NDArray[np.bool_], weights: Floats, num: int, randomness: np.random.Generator) -> Ints:
     """Different open models, drawn one after the other in proportion to their weights; those of weight 0 come last."""
-    # The largest of log weight + Gumbel noise are such a draw.
+    # The largest values of log weight + Gumbel noise are such a draw.
     with np.errstate(divide="ignore"):
         keys = np.log(np.maximum(weights, 0.0)) + randomness.gumbel(size=len(weights))
     keys = np.where(np.isfinite(keys), keys, -1e300 + randomness.random(len(weights)))

@@ -1,1 +1,1 @@
-"""Other methods behind the same interface, for comparison."""
+"""Other methods with the same interface, for comparison."""

@@ -1,9 +1,9 @@
-"""LightGBM's gradient-boosted trees behind the same interface, for comparison.
+"""LightGBM's gradient-boosted trees with the same interface, for comparison.
 
-Small trees with few rows a leaf. How many there are is told by the labels: `NUM_MEMBERS` ensembles each learn from a
-bootstrap sample of the rows, and the number of trees is the one under which rows left out of the samples are predicted
-best (least squares). The mean is that of so many trees on all labels; the uncertainty is what the members differ by and
-how far they are off where they were not trained.
+Trees are small, with few rows per leaf. Their number is chosen from the labels: `NUM_MEMBERS` ensembles each learn from
+a bootstrap sample of the rows, and the number of trees is the one with the best predictions of rows outside the samples
+(least squares). The mean is that of this number of trees on all labels; the uncertainty is the spread of the members
+and their error outside their samples.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ from grammarlab.preference.explain import level_of
 from grammarlab.preference.observations import Observations, checked_groups, observe
 
 NUM_MEMBERS = 8
-"""Ensembles on bootstrap samples."""
+"""Number of ensembles on bootstrap samples."""
 MAX_TREES = 200
 FEWEST_TO_CHOOSE = 16
-"""Distinct rows from which on the number of trees is chosen; with fewer it is `MAX_TREES`."""
+"""Smallest number of distinct rows for choosing the number of trees; with fewer it is `MAX_TREES`."""
 
 _TREES_AT_ONCE = 10
-"""What numbers of trees are tried: multiples of this."""
+"""Candidate numbers of trees are multiples of this."""
 _PARAMETERS: dict[str, Any] = {
     "objective": "regression",
     "learning_rate": 0.1,
@@ -54,19 +54,19 @@ _PARAMETERS: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class BoostedPreference(AbstractPreference):
-    """`method="lightgbm"`: trees on all labels, and members that tell how sure they are."""
+    """Result of `fit` with `method="lightgbm"`: trees on all labels, and members for the uncertainty."""
 
     num_columns: int
     groups: Ints
     """[F] group number of each column, for `explain`."""
     whole: Booster
-    """Learned from all labels."""
+    """Trees learned from all labels."""
     members: tuple[Booster, ...]
-    """Each learned from a bootstrap sample of the rows."""
+    """Ensembles, each learned from a bootstrap sample of the rows."""
     num_trees: int
-    """How many trees of each predict."""
+    """Number of trees of each ensemble used for predictions."""
     error: float
-    """Mean squared error at rows that members were not trained on, in squared scores; 0 where there were none."""
+    """Mean squared error at rows outside the samples of members, in squared scores; 0 if there are none."""
 
     def predict(self, rows: Rows) -> Prediction:
         table = rows_to_predict(rows, self.num_columns)
@@ -78,7 +78,7 @@ class BoostedPreference(AbstractPreference):
         )
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
-        """Of each group, the part that splits by it have in what all splits gain."""
+        """Share of each group in the gain of all splits."""
         if len(self.groups) and len(group_names) <= self.groups.max():
             raise UsageError(f"group_names: expected {self.groups.max() + 1} names, found {len(group_names)}.")
         gains = self.whole.feature_importance("gain", self.num_trees)[: self.num_columns]
@@ -97,17 +97,17 @@ def fit(
     seed: int = 0,
     warm: AbstractPreference | None = None,
 ) -> BoostedPreference:
-    """Boosted trees of least squares, as many as rows that they have not seen ask for.
+    """Boosted trees of least squares; their number is chosen by rows outside their samples.
 
     Args:
         rows: [n, F] finite numbers.
         scores: [n] 0-100.
         groups: [F] group numbers, for `explain` only.
         seed: draws the bootstrap samples.
-        warm: not used; trees are grown anew.
+        warm: not used.
 
     Raises:
-        UsageError: when labels or groups are out of range.
+        UsageError: If labels or groups are out of range.
     """
     observations = observe(rows, scores)
     numbers = checked_groups(groups, observations.rows.shape[1])
@@ -122,7 +122,7 @@ def fit(
 
 
 def _trained(observations: Observations, drawn: Ints) -> Booster:
-    """Trees on the rows that were drawn, each so many times as it has labels."""
+    """Trees on the drawn rows, each repeated by its number of labels."""
     # Not as weights: LightGBM counts the rows of a leaf by dividing its weight, and finds none in light ones.
     labels = np.repeat(np.arange(len(drawn)), drawn * observations.counts.astype(np.int64))
     return train(_PARAMETERS, Dataset(_padded(observations.rows[labels]), observations.means[labels]), MAX_TREES)
@@ -141,10 +141,10 @@ def _errors_outside(members: Sequence[Booster], observations: Observations, samp
 
 
 def _predicted(booster: Booster, rows: Floats, num_trees: int) -> Floats:
-    """[m] what the first trees say about rows [m, F]."""
+    """[m] predictions of the first trees for rows [m, F]."""
     return np.asarray(booster.predict(_padded(rows), num_iteration=num_trees), dtype=np.float64)
 
 
 def _padded(rows: Floats) -> Floats:
-    """With a column that says nothing: LightGBM takes no rows without columns."""
+    """Rows with a constant column added, since LightGBM refuses rows without columns."""
     return np.pad(rows, ((0, 0), (0, 1)))

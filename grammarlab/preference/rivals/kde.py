@@ -1,11 +1,11 @@
 """Score-weighted kernel density estimation, the paper's baseline (4.7, after Talton et al. 2009).
 
-The wanted models' density is a sum of Gaussians at the labelled rows, each with its score as its weight. What a model
-is worth is that density by the density of the models shown, the same sum without scores: models were shown as the
-grammar makes them, and what is common is not therefore wanted. Columns are scaled by their standard deviation over the
-labelled rows; the one bandwidth left is the one under which the worth of each label, made of all others, is nearest to
-its score (least squares). The likelihood of the wanted rows, the usual choice, ends far worse in hundreds of columns:
-bandwidths so small that only the labelled rows themselves are wanted.
+The density of liked models is a sum of Gaussians at the labelled rows, weighted by scores. The value of a model
+is that density divided by the density of the shown models, the same sum without scores: shown models are samples of the
+grammar, and frequent models are not necessarily liked. Columns are scaled by their standard deviation over the
+labelled rows; the single bandwidth is chosen so that the value of each label, computed from all others, is nearest to
+its score (least squares). The likelihood of liked rows, the usual criterion, is far worse in hundreds of columns:
+it gives bandwidths so small that only the labelled rows themselves are liked.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ from grammarlab.preference.observations import Observations, checked_groups, obs
 from grammarlab.preference.processes.posterior import squared_distances
 
 MAX_ROWS_TO_KEEP = 4096
-"""Distinct rows that predictions rest on; of more, a part with the same distribution of scores is taken."""
+"""Largest number of distinct rows for predictions; of more, a selection of the same score distribution is used."""
 MAX_ROWS_TO_FIT = 1024
-"""Distinct rows that the bandwidth is chosen by."""
+"""Largest number of distinct rows for choosing the bandwidth."""
 
 _BANDWIDTHS = np.exp(np.linspace(-3.0, 3.0, 25))
-"""What is tried, as multiples of the root mean squared distance of two rows."""
+"""Candidate bandwidths, as multiples of the root mean squared distance of two rows."""
 _ROWS_AT_ONCE = 4096
 
 
 @dataclass(frozen=True)
 class KernelDensityPreference(AbstractPreference):
-    """`method="kde"`: a density of wanted models by that of the models shown."""
+    """Result of `fit` with `method="kde"`: the density of liked models divided by that of the shown models."""
 
     num_columns: int
     groups: Ints
@@ -55,7 +55,7 @@ class KernelDensityPreference(AbstractPreference):
     def predict(self, rows: Rows) -> Prediction:
         """The ratio of the densities, 0 out of reach of all labels, and 50 / sqrt(1 + number of labels within reach).
 
-        Density estimation has no uncertainty of its own; the second number tells how well a place is explored.
+        Density estimation has no uncertainty; the second number measures how well a place is explored.
         """
         table = rows_to_predict(rows, self.num_columns)
         mean, reach = np.empty(len(table)), np.empty(len(table))
@@ -83,11 +83,11 @@ def fit(
         rows: [n, F] finite numbers.
         scores: [n] 0-100; only their ratios matter.
         groups: [F] group numbers, for `explain` only.
-        seed: chooses among rows where there are more than `MAX_ROWS_TO_FIT`.
-        warm: not used; nothing is searched for that a previous preference could help to find.
+        seed: selects rows if there are more than `MAX_ROWS_TO_FIT`.
+        warm: not used.
 
     Raises:
-        UsageError: when labels or groups are out of range.
+        UsageError: If labels or groups are out of range.
     """
     observations = thinned(observe(rows, scores), MAX_ROWS_TO_KEEP, seed)
     numbers = checked_groups(groups, observations.rows.shape[1])
@@ -97,7 +97,7 @@ def fit(
 
 
 def _chosen_weights(observations: Observations) -> Floats:
-    """[F] one over the squared bandwidths under which each row's score is best told from the others."""
+    """[F] one over the squared bandwidths with the best leave-one-out predictions of scores."""
     variance = np.var(observations.rows, axis=0)
     unit = np.divide(1.0, variance, out=np.zeros_like(variance), where=variance > 0.0)
     scaled = (observations.rows - observations.rows.mean(axis=0)) * np.sqrt(unit)
@@ -121,6 +121,6 @@ def _ratio(rows: Floats, observations: Observations, weights: Floats) -> tuple[F
 
 
 def _weighted(kernel: Floats, observations: Observations) -> tuple[Floats, Floats]:
-    """For a kernel [m, n] with n labels: the mean score that it gives, 0 where it is 0, and its sum, [m] each."""
+    """For a kernel [m, n] with n labels: its weighted mean score, 0 where it is 0, and its sum, [m] each."""
     shown, wanted = kernel @ observations.counts, kernel @ (observations.means * observations.counts)
     return np.divide(wanted, shown, out=np.zeros(len(shown)), where=shown > np.finfo(np.float64).tiny), shown

@@ -1,7 +1,7 @@
-"""scikit-learn's GaussianProcessRegressor behind the same interface, for comparison.
+"""scikit-learn's GaussianProcessRegressor with the same interface, for comparison.
 
-The same kernel as `method="paper"`, by the evidence alone: its weights cannot be penalised. Its gradient needs an
-[n, n, F] array, so that only so many rows are used as fit into a quarter of a gigabyte, and a fit of hundreds of labels
+The kernel is that of `method="paper"`, fitted by the evidence only: its weights cannot be penalised. Its gradient needs
+an [n, n, F] array, so the number of rows is limited to a quarter of a gigabyte, and a fit of hundreds of labels
 and columns takes minutes.
 """
 
@@ -34,7 +34,7 @@ _LOWEST_WEIGHT = 1e-11
 
 @dataclass(frozen=True)
 class SklearnPreference(AbstractPreference):
-    """`method="sklearn"`: a fitted regressor."""
+    """Result of `fit` with `method="sklearn"`: a fitted regressor."""
 
     num_columns: int
     groups: Ints
@@ -70,13 +70,13 @@ def fit(
 
     Args:
         rows: [n, F] finite numbers.
-        scores: [n] 0-100; where all are zero, the kernel stays where the search starts.
+        scores: [n] 0-100; if all are zero, the kernel is the start of the search.
         groups: [F] group numbers, for `explain` only.
-        seed: chooses among rows where there are too many.
-        warm: a preference that this method found on the same columns; the search starts from its weights.
+        seed: selects rows if there are too many.
+        warm: a preference of this method on the same columns; the search starts from its weights.
 
     Raises:
-        UsageError: when labels or groups are out of range.
+        UsageError: If labels or groups are out of range.
     """
     observations = observe(rows, scores)
     num_columns = observations.rows.shape[1]
@@ -95,7 +95,7 @@ def fit(
     kernel: Any = ConstantKernel(start.amplitude, (1e-3, 1e9)) * RBF(scales, (1e-3, 1e6))
     regressor = GaussianProcessRegressor(kernel, **options)
     with warnings.catch_warnings(), threadpool_limits(1, "blas"):
-        warnings.simplefilter("ignore")  # length scales at their bound: that is what an irrelevant column looks like
+        warnings.simplefilter("ignore")  # warnings about length scales at their bound, which irrelevant columns have
         regressor.fit(_at_least_one_column(observations.rows), observations.means)
     kernel = regressor.kernel_
     found = np.broadcast_to(kernel.k2.length_scale, (max(num_columns, 1),))[:num_columns]
@@ -115,5 +115,5 @@ def _optimise(objective: Any, start: Floats, bounds: Floats) -> tuple[Floats, fl
 
 
 def _at_least_one_column(rows: Floats) -> Floats:
-    """scikit-learn takes no rows without columns."""
+    """Rows with a constant column if they have none, since scikit-learn refuses them."""
     return rows if rows.shape[1] else np.zeros((len(rows), 1))

@@ -1,1 +1,1 @@
-"""Simpler functions near a preference."""
+"""Simple approximations of a preference."""

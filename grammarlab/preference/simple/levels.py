@@ -1,4 +1,4 @@
-"""Few levels in place of many different values: what a grammar need not tell apart is one."""
+"""Quantisation of values to few levels, so that a grammar has fewer states."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ import numpy as np
 from grammarlab.preference.base import Floats
 
 _MOST = 256
-"""More different values are taken together in as many steps of their roots first."""
+"""Largest number of different values; more are first merged into this number of steps of their roots."""
 
 
 def drawn_to_levels(values: Floats, masses: Floats, num_levels: int) -> Floats:
-    """Values [n] drawn to at most so many levels, each the mean of the values next to each other that it stands for.
+    """Values [n] quantised to at most a number of levels, each the mean of consecutive values.
 
-    Of all ways to do so the one that moves the square roots least, in squares, is taken (Fisher 1958, by dynamic
-    programming): what is near 0 is drawn to other small values first, and 0 itself moves last.
+    Of all partitions, the one with the least squared change of the square roots is used (Fisher 1958, by dynamic
+    programming): values near 0 are merged with other small values first, and 0 itself changes last.
 
     Args:
         values: [n] >= 0.
-        masses: [n] >= 0, how much each counts.
+        masses: [n] >= 0, weight of each value.
         num_levels: >= 1.
 
     >>> drawn_to_levels(np.array([60.0, 20.0, 22.0, 0.0]), np.ones(4), 3).round(6).tolist()
@@ -30,7 +30,7 @@ def drawn_to_levels(values: Floats, masses: Floats, num_levels: int) -> Floats:
     if len(different) > _MOST:
         steps = np.floor(np.sqrt(different / different[-1]) * (_MOST - 1)).astype(np.int64)
         place = np.unique(steps, return_inverse=True)[1][place]
-    # Where nothing counts, all count alike.
+    # If all masses are 0, all values have equal weight.
     masses = masses + 1e-12 * max(float(masses.sum()), 1e-300)
     mass = np.bincount(place, masses).astype(np.float64)
     means = np.bincount(place, masses * values) / mass
@@ -40,7 +40,7 @@ def drawn_to_levels(values: Floats, masses: Floats, num_levels: int) -> Floats:
 
 
 def _cuts(roots: Floats, mass: Floats, num_levels: int) -> list[int]:
-    """Where the levels of ascending values begin, and the end."""
+    """Offsets of the levels of ascending values."""
     size = len(roots)
     sums = [np.concatenate([[0.0], np.cumsum(column)]) for column in (mass, mass * roots, mass * roots**2)]
     first, last = np.arange(size + 1)[:, None], np.arange(size + 1)[None, :]

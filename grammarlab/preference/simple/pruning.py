@@ -1,10 +1,9 @@
-"""Which columns a preference needs: as few as tell models apart that have different values.
+"""Selection of the columns that a preference needs: the fewest that distinguish models of different values.
 
-Columns are taken in one by one, each time the one that explains most of what is left, and in the end those that have
-become needless are left out again. So of several columns that say the same in other words one is kept, whether the
-preference looks at it or not, and what a preference holds about a few models by mistake is not worth a column. Where
-columns explain something only together, none of them is a first step; then it goes the other way, from all columns
-down.
+Columns are added one by one, each time the one that explains most of the rest, and in the end redundant columns are
+removed. So one of several equivalent columns is kept, even if the preference has no weight on it, and errors of a
+preference about a few models do not add columns. If columns explain values only together, no single column is a first
+step; then columns are removed from the set of all columns instead.
 """
 
 from __future__ import annotations
@@ -16,26 +15,26 @@ import numpy as np
 from grammarlab.preference.base import Floats, Ints
 
 MOST_COLUMNS = 20
-"""Taken in one by one."""
+"""Largest number of columns added one by one."""
 LEAST_GAIN = 2e-4
-"""A column that explains less is not taken in."""
+"""Smallest gain of an added column."""
 _ROUNDING = 1e-9
 _MOST_GROUPS = 4
-"""Up to so many numbers for each model, of groups most of which are empty, are summed up faster than numbered anew."""
+"""Largest ratio of group numbers to models for which sums over sparse numbers are faster than renumbering."""
 
 
 def needed_columns(rows: Floats, values: Floats, weights: Floats, candidates: Ints, tolerance: float) -> Ints:
-    """The columns that are needed to tell the values of models.
+    """Columns needed to predict the values of models.
 
     Args:
-        rows: [n, F] what describes models.
+        rows: [n, F] features of models.
         values: [n] >= 0, the preference.
-        weights: [n] >= 0, how much each model stands for.
-        candidates: [C] the columns to choose from, the most relevant first.
-        tolerance: how much may be left unexplained of what all candidates explain; see `change`.
+        weights: [n] >= 0, weight of each model.
+        candidates: [C] candidate columns, most relevant first.
+        tolerance: largest loss relative to all candidates; see `change`.
 
     Returns:
-        [K] columns, the most telling first.
+        [K] columns, the most informative first.
     """
     search = _Search(rows, values, weights, candidates)
     bound = search.left(candidates.tolist()) + tolerance + _ROUNDING
@@ -49,17 +48,17 @@ class _Search:
     def __init__(self, rows: Floats, values: Floats, weights: Floats, candidates: Ints) -> None:
         self.candidates = candidates.tolist()
         self.codes = {column: _numbered(rows[:, column]) for column in self.candidates}
-        # Rows are compared by random sums of their values: different rows have equal sums as good as never.
+        # Rows are compared by random sums of their values: different rows have almost never equal sums.
         factors = np.random.default_rng(0).integers(1, 2**63, len(candidates), dtype=np.int64)
         self.factors = dict(zip(self.candidates, factors, strict=True))
         self.values, self.weights = values, weights
 
     def left(self, columns: Sequence[int]) -> float:
-        """What some columns leave unexplained."""
+        """Loss of a set of columns."""
         return self._left(self._sums(columns))
 
     def upwards(self, bound: float) -> list[int]:
-        """Columns taken in until they explain enough or none explains more."""
+        """Columns added until they explain enough or none explains more."""
         chosen: list[int] = []
         waiting = self.candidates.copy()
         groups = np.zeros(len(self.values), dtype=np.int64)
@@ -75,7 +74,7 @@ class _Search:
         return chosen
 
     def downwards(self, columns: Sequence[int], bound: float) -> list[int]:
-        """Columns left out as long as the others explain enough, the last one first."""
+        """Columns removed as long as the others explain enough, the last one first."""
         kept, sums = list(columns), self._sums(columns)
         for column in reversed(columns):
             without = sums - self._term(column)
@@ -103,7 +102,7 @@ class _Search:
 
 
 def change(groups: Ints, values: Floats, weights: Floats) -> float:
-    """How much of a density moves where all models of a group get their mean value: 0 to 2.
+    """Change of a density if all models of a group get their mean value: 0 to 2.
 
     Args:
         groups: [n] number of the group of each model.
@@ -119,5 +118,5 @@ def change(groups: Ints, values: Floats, weights: Floats) -> float:
 
 
 def _numbered(column: Floats | Ints) -> Ints:
-    """[n] the number of each value among the different ones."""
+    """[n] the index of each value among the different ones."""
     return np.unique(column, return_inverse=True)[1].astype(np.int64).reshape(-1)

@@ -1,9 +1,9 @@
-"""Regression trees: a preference as questions about few columns, in the order of how much each tells.
+"""Regression trees: a preference as splits of few columns, in the order of their gain.
 
-Trees grow best first, so that the first k splits of a tree are the tree of k + 1 leaves: a path of ever finer
-functions. Values are compared by their square roots: the squared distance of square roots is, up to a factor, the
-Hellinger distance of the densities, which goes with their Jensen-Shannon divergence. So a little where nothing should
-be counts, as it does there.
+Trees grow best first, so that the first k splits of a tree are the tree of k + 1 leaves: a sequence of increasingly
+fine functions. Values are compared by their square roots: the squared distance of square roots is, up to a factor, the
+Hellinger distance of the densities, which is close to their Jensen-Shannon divergence. So small values instead of 0
+count as errors, as they do there.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from grammarlab.preference.base import Floats, Ints
 
 _MOST_CODES = 128
-"""A column with more different values is looked at in as many ranges, each with as many rows."""
+"""Largest number of different values of a column; more are divided into this number of ranges of equal size."""
 _LEAST_GAIN = 1e-9
-"""Of the mean value: a split that explains less is not made."""
+"""Smallest gain of a split, as a share of the mean value."""
 _TIE = 1e-9
-"""Gains that differ by less, relatively, are the same: then the first column counts."""
+"""Relative difference of gains that count as equal; then the first column is used."""
 _AT_ONCE = 1 << 22
-"""Codes that are summed up at once."""
+"""Number of codes that are summed at once."""
 
 
 class Split(NamedTuple):
@@ -40,7 +40,7 @@ Tree = Sequence[Split]
 
 
 def leaves_of(tree: Tree, rows: Floats) -> Ints:
-    """[n] the leaf, from 0, that each row [n, F] comes to."""
+    """[n] the leaf, from 0, of each row [n, F]."""
     leaf = np.zeros(len(rows), dtype=np.int64)
     for number, split in enumerate(tree, 1):
         leaf[(leaf == split.leaf) & (rows[:, split.column] >= split.bound)] = number
@@ -56,15 +56,15 @@ def means_of(leaf: Ints, num_leaves: int, values: Floats, weights: Floats) -> Fl
 def grow(
     rows: Floats, values: Floats, weights: Floats, columns: Ints, max_leaves: int, least_rows: int = 1
 ) -> tuple[Split, ...]:
-    """The splits that explain most of some values, best first.
+    """Splits that explain most of the values, best first.
 
     Args:
-        rows: [n, F] what describes models.
+        rows: [n, F] features of models.
         values: [n] >= 0.
-        weights: [n] >= 0, how much each counts; 0 for models that do not.
-        columns: [C] the columns to ask about; of those that tell the same the first one is taken.
-        max_leaves: when to stop, >= 1.
-        least_rows: about how many rows with a weight each leaf has at least.
+        weights: [n] >= 0, weight of each model.
+        columns: [C] candidate columns; of equivalent ones the first is used.
+        max_leaves: largest number of leaves, >= 1.
+        least_rows: approximate smallest number of rows with a weight in each leaf.
     """
     counted = np.flatnonzero(weights > 0.0)
     return _Growth(rows[counted], np.sqrt(values[counted]), weights[counted], columns, least_rows).run(max_leaves)
@@ -96,7 +96,7 @@ class _Growth:
         return tuple(splits)
 
     def _offer(self, waiting: list[tuple[float, int, int, int]], leaf: int, own: Ints) -> None:
-        """Puts the best split of a leaf among those that wait, where there is one."""
+        """Add the best split of a leaf to the queue, if there is one."""
         if len(own) < 2 or not len(self.columns) or np.ptp(self.roots[own]) == 0.0:
             return
         gains = np.concatenate([self._gains(own, first, last) for first, last in pairwise(self._parts(len(own)))])
@@ -110,7 +110,7 @@ class _Growth:
         return [*range(0, len(self.columns), step), len(self.columns)]
 
     def _gains(self, own: Ints, first: int, last: int) -> Floats:
-        """[last - first, width] squared error that each split of some columns takes away."""
+        """[last - first, width] squared error that each split of columns removes."""
         place = (self.codes[own, first:last] + np.arange(last - first) * self.width).ravel()
         weights = self.weights[own]
         sums = [
@@ -123,13 +123,13 @@ class _Growth:
         left, right = mass, mass[:, -1:] - mass
         with np.errstate(divide="ignore", invalid="ignore"):
             gains = total**2 / left + (total[:, -1:] - total) ** 2 / right - total[:, -1:] ** 2 / mass[:, -1:]
-        # What is left of a sum of floats where nothing is left.
+        # Rounding error of an empty remainder.
         possible = (left > 0.0) & (right > 1e-12 * mass[:, -1:])
         possible &= np.minimum(number, number[:, -1:] - number) >= self.least_rows
         return np.where(possible, gains, 0.0)
 
     def _bound(self, own: Ints, column: int, code: int) -> float:
-        """A round number between the values on either side of a split, where in its ranges it tells most."""
+        """A round number between the values on both sides of a split, at the best place within its ranges."""
         values = self.rows[own, self.columns[column]]
         order = np.argsort(values, kind="stable")
         values, weights, roots = values[order], self.weights[own][order], self.roots[own][order]
@@ -143,7 +143,7 @@ class _Growth:
 
 
 def round_between(low: float, high: float) -> float:
-    """The number with the fewest digits that is above ``low`` and at most ``high``; of several the largest.
+    """Number with the fewest digits that is above ``low`` and at most ``high``; of several the largest.
 
     >>> round_between(2.9471, 3.1234), round_between(0.0, 1.0), round_between(4.0, 4.5)
     (3.0, 1.0, 4.5)
@@ -156,7 +156,7 @@ def round_between(low: float, high: float) -> float:
 
 
 def _coded(rows: Floats, columns: Ints) -> tuple[NDArray[np.int64], list[Floats]]:
-    """[n, C] the range that each value lies in, and where the ranges after the first begin."""
+    """[n, C] the range of each value, and the lower ends of the ranges after the first."""
     codes = np.zeros((len(rows), len(columns)), dtype=np.int64)
     edges: list[Floats] = []
     for place, column in enumerate(columns.tolist()):

@@ -1,4 +1,4 @@
-"""A preference as a function of few columns: what a grammar can be compiled from."""
+"""A preference as a function of few columns, from which a grammar can be compiled."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from grammarlab.preference.simple.regression_tree import Split, leaves_of
 
 
 class _Fork(NamedTuple):
-    """A question: a column, a bound, and what stands below and above it."""
+    """A split: a column, a bound, and the subtrees below and above it."""
 
     column: int
     bound: float
@@ -27,7 +27,7 @@ class SimplifiedPreference:
 
     tree: tuple[Split, ...]
     scores: Floats
-    """[L] of the leaves, >= 0."""
+    """[L] scores of the leaves, >= 0."""
 
     def __call__(self, rows: Floats) -> Floats:
         """The score [n] of rows [n, F]."""
@@ -35,7 +35,7 @@ class SimplifiedPreference:
 
     @property
     def columns(self) -> Ints:
-        """[K] the columns that are looked at, ascending."""
+        """[K] the columns of its splits, ascending."""
         return np.unique(np.array([split.column for split in self.tree], dtype=np.int64))
 
     @property
@@ -44,11 +44,11 @@ class SimplifiedPreference:
         return tuple(np.unique(self.scores).tolist())
 
     def scaled(self, factor: float) -> SimplifiedPreference:
-        """The function times a factor."""
+        """The function multiplied by a factor."""
         return replace(self, scores=self.scores * factor)
 
     def pruned(self) -> SimplifiedPreference:
-        """The same function without splits that tell nothing."""
+        """The same function without redundant splits."""
         splits: list[Split] = []
         scores: list[float] = [0.0]
 
@@ -69,7 +69,7 @@ class SimplifiedPreference:
         """The function as an expression (`grammarlab.features.rules.expression`).
 
         Args:
-            condition: of a column and a bound, the text for values of the bound or more.
+            condition: from a column and a bound to the text of the condition value >= bound.
         """
 
         def lay(node: float | _Fork) -> str:
@@ -80,7 +80,7 @@ class SimplifiedPreference:
         return lay(self._nodes())
 
     def _nodes(self) -> float | _Fork:
-        """The tree as nested nodes; those whose two sides are the same are one."""
+        """The tree as nested nodes; nodes with two equal sides are merged."""
         nodes: list[float | _Fork] = self.scores.tolist()
         for number, split in reversed(list(enumerate(self.tree, 1))):
             below, above = nodes[split.leaf], nodes[number]

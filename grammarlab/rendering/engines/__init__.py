@@ -1,1 +1,1 @@
-"""Who draws: rays against triangles, or OpenGL."""
+"""Rendering engines: ray casting and OpenGL."""

@@ -1,4 +1,4 @@
-"""Depths, normals and materials of what a camera sees, by OpenGL. The only file that imports pyrender."""
+"""Depths, normals and materials seen by a camera, by OpenGL. The only file that imports pyrender."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from grammarlab.scene import TriangleBatch
 Floats = NDArray[np.floating]
 
 _VARIABLE = "PYOPENGL_PLATFORM"
-"""Where PyOpenGL and pyrender look for the kind of context to make."""
+"""Environment variable of PyOpenGL and pyrender for the kind of context."""
 
 
 @dataclass(frozen=True, slots=True)
 class Buffers:
-    """What each sample [H, W] of a picture shows."""
+    """Surfaces seen by the samples [H, W] of a picture."""
 
     material: NDArray[np.int32]
     """[H, W] row of the material columns, -1 for none."""
@@ -36,7 +36,7 @@ class Buffers:
 
 
 class Painter:
-    """The groups of one model in OpenGL's memory.
+    """Groups of one model in OpenGL's memory.
 
     Args:
         pyrender: the library.
@@ -53,7 +53,7 @@ class Painter:
         self._renderer: Any = None
 
     def buffers(self, camera: Camera, width: int, height: int, groups: NDArray[np.bool_]) -> Buffers:
-        """What a camera in model units sees of some groups [G]."""
+        """Samples of groups [G] seen by a camera in model units."""
         flags, node = self._gl.RenderFlags, self._look_through(camera, width / height)
         numbers = {
             self._nodes[group]: _bytes_of(int(self._group_material[group]) + 1) for group in np.flatnonzero(groups)
@@ -66,7 +66,7 @@ class Painter:
         return Buffers(material, _linear(depth, camera), normal.astype(np.float32) / np.float32(127.5) - 1)
 
     def depths(self, camera: Camera, side: int, groups: NDArray[np.bool_]) -> Floats:
-        """[side, side] how far from the plane of a camera some groups [G] are, 0 for nothing."""
+        """[side, side] distance of groups [G] from the plane of a camera, 0 for nothing."""
         flags, node = self._gl.RenderFlags, self._look_through(camera, 1.0)
         self._show(groups)
         depth = self._render(side, side, flags.DEPTH_ONLY)
@@ -74,7 +74,7 @@ class Painter:
         return _linear(depth, camera)
 
     def close(self) -> None:
-        """Free what OpenGL holds."""
+        """Free the memory of OpenGL."""
         if self._renderer is not None:
             self._renderer.delete()
             self._renderer = None
@@ -86,7 +86,7 @@ class Painter:
         primitive = self._gl.Primitive(
             positions=model.vertices[vertices],
             color_0=batch.normals[vertices] * np.float32(0.5) + np.float32(0.5),
-            # Both ways round: pyrender leaves out what faces away, whatever its flags and materials say.
+            # Both orientations: pyrender culls back faces for all flags and materials.
             indices=np.concatenate([indices, indices[:, ::-1]]),
             material=self._gl.MetallicRoughnessMaterial(baseColorFactor=(1.0, 1.0, 1.0, 1.0)),
         )
@@ -118,10 +118,10 @@ class Painter:
 
 @contextmanager
 def painter(platform: str, batch: TriangleBatch, model: ShadedModel) -> Iterator[Painter]:
-    """A painter for one model; what it holds is freed at the end.
+    """A painter for one model; its memory is freed at the end.
 
     Raises:
-        UsageError: pyrender is not installed.
+        UsageError: If pyrender is not installed.
     """
     made = Painter(_pyrender(platform), platform, batch, model)
     try:
@@ -131,7 +131,7 @@ def painter(platform: str, batch: TriangleBatch, model: ShadedModel) -> Iterator
 
 
 def driver(platform: str) -> str:
-    """What draws: name and version of the OpenGL driver, such as ``llvmpipe (LLVM 15.0.6, 256 bits), 4.5 ...``."""
+    """Name and version of the OpenGL driver, such as ``llvmpipe (LLVM 15.0.6, 256 bits), 4.5 ...``."""
     pyrender = _pyrender(platform)
     with _platform(platform):
         renderer = pyrender.OffscreenRenderer(1, 1)
@@ -157,7 +157,7 @@ def _pyrender(platform: str) -> ModuleType:
 
 @contextmanager
 def _platform(name: str) -> Iterator[None]:
-    """Let PyOpenGL and pyrender make contexts of one kind, and leave the environment as it was."""
+    """Let PyOpenGL and pyrender make contexts of one kind, and restore the environment."""
     before = os.environ.get(_VARIABLE)
     os.environ[_VARIABLE] = name
     try:
@@ -180,7 +180,7 @@ def _range(camera: Camera) -> tuple[float, float]:
 
 
 def _linear(depth: Floats, camera: Camera) -> Floats:
-    """Depths in model units; pyrender takes every camera for a perspective one."""
+    """Depths in model units; pyrender assumes a perspective camera."""
     if not camera.parallel:
         return depth
     near, far = _range(camera)

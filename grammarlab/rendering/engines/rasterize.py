@@ -1,4 +1,4 @@
-"""The OpenGL renderer: fast for large models and large pictures, where OpenGL works."""
+"""OpenGL renderer: fast for large models and large pictures."""
 
 from __future__ import annotations
 
@@ -25,27 +25,27 @@ from grammarlab.scene import TriangleBatch
 Floats = NDArray[np.floating]
 
 LARGEST_SIDE = 8192
-"""Samples along a side: what every driver of our time offers."""
+"""Largest number of samples along a side, supported by all current drivers."""
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class OpenGLRenderer(AbstractRenderer):
-    """Sun, shadow, edges and ground as the default renderer draws them, without openness and mirror images.
+    """Sun, shadow, edges and ground as in the default renderer, without openness and mirror images.
 
-    Of glass, the nearest pane in front of something solid is drawn.
+    Only the nearest pane of glass in front of a solid surface is drawn.
 
     The picture is the same every time with one driver, and nearly the same with another.
     """
 
     platform: str
-    """``egl`` or ``osmesa``; `grammarlab.rendering.choice` finds out which of them works."""
+    """``egl`` or ``osmesa``; `grammarlab.rendering.choice` finds the one that works."""
 
     def render(self, batch: TriangleBatch, camera: Camera, options: RenderOptions) -> NDArray[np.uint8]:
-        """As `AbstractRenderer.render`.
+        """See `AbstractRenderer.render`.
 
         Raises:
-            UsageError: pyrender is missing, or the picture is too large for OpenGL.
+            UsageError: If pyrender is missing, or the picture is too large for OpenGL.
         """
         width, height = options.width * options.samples, options.height * options.samples
         if max(width, height) > LARGEST_SIDE:
@@ -69,7 +69,7 @@ class OpenGLRenderer(AbstractRenderer):
 
 
 def _shown(shot: Shot, rays: Samples, solid: Buffers, front: Buffers, shadows: ShadowMap, behind: Floats) -> Floats:
-    """[N, 3] what each sample shows, linear in 0..1: the paper, what is opaque, and the nearest glass before it."""
+    """[N, 3] colour of each sample, linear in 0..1: the paper, opaque surfaces, and the nearest glass in front."""
     look = shot.options.look
     on_model, seen = _surfaces(shot, rays, solid)
     on_ground, ground = ground_at(shot, rays, np.flatnonzero(solid.material.ravel() < 0))
@@ -88,7 +88,7 @@ def _shown(shot: Shot, rays: Samples, solid: Buffers, front: Buffers, shadows: S
 
 
 def _light(shot: Shot, rays: Samples, rows: Rows, seen: Surfaces, shadows: ShadowMap) -> tuple[Floats, Floats]:
-    """As `shade`, for surfaces that the samples `rows` [K] show."""
+    """Result of `shade` for the surfaces of the samples `rows` [K]."""
     exposure = _exposure(rays, rows, seen.point, seen.flat, shadows)
     return shade(shot.model, seen, exposure, rays.directions[rows], shot.sun, shot.options.look)
 
@@ -99,7 +99,7 @@ def _exposure(rays: Samples, rows: Rows, points: Floats, normals: Floats, shadow
 
 
 def _surfaces(shot: Shot, rays: Samples, buffers: Buffers) -> tuple[Rows, Surfaces]:
-    """Which samples show the model, and what they show of it."""
+    """Samples that show the model, and their surfaces."""
     material = buffers.material.ravel()
     rows = np.flatnonzero(material >= 0)
     directions = rays.directions[rows]

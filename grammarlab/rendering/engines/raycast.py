@@ -1,4 +1,4 @@
-"""The default renderer: rays against triangles, the same picture on every machine."""
+"""Default renderer: ray casting, the same picture on every machine."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from grammarlab.scene import TriangleBatch
 Floats = NDArray[np.floating]
 
 BAND_SAMPLES = 250_000
-"""About how many samples are worked on at a time: what large pictures need in memory."""
+"""Approximate number of samples processed at a time, which bounds the memory."""
 BORDER = 3
-"""Rows of samples that bands share, so that edges and smoothing run on from one to the next."""
+"""Rows of samples shared by bands, so that edges and smoothing continue from one to the next."""
 MOST_LAYERS = 4
-"""How many see-through surfaces one behind the other are looked through."""
+"""Largest number of transparent surfaces along a ray."""
 VISIBLE = 0.01
-"""What is behind glass is looked for where at least this share of its light comes through."""
+"""Smallest share of transmitted light for which surfaces behind glass are traced."""
 
 
 @final
@@ -36,7 +36,7 @@ class RaycastRenderer(AbstractRenderer):
     """Ray casting with sun shadow, openness (ambient occlusion), mirror images, glass and drawn edges."""
 
     def render(self, batch: TriangleBatch, camera: Camera, options: RenderOptions) -> NDArray[np.uint8]:
-        """As `AbstractRenderer.render`; about 0.1 s for 20,000 triangles at 160 x 160 pixels."""
+        """See `AbstractRenderer.render`; about 0.1 s for 20,000 triangles at 160 x 160 pixels."""
         shot = take(batch, camera, options, for_rays=True) if len(batch.triangles) else None
         rows_per_band = max(1, BAND_SAMPLES // (options.width * options.samples**2))
         bands = [
@@ -57,7 +57,7 @@ def _band(shot: Shot | None, options: RenderOptions, first: int, last: int) -> F
 
 
 def _shown(shot: Shot, rays: Samples, behind: Floats) -> Floats:
-    """[N, 3] what each sample shows, linear in 0..1."""
+    """[N, 3] colour of each sample, linear in 0..1."""
     hits = shot.model.tracer.first_hit(rays.origins, rays.directions)
     met = hits.triangle >= 0
     on_model = np.flatnonzero(met)
@@ -95,14 +95,14 @@ def _exposure(shot: Shot, rays: Samples, rows: NDArray[np.int64], points: Floats
 def _looked_through(
     shot: Shot, rays: Samples, rows: NDArray[np.int64], seen: Surfaces, exposure: Exposure, behind: Floats
 ) -> Floats:
-    """[K, 3] what the samples `rows` [K] show: surfaces from front to back, then what is `behind` [K, 3]."""
+    """[K, 3] colours of the samples `rows` [K]: surfaces from front to back, then `behind` [K, 3]."""
     model, look = shot.model, shot.options.look
     light, remaining = np.zeros_like(behind), np.ones(len(rows), np.float32)
     active = np.arange(len(rows))
     for layer in range(MOST_LAYERS):
         directions = rays.directions.take(rows[active], axis=0)
         sent, through = shade(model, seen, exposure, directions, shot.sun, look)
-        # The light on what stands behind glass has come through it, too.
+        # The light on surfaces behind glass has also passed the glass.
         light[active] += (remaining[active] ** (1 if layer == 0 else 2))[:, None] * sent
         remaining[active] *= through if layer < MOST_LAYERS - 1 else 0.0
         on = np.flatnonzero(remaining[active] > VISIBLE)
@@ -125,7 +125,7 @@ def _at(hits: Hits, rows: NDArray[np.int64]) -> Hits:
 
 
 def _ground_behind(shot: Shot, rays: Samples, rows: NDArray[np.int64]) -> Floats:
-    """[K, 3] what shadows leave of the paper at samples `rows` [K] that look through glass at the ground."""
+    """[K, 3] shadow factor of the paper at samples `rows` [K] that see the ground through glass."""
     left = np.ones((len(rows), 3), np.float32)
     on_ground, points = ground_at(shot, rays, rows)
     light = ground_light(shot.options.look, _exposure(shot, rays, on_ground, points, _upward(points)))

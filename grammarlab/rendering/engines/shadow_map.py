@@ -1,4 +1,4 @@
-"""Shadows from a picture of depths, taken from the sun."""
+"""Shadows from a depth map seen from the sun."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from grammarlab.rendering.camera import Camera
 Floats = NDArray[np.floating]
 
 SIDE = 1024
-"""Samples along each side of the picture."""
+"""Samples along each side of the map."""
 LIFT = np.float32(4.0 / SIDE)
-"""How far above a surface the sun is looked for, in model units: two samples."""
+"""Offset above a surface for shadow tests, in model units: two samples."""
 BIAS = np.float32(2.0 / SIDE)
-"""How much farther from the sun than the picture says a point may be without being in shadow."""
+"""Largest distance behind the depth of the map at which a point is not in shadow."""
 BLUR = 1.5
-"""How far from its place a point looks up the picture, in samples: how soft shadows are."""
+"""Radius of look-ups in the map, in samples: softness of shadows."""
 
 
 @dataclass(frozen=True, slots=True)
 class ShadowMap:
-    """What the sun sees of a model in the unit sphere."""
+    """Depth map of a model in the unit sphere, seen from the sun."""
 
     camera: Camera
     depth: Floats
     """[SIDE, SIDE] distance from the plane of the camera, 0 for nothing."""
 
     def visibility(self, points: Floats, normals: Floats, spot: Floats) -> Floats:
-        """[N] 1 where the sun is seen from a point, else 0.
+        """[N] 1 if the sun is visible from a point, otherwise 0.
 
         Args:
             points: [N, 3].
             normals: [N, 3] unit vectors.
-            spot: [N] in 0..1: where around its place each point looks up the picture.
+            spot: [N] in 0..1: offset of the look-up of each point.
         """
         right, up, back = self.camera.axes.astype(np.float32)
         at = points + LIFT * normals

@@ -1,4 +1,4 @@
-"""Draws one small picture by OpenGL and says who drew it: a program of its own, since drivers may crash or hang."""
+"""Test of OpenGL that draws one small picture: a separate program, since drivers may crash or hang."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def main(platform: str) -> None:
     """Print the name of the driver, or fail.
 
     Raises:
-        RuntimeError: the picture is not what it should be.
+        RuntimeError: If the picture is wrong.
     """
     batch = _triangle()
     options = RenderOptions(width=SIDE, height=SIDE)

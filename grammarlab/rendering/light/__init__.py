@@ -1,1 +1,1 @@
-"""How much light reaches the eye: surfaces, ground, edges and the look of all pictures."""
+"""Light: surfaces, ground, edges and the look of all pictures."""

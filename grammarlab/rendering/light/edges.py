@@ -1,4 +1,4 @@
-"""Where neighbouring samples of a picture show different surfaces: drawn edges, and limits for smoothing."""
+"""Breaks between neighbouring samples of different surfaces: drawn edges, and limits for smoothing."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ Floats = NDArray[np.floating]
 Flags = NDArray[np.bool_]
 
 CREASE_COSINE = 0.82
-"""Normals that turn by more (35 degrees) meet in a crease."""
+"""Cosine of the smallest angle of normals at a crease (35 degrees)."""
 JUMP = 4.0
-"""A neighbour off the surface by more than so many spacings lies behind it or in front of it."""
+"""Largest distance from the surface, in spacings, of a neighbour on the same surface."""
 SILHOUETTE_STRENGTH, JUMP_STRENGTH, CREASE_STRENGTH = np.float32(1.0), np.float32(0.9), np.float32(0.55)
 PERIOD_WEIGHTS = (1.0, 0.5)
 """Weights of neighbours one and two samples away: with the sample's own 1, a window of four samples in all."""
@@ -27,7 +27,7 @@ class Breaks:
 
     axis: int
     silhouette: Flags
-    """[H - 1, W] or [H, W - 1] where one of both shows the model and the other does not."""
+    """[H - 1, W] or [H, W - 1] whether only one of both shows the model."""
     jump: Flags
     """Both show the model, one behind the other."""
     crease: Flags
@@ -35,7 +35,7 @@ class Breaks:
 
     @property
     def together(self) -> Flags:
-        """Where both samples show one surface."""
+        """Whether both samples show the same surface."""
         return ~(self.silhouette | self.jump | self.crease)
 
 
@@ -76,7 +76,7 @@ def edge_strength(shows: Flags, breaks: tuple[Breaks, Breaks]) -> Floats:
 def smooth(values: Floats, breaks: tuple[Breaks, Breaks]) -> Floats:
     """Means [H, W] over windows of 4 x 4 samples that stay on one surface.
 
-    What varies with a period of four samples, as a repeated pattern of rays does, comes out constant.
+    A pattern with a period of four samples, such as that of the rays, becomes constant.
     """
     for found in breaks:
         values = _smooth_along(values, found.axis, found.together)
@@ -104,5 +104,5 @@ def _neighbours(axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
 
 
 def _shifted(axis: int, start: int, drop: int = 0) -> tuple[slice, ...]:
-    """Index that leaves out the first `start` and the last `drop` along an axis."""
+    """Index without the first `start` and the last `drop` along an axis."""
     return tuple(slice(start, -drop or None) if a == axis else slice(None) for a in (0, 1))

@@ -1,4 +1,4 @@
-"""The paper that a model stands on: where it can be darker than elsewhere, and how much."""
+"""Ground below a model: the region that the model can darken, and by how much."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Floats = NDArray[np.floating]
 Flags = NDArray[np.bool_]
 
 SLACK = 1e-3
-"""How much larger than exact the areas are, in model units: nothing is lost to rounding."""
+"""Margin of the areas in model units, against rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Ground:
     """[F, 3] lines (a, b, c) around all shadow: inside is a x + b z + c <= 0. One that nothing fulfils without sun."""
 
     def meet(self, origins: Floats, directions: Floats) -> tuple[NDArray[np.int64], Floats]:
-        """Which rays [N, 3] meet the ground where the model can darken it: their rows [K], and the points [K, 3]."""
+        """Rays [N, 3] that meet the ground where the model can darken it: their rows [K], and the points [K, 3]."""
         rows = np.flatnonzero(directions[:, 1] < -1e-6)
         distance = (np.float32(self.height) - origins[rows, 1]) / directions[rows, 1]
         x = origins[rows, 0] + distance * directions[rows, 0]
@@ -59,7 +59,7 @@ def ground_below(low: Floats, high: Floats, height: float, sun: Floats, look: Lo
     Args:
         low: [3] smallest coordinates, in model units.
         high: [3] largest ones.
-        height: of the ground, at most that of the box.
+        height: height of the ground, at most that of the box.
         sun: [3] direction of the middle of the sun.
         look: how large the sun is.
     """
@@ -68,7 +68,7 @@ def ground_below(low: Floats, high: Floats, height: float, sun: Floats, look: Lo
 
 
 def ground_light(look: Look, exposure: Exposure) -> Floats:
-    """[K, 3] what the model's shadow and nearness leave of the paper that it stands on."""
+    """[K, 3] factor of the paper by the model's shadow and ambient occlusion."""
     shadow, contact = np.array(look.shadow, np.float32), np.array(look.contact, np.float32)
     in_shadow = 1.0 - (1.0 - exposure.sun)[:, None] * (1.0 - shadow)
     return in_shadow * (1.0 - (1.0 - exposure.free)[:, None] * (1.0 - contact))

@@ -1,4 +1,4 @@
-"""How much light leaves a surface towards the eye: sun, sky, and their mirror images."""
+"""Shading: light from a surface towards the eye by sun, sky, and their mirror images."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ Floats = NDArray[np.floating]
 GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
 """Points in steps of this angle along a widening spiral are spread evenly."""
 LIFT = np.float32(2e-4)
-"""How far rays start above a surface, in model units, so that they do not hit it."""
+"""Offset of rays above a surface, in model units, so that they do not hit it."""
 OPENNESS_REACH = 0.45
-"""How far away something dims the sky, in model units."""
+"""Largest distance of ambient occlusion, in model units."""
 DIELECTRIC = np.float32(0.04)
-"""What a non-metal mirrors when looked at straight."""
+"""Reflectance of a non-metal at normal incidence."""
 MOST_GLARE = np.float32(1.2)
-"""How bright the mirrored sun gets, in suns: a flat piece of steel keeps some of its colour."""
+"""Largest brightness of the mirrored sun, in suns, so that flat steel keeps some of its colour."""
 POLISHED = np.float32(0.26)
-"""The same for a very smooth one: more than one surface of glass does, as panes are double and skies bright."""
+"""The same for very smooth surfaces, with a larger value for double panes of glass."""
 
 
 def sun_visibility(blockers: Tracer, points: Floats, normals: Floats, sun: Floats, look: Look, spot: Floats) -> Floats:
-    """[N] 1 where the sun is seen from a point, else 0.
+    """[N] 1 if the sun is visible from a point, otherwise 0.
 
     Args:
-        blockers: what casts shadows.
+        blockers: triangles that cast shadows.
         points: [N, 3].
         normals: [N, 3] unit vectors.
         sun: [3] direction of the middle of the sun.
-        look: how large the sun is.
-        spot: [N] in 0..1, which spot of the sun's disc to look at; equal steps cover it evenly.
+        look: the light.
+        spot: [N] in 0..1, selects a point of the sun's disc; equal steps cover it evenly.
     """
     lit = np.flatnonzero(normals @ sun > 0)
     visible = np.zeros(len(points), np.float32)
@@ -51,7 +51,7 @@ def sun_visibility(blockers: Tracer, points: Floats, normals: Floats, sun: Float
 
 
 def sun_spread(sun: Floats, look: Look) -> Floats:
-    """[4, 3] directions whose convex hull holds every spot of the sun's disc.
+    """[4, 3] directions whose convex hull contains the sun's disc.
 
     Args:
         sun: [3] direction of the middle of the sun.
@@ -88,7 +88,7 @@ def _hemisphere(num_directions: int) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """What N surface points see of the light around them."""
+    """Light at N surface points."""
 
     sun: Floats
     """[N] 1 in the sun, 0 in shadow."""
@@ -99,12 +99,12 @@ class Exposure:
 def shade(
     model: ShadedModel, seen: Surfaces, exposure: Exposure, directions: Floats, sun: Floats, look: Look
 ) -> tuple[Floats, Floats]:
-    """Light [N, 3] that surfaces send along rays to the eye, and how much of what is behind shows through [N].
+    """Light [N, 3] from surfaces along rays to the eye, and their transparency [N].
 
     Args:
-        model: its materials, and what can be mirrored.
+        model: materials, and surfaces for mirror images.
         seen: the surfaces.
-        exposure: the light they are in.
+        exposure: the light at the surfaces.
         directions: [N, 3] of the rays.
         sun: [3] direction towards the sun.
         look: the light.
@@ -139,7 +139,7 @@ def _mirrored(
     skylight: Floats,
     roughness: Floats,
 ) -> Floats:
-    """[N, 3] what a surface mirrors: sky, sun, and in smooth surfaces the model itself."""
+    """[N, 3] reflections: sky, sun, and in smooth surfaces the model itself."""
     along = directions - 2.0 * dot(directions, seen.normal)[:, None] * seen.normal
     image = mirrored_surroundings(look, along)
     blur = roughness[:, None]
@@ -153,7 +153,7 @@ def _mirrored(
         other = model.material[hits.triangle[met]]
         image[smooth[met]] = model.color[other] * (0.55 * np.array(look.sky, np.float32)) + model.emissive[other]
         image[smooth[~met]] = mirrored_surroundings(look, along[smooth[~met]])
-    # GGX distribution about the mirror direction, its peak held down so that single samples do not sparkle.
+    # GGX distribution about the mirror direction, with a limited peak so that single samples do not sparkle.
     alpha = np.clip(roughness * roughness, 0.02, 1.0)
     closeness = np.clip(along @ sun, 0.0, 1.0)
     half_cosine = (1.0 + closeness) * 0.5

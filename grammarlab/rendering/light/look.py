@@ -1,4 +1,4 @@
-"""The light and the paper that every picture shares, whichever renderer makes it."""
+"""Light and paper of all pictures, the same for all renderers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Look:
     sun_elevation: float = 44.0
     """Degrees above the horizon."""
     sun_softness: float = 0.02
-    """Radius of the sun as a tangent: how soft shadows are."""
+    """Radius of the sun as a tangent: softness of shadows."""
     sun: Color = (2.35, 2.16, 1.86)
     sky: Color = (0.60, 0.72, 0.95)
     """Light from straight above."""
@@ -30,23 +30,23 @@ class Look:
     ground: Color = (0.46, 0.43, 0.39)
     """Light from below."""
     bounce: float = 0.18
-    """Light that reaches places where nothing of the surroundings is seen, as a share of the ground's."""
+    """Light at fully occluded places, as a share of the ground's."""
     exposure: float = 0.52
     shoulder: float = 0.55
-    """Light that is shown as it is, after exposure; above, it approaches white ever more slowly."""
+    """Light up to which the tone curve is linear, after exposure; above, it approaches white."""
     background_top: Color = (0.56, 0.63, 0.71)
     background_bottom: Color = (0.88, 0.88, 0.87)
-    """Linear, as shown."""
+    """Linear colour of the paper."""
     shadow: Color = (0.47, 0.51, 0.60)
-    """What a full shadow of the sun leaves of the paper that the model stands on."""
+    """Factor of the paper in full shadow of the sun."""
     contact: Color = (0.30, 0.31, 0.33)
-    """What the deepest gap leaves of it."""
+    """Factor of the paper at full occlusion."""
     edge: float = 0.5
-    """How much of the light an edge of the model takes away, 0..1."""
+    """Share of the light removed by edges of the model, 0..1."""
 
 
 def sun_direction(look: Look, camera_axes: NDArray[np.floating]) -> Floats:
-    """[3] unit vector towards the sun, which keeps its place beside the camera.
+    """[3] unit vector towards the sun, fixed relative to the camera.
 
     Args:
         look: the light.
@@ -59,7 +59,7 @@ def sun_direction(look: Look, camera_axes: NDArray[np.floating]) -> Floats:
 
 
 def mirrored_surroundings(look: Look, directions: Floats) -> Floats:
-    """[N, 3] what a mirror shows in directions [N, 3]: a clear sky, pale at the horizon.
+    """[N, 3] sky in directions [N, 3]: clear, pale at the horizon.
 
     Below the horizon the sky is repeated, darker: seen from above, a window mirrors the ground, but people expect sky.
     """
@@ -77,7 +77,7 @@ def ambient(look: Look, normals: Floats) -> Floats:
 
 
 def mixed(amounts: Sequence[Floats], colors: Sequence[Color | Floats]) -> Floats:
-    """[N, 3] the sum of K colours [3], each in its own amounts [N].
+    """[N, 3] sum of K colours [3] with weights [N].
 
     One matrix product: multiplying rows of three by a colour is five times slower.
     """
@@ -93,7 +93,7 @@ def background(look: Look, y: Floats) -> Floats:
 
 
 def tone_map(look: Look, light: Floats) -> Floats:
-    """Light as shown, linear in 0..1: as it is up to the shoulder, rolled off towards white above."""
+    """Tone curve of light, linear in 0..1: identity up to the shoulder, rolled off towards white above."""
     light = light * np.float32(look.exposure)
     start = np.float32(look.shoulder)
     room = np.float32(1.0) - start

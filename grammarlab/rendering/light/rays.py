@@ -1,4 +1,4 @@
-"""Rays against triangles, by Intel Embree. The only file that imports embreex."""
+"""Intersection of rays and triangles, by Intel Embree. The only file that imports embreex."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Hits:
     triangle: NDArray[np.int32]
     """[N] triangle, -1 for none."""
     distance: Floats
-    """[N] along the ray; huge where there is no hit."""
+    """[N] distance along the ray; huge without a hit."""
     u: Floats
     """[N] weight of the triangle's second corner."""
     v: Floats
@@ -28,7 +28,7 @@ class Hits:
 
 
 class Tracer:
-    """Triangles that rays can be sent at. Single precision: put the model near the origin at about unit size."""
+    """Triangles for ray queries, in single precision: the model should be near the origin at about unit size."""
 
     def __init__(self, vertices: Floats, triangles: NDArray[np.integer]) -> None:
         self._scene: Any = None
@@ -54,9 +54,9 @@ class Tracer:
 
 
 def welded(vertices: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """The different ones of vertices [V, 3], and for each vertex where it is among them [V].
+    """The different vertices of [V, 3], and the index of each vertex among them [V].
 
-    Handing vertices to Embree one by one takes longer than finding those that shading needs twice but rays only once.
+    Merging duplicates, which shading needs but rays do not, is faster than passing them to Embree.
     """
     bits = np.ascontiguousarray(vertices).view(np.uint32).astype(np.uint64)
     key = (bits[:, 0] << np.uint64(32) | bits[:, 1]) * np.uint64(0x9E3779B97F4A7C15)

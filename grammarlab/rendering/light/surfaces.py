@@ -1,4 +1,4 @@
-"""A model made ready for shading: corner normals and linear materials."""
+"""Surfaces of a model for shading: corner normals and linear materials."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from grammarlab.scene.color import linear_from_srgb
 Floats = NDArray[np.floating]
 
 SEE_THROUGH = 0.99
-"""Below this opacity a material casts no shadow and shows what is behind it."""
+"""Opacity below which a material casts no shadow and is transparent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,20 +43,20 @@ class ShadedModel:
     origin: NDArray[np.float64]
     """[3] world position of the model's centre."""
     radius: float
-    """World metres of the unit."""
+    """Length of the unit in world metres."""
     low: Floats
     """[3] smallest coordinates in model units."""
     high: Floats
     """[3] largest ones."""
     tracer: Tracer
-    """All triangles, or none when rays are not used."""
+    """All triangles for rays, or None without rays."""
     blockers: Tracer
-    """The opaque ones of them."""
+    """The opaque triangles for rays."""
 
 
 @dataclass(frozen=True, slots=True)
 class Surfaces:
-    """What N rays have hit."""
+    """Surfaces hit by N rays."""
 
     point: Floats
     """[N, 3]."""
@@ -69,10 +69,10 @@ class Surfaces:
 
 
 def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> ShadedModel:
-    """A batch of one model with at least one triangle, ready for shading, and for rays if wanted.
+    """Surfaces from a batch of one model with at least one triangle, with or without rays.
 
     Raises:
-        UsageError: a vertex is not finite.
+        UsageError: If a vertex is not finite.
     """
     if not np.isfinite(batch.vertices).all():
         raise UsageError("a model cannot be drawn: expected finite vertices, found some that are not.")
@@ -108,7 +108,7 @@ def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> ShadedModel:
 
 
 def surfaces(model: ShadedModel, origins: Floats, directions: Floats, hits: Hits) -> Surfaces:
-    """The surfaces at hits that all met a triangle, for rays [N, 3]."""
+    """Surfaces at hits of rays [N, 3]; every ray has hit a triangle."""
     flat = model.flat_normals.take(hits.triangle, axis=0)
     flat *= side_of_viewer(flat, directions)
     normals = model.corner_normals.take(hits.triangle, axis=0)

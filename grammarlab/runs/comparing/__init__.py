@@ -1,1 +1,1 @@
-"""How far grammars are apart, and where a model came from."""
+"""Comparison of grammars, and traces of the derivation of a model."""

@@ -1,4 +1,4 @@
-"""How far two grammars are apart: exactly where both make trees of one grammar, else as far as shared symbols tell."""
+"""Divergence of two grammars: exact if both make trees of one grammar, otherwise a bound from shared symbols."""
 
 from __future__ import annotations
 
@@ -36,22 +36,22 @@ _BINS = 20
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A symbol that is not as common in one grammar as in the other."""
+    """A symbol with different frequencies in two grammars."""
 
     symbol: str
     first: float
-    """Share of the models of the first grammar that have it."""
+    """Share of the models of the first grammar with it."""
     second: float
     js: float
-    """Divergence in nats of how often it occurs."""
+    """Divergence in nats of its counts."""
 
 
 @dataclass(frozen=True, slots=True)
 class BranchShare:
-    """A way to rewrite a symbol, and how often it is taken."""
+    """A branch of a choice, with its frequencies."""
 
     makes: str
-    """Its successors and, where these do not tell it from other branches, its line."""
+    """Its successors and, if these do not distinguish it from other branches, its line."""
     first: float
     """Share of the rewritings of the symbol in the models of the first grammar."""
     second: float
@@ -59,11 +59,11 @@ class BranchShare:
 
 @dataclass(frozen=True, slots=True)
 class ChoiceDifference:
-    """A choice that the two grammars make differently."""
+    """A choice with different frequencies in two grammars."""
 
     symbol: str
     line: int
-    """Where its rule stands in the common grammar, from 1."""
+    """Line of its rule in the common grammar, from 1."""
     js: float
     """Divergence in nats of the shares of its branches."""
     branches: tuple[BranchShare, ...]
@@ -71,7 +71,7 @@ class ChoiceDifference:
 
 @dataclass(frozen=True, slots=True)
 class NumberDifference:
-    """An attribute whose drawn numbers differ."""
+    """An attribute with different distributions of draws."""
 
     attribute: str
     first: float
@@ -83,38 +83,38 @@ class NumberDifference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two grammars compared."""
+    """Result of a comparison of two grammars."""
 
     sources: tuple[RuleSource, RuleSource]
     grammars: tuple[Grammar, Grammar]
     origin: str
-    """The grammar whose trees both make; empty where none is known."""
+    """The grammar whose trees both make; empty if unknown."""
     js: float | None
     """Divergence in nats of the two densities over these trees; None without them."""
     at_least: float
-    """What the most telling symbol shows of it."""
+    """Lower bound of it from the most informative symbol."""
     choices: tuple[ChoiceDifference, ...]
-    """The choices that differ most, as they are called in the common grammar; none without one."""
+    """The choices that differ most, in the common grammar; none without one."""
     numbers: tuple[NumberDifference, ...]
     differences: tuple[Difference, ...]
-    """The symbols that differ most, the most telling first."""
+    """The symbols that differ most, largest divergence first."""
     only_first: tuple[str, ...]
     """Symbols that the second grammar does not have."""
     only_second: tuple[str, ...]
 
 
 def compare_grammars(first: str, second: str, *, num_models: int = NUM_MODELS, seed: int = 0) -> Comparison:
-    """Compares two grammars on samples of both.
+    """Compare two grammars on samples of both.
 
     Args:
         first: a rule file or the name of a shipped grammar.
-        second: likewise.
-        num_models: of each grammar, at least 1.
-        seed: of the models.
+        second: a rule file or the name of a shipped grammar.
+        num_models: number of models of each grammar, at least 1.
+        seed: seed of the models.
 
     Raises:
-        UsageError: when there is no such grammar.
-        GrammarlabError: when one of them cannot be derived.
+        UsageError: If a grammar does not exist.
+        GrammarlabError: If one of them cannot be derived.
     """
     if num_models < 1:
         raise UsageError(f"expected at least one model of each grammar, found {num_models}")
@@ -148,7 +148,7 @@ def compare_grammars(first: str, second: str, *, num_models: int = NUM_MODELS, s
 
 @dataclass(frozen=True, slots=True)
 class _Common:
-    """A grammar that both were made from."""
+    """The common original of two grammars."""
 
     name: str
     grammar: Grammar
@@ -156,9 +156,9 @@ class _Common:
 
 
 def _common(sources: Sequence[RuleSource], grammars: Sequence[Grammar]) -> _Common | None:
-    """The grammar whose trees both grammars make: one of the two, or the one that a learned file says it came from."""
+    """The grammar whose trees both grammars make: one of the two, or the original named in a learned file."""
     if any(Acceptance.of(grammar.tree) for grammar in grammars):
-        return None  # its trees are not those of rules alone
+        return None  # its trees do not follow from rules only
     pairs = zip(sources, grammars, strict=True)
     known = [(source.name, grammar) for source, grammar in pairs]
     for source, grammar in zip(sources, grammars, strict=True):
@@ -172,7 +172,7 @@ def _common(sources: Sequence[RuleSource], grammars: Sequence[Grammar]) -> _Comm
 
 
 def _named_in(source: RuleSource, grammar: Grammar) -> Iterator[tuple[str, Grammar]]:
-    """The grammar that a learned file says it came from: a shipped one, or a file beside it."""
+    """The original named in a learned file: a shipped grammar, or a file beside it."""
     found = _LEARNED.search(grammar.text[:_HEADER_CHARACTERS])
     if found is None:
         return
@@ -194,7 +194,7 @@ def _divergence(common: _Common, forests: Sequence[Forest]) -> float:
 
 
 def _choices(common: _Common, forests: Sequence[Forest]) -> tuple[ChoiceDifference, ...]:
-    """The choices that differ most, weighed by how many are made in a model, at most one."""
+    """The choices that differ most, weighted by their number per model, at most one."""
     rules = forests[0].rules
     taken = [np.bincount(f.nodes.rule[f.nodes.rule >= 0], minlength=len(rules)).astype(np.float64) for f in forests]
     tree = TreeGrammar.of(common.grammar)
@@ -226,7 +226,7 @@ def _words(makes: str, line: int, often: Counter[str]) -> str:
 
 
 def _numbers(common: _Common, forests: Sequence[Forest]) -> tuple[NumberDifference, ...]:
-    """The attributes that were drawn from other ranges."""
+    """Attributes with different ranges."""
     names = dict.fromkeys(parts.name for made in common.made for parts in made.attributes)
     found: list[NumberDifference] = []
     for name in names:
@@ -242,7 +242,7 @@ def _numbers(common: _Common, forests: Sequence[Forest]) -> tuple[NumberDifferen
 
 
 def _counts(forest: Forest) -> dict[str, Floats]:
-    """How often each symbol occurs in each model [models]; those that occur at all."""
+    """Counts [models] of each symbol that occurs."""
     symbols, num = len(forest.symbols), forest.num_models
     places = forest.nodes.model.astype(np.int64) * symbols + forest.nodes.symbol
     table = np.bincount(places, minlength=num * symbols).reshape(num, symbols)

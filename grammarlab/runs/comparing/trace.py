@@ -1,4 +1,4 @@
-"""The derivation of one model, traced to the rule text: an indented tree, or rows that programs can read."""
+"""Trace of the derivation of one model in the rule text: an indented tree, or rows for programs."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ class DerivationTrace:
     """The model alone."""
     numbering: Numbering
     own_lines: int
-    """Lines of the rule file; what stands behind them was imported."""
+    """Number of lines of the rule file; later lines are imported."""
     children: tuple[tuple[int, ...], ...]
-    """Those of each node, in the order of the text and of the derivation."""
+    """Children of each node, in the order of the text and of the derivation."""
     draws: Mapping[int, tuple[int, ...]]
-    """Rows of the draws of each node that has any."""
+    """Rows of the draws of each node."""
     leaves: Mapping[int, tuple[int, ...]]
-    """Rows of the visible shapes of each node that has any."""
+    """Rows of the visible shapes of each node."""
 
 
 def trace_model(
@@ -56,19 +56,19 @@ def trace_model(
     footprint: str = "",
     assets: Path | None = None,
 ) -> DerivationTrace:
-    """Derives one model as `grammarlab.runs.sampling.sample.sample_run` does.
+    """Derive one model as in `grammarlab.runs.sampling.sample.sample_run`.
 
     Args:
-        grammar: a path, or a name as ``grammarlab list`` shows them.
+        grammar: a path, or a name from ``grammarlab list``.
         model: its index under the seed, 0 <= model < 2**64.
         seed: 0 <= seed < 2**64.
-        attributes: as in `read_attributes`.
-        start_rule: the rule to start with; the one that the grammar marks when empty.
-        footprint: as in `read_footprints`, one polygon; the default footprint when empty.
+        attributes: see `read_attributes`.
+        start_rule: the start rule; empty for the one that the grammar marks.
+        footprint: see `read_footprints`, one polygon; empty for the default footprint.
         assets: folder of assets, by default the one beside the rule file.
 
     Raises:
-        UsageError: when a value is out of range, or there are several footprints.
+        UsageError: If a value is out of range, or there are several footprints.
     """
     source = find_rules(grammar, assets)
     rules, program = compiled(source.text(), source.name)
@@ -97,7 +97,7 @@ def trace_model(
 
 
 def as_values(trace: DerivationTrace) -> dict[str, Any]:
-    """The model as plain values, one row a node."""
+    """The model as plain values, one row per node."""
     forest, nodes = trace.forest, trace.forest.nodes
     rows = []
     for node, depth in _depth_first(trace):
@@ -131,7 +131,7 @@ def as_lines(trace: DerivationTrace, everything: bool = False) -> Iterator[str]:
 
     Args:
         trace: the model.
-        everything: whether shapes of one successor that became the same are listed one by one, too.
+        everything: whether equal shapes of one successor are listed one by one.
     """
     count, visible = len(trace.forest.nodes), len(trace.forest.leaves)
     yield f"{trace.name}, {trace.forest.lots}: {count:,} shapes, {visible:,} visible"
@@ -153,7 +153,7 @@ def _all(trace: DerivationTrace, node: int) -> list[tuple[int, str]]:
 
 
 def _shortened(trace: DerivationTrace, node: int, forms: Sequence[int]) -> list[tuple[int, str]]:
-    """The children to list, each with how many are like it; -1 stands for those left out."""
+    """The children to list, each with the number of equal ones; -1 for those left out."""
     nodes = trace.forest.nodes
     found: list[tuple[int, str]] = []
     successors: dict[int, dict[int, list[int]]] = {}
@@ -170,7 +170,7 @@ def _shortened(trace: DerivationTrace, node: int, forms: Sequence[int]) -> list[
 
 
 def _forms(trace: DerivationTrace) -> list[int]:
-    """For each node a number that is the same where the same branches were taken below it."""
+    """Class of each node; equal if the same branches were taken below it."""
     nodes = trace.forest.nodes
     known: dict[object, int] = {}
     forms = [0] * len(nodes)

@@ -1,1 +1,1 @@
-"""What runs leave on disk: finished results and derivations."""
+"""Finished results and derivations on disk."""

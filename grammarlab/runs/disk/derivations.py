@@ -1,20 +1,20 @@
-"""Derivations on disk: one folder a forest, one Parquet file a table, ready for pandas, polars or DuckDB.
+"""Derivations on disk: one folder per forest, one Parquet file per table, for pandas, polars or DuckDB.
 
-nodes.parquet      one row a node       model, parent, symbol, rule, child, repeat
-leaves.parquet     one row a leaf       node, position, size (fixed lists of 3), frame, mesh, material, texture_map
-draws.parquet      one row a draw       node, site, value, log_density
-reports.parquet    one row a report     node, key, value
-frames.parquet     one row a frame      rotation (fixed list of 9, row by row)
-maps.parquet       one row a map        coordinates (fixed list of 8, row by row)
-meshes.parquet     one row a mesh       points, face_sizes, corners, tags (lists)
-materials.parquet  one row a material   color.r ... emissive.b, texture
-lots.parquet       one row a model      seed, model, footprint, start_rule, attribute.NAME (null where none is given)
-footprints.parquet one row a footprint  points (list of fixed lists of 3)
-forest.json        num_models and the names that the integers stand for
+nodes.parquet      one row per node       model, parent, symbol, rule, child, repeat
+leaves.parquet     one row per leaf       node, position, size (fixed lists of 3), frame, mesh, material, texture_map
+draws.parquet      one row per draw       node, site, value, log_density
+reports.parquet    one row per report     node, key, value
+frames.parquet     one row per frame      rotation (fixed list of 9, row by row)
+maps.parquet       one row per map        coordinates (fixed list of 8, row by row)
+meshes.parquet     one row per mesh       points, face_sizes, corners, tags (lists)
+materials.parquet  one row per material   color.r ... emissive.b, texture
+lots.parquet       one row per model      seed, model, footprint, start_rule, attribute.NAME (or null)
+footprints.parquet one row per footprint  points (list of fixed lists of 3)
+forest.json        num_models and the names for the integers
 
 Columns have the meaning, type and unit of the fields of the same name in `grammarlab.derivation.forest` and, for the
-last two tables, `grammarlab.derivation.lots`. Node and model count within the folder, but in ``lots.parquet``, where a
-model is its index under its seed.
+last two tables, `grammarlab.derivation.lots`. Node and model are indices within the folder, except in ``lots.parquet``,
+where a model is its index under its seed.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ _FIRST_KINDS: dict[str, SiteKind] = {"choice": "choice", "rand": "uniform", "p":
 
 
 def save_forest(forest: Forest, folder: Path | str) -> None:
-    """Write a forest into a new folder, whole or not at all; a folder of that name is replaced."""
+    """Write a forest into a new folder atomically; an existing folder is replaced."""
     header = {
         "format": FORMAT,
         "num_models": forest.num_models,
@@ -101,7 +101,7 @@ def load_forest(folder: Path | str) -> Forest:
     """The forest that `save_forest` wrote, equal to the last bit.
 
     Raises:
-        AssetError: when the folder is not one of ours, or is damaged.
+        AssetError: If the folder was not written by `save_forest`, or is damaged.
     """
     folder = Path(folder)
     missing = [name for name in FILES if name not in _SINCE and not (folder / name).is_file()]
@@ -153,7 +153,7 @@ def _lots_to_arrow(lots: Lots) -> pa.Table:
 
 
 def _lots(folder: Path, header: Mapping[str, Any]) -> Lots:
-    """The lots of a stored forest; of an earlier format only what it says, on the default footprint."""
+    """The lots of a stored forest; for an earlier format the stored fields, on the default footprint."""
     if header["format"] < _SINCE["lots.parquet"]:
         return Lots.of(header["num_models"], header["seed"], first_model=header["first_model"])
     table = pq.read_table(folder / "lots.parquet")
@@ -179,7 +179,7 @@ def _attribute(column: pa.ChunkedArray) -> AttributeColumn:
 
 
 def _site(entry: str | Sequence[Any]) -> Site:
-    """A site of the header; of the first version only what its text says: ``choice of 3 (line 12)``."""
+    """A site of the header; for the first version from its text: ``choice of 3 (line 12)``."""
     if not isinstance(entry, str):
         return Site(*entry)
     match = re.fullmatch(r"(\w+)(?: of (\d+))? \(line (\d+)\)", entry)
@@ -195,7 +195,7 @@ def _columns(table: Nodes | Leaves | Draws | Reports) -> Mapping[str, Array]:
 
 
 def _to_arrow(column: Array) -> pa.Array:
-    """A column [N] as it is, a column [N, K] as fixed lists of K."""
+    """A column [N] unchanged, a column [N, K] as fixed lists of K."""
     if column.ndim == 1:
         return pa.array(column)
     return pa.FixedSizeListArray.from_arrays(pa.array(column.ravel()), column.shape[1])
@@ -219,7 +219,7 @@ def _ragged(values: Array, offsets: NDArray[np.integer]) -> pa.Array:
 
 
 def _flat(column: pa.ChunkedArray) -> tuple[Array, Array]:
-    """The values of a list column, and how many each row has."""
+    """The values of a list column, and the length of each row."""
     array = column.combine_chunks()
     return _from_arrow(pa.chunked_array([array.flatten()])), np.diff(array.offsets.to_numpy())
 

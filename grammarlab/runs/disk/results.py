@@ -1,7 +1,7 @@
-"""Finished results on disk, one file a key, so that a run can be interrupted anywhere and resumed.
+"""Finished results on disk, one file per key, so that a run can be interrupted anywhere and resumed.
 
-Any number of processes may write into one folder: a file is there when it is whole. One that is damaged counts as not
-there, so its result is made again.
+Any number of processes may write into one folder, since files are written atomically. A damaged file counts as
+missing, so its result is made again.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from grammarlab.runs.work.executors import AbstractExecutor, Task
 
 Value = TypeVar("Value")
 Progress = Callable[[str, int, int], None]
-"""Called with what is being done, how much of it is finished and how much there is."""
+"""Function called with the name of a task, the number of finished parts, and the number of all parts."""
 
 MAX_BYTES = 1 << 32
 """Of a file."""
@@ -42,12 +42,12 @@ _DAMAGES = (
 
 @dataclass(frozen=True, slots=True)
 class Kind(Generic[Value]):
-    """How results are written."""
+    """Format of results."""
 
     suffix: str
     write: Callable[[BinaryIO, Value], None]
     read: Callable[[BinaryIO], Value]
-    """Raises whatever it trips over in a damaged file."""
+    """Read a result; any exception means a damaged file."""
 
 
 def json_kind(to_json: Callable[[Value], Any], from_json: Callable[[Any], Value]) -> Kind[Value]:
@@ -74,15 +74,15 @@ ARRAYS: Kind[Mapping[str, NDArray]] = Kind(".npz", _write_arrays, _read_arrays)
 
 @dataclass(frozen=True, slots=True)
 class Results(Generic[Value]):
-    """The results of a folder, which is made with the first of them."""
+    """Results of a folder, which is made with the first of them."""
 
     folder: Path
     kind: Kind[Value]
     lasting: bool = True
-    """Whether each survives a power failure from when it is kept; see `grammarlab.files.atomic_file`."""
+    """Whether each survives a power failure after it is stored; see `grammarlab.files.atomic_file`."""
 
     def get(self, key: str) -> Value | None:
-        """What is kept under a key; None where there is nothing, or something damaged."""
+        """Result of a key; None if it is missing or damaged."""
         path = self._path(key)
         try:
             if path.stat().st_size > MAX_BYTES:
@@ -93,7 +93,7 @@ class Results(Generic[Value]):
             return None
 
     def put(self, key: str, value: Value) -> None:
-        """Keeps a result; an earlier one of the key is replaced."""
+        """Store a result; an earlier one of the key is replaced."""
         self.folder.mkdir(parents=True, exist_ok=True)
         with atomic_file(self._path(key), lasting=self.lasting) as part, part.open("wb") as file:
             self.kind.write(file, value)
@@ -105,7 +105,7 @@ class Results(Generic[Value]):
         return {key: value for key, value in found if value is not None}
 
     def clear(self) -> None:
-        """Forgets all results."""
+        """Remove all results."""
         for path in self._files():
             path.unlink(missing_ok=True)
 
@@ -124,15 +124,15 @@ def made(
     what: str,
     on_progress: Progress,
 ) -> dict[str, Value]:
-    """The results of tasks: those that are kept, and the others, each kept as soon as it is there.
+    """Results of tasks: stored ones, and the others, each stored when it is finished.
 
     Args:
-        results: where they are kept.
+        results: storage of results.
         work: does a task; other processes must be able to import it.
-        tasks: by the keys of their results.
-        executor: who does them.
-        what: the name of the results for `on_progress`.
-        on_progress: told about finished results.
+        tasks: tasks by the keys of their results.
+        executor: runs the tasks.
+        what: name of the results for `on_progress`.
+        on_progress: called with the number of finished results.
 
     Returns:
         The results, by key, in the order of the tasks.
@@ -151,12 +151,12 @@ def made(
 
 
 def adopt_lines(results: Results[Value], lines: Path, entry_of: Callable[[Any], tuple[str, Value]]) -> None:
-    """Takes in results that an earlier version kept as lines of one JSON file; damaged lines are left out.
+    """Import results that an earlier version stored as lines of one JSON file; damaged lines are skipped.
 
     Args:
-        results: where they go, unless there is something of their key.
+        results: storage, in which existing keys are kept.
         lines: the file; it may be missing.
-        entry_of: key and result of a line; raises whatever it trips over.
+        entry_of: key and result of a line; any exception means a damaged line.
     """
     if not lines.is_file() or lines.stat().st_size > MAX_BYTES:
         return
@@ -165,6 +165,6 @@ def adopt_lines(results: Results[Value], lines: Path, entry_of: Callable[[Any], 
             key, value = entry_of(json.loads(line))
         except _DAMAGES:
             continue
-        # Anything may stand in a file, such as a key that leads elsewhere.
+        # A file may contain anything, such as a key with a path.
         if key.replace("-", "").isalnum() and results.get(key) is None:
             results.put(key, value)

@@ -1,1 +1,1 @@
-"""Evaluation on disk: many learners, seeds and scenarios, their curves, pictures and pages."""
+"""Evaluation on disk: methods, seeds and scenarios, with curves, pictures and pages."""

@@ -1,4 +1,4 @@
-"""The curves of many tasks: on several cores, each kept as soon as it is finished."""
+"""Curves of many tasks: made on several cores, each stored when it is finished."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ def run_tasks(
     fresh: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> tuple[CurveRecord, ...]:
-    """The curves of all tasks, in their order; makes those that the folder does not hold yet.
+    """Curves of all tasks, in their order; makes curves that the folder lacks.
 
     Args:
         work: makes one curve (`make_curve`); other processes must be able to import it.
-        tasks: what to make; equal ones are made once.
-        folder: where finished curves are kept (`store`); made when missing.
-        executor: who makes them; the curves do not depend on it.
-        fresh: forget what the folder holds.
-        on_progress: told about every finished curve.
+        tasks: the tasks; equal ones are made once.
+        folder: folder of finished curves (`store`); made if missing.
+        executor: makes the curves, which do not depend on it.
+        fresh: remove the curves in the folder first.
+        on_progress: called after every finished curve.
 
     Raises:
-        GrammarlabError: as a scenario, its grammar or the folder give reason to.
+        GrammarlabError: If a scenario, its grammar or the folder cannot be used.
     """
     folder.mkdir(parents=True, exist_ok=True)
     curves = curves_in(folder, fresh=fresh)
@@ -87,9 +87,9 @@ def _add(store: Store, record: CurveRecord) -> None:
 
 
 def _usable(task: CurveTask, store: Store) -> CurveRecord | None:
-    """The task's curve when it, or a longer one that begins with it, is there."""
+    """The task's curve, if it or a longer one that begins with it is stored."""
     for max_labels, record in sorted(store.get(task.key, {}).items()):
-        # Where the last round of the shorter curve is cut, the longer one does not begin with it.
+        # If the last round of the shorter curve is shortened, the longer one does not begin with it.
         if max_labels == task.max_labels or (max_labels > task.max_labels and task.max_labels % task.method.batch == 0):
             return replace(record, max_labels=task.max_labels, curve=record.curve.until(task.max_labels))
     return None

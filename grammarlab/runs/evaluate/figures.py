@@ -1,4 +1,4 @@
-"""Named experiments: which curves stand together in a picture, as the paper's figures have them.
+"""Named experiments: sets of curves in one picture, like the paper's figures.
 
 A file of experiments is TOML::
 
@@ -50,7 +50,7 @@ class PlannedFigure:
     """``4.7a``: letters, digits, dots, - and _."""
     title: str
     paper: str
-    """What the paper's figure of that name shows, in words."""
+    """Description of the paper's figure of that name."""
     max_labels: int
     curves: tuple[PlannedCurve, ...]
     """At least one, with different labels."""
@@ -60,11 +60,11 @@ def load_figures(folder: Path, names: str = "all") -> tuple[PlannedFigure, ...]:
     """The experiments of all files in a folder.
 
     Args:
-        folder: holds files of experiments; the scenarios that they name lie in the folder above.
-        names: ``all``, or names with commas between.
+        folder: folder with files of experiments; their scenarios are in the parent folder.
+        names: ``all``, or names separated by commas.
 
     Raises:
-        UsageError: for a file that cannot be read or is none, and for an unknown name.
+        UsageError: If a file cannot be read or is not valid, or a name is unknown.
     """
     files = sorted(folder.glob(f"*{SUFFIX}"))
     if not files:
@@ -73,7 +73,7 @@ def load_figures(folder: Path, names: str = "all") -> tuple[PlannedFigure, ...]:
     wanted = list(found) if names == "all" else [name.strip() for name in names.split(",") if name.strip()]
     for name in wanted:
         if name not in found:
-            raise UsageError(f"no figure is called {name!r}. There are: all, {', '.join(found)}.")
+            raise UsageError(f"unknown figure {name!r}. Expected one of all, {', '.join(found)}.")
     return tuple(found[name] for name in wanted)
 
 
@@ -123,7 +123,7 @@ def _curve(values: Any, scenario: str | None, path: Path, where: str) -> Planned
     _check(values, known, ("label",), where)
     base = values.get("method", "default")
     if base not in METHODS:
-        raise UsageError(f"{where}: no method is called {base!r}. There are: {', '.join(METHODS)}.")
+        raise UsageError(f"{where}: unknown method {base!r}. Expected one of {', '.join(METHODS)}.")
     options = values.get("options", {})
     for name, value in options.items():
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -142,7 +142,7 @@ def _curve(values: Any, scenario: str | None, path: Path, where: str) -> Planned
 
 
 def _check(values: Any, known: Mapping[str, type], required: tuple[str, ...], where: str) -> None:
-    """Make sure that a table holds what it must, nothing unknown, and everything of the right type."""
+    """Check that a table has all required keys, no unknown ones, and the right types."""
     if not isinstance(values, dict):
         raise UsageError(f"{where}: expected a table, found {values!r:.40}.")
     for name in required:
@@ -150,7 +150,7 @@ def _check(values: Any, known: Mapping[str, type], required: tuple[str, ...], wh
             raise UsageError(f"{where}: {name} is missing.")
     for name, value in values.items():
         if name not in known:
-            raise UsageError(f"{where}: nothing is called {name!r}. There are: {', '.join(sorted(known))}.")
+            raise UsageError(f"{where}: unknown key {name!r}. Expected one of {', '.join(sorted(known))}.")
         expected = known[name]
         if not isinstance(value, expected) or (isinstance(value, bool) and expected is not bool):
             raise UsageError(f"{where}: {name} has the wrong type: found {value!r:.40}.")

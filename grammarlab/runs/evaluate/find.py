@@ -1,4 +1,4 @@
-"""The scenario files that grammarlab ships, and what a SCENARIOS argument means."""
+"""Shipped scenario files, and the files of SCENARIOS arguments."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from grammarlab.errors import UsageError
 from grammarlab.evaluation.scenario import SUFFIX
 
 FIGURES = "figures"
-"""The folder beside the scenarios that holds named experiments (`evaluate_figures`)."""
+"""The folder of named experiments beside the scenarios (`evaluate_figures`)."""
 
 
 TASTES = "tastes"
-"""The folder beside the scenarios whose folders hold further ones, of many kinds: to tune a learner and to test it."""
+"""The folder beside the scenarios with further scenarios of many kinds, for tuning and testing a learner."""
 
 
 def scenarios_folder() -> Path:
-    """Where the shipped scenarios lie: inside an installed package, or beside it in a checkout."""
+    """Folder of the shipped scenarios: inside an installed package, or beside it in a checkout."""
     inside = PACKAGE / "scenarios"
     return inside if inside.is_dir() else PACKAGE.parent / "scenarios"
 
@@ -29,16 +29,16 @@ def shipped_scenarios() -> dict[str, Path]:
 
 
 def named_scenarios() -> dict[str, Path]:
-    """All shipped scenario files that have a name of their own, those of the tastes included."""
+    """All shipped scenario files with unique names, including the tastes."""
     tastes = sorted((scenarios_folder() / TASTES).glob(f"*/*{SUFFIX}"))
     return shipped_scenarios() | {file.stem: file for file in tastes}
 
 
 def find_scenario(argument: str) -> Path:
-    """The one scenario file that a SCENARIO argument means: a file, or a shipped name.
+    """Scenario file of a SCENARIO argument: a file, or a shipped name.
 
     Raises:
-        UsageError: when there is none of that name, or there are several.
+        UsageError: If there is none of that name, or there are several.
     """
     found = find_scenarios(argument)
     if len(found) != 1:
@@ -47,13 +47,13 @@ def find_scenario(argument: str) -> Path:
 
 
 def find_scenarios(argument: str) -> tuple[Path, ...]:
-    """The scenario files that a SCENARIOS argument means: a file, all files of a folder, a shipped name, or several.
+    """Scenario files of a SCENARIOS argument: a file, all files of a folder, a shipped name, or several.
 
     Args:
-        argument: what the user typed; commas between several.
+        argument: text of the argument; several are separated by commas.
 
     Raises:
-        UsageError: when there is nothing of that name; names the nearest.
+        UsageError: If there is nothing of that name; it names the nearest.
     """
     path = Path(argument)
     if path.is_file():

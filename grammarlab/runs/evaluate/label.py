@@ -1,4 +1,4 @@
-"""Labels of a simulated person, as a file that a real one could have made."""
+"""Labels of a simulated person, in a label file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class LabelResult:
     file: Path
     labels: Labels
     curve: Curve
-    """How well each round of them was learned from."""
+    """Learning curve of the labels."""
 
 
 def label_models_of(
@@ -37,25 +37,25 @@ def label_models_of(
     person: str = EXACT.name,
     cache: Path | None = None,
 ) -> LabelResult:
-    """Lets a simulated person score models, chosen round after round as they would be for a real person.
+    """Let a simulated person score models, which are chosen round after round as for a real person.
 
     Args:
         scenario: a scenario file.
         file: the label file to write: .csv, .jsonl or .parquet.
-        num_labels: how many scores, all factors together.
-        seed: of the person, 0 <= seed < 2**64; the models there are to ask about follow from it.
-        method: of `grammarlab.evaluation.methods.METHODS`: how models are chosen.
-        person: of `grammarlab.evaluation.respondents.RESPONDENTS`: how they are scored.
-        cache: folder for counted features that later calls use again.
+        num_labels: number of scores, all factors together.
+        seed: seed of the person, 0 <= seed < 2**64; the pool follows from it.
+        method: method of choosing models, of `grammarlab.evaluation.methods.METHODS`.
+        person: error model of scores, of `grammarlab.evaluation.respondents.RESPONDENTS`.
+        cache: folder for counted features, reused by later calls.
 
     Raises:
-        UsageError: for an unknown method, person or kind of file.
+        UsageError: If the method, the person or the suffix of the file is unknown.
     """
     way, respondent = chosen_one(method, METHODS, "method"), chosen_one(person, RESPONDENTS, "person")
     key = load_source(scenario).key
     file.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
-        save_labels(Labels(), Path(scratch, file.name))  # a wrong suffix is better told before the work than after it
+        save_labels(Labels(), Path(scratch, file.name))  # report a wrong suffix before the work
         labels, curve = labels_of(
             CurveTask(
                 scenario=scenario,
@@ -72,7 +72,7 @@ def label_models_of(
 
 
 def labels_of(task: CurveTask) -> tuple[Labels, Curve]:
-    """What the simulated person of a task says, and how well each round of it was learned from."""
+    """Labels of the simulated person of a task, and their learning curve."""
     with one_thread():
         material, state, curve = run_protocol(task)
     single, hashes = len(material.factors) == 1, material.study.space.hashes

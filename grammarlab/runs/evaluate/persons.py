@@ -1,4 +1,4 @@
-"""From the scores of simulated persons to grammars: how near these come to what the persons wanted."""
+"""Grammars learned from the scores of simulated persons, compared with the persons' target densities."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
 STORE = "grammars"
 METHOD = "default"
-"""How the persons are asked."""
+"""Method of the interviews."""
 
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """What to do: one person, and how many scores."""
+    """Task: one person, and a number of scores."""
 
     path: Path
     """The scenario file."""
     seed: int
     labels: int
     cache: Path
-    """Folder for features that other persons use again."""
+    """Folder for cached features, shared by persons."""
     respondent: Respondent = EXACT
-    """How the person scores."""
+    """Error model of the person."""
 
     @property
     def key(self) -> str:
-        """Names the result: SHA-256 of everything that decides it."""
+        """Key of the result: SHA-256 of all its inputs."""
         values = [__version__, load_source(self.path).key, METHODS[METHOD].as_json(), self.seed, self.labels]
         return digest([*values, asdict(self.respondent)])
 
@@ -56,22 +56,22 @@ class Person:
 
 @dataclass(frozen=True, slots=True)
 class PersonRow:
-    """A grammar that was made from the scores of one person."""
+    """A grammar made from the scores of one person."""
 
     scenario: str
     seed: int
     labels: int
     js: float
-    """Divergence of its density from the one that the person wanted, on the labelled set, in nats."""
+    """Divergence of its density from the person's target density, on the labelled set, in nats."""
     js_predicted: float
-    """That of the predicted scores, after the last round."""
+    """Divergence of the predicted scores, after the last round."""
     correlation: float
     rules_before: int
     rules_after: int
     method: str
     seconds: float
     person: str = EXACT.name
-    """How the person scores: a name of `RESPONDENTS`."""
+    """Error model of the person: a name of `RESPONDENTS`."""
 
 
 def person_rows(
@@ -82,17 +82,17 @@ def person_rows(
     fresh: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> tuple[PersonRow, ...]:
-    """Makes a grammar for each person; those that the folder holds already are not made again.
+    """Make a grammar for each person; stored ones are not made again.
 
     Args:
         persons: scenarios, seeds and numbers of labels.
-        folder: keeps each row as soon as it is there.
-        executor: who makes them; no number but seconds depends on it.
-        fresh: forget what the folder holds.
-        on_progress: told about finished grammars.
+        folder: storage of finished rows.
+        executor: makes the grammars; only the seconds depend on it.
+        fresh: remove stored rows first.
+        on_progress: called with the number of finished grammars.
 
     Raises:
-        GrammarlabError: as the scenarios and the folder give reason to.
+        GrammarlabError: If the scenarios or the folder cannot be used.
     """
     kept = measurements_in(folder, STORE, fresh=fresh)
     found = made(kept, row_of, {person.key: person for person in persons}, executor, "grammars", on_progress)
@@ -144,8 +144,8 @@ def person_table(rows: Sequence[PersonRow], scenarios: Sequence[Scenario]) -> st
     """The rows as a section of a Markdown page: medians over persons.
 
     Args:
-        rows: of some scenarios.
-        scenarios: the same, in the order of the page.
+        rows: rows of scenarios.
+        scenarios: the scenarios, in the order of the page.
     """
     lines: list[tuple[str, ...]] = []
     for scenario in scenarios:

@@ -1,4 +1,4 @@
-"""What an evaluation measures."""
+"""Request of an evaluation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from grammarlab.runs.evaluate.find import FIGURES
 from grammarlab.runs.sampling.sources import load_source
 
 ENOUGH_LABELS = 128
-"""Scores after which most of what is asked of a learner has been seen."""
+"""Default smallest number of scores."""
 
 
 MOST_LABELS = 100_000
@@ -24,18 +24,18 @@ MOST_LABELS = 100_000
 
 @dataclass(frozen=True, slots=True)
 class EvaluationRequest:
-    """What to measure."""
+    """A request of an evaluation."""
 
     scenarios: tuple[Path, ...]
     """Scenario files, at least one, of different names."""
     methods: str
-    """Names with commas between; empty for those that each scenario names."""
+    """Method names separated by commas; empty for those of each scenario."""
     batch: int | None
-    """Models a round; None for what each method prefers."""
+    """Models per round; None for the default of each method."""
     seeds: int
-    """Simulated persons for each method: seeds 0 to seeds - 1."""
+    """Number of simulated persons for each method: seeds 0 to seeds - 1."""
     max_labels: int
-    """Scores each of them gives; 0 for as many as the scenario's target asks for."""
+    """Number of scores of each person; 0 for that of the scenario's target."""
     figures: tuple[PlannedFigure, ...] = ()
     """Experiments to draw besides."""
     grids: bool = False
@@ -44,7 +44,7 @@ class EvaluationRequest:
     """Whether to measure the ways to make a density of a known preference: for the scenarios that the paper measures
     it for, or for all where there is none of these."""
     persons: tuple[Respondent, ...] = (EXACT,)
-    """How persons score models, at least one; each has all seeds."""
+    """Error models of persons, at least one; each has all seeds."""
     grammar_labels: Mapping[str, int] = field(default_factory=dict)
     """By name of a scenario, after how many labels of each person to measure the grammar that comes out; under the
     empty name for all others. Where there is none, it is not measured."""
@@ -64,7 +64,7 @@ class EvaluationRequest:
         persons: str = EXACT.name,
         grammar_labels: str = "",
     ) -> EvaluationRequest:
-        """A request, checked.
+        """A checked request.
 
         Args:
             scenarios: scenario files.
@@ -133,7 +133,7 @@ def _label_numbers(text: str) -> dict[str, int]:
 
 
 def _check_names(scenarios: Sequence[Path]) -> None:
-    """Make sure that no two scenarios would share tables and pictures."""
+    """Check that scenario names are unique, since they name tables and pictures."""
     seen: dict[str, Path] = {}
     for path in scenarios:
         name = load_source(path).scenario.name

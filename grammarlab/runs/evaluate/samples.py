@@ -1,4 +1,4 @@
-"""Models drawn from the density before learning and from the learned one, remembered like the curves."""
+"""Models drawn from the density before learning and from the learned one, stored like the curves."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
 STORE = "samples"
 NUM_MODELS = 100
-"""Models of a sample; fewer are its beginning."""
+"""Number of models of a sample; a smaller sample is its beginning."""
 LANE = 3
-"""Place below a curve's seed that the choice of models has its seed from."""
+"""Place below a curve's seed for the seed of the choice of models."""
 
 
 @dataclass(frozen=True, slots=True)
 class CurveSample:
-    """Models drawn from a density, each on its own."""
+    """Models drawn independently from a density."""
 
     js: float
-    """Divergence of the density from the wanted one, in nats."""
+    """Divergence of the density from the target density, in nats."""
     models: tuple[int, ...]
-    """[NUM_MODELS] places in the labelled set; they may repeat."""
+    """[NUM_MODELS] indices in the labelled set, with repeats."""
     scores: tuple[float, ...]
     """[NUM_MODELS] their true scores, 0 to 100."""
 
@@ -46,9 +46,9 @@ class BeforeAfter:
     labels: int
     """That the person gave."""
     before: CurveSample
-    """Of the grammar as it is."""
+    """Sample of the original grammar."""
     after: CurveSample
-    """Of what was learned from all labels."""
+    """Sample of the density learned from all labels."""
 
 
 def draw_models(
@@ -59,17 +59,17 @@ def draw_models(
     fresh: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> tuple[BeforeAfter, ...]:
-    """Samples before and after the curves of some tasks; those that the folder holds already are not made again.
+    """Samples before and after the curves of tasks; stored ones are not made again.
 
     Args:
-        tasks: curves; each is made again to learn what it learned.
-        folder: keeps each pair of samples as soon as it is there.
-        executor: who makes them; no number depends on it.
-        fresh: forget what the folder holds.
-        on_progress: told about finished tasks.
+        tasks: curves; each is made again for its learned density.
+        folder: storage of finished pairs of samples.
+        executor: makes the samples, which do not depend on it.
+        fresh: remove stored samples first.
+        on_progress: called with the number of finished tasks.
 
     Raises:
-        GrammarlabError: as the scenarios and the folder give reason to.
+        GrammarlabError: If the scenarios or the folder cannot be used.
     """
     kept = measurements_in(folder, STORE, fresh=fresh)
     found = made(kept, _made, {task.place: task for task in tasks}, executor, "samples", on_progress)
@@ -77,11 +77,11 @@ def draw_models(
 
 
 def choose(weights: NDArray[np.float64], num_models: int, seed: int) -> list[int]:
-    """Indices of models, each drawn on its own with a probability proportional to its weight.
+    """Indices of models, drawn independently with probabilities proportional to weights.
 
     Args:
         weights: [n] >= 0, not all 0.
-        num_models: how many to draw; fewer are the beginning of more.
+        num_models: number of models; a smaller sample is the beginning of a larger one.
         seed: 0 <= seed < 2**64.
     """
     random = np.random.default_rng(derived_seed(seed, LANE))

@@ -1,4 +1,4 @@
-"""Table 4.3 of the paper, measured again: how near the ways to make a density come, and with how many rules."""
+"""Table 4.3 of the paper, reproduced: divergence and number of rules of methods that make a density."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ from grammarlab.runs.sampling.sources import load_source
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
 NUM_SAMPLES = 5_000
-"""Models that all but the exact method learn from, as in the paper."""
+"""Number of models from which all methods except the exact one learn, as in the paper."""
 METHODS = ("parameters", "structure", "tied", "examples", "compile")
-"""The columns. *examples* is S tied where nobody says which features are relevant: the samples must."""
+"""The columns. *examples* is S tied without given features: the samples must determine them."""
 STORE = "density"
 
 
 @dataclass(frozen=True, slots=True)
 class DensityRow:
-    """One way to make the density of one scenario."""
+    """One method for the density of one scenario."""
 
     scenario: str
     method: str
     js: float
-    """Divergence from the wanted density on the scenario's labelled set, in nats."""
+    """Divergence from the target density on the scenario's labelled set, in nats."""
     js_original: float
     correlation: float
-    """Of the weights of the two densities."""
+    """Correlation of the weights of the two densities."""
     correlation_original: float
     rules_before: int
     rules_after: int
@@ -58,17 +58,17 @@ def density_rows(
     fresh: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> tuple[DensityRow, ...]:
-    """Measures all methods on some scenarios; those that the folder holds already are not made again.
+    """Measure all methods on scenarios; stored rows are not measured again.
 
     Args:
         scenarios: scenario files.
-        folder: keeps each row as soon as it is measured.
-        executor: who measures; no number but seconds depends on it.
-        fresh: forget what the folder holds.
-        on_progress: told about finished rows.
+        folder: storage of finished rows.
+        executor: measures the rows; only the seconds depend on it.
+        fresh: remove stored rows first.
+        on_progress: called with the number of finished rows.
 
     Raises:
-        GrammarlabError: as the scenarios and the folder give reason to. A method that makes no density of a scenario
+        GrammarlabError: If the scenarios or the folder cannot be used. A method that makes no density of a scenario
             has no row.
     """
     tasks = {
@@ -89,7 +89,7 @@ class _CurveRow:
 
     @property
     def key(self) -> str:
-        """Names the row: SHA-256 of everything that decides it."""
+        """Key of the row: SHA-256 of all its inputs."""
         return digest([__version__, load_source(self.scenario).key, self.method, self.num_samples])
 
     def __str__(self) -> str:
@@ -98,12 +98,12 @@ class _CurveRow:
 
 @lru_cache(maxsize=1)
 def _labelled_set(scenario: Path, _source_key: str) -> LabelledSet:
-    """The labelled set of a scenario, derived once for its tasks; a file that has changed has another key."""
+    """The labelled set of a scenario, derived once for its tasks; a changed file has another key."""
     return LabelledSet.of(load_source(scenario))
 
 
 def _measured(task: _CurveRow) -> dict[str, object]:
-    """A row; nothing where the method makes no density."""
+    """A row; None if the method makes no density."""
     source, method = load_source(task.scenario), task.method
     labelled = _labelled_set(task.scenario, source.key)
     try:
@@ -134,7 +134,7 @@ def _measured(task: _CurveRow) -> dict[str, object]:
 
 
 def _from_examples(source: Source, num_samples: int) -> tuple[LearnedSampler, float]:
-    """S tied from samples of the wanted density, whatever it may depend on."""
+    """S tied from samples of the target density, with all possible dependences."""
     found = source.scenario
     target = Target.of_score(source.grammar, found.score, found.base, source.assets)
     sampler = reject(target, num_pilot=num_samples, seed=(found.seed + 1) % 2**64)

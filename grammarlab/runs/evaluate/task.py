@@ -1,4 +1,4 @@
-"""One learning curve: what to make, and making it. Runs in any process."""
+"""Task of one learning curve, which runs in any process."""
 
 from __future__ import annotations
 
@@ -27,30 +27,30 @@ class CurveTask:
     scenario: Path
     """The scenario file."""
     source_key: str
-    """`Source.key`: what the scenario and its grammar say."""
+    """`Source.key` of the scenario and its grammar."""
     method: Method
     seed: int
     """0 <= seed < 2**64."""
     max_labels: int
     """>= 1."""
     cache: Path
-    """Folder for compiled code that other curves and other runs use again."""
+    """Folder for compiled code, shared with other curves and runs."""
     person: Respondent = EXACT
-    """How the models are scored."""
+    """Error model of the scores."""
 
     @property
     def settings(self) -> Settings:
-        """How the method learns what the scenario is about."""
+        """Settings of the method for the scenario."""
         return self.method.settings(load_source(self.scenario).scenario.features)
 
     @property
     def key(self) -> str:
-        """Names the curve: SHA-256 of everything that decides it but `max_labels`."""
+        """Key of the curve: SHA-256 of all its inputs except `max_labels`."""
         return digest([__version__, self.source_key, self.method.as_json(), self.seed, asdict(self.person)])
 
     @property
     def place(self) -> str:
-        """Names the curve among all that are made."""
+        """Name of the curve among all curves."""
         return f"{self.key}-{self.max_labels}"
 
     def __str__(self) -> str:
@@ -61,9 +61,9 @@ class CurveTask:
 
 @lru_cache(maxsize=2)
 def load_material(scenario: Path, _source_key: str, settings: Settings, seed: int) -> Material:
-    """What the curves of a scenario and a seed are made from; their tasks stand together, so few are kept.
+    """Material of the curves of a scenario and a seed; their tasks are consecutive, so few are cached.
 
-    The key is there so that a file that has changed is read again.
+    The key makes changed files be read again.
     """
     return prepare(load_source(scenario).for_person(seed), settings)
 

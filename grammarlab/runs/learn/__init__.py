@@ -1,1 +1,1 @@
-"""Learning a grammar, on disk: from a scenario, from labels, from finished models."""
+"""Learning of grammars on disk: from a scenario, from labels, from finished models."""

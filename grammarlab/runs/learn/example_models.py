@@ -1,7 +1,7 @@
-"""Finished models to learn from: derivations on disk, made by anybody, checked against a grammar.
+"""Example models to learn from: derivations on disk, possibly from strangers, checked against a grammar.
 
-Every number that a file says is checked before it is used: sizes are bounded, and the trees must be trees of the
-grammar, whose percentages may differ. Geometry is not read.
+Every number of a file is checked before it is used: sizes are bounded, and the trees must be trees of the
+grammar; percentages may differ. Geometry is not read.
 """
 
 from __future__ import annotations
@@ -37,17 +37,17 @@ MAX_HEADER_BYTES = 16 << 20
 MAX_FILE_BYTES = 1 << 30
 MAX_MODELS = 200_000
 MAX_ROWS = 50_000_000
-"""Nodes, or draws, of all examples together."""
+"""Largest number of nodes, or draws, of all examples together."""
 MAX_FOLDERS = 20_000
 _NODES, _DRAWS = "nodes.parquet", "draws.parquet"
 _NODE_COLUMNS = ("model", "parent", "symbol", "rule", "child", "repeat")
 _DRAW_COLUMNS = {"node": True, "site": True, "value": False, "log_density": False}
-"""Whether each column holds whole numbers."""
+"""Whether each column has whole numbers."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Names:
-    """What the integers of a folder stand for in the grammar: indices into the columns of its program, -1 for none."""
+    """Indices in the program of the grammar for the integers of a folder, -1 for none."""
 
     num_models: int
     symbols: Ints
@@ -56,17 +56,17 @@ class _Names:
 
 
 def example_models(path: Path, grammar: Grammar) -> Forest:
-    """The models at a place as trees of a grammar, without geometry.
+    """Models from a path as trees of a grammar, without geometry.
 
     Args:
-        path: what `grammarlab sample` wrote: its folder, ``derivations`` in it, or one batch of these; or a Parquet
-            file with a table of nodes. A file alone, without ``forest.json`` beside it, numbers symbols and rules as
-            the grammar does, and says nothing about drawn attributes.
+        path: output of `grammarlab sample`: its folder, ``derivations`` in it, or one batch of these; or a Parquet
+            file with a table of nodes. A file without ``forest.json`` beside it has the numbering of symbols and
+            rules of the grammar, and no drawn attributes.
         grammar: the grammar that can make them.
 
     Raises:
-        UsageError: when there is nothing of the kind, or the models are not of the grammar.
-        AssetError: for files that are damaged or too large.
+        UsageError: If there are no models, or they are not of the grammar.
+        AssetError: If files are damaged or too large.
     """
     program, tree = compile_grammar(grammar), TreeGrammar.of(grammar)
     forests: list[Forest] = []
@@ -89,7 +89,7 @@ def example_models(path: Path, grammar: Grammar) -> Forest:
 
 
 def _node_files(path: Path) -> tuple[Path, ...]:
-    """The tables of nodes at a place."""
+    """The tables of nodes at a path."""
     if path.is_file():
         if path.suffix != ".parquet":
             raise UsageError(f"{path}: expected a folder that grammarlab sample wrote, or a Parquet file.")
@@ -145,7 +145,7 @@ def _own_names(program: Program, num_models: int) -> _Names:
 
 
 def _names(header: Path, program: Program) -> _Names:
-    """What ``forest.json`` says."""
+    """Content of ``forest.json``."""
     if header.stat().st_size > MAX_HEADER_BYTES:
         raise ValueError(f"{header.name} has more than {MAX_HEADER_BYTES:,} bytes")
     values = json.loads(header.read_text(encoding="utf-8"))
@@ -154,7 +154,7 @@ def _names(header: Path, program: Program) -> _Names:
         raise ValueError(f"{num_models!r:.40} models")
     own_rules = [(rule.symbol, rule.parameters, rule.branch) for rule in program.rule_names]
     rules = [(str(rule[0]), rule[1], tuple(rule[2])) for rule in values["rules"]]
-    # Derivations of the first version name their sites otherwise: their draws are left out.
+    # Derivations of the first version have other names of sites: their draws are left out.
     sites = [tuple(site[:3]) if isinstance(site, list) else () for site in values["sites"]]
     own_sites = [(site.name, site.kind, site.definition) for site in program.sites]
     return _Names(
@@ -174,7 +174,7 @@ def _places(known: Sequence[object], found: Sequence[object]) -> Ints:
 
 
 def _read(file: Path, kinds: Mapping[str, bool]) -> dict[str, NDArray[Any]]:
-    """Columns of numbers: whole ones where the kind says so."""
+    """Columns of numbers, whole if their kind requires it."""
     if file.stat().st_size > MAX_FILE_BYTES:
         raise ValueError(f"{file.name} has more than {MAX_FILE_BYTES:,} bytes")
     with pq.ParquetFile(file) as table:
@@ -206,11 +206,11 @@ def _nodes(columns: Mapping[str, Ints], names: _Names, slots: _Slots) -> Nodes:
     _within(rule, -1, len(names.rules), "rules")
     _within(columns["repeat"], 0, 1 << 31, "repeats")
     if (parent < -1).any() or (parent >= np.arange(size)).any():
-        raise ValueError("a node does not stand below its parent")
+        raise ValueError("a node is not below its parent")
     inner = np.flatnonzero(parent >= 0)
     roots = np.bincount(model[parent < 0], minlength=names.num_models)
     if (roots != 1).any() or (model[parent[inner]] != model[inner]).any():
-        raise ValueError("expected one tree a model")
+        raise ValueError("expected one tree per model")
     symbol = names.symbols[columns["symbol"]]
     own_rule = np.append(names.rules, -1)[rule]
     slots.check(symbol, np.where((rule >= 0) & (own_rule < 0), slots.UNKNOWN, own_rule), parent, columns["child"])
@@ -225,7 +225,7 @@ def _nodes(columns: Mapping[str, Ints], names: _Names, slots: _Slots) -> Nodes:
 
 
 def _draws(columns: Mapping[str, NDArray[Any]], names: _Names, num_nodes: int, program: Program) -> Draws:
-    """The draws of random expressions that the grammar has."""
+    """Draws of the random expressions of the grammar."""
     node, site = columns["node"].astype(np.int64), columns["site"].astype(np.int64)
     _within(node, 0, num_nodes, "nodes")
     _within(site, 0, len(names.sites), "random expressions")
@@ -242,16 +242,16 @@ def _draws(columns: Mapping[str, NDArray[Any]], names: _Names, num_nodes: int, p
 
 @dataclass(frozen=True, slots=True)
 class _Slots:
-    """Which symbol stands where below which rule."""
+    """Symbols of the successors of each rule."""
 
     UNKNOWN = -2
-    """In place of a rule that the grammar does not have."""
+    """Marks a rule that the grammar does not have."""
 
     program: Program
     symbol_of_rule: Ints
     """[R + 1] the last one for leaves: any."""
     first: Ints
-    """[R + 1] where the successors of each rule begin in `successor`."""
+    """[R + 1] offsets of the successors of each rule in `successor`."""
     successor: Ints
     """Symbols of successors, one rule after the other."""
     start: int
@@ -274,10 +274,10 @@ class _Slots:
         )
 
     def check(self, symbol: Ints, rule: Ints, parent: Ints, child: Ints) -> None:
-        """Makes sure that nodes hang together as the rules say.
+        """Check that children match the rules of their parents.
 
         Raises:
-            UsageError: when they do not.
+            UsageError: If they do not.
         """
         inner = np.flatnonzero(parent >= 0)
         above = rule[parent[inner]]
@@ -294,6 +294,6 @@ class _Slots:
         )
         if not fits:
             raise UsageError(
-                "the examples are not models of this grammar: its symbols or rules are others, or they begin with "
+                "the examples are not models of this grammar: its symbols or rules differ, or they begin with "
                 "another rule. Learn from models that the rule file itself can make; percentages may differ."
             )

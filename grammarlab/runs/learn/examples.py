@@ -1,4 +1,4 @@
-"""From finished models to a learned grammar on disk, and how much better it explains them."""
+"""From example models to a learned grammar on disk, with the gain in likelihood."""
 
 from __future__ import annotations
 
@@ -30,24 +30,24 @@ from grammarlab.runs.work.workers import one_thread
 Floats = NDArray[np.float64]
 
 HELD_OUT = 5
-"""One example in so many is kept back to judge on, where there are at least `ENOUGH`."""
+"""One example in this number is held out, if there are at least `ENOUGH`."""
 ENOUGH = 50
 
 
 @dataclass(frozen=True, slots=True)
 class HeldOut:
-    """How well the examples that were kept back are explained by what the others teach."""
+    """Evaluation of the grammar learned from the others on held-out examples."""
 
     num_models: int
     possible: int
-    """How many of them the learned grammar can make."""
+    """Number of them that the learned grammar can make."""
     gain: float
-    """Of these, the mean of the logarithm of how much likelier they are than under the original grammar, in nats."""
+    """Mean log-likelihood ratio of these to the original grammar, in nats."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExamplesResult:
-    """A grammar learned from finished models."""
+    """A grammar learned from example models."""
 
     learned: LearnedGrammar
     file: Path
@@ -57,29 +57,29 @@ class ExamplesResult:
     held_out: HeldOut | None
     """None for few examples."""
     measured: Measured
-    """The learned density as the wanted one, beside the original one, on a pool of models."""
+    """Comparison of the original density with the learned one, on a pool of models."""
     seconds: float
-    """From the examples to the text of the grammar."""
+    """Seconds from the examples to the text of the grammar."""
     truth: TrueDensity | None = None
-    """How near it comes to a scenario, where one is given to compare with."""
+    """Comparison with a scenario, if one is given."""
 
 
 def learn_from_files(
     grammar: str, examples: Path, file: Path, *, method: str = "tied", seed: int = 0, scenario: Path | None = None
 ) -> ExamplesResult:
-    """Learns the grammar that is likeliest to have made some finished models.
+    """Learn the maximum-likelihood grammar of example models.
 
     Args:
         grammar: a rule file or the name of a shipped grammar that can make them.
         examples: see `example_models`.
-        file: where to write the new rule file; assets that it names are put beside it.
-        method: of `EXAMPLE_METHODS`.
-        seed: of the models that the result is looked at on.
+        file: path of the new rule file; assets that it names are copied beside it.
+        method: one of `EXAMPLE_METHODS`.
+        seed: seed of the models for measuring the result.
         scenario: a scenario file to compare the result with; nothing is learned from it.
 
     Raises:
-        UsageError: when there are no examples, or they are not of the grammar.
-        AssetError: for examples that cannot be read.
+        UsageError: If there are no examples, or they are not of the grammar.
+        AssetError: If examples cannot be read.
     """
     check_method(method, EXAMPLE_METHODS)
     chosen = cast(ExampleMethod, method)

@@ -1,4 +1,4 @@
-"""From labels to a learned grammar on disk: fit, simplify, compile, and say what each step did to the density."""
+"""From labels to a learned grammar on disk: fit, simplify, compile, and measure the change by each step."""
 
 from __future__ import annotations
 
@@ -28,30 +28,30 @@ from grammarlab.runs.work.workers import one_thread
 
 @dataclass(frozen=True)
 class LabelsResult:
-    """A file learned from labels, and what was learned."""
+    """A file learned from labels, with the learned density."""
 
     space: AbstractDesignSpace[Any]
-    """The designs that the labels are about."""
+    """The space of the labelled designs."""
     density: LearnedDensity[Any]
-    """What was made of the scores."""
+    """The learned density."""
     file: Path | None
-    """The new file; None where the method makes none."""
+    """The new file; None if the method makes none."""
     labels_from: str
-    """Name of the file that the labels were in."""
+    """Name of the label file."""
     source: RuleSource
     num_labels: int
     left_out: tuple[str, ...]
-    """Factors without a score above 0: nothing is known about what is liked of them."""
+    """Factors without a score above 0, whose preference is unknown."""
     seconds: float
-    """From the labels to the text of the grammar."""
+    """Seconds from the labels to the text of the grammar."""
     gain: float | None = None
-    """Nats by which 16 more scores are expected to bring the density nearer; None where the method cannot tell."""
+    """Expected gain of 16 more scores in nats; None if the method cannot estimate it."""
     truth: TrueDensity | None = None
-    """How near it comes to what a simulated person really wanted, where that is known."""
+    """Comparison with the true preference of a simulated person, if it is known."""
 
     @property
     def learned(self) -> Learned[Any]:
-        """What samples the density."""
+        """The sampler of the density."""
         return self.density.learned
 
     @property
@@ -61,7 +61,7 @@ class LabelsResult:
 
     @property
     def relevances(self) -> tuple[Relevance, ...]:
-        """What the preference looks at, most relevant first; where there are several factors, each with its name."""
+        """Relevance of groups of features, most relevant first; several factors have their names."""
         several = len(self.factors) > 1
         found = [
             Relevance(f"{factor.name}: {entry.name}" if several else entry.name, entry.share, entry.level)
@@ -85,23 +85,23 @@ def learn_from_labels(
     respondent: Respondent = EXACT,
     on_progress: Progress = silent,
 ) -> LabelsResult:
-    """Learns the file that samples in proportion to some scores.
+    """Learn a file that samples in proportion to scores.
 
     Args:
         grammar: a file that describes designs, or the name of a shipped grammar: that of the labels.
-        labels: what was said about which designs.
-        file: where to write the new file, of the same kind; assets that it names are put beside it.
-        making: how to make it of what was learned.
-        labels_from: name of the file that they were in, for the new file.
-        settings: how to learn; by default as in a session.
-        pool: the models that the preference is looked at on; by default those of seed 0.
+        labels: the labels.
+        file: path of the new file, of the same kind; assets that it names are copied beside it.
+        making: options of making it.
+        labels_from: name of the label file, for a comment in the new file.
+        settings: settings of learning; by default as in a session.
+        pool: the pool of models; by default that of seed 0.
         scenario: a scenario file to compare the result with; nothing is learned from it.
-        respondent: on whose scale the result is compared with the scenario; nothing is learned from it.
-        on_progress: told about models to learn from, for the methods that need them.
+        respondent: respondent whose scale is used for this comparison; nothing is learned from it.
+        on_progress: called with the progress of models to learn from, for methods that need them.
 
     Raises:
-        UsageError: for labels of another grammar, or labels that like nothing.
-        GrammarlabError: when the density cannot be made.
+        UsageError: If labels are of another grammar, or nothing is liked.
+        GrammarlabError: If the density cannot be made.
 
     >>> import grammarlab as gl
     >>> from pathlib import Path

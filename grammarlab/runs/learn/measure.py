@@ -1,4 +1,4 @@
-"""How good a learned density is, on the labelled set of a scenario."""
+"""Comparison of a learned density with a scenario, on its labelled set."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class LabelledSet:
-    """The labelled set of a scenario, with the density that is wanted."""
+    """The labelled set of a scenario, with the target density."""
 
     source: Source
     wanted: Floats
-    """[n] density by that of the original grammar, up to a factor."""
+    """[n] target density divided by that of the original grammar, up to a factor."""
     weights: Floats
-    """[n] what each model stands for under the original grammar."""
+    """[n] importance weight of each model under the original grammar."""
     forests: tuple[Forest, ...]
 
     @classmethod
     def of(cls, source: Source, respondent: Respondent = EXACT) -> LabelledSet:
-        """Derives the models and scores them.
+        """Derive the models and score them.
 
         Args:
             source: the scenario and its grammar.
-            respondent: on whose scale; what such a person means is wanted.
+            respondent: the respondent whose exact scores are the target.
 
         Raises:
-            UsageError: when none is liked.
+            UsageError: If no model is liked.
         """
         found = source.scenario
         even, space = Target.of_score(source.grammar, found.score, found.base, source.assets).even, source.space
@@ -60,28 +60,28 @@ class LabelledSet:
         return cls(source, wanted, np.exp(logs - logs.max()), forests)
 
     def measure(self, learned: Learned[Forest]) -> Measured:
-        """How near a learned density comes to the wanted one."""
+        """Comparison of a learned density with the target density."""
         return measured(self.wanted, np.concatenate([learned.ratio(forest) for forest in self.forests]), self.weights)
 
 
 @dataclass(frozen=True, slots=True)
 class TrueDensity:
-    """A learned density compared with what a scenario likes, on its labelled set."""
+    """A learned density compared with a scenario, on its labelled set."""
 
     scenario: str
     measured: Measured
 
     @property
     def after(self) -> Agreement:
-        """Of the learned density with the wanted one."""
+        """Agreement of the learned density with the target density."""
         return self.measured.after
 
     @property
     def before(self) -> Agreement:
-        """Of the original grammar with the wanted density."""
+        """Agreement of the original grammar with the target density."""
         return self.measured.before
 
     @classmethod
     def of(cls, source: Source, learned: Learned[Forest], respondent: Respondent = EXACT) -> TrueDensity:
-        """Derives the labelled set and compares."""
+        """Derive the labelled set and compare."""
         return cls(source.scenario.name, LabelledSet.of(source, respondent).measure(learned))

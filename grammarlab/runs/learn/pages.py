@@ -1,4 +1,4 @@
-"""What the page about a learned density says, for each thing it can be learned from."""
+"""Pages about learned densities, from a scenario, labels or examples."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Rows = tuple[tuple[str, str, str], ...]
 
 
 def page_of_scenario(result: LearnResult) -> Report:
-    """The page about a density that is known exactly."""
+    """Page about an exactly known density."""
     found, learned = result.source.scenario, result.learned
     facts = (
         *cost_facts(learned, result.measured),
@@ -39,7 +39,7 @@ def page_of_scenario(result: LearnResult) -> Report:
 
 
 def page_of_labels(result: LabelsResult) -> Report:
-    """The page about a density that was learned from scores."""
+    """Page about a density learned from scores."""
     learned, density = result.learned, result.density
     compared = (*compared_rows("what was learned", density.measured), *_truth(result.truth), _rules(learned))
     facts = (
@@ -81,7 +81,7 @@ def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
 
 
 def page_of_examples(result: ExamplesResult) -> Report:
-    """The page about a density that was learned from finished models."""
+    """Page about a density learned from examples."""
     learned, held = result.learned, result.held_out
     moved = ("divergence from what was learned", nats(result.measured.before.js), nats(result.measured.after.js))
     facts = [("examples", f"{result.num_examples:,}")]

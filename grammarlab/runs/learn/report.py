@@ -1,4 +1,4 @@
-"""A page about a learned density: how near it comes, what it cost, and samples before and after."""
+"""Page about a learned density: its divergence, its cost, and samples before and after."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ PAGE = "report.md"
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What a page says."""
+    """Content of a page."""
 
     title: str
     origin: str
-    """A sentence about what was learned from."""
+    """A sentence about the source."""
     compared: tuple[tuple[str, str, str], ...]
-    """Rows: what is measured, its value for the original grammar, and for the learned density."""
+    """Rows: the quantity, its value for the original grammar, and for the learned density."""
     facts: tuple[tuple[str, str], ...]
-    """Rows: what, and its value."""
+    """Rows: a quantity and its value."""
     sections: tuple[tuple[str, str], ...]
-    """Heading and Markdown of what comes below the pictures."""
+    """Heading and Markdown of the part below the pictures."""
     findings: tuple[str, ...]
     before: Sampled
     after: Sampled
 
 
 def write_report(report: Report, folder: Path, *, seed: int, executor: AbstractExecutor) -> Path:
-    """Writes ``report.md`` and its pictures ``before-after-4x4.png`` and ``before-after-10x10.png``.
+    """Write ``report.md`` and its pictures ``before-after-4x4.png`` and ``before-after-10x10.png``.
 
     Args:
-        report: what to say.
-        folder: made when missing.
-        seed: of the models on the pictures.
-        executor: who draws; the pictures do not depend on it.
+        report: the content.
+        folder: made if missing.
+        seed: seed of the models on the pictures.
+        executor: draws the pictures, which do not depend on it.
 
     Returns:
         The page.
@@ -82,11 +82,11 @@ def report_text(report: Report) -> str:
 
 
 def compared_rows(wanted: str, measured: Measured) -> tuple[tuple[str, str, str], ...]:
-    """Rows about how near two densities come to a wanted one.
+    """Rows comparing two densities with a target density.
 
     Args:
-        wanted: what it is called.
-        measured: how near they come.
+        wanted: name of the target density.
+        measured: the comparison.
     """
     before, after = measured.before, measured.after
     return (
@@ -115,5 +115,5 @@ def nats(value: float) -> str:
 
 
 def percent(share: float) -> str:
-    """A share, with two digits however small it is."""
+    """A share with two significant digits."""
     return f"{100 * share:.2g} %" if share < 0.1 else f"{100 * share:.1f} %"

@@ -1,4 +1,4 @@
-"""From a scenario to a learned grammar on disk, and how good it is."""
+"""From a scenario to a learned grammar on disk, with its divergence."""
 
 from __future__ import annotations
 
@@ -33,25 +33,25 @@ from grammarlab.runs.work.workers import one_thread
 
 @dataclass(frozen=True, slots=True)
 class LearnResult:
-    """A learned grammar and how good it is."""
+    """A learned grammar and its comparison with the target."""
 
     learned: LearnedSampler
     source: Source
     file: Path | None
-    """The new rule file; None where the method makes no grammar."""
+    """The new rule file; None if the method makes no grammar."""
     measured: Measured
-    """On the labelled set of the scenario."""
+    """Comparison on the labelled set of the scenario."""
     seconds: float
-    """From the preference to the text of the grammar."""
+    """Seconds from the preference to the text of the grammar."""
 
     @property
     def js(self) -> float:
-        """Divergence from the wanted density, in nats."""
+        """Divergence from the target density, in nats."""
         return self.measured.after.js
 
     @property
     def js_before(self) -> float:
-        """That of the grammar as it was."""
+        """Divergence of the original grammar."""
         return self.measured.before.js
 
 
@@ -63,19 +63,19 @@ def learn_from_scenario(
     num_samples: int = sampled.NUM_SAMPLES,
     on_progress: Progress = silent,
 ) -> LearnResult:
-    """Learns the grammar that samples in proportion to a known preference, and measures it.
+    """Learn a grammar that samples in proportion to a known preference, and measure it.
 
     Args:
         grammar: a rule file or the name of a shipped grammar: that of the scenario.
         scenario: a scenario file.
         method: of `METHODS`.
-        file: where to write the new rule file; assets that it names are put beside it.
-        num_samples: models to learn from, for the methods that need them.
-        on_progress: told about these models.
+        file: path of the new rule file; assets that it names are copied beside it.
+        num_samples: number of models to learn from, for methods that need them.
+        on_progress: called with the progress of these models.
 
     Raises:
-        UsageError: for an unknown method, or a grammar that the scenario is not about.
-        GrammarlabError: when the density cannot be made.
+        UsageError: If the method is unknown, or the scenario has another grammar.
+        GrammarlabError: If the density cannot be made.
     """
     check_method(method, METHODS)
     source = scenario_of(scenario, grammar, Grammar.parse(find_rules(grammar).text()).hash)
@@ -89,16 +89,16 @@ def learn_from_scenario(
 def learned_of(
     source: Source, method: str, num_samples: int = sampled.NUM_SAMPLES, on_progress: Progress = silent
 ) -> tuple[LearnedSampler, float]:
-    """What a method makes of a scenario, and how many seconds it took.
+    """Result of a method for a scenario, and its seconds.
 
     Args:
         source: the scenario with its grammar.
         method: of `METHODS`.
-        num_samples: models to learn from; others than those of the labelled set.
-        on_progress: told about these models.
+        num_samples: number of models to learn from; they differ from those of the labelled set.
+        on_progress: called with the progress of these models.
 
     Raises:
-        GrammarlabError: when the density cannot be made.
+        GrammarlabError: If the density cannot be made.
     """
     grammar, found = source.grammar, source.scenario
     forest = derive(grammar, ENOUGH_MODELS, found.seed, assets=source.assets)
@@ -112,20 +112,20 @@ def learned_of(
 
 
 def origin_line(file: str, text_hash: str) -> str:
-    """The line of a learned file that says what it was made from, which `grammarlab compare` reads."""
+    """Line of a learned file that names its original, read by `grammarlab compare`."""
     return f"Learned by grammarlab {__version__} from {file} (SHA-256 {text_hash[:16]})"
 
 
 def scenario_of(scenario: Path, name: str, text_hash: str) -> Source:
-    """A scenario about a grammar.
+    """A scenario of a grammar.
 
     Args:
         scenario: a scenario file.
-        name: of the grammar, as the user gave it.
+        name: name of the grammar as given by the user.
         text_hash: SHA-256 of its text.
 
     Raises:
-        UsageError: when the scenario is about another one.
+        UsageError: If the scenario has another grammar.
     """
     source = load_source(scenario)
     if text_hash != source.grammar.hash:
@@ -136,16 +136,16 @@ def scenario_of(scenario: Path, name: str, text_hash: str) -> Source:
 
 
 def write_learned(file: Path, text: str, space: AbstractDesignSpace[Any], assets: Path) -> None:
-    """Writes a learned file, and puts the assets that the space names beside it."""
+    """Write a learned file, and copy the assets of the space beside it."""
     file.parent.mkdir(parents=True, exist_ok=True)
     write_text(file, text)
     put_assets_beside(file, space, assets)
 
 
 def put_assets_beside(file: Path, space: AbstractDesignSpace[Any], assets: Path) -> None:
-    """Copies the assets that a space names to where a file at this place looks for them.
+    """Copy the assets of a space to the asset folder of a file.
 
-    Folders among them are copied whole, since rules may put names together. What is there already stays.
+    Folders are copied whole, since rules may build names from parts. Existing files are kept.
     """
     if not assets.is_dir() or assets_folder(file).resolve() == assets.resolve():
         return
@@ -156,4 +156,4 @@ def put_assets_beside(file: Path, space: AbstractDesignSpace[Any], assets: Path)
         if source.is_file() and not target.exists():
             shutil.copyfile(source, target)
         elif not target.exists():
-            shutil.copytree(source, target, symlinks=True)  # as links, so that nothing from outside comes along
+            shutil.copytree(source, target, symlinks=True)  # as links, so that no file from outside is copied

@@ -1,4 +1,4 @@
-"""Samples of several densities beside each other in one picture."""
+"""Samples of several densities side by side in one picture."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from grammarlab.runs.work.executors import AbstractExecutor
 from grammarlab.scene import Scene, triangles
 
 WIDTH = 900
-"""About how many pixels the samples of one density are wide."""
+"""Approximate width of the samples of one density in pixels."""
 _MARGIN = 12
 
 
 class Sampled(Protocol):
-    """A density that can be looked at."""
+    """A density that can be drawn."""
 
     def scene(self, num: int, seed: int, /) -> Scene:
         """Samples, as meshes."""
@@ -31,14 +31,14 @@ class Sampled(Protocol):
 def draw_side_by_side(
     shown: Sequence[tuple[str, Sampled]], file: Path, *, side: int, seed: int, executor: AbstractExecutor
 ) -> None:
-    """Draws samples of some densities beside each other, each model filling its picture.
+    """Draw samples of densities side by side; each model fills its picture.
 
     Args:
-        shown: for each what to write above its samples, and the density.
+        shown: headings and densities.
         file: the picture.
-        side: models along each side of a grid.
-        seed: of the models.
-        executor: who draws; the picture does not depend on it.
+        side: number of models along each side of a grid.
+        seed: seed of the models.
+        executor: draws the picture, which does not depend on it.
     """
     number = side * side
     batches = [triangles(sampler.scene(number, seed)) for _, sampler in shown]

@@ -1,1 +1,1 @@
-"""Models of a file as a run makes them, whatever kind of file it is."""
+"""Models of a run, for any kind of file."""

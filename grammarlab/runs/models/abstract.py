@@ -1,4 +1,4 @@
-"""Models of a file as a run makes them: a batch at a time, with what is recorded about each."""
+"""Models of a run: made in batches, with a record of each."""
 
 from __future__ import annotations
 
@@ -32,42 +32,42 @@ class MadeModels:
 
     scene: Scene
     shapes: Sequence[int]
-    """[n] as in `ModelRecord`, and so the next two."""
+    """[n]; this and the next two fields are those of `ModelRecord`."""
     log_probability: Sequence[float | None]
     reports: Sequence[Report]
     prints: tuple[str, ...] = ()
-    """What the rules printed."""
+    """Texts printed by the rules."""
     tries: Sequence[int] = ()
-    """[n] candidates that each took (`grammarlab.features.rules.accepting`); none where every first one is taken."""
+    """[n] number of candidates of each (`grammarlab.features.rules.accepting`); none without an acceptance rule."""
     kept: Sequence[bool] = ()
     """[n] whether one of them was accepted."""
     missing_assets: tuple[MissingAsset, ...] = ()
     """Meshes that the asset folder lacks."""
     save: Callable[[Path], Iterable[str]] = _nothing
-    """Keeps how they were made in a folder, and gives the names of the files."""
+    """Save how they were made in a folder; returns the names of the files."""
 
 
 class AbstractModels(ABC):
-    """The models that a file describes."""
+    """Models described by a file."""
 
     @abstractmethod
     def attributes(self, texts: Sequence[str]) -> dict[str, AttributeValue]:
         """Values of attributes from texts like ``height=12``.
 
         Raises:
-            UsageError: for values that do not fit.
+            UsageError: If values have other types.
         """
 
     @abstractmethod
     def left_out(self) -> tuple[Finding, ...]:
-        """What of the file no model will show."""
+        """Ignored and unsupported features of the file."""
 
     @abstractmethod
     def check(self, request: SampleRequest) -> None:
-        """Makes sure that the options of a request fit the file.
+        """Check that the options of a request fit the file.
 
         Raises:
-            GrammarlabError: when they do not.
+            GrammarlabError: If they do not.
         """
 
     @abstractmethod
@@ -76,12 +76,12 @@ class AbstractModels(ABC):
 
     @abstractmethod
     def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Scene:
-        """The scene of a finished batch, of which `MadeModels.save` has kept in a folder what it keeps."""
+        """The scene of a finished batch, from the folder of `MadeModels.save`."""
 
 
 @dataclass(frozen=True)
 class RealizedModels(AbstractModels):
-    """Models of a space whose files have neither attributes nor rules; of them nothing is kept, they are made again."""
+    """Models of a space whose files have no attributes or rules; they are not saved but made again."""
 
     space: AbstractDesignSpace[Any]
 
@@ -115,10 +115,10 @@ class RealizedModels(AbstractModels):
 
 
 def models_of(request: SampleRequest) -> AbstractModels:
-    """The models of the file of a request.
+    """Models of the file of a request.
 
     Raises:
-        LanguageError: when it has errors.
+        LanguageError: If it has errors.
     """
     return domain_of(request.suffix).models(opened(request.suffix, request.text, request.name, request.assets))
 

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 class GrammarDomain(AbstractDomain[GrammarSpace, GrammarModels]):
-    """What rule files mean."""
+    """Domain of rule files."""
 
     def read(self, path: Path) -> str:
-        """What the file and the files it imports say, as one text; the file's own where it has syntax errors."""
+        """Text of the file merged with its imports; the file's own text if it has syntax errors."""
         text = read_text(path)
         if re.search(r"\bimport\b", text) is None:
             return text
@@ -37,14 +37,14 @@ class GrammarDomain(AbstractDomain[GrammarSpace, GrammarModels]):
 
     def open(self, text: str, name: str, assets: Path) -> GrammarSpace:
         space = GrammarSpace(grammar_to_run(text, f"{name}{SUFFIX}"), assets)
-        _ = space.program  # what cannot be compiled is an error of the text
+        _ = space.program  # a grammar that cannot be compiled is an error of the text
         return space
 
     def models(self, space: GrammarSpace) -> GrammarModels:
         return GrammarModels(space)
 
     def writer(self, space: GrammarSpace) -> GrammarWriter:
-        # It loads JAX, which drawing need not wait for.
+        # It loads JAX, which drawing does not need.
         from grammarlab.learning.targets.grammar_target import GrammarWriter  # noqa: PLC0415
 
         return GrammarWriter(space)

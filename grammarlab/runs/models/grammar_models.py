@@ -1,4 +1,4 @@
-"""Models of a rule file, as a run makes them: derived, with their derivations kept."""
+"""Models of a rule file in a run: derived, with saved derivations."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from grammarlab.scene import Scene, realize
 
 @dataclass(frozen=True)
 class GrammarModels(AbstractModels):
-    """The models that a grammar derives."""
+    """Models derived from a grammar."""
 
     space: GrammarSpace
 

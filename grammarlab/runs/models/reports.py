@@ -1,4 +1,4 @@
-"""What the rules of each model reported, key by key, as CityEngine sums it up."""
+"""Summaries of the reports of each model by key, as in CityEngine."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 from grammarlab.derivation.forest import Forest
 
 Summary: TypeAlias = dict[str, float | int | None]
-"""``count``, and ``sum``, ``mean``, ``min`` and ``max``: None where what was reported are no finite numbers."""
+"""``count``, and ``sum``, ``mean``, ``min`` and ``max``: None if reported values are not finite numbers."""
 
 
 def summarize_reports(forest: Forest) -> list[dict[str, Summary]]:
-    """For each model, a summary of the values under each of its keys, keys in alphabetical order."""
+    """Summaries of the values of each key of each model, keys in alphabetical order."""
     found: list[dict[str, Summary]] = [{} for _ in range(forest.num_models)]
     reports = forest.reports
     model = forest.nodes.model[reports.node].astype(np.int64)

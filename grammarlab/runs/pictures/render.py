@@ -26,14 +26,14 @@ def render(
 
     Args:
         scene: at least one model.
-        columns: models side by side; about as many as there are rows for 0.
-        pixels: about how many each model is wide and high.
-        same_scale: whether a metre is as long everywhere; else each model fills its place.
-        title: what stands above them.
-        executor: who draws; the picture does not depend on it.
+        columns: number of columns; 0 for about a square.
+        pixels: approximate width and height of each model in pixels.
+        same_scale: whether all models have the same scale; otherwise each model fills its cell.
+        title: heading of the picture.
+        executor: draws the picture, which does not depend on it.
 
     Raises:
-        UsageError: for a scene without models, or fewer than 16 pixels.
+        UsageError: If the scene has no models, or pixels are fewer than 16.
 
     >>> import grammarlab as gl
     >>> forest = gl.derive(gl.Grammar.parse("Lot --> s(2, 0, 2) extrude(rand(1, 9)) Tower"), 2, seed=1)

@@ -1,4 +1,4 @@
-"""The page of a contact sheet: a heading, and pictures in rows with a caption below each."""
+"""Page of a contact sheet: a heading, and pictures in rows with captions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Picture: TypeAlias = NDArray[np.uint8]
 Font: TypeAlias = ImageFont.FreeTypeFont | ImageFont.ImageFont
 
 PAPER, INK, FAINT = (247, 247, 245), (52, 56, 62), (128, 132, 138)
-"""Colours of the page, of what is read first, and of what is read second."""
+"""Colours of the page, of primary text, and of secondary text."""
 BORDER, GAP = 16, 10
 """Pixels around the page, and between pictures."""
 HEADING, CAPTION = 34, 24
@@ -26,7 +26,7 @@ LARGE, SMALL = 18, 13
 
 @dataclass(frozen=True, slots=True)
 class SheetPage:
-    """Where everything goes."""
+    """Layout of a page."""
 
     width: int
     """Pixels of one picture."""
@@ -49,7 +49,7 @@ class SheetPage:
 
 
 def lay_out(num: int, columns: int, width: int, height: int) -> SheetPage:
-    """A page for some pictures of one size.
+    """A page for pictures of one size.
 
     Args:
         num: pictures, at least 1.
@@ -62,7 +62,7 @@ def lay_out(num: int, columns: int, width: int, height: int) -> SheetPage:
 
 
 def _awkwardness(num: int, columns: int, width: int, height: int) -> float:
-    """How far a page is from a square without gaps."""
+    """Deviation of a page from a square without gaps."""
     rows = math.ceil(num / columns)
     shape = math.log(columns * (width + GAP) / (rows * (height + CAPTION + GAP)))
     return abs(shape) + 4 * (rows * columns - num) / num
@@ -74,10 +74,10 @@ def draw_page(
     """The whole page.
 
     Args:
-        page: where everything goes.
+        page: the layout.
         pictures: [height, width, 3] each.
         captions: below each picture, at its left and its right.
-        heading: at the left and the right of the page; the right one is left out where there is no room.
+        heading: texts at the left and the right of the page; the right one is left out if it does not fit.
     """
     canvas = Image.new("RGB", page.size(), PAPER)
     draw, large, small = ImageDraw.Draw(canvas), ImageFont.load_default(LARGE), ImageFont.load_default(SMALL)
@@ -92,7 +92,7 @@ def draw_page(
 def _line(
     draw: ImageDraw.ImageDraw, between: tuple[int, int], middle: int, texts: tuple[str, str], fonts: tuple[Font, Font]
 ) -> None:
-    """One text from the left in ink, one from the right, fainter and only as far as there is room."""
+    """One text from the left in ink, one from the right, fainter and clipped to the remaining width."""
     left, right = between
     draw.text((left, middle), texts[0], INK, fonts[0], anchor="lm")
     room = right - left - draw.textlength(texts[0], fonts[0]) - GAP

@@ -1,4 +1,4 @@
-"""Pictures of many models in one shape, to be laid side by side."""
+"""Pictures of many models in one format, for grids."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 from grammarlab.scene import TriangleBatch
 
 NARROWEST, WIDEST = 0.65, 1.6
-"""Width over height of the pictures, as fits the models."""
+"""Aspect ratio of the pictures, chosen for the models."""
 _CAST = RendererChoice("cast")
 
 
 class _Task(NamedTuple):
-    """One picture to draw."""
+    """A picture to draw."""
 
     model: TriangleBatch
     camera: Camera
@@ -53,14 +53,14 @@ def draw_tiles(
     same_scale: bool = False,
     choice: RendererChoice = _CAST,
 ) -> Tiles:
-    """Draw each model by itself.
+    """Draw each model separately.
 
     Args:
         models: one model in each.
-        area: about how many pixels a picture has; its shape suits most models.
-        executor: who draws; the pictures do not depend on it.
-        same_scale: whether a metre is as long in all pictures; else each model fills its own.
-        choice: what draws.
+        area: approximate number of pixels of a picture; its aspect ratio suits most models.
+        executor: draws the pictures, which do not depend on it.
+        same_scale: whether all pictures have the same scale; otherwise each model fills its own.
+        choice: the renderer.
     """
     points = [seen_points(model) for model in models]
     view = View()

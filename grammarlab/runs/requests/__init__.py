@@ -1,1 +1,1 @@
-"""What a run is asked to make, and whether that can be done."""
+"""Requests of runs, and their checks."""

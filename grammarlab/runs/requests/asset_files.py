@@ -1,4 +1,4 @@
-"""Which asset files a run depends on, and whether they are still the same."""
+"""Asset files of a run, and detection of changes in them."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from grammarlab.runs.requests.request import SampleRequest
 
 
 def hash_assets(request: SampleRequest) -> dict[str, str]:
-    """SHA-256 of the asset files that a request names, by path relative to its asset folder.
+    """SHA-256 of the asset files named in a request, by path relative to its asset folder.
 
-    These are the files whose names, or patterns with ``*`` and ``?``, stand as strings in the rules, also in lists with
-    semicolons, or are given as values of attributes; and the buffers of glTF files among them. Names that rules put
-    together from pieces are not known before the rules are carried out, so those files are not among them.
+    These are the files whose names, or patterns with ``*`` and ``?``, are strings in the rules, items of lists with
+    semicolons, or values of attributes; and the buffers of glTF files among them. Names that rules build from parts
+    are not known before the derivation, so those files are not included.
 
     Raises:
-        LanguageError: when the rules have errors.
+        LanguageError: If the rules have errors.
     """
     files = named_files(_texts(request), request.assets)
     return {name: file_hash(files[name]) for name in sorted(files)}
 
 
 def named_files(texts: Iterable[str], assets: Path) -> dict[str, Path]:
-    """The files of an asset folder that texts name, by path relative to it.
+    """Files of an asset folder named in texts, by path relative to it.
 
     Args:
-        texts: names, patterns with ``*`` and ``?``, or lists of both with semicolons; any other text names nothing.
+        texts: names, patterns with ``*`` and ``?``, or lists of both with semicolons; other texts are ignored.
         assets: the folder.
     """
     root = assets.resolve()
@@ -46,7 +46,7 @@ def named_files(texts: Iterable[str], assets: Path) -> dict[str, Path]:
 
 
 def first_difference(before: Mapping[str, str], now: Mapping[str, str]) -> str:
-    """What differs between the asset files of two runs, in words; empty when nothing does."""
+    """Description of a difference between the asset files of two runs; empty if there is none."""
     for name in sorted({*before, *now}):
         if before.get(name) != now.get(name):
             what = "is missing" if name not in now else "is new" if name not in before else "has changed"
@@ -62,7 +62,7 @@ def _texts(request: SampleRequest) -> Iterator[str]:
 
 
 def _files(name: str, assets: Path) -> Iterator[Path]:
-    """The files of the asset folder that a name or pattern stands for, with the buffers of glTF files."""
+    """Files of the asset folder that match a name or pattern, with the buffers of glTF files."""
     for each in matching_files(assets, name) if "*" in name or "?" in name else [name]:
         file = _asset(each, assets)
         if file is None:
@@ -81,7 +81,7 @@ def _asset(name: str, assets: Path) -> Path | None:
 
 
 def _buffers(file: Path) -> list[str]:
-    """What a glTF file says its buffers are called; nothing for a broken one, which no model can hold."""
+    """Names of the buffers in a glTF file; none for a broken file, which no model can use."""
     try:
         return [unquote(buffer["uri"]) for buffer in json.loads(file.read_bytes())["buffers"]]
     except (ValueError, LookupError, TypeError, RecursionError):

@@ -1,4 +1,4 @@
-"""A run cut into batches, each of which is done, recorded and resumed on its own."""
+"""Batches of a run, each of which is made, recorded and resumed separately."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from grammarlab.runs.requests.request import BATCH_MODELS, SampleRequest
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """Consecutive models of a run, on as many footprints as they stand on."""
+    """Consecutive models of a run, on one or several footprints."""
 
     index: int
     first_model: int
@@ -30,12 +30,12 @@ def cut_batches(request: SampleRequest) -> tuple[Batch, ...]:
 
 
 def lots_of(request: SampleRequest, batch: Batch, grammar: Grammar) -> Lots:
-    """The lots of a batch.
+    """Lots of a batch.
 
-    What a footprint's file says replaces attributes, options of the request replace both.
+    Properties of a footprint replace attributes, options of the request replace both.
 
     Raises:
-        UsageError: what a file says does not fit an attribute.
+        UsageError: If a property has another type than its attribute.
     """
     first, end = batch.first_model, batch.first_model + batch.num_models
     start_rule = request.start_rule or None

@@ -1,4 +1,4 @@
-"""What a rule file must be for a run: free of errors."""
+"""Checks of a rule file for a run."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ SUPPORTED = SupportedFeatures(
     harmless=CHANGE_LOOKS
     | frozenset(name for name in attributes() if name.startswith(("trim.", "material.")) and name not in _MATERIAL),
 )
-"""What derivations carry out."""
+"""Features that derivations support."""
 
 
 def check_source(source: RuleSource) -> tuple[CheckedFile, ...]:
-    """Everything wrong with a rule file and the files it imports, features not carried out and meshes not there.
+    """Findings about a rule file and its imports, including unsupported features and missing meshes.
 
     Raises:
-        LanguageError: the file cannot be read, or is too large.
+        LanguageError: If the file cannot be read, or is too large.
     """
     checked = check_files(source.path, str(source.path), SUPPORTED)
     return tuple(replace(one, findings=_with_assets(one, source.assets)) for one in checked)
@@ -53,7 +53,7 @@ def _with_assets(one: CheckedFile, assets: Path) -> tuple[Finding, ...]:
 
 
 def _acceptance(tree: RuleFile) -> tuple[Finding, ...]:
-    """What is wrong with an acceptance rule."""
+    """Findings about an acceptance rule."""
     try:
         Acceptance.of(tree)
     except UsageError as error:
@@ -62,13 +62,13 @@ def _acceptance(tree: RuleFile) -> tuple[Finding, ...]:
 
 
 def grammar_to_run(text: str, file: str) -> Grammar:
-    """The grammar of a rule file without errors.
+    """Grammar of a rule file without errors.
 
-    Features that are not supported do not keep it from being derived: many a rule file holds some that its models never
-    reach, and a derivation that comes to one says so.
+    Unsupported features are allowed: many rule files have some that no model reaches, and a derivation that reaches
+    one raises an error.
 
     Raises:
-        LanguageError: with all errors.
+        LanguageError: If there are errors; it lists all of them.
     """
     grammar = Grammar.parse(text, file)
     found = (*check(grammar, SUPPORTED), *_acceptance(grammar.tree))
@@ -79,7 +79,7 @@ def grammar_to_run(text: str, file: str) -> Grammar:
 
 
 def not_carried_out(grammar: Grammar) -> tuple[Finding, ...]:
-    """What a derivation of a grammar leaves out, or cannot carry out where a shape comes to it."""
+    """Features of a grammar that a derivation ignores or does not support."""
     found = (one for one in check(grammar, SUPPORTED) if one.severity == "unsupported" or one.code == "left-out")
     unread = (
         Finding("unsupported", "bad-import", f'the import "{statement.path}", which cannot be read', statement.location)

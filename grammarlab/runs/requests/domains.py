@@ -1,7 +1,7 @@
-"""Kinds of files that describe designs, found by their suffix.
+"""Domains: kinds of files that describe designs, found by their suffix.
 
-A package adds a kind by an entry point of the group ``grammarlab.domains``, which is called after the suffix without
-its dot and names an `AbstractDomain` with a constructor without arguments. Rule files are one kind among others.
+A package adds a kind by an entry point of the group ``grammarlab.domains``. Its name is the suffix without the dot,
+and its object an `AbstractDomain` with a constructor without arguments. Rule files are one kind among others.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from grammarlab.errors import UsageError
 
-if TYPE_CHECKING:  # these load what learns, which drawing need not wait for
+if TYPE_CHECKING:  # these load learning libraries, which drawing does not need
     from grammarlab.learning.designs.design_space import AbstractDesignSpace
     from grammarlab.learning.targets.target import AbstractTargetWriter
 
 GROUP = "grammarlab.domains"
 DEFAULT = ".cga"
-"""How files whose suffix nobody has claimed are read."""
+"""Default suffix for files of unknown suffixes."""
 OWN = (EntryPoint("cga", "grammarlab.runs.models.grammar_domain:GrammarDomain", GROUP),)
-"""Named here rather than by the installation, so that a checkout that was never installed reads its rule files."""
+"""Built-in domain of rule files, so that it works in a checkout that is not installed."""
 
 Space = TypeVar("Space", bound="AbstractDesignSpace[Any]")
 Models = TypeVar("Models")
@@ -31,43 +31,43 @@ Models = TypeVar("Models")
 
 
 class AbstractDomain(ABC, Generic[Space, Models]):
-    """What files of one kind mean."""
+    """A kind of files that describe designs."""
 
     @abstractmethod
     def read(self, path: Path) -> str:
-        """What a file says, with all other files that it needs but assets.
+        """Text of a file, merged with all other files that it needs except assets.
 
         Raises:
-            LanguageError: when it cannot be read or is too large.
+            LanguageError: If it cannot be read or is too large.
         """
 
     @abstractmethod
     def open(self, text: str, name: str, assets: Path) -> Space:
-        """The designs that a text describes.
+        """Design space of a text.
 
         Args:
-            text: as `read` gives it; `AbstractDesignSpace.hashes` are `hashes_of` its SHA-256.
-            name: of the file, without its suffix, for messages.
+            text: text from `read`; `AbstractDesignSpace.hashes` are `hashes_of` its SHA-256.
+            name: name of the file without its suffix, for messages.
             assets: folder of meshes and images.
 
         Raises:
-            LanguageError: when the text has errors.
+            LanguageError: If the text has errors.
         """
 
     @abstractmethod
     def writer(self, space: Space) -> AbstractTargetWriter[Any]:
-        """What makes files of this kind from what was learned about a space."""
+        """Writer of files of this kind for learned densities."""
 
     @abstractmethod
     def models(self, space: Space) -> Models:
-        """The designs of a space as runs make them; `grammarlab.runs.models.abstract.RealizedModels` fits any space."""
+        """Models of a space for runs; `grammarlab.runs.models.abstract.RealizedModels` fits any space."""
 
 
 def domain_of(suffix: str) -> AbstractDomain[Any, Any]:
-    """What files with a suffix mean.
+    """Domain of files with a suffix.
 
     Raises:
-        UsageError: when no installed package says so.
+        UsageError: If no installed package has it.
     """
     known = _known(tuple(sys.path))
     if suffix not in known:
@@ -85,11 +85,11 @@ def suffix_of(path: Path) -> str:
 
 @lru_cache(maxsize=4)
 def opened(suffix: str, text: str, name: str, assets: Path) -> AbstractDesignSpace[Any]:
-    """The designs that a text describes: made once a process; see `AbstractDomain.open`."""
+    """Design space of a text, made once per process; see `AbstractDomain.open`."""
     return domain_of(suffix).open(text, name, assets)
 
 
 @lru_cache(maxsize=1)
 def _known(_path: tuple[str, ...]) -> dict[str, EntryPoint]:
-    """The entry points by suffix on a path of packages; of two for one suffix the first one counts."""
+    """Entry points by suffix on a path of packages; of two for one suffix the first one is used."""
     return {f".{point.name}": point for point in reversed((*OWN, *entry_points(group=GROUP)))}

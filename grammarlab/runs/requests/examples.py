@@ -1,4 +1,4 @@
-"""The rule files that grammarlab ships, and what a GRAMMAR argument means."""
+"""Shipped rule files, and the files of GRAMMAR arguments."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ SUFFIX = ".cga"
 
 @dataclass(frozen=True, slots=True)
 class RuleSource:
-    """A rule file, found."""
+    """A rule file with its assets."""
 
     name: str
-    """``building``: what output files are called after."""
+    """Name for output files, such as ``building``."""
     path: Path
     assets: Path
-    """The folder that asset names in the rules are relative to."""
+    """Folder of the assets named in the rules."""
     shipped: bool
-    """Whether it is one of the examples."""
+    """Whether it is a shipped grammar."""
 
     def text(self) -> str:
-        """What the file and the files it imports say, as one text.
+        """Text of the file merged with its imports.
 
         Raises:
-            LanguageError: when it cannot be read or is too large.
+            LanguageError: If it cannot be read or is too large.
         """
         return domain_of(self.suffix).read(self.path)
 
     @property
     def suffix(self) -> str:
-        """What the file is read as (`grammarlab.runs.requests.domains`)."""
+        """Suffix of its domain (`grammarlab.runs.requests.domains`)."""
         return suffix_of(self.path)
 
     @property
@@ -47,7 +47,7 @@ class RuleSource:
         return f"{self.name}{self.suffix}"
 
     def description(self) -> str:
-        """The first sentence of the comment at the top of the file, empty when there is none."""
+        """The first sentence of the comment at the top of the file; empty if there is none."""
         match = re.match(
             r"(?:\s|version\s*\"[^\"]*\")*(?:/\*+\s*(.*?)\*/|((?:[ \t]*(?:#|//)[^\n]*\n)+))",
             read_text(self.path),
@@ -60,7 +60,7 @@ class RuleSource:
 
 
 def examples_folder() -> Path:
-    """Where the shipped rule files lie: inside an installed package, or beside it in a checkout."""
+    """Folder of the shipped rule files: inside an installed package, or beside it in a checkout."""
     inside = PACKAGE / "grammars"
     return inside if inside.is_dir() else PACKAGE.parent / "grammars"
 
@@ -74,14 +74,14 @@ def shipped_examples() -> tuple[RuleSource, ...]:
 
 
 def assets_folder(rules: Path) -> Path:
-    """The folder that asset names in a rule file are relative to.
+    """Folder of the assets named in a rule file.
 
-    The first of these that holds anything: ``assets`` beside the rule file; in a project as CityEngine makes them,
+    It is the first of these that is not empty: ``assets`` beside the rule file; in a CityEngine project,
     ``assets`` beside the folder ``rules`` that the rule file is in, at whatever depth; the rule file's own folder.
     The project's is looked for nowhere else above the rule file, and not where a link leads out of the project.
 
     Args:
-        rules: the rule file, which need not be there yet.
+        rules: the rule file, which may not exist yet.
     """
     beside = rules.parent / "assets"
     if _holds_anything(beside):
@@ -96,19 +96,19 @@ def assets_folder(rules: Path) -> Path:
 def _holds_anything(folder: Path) -> bool:
     try:
         return next(folder.iterdir(), None) is not None
-    except OSError:  # no such folder, or not ours to read
+    except OSError:  # no such folder, or not readable
         return False
 
 
 def find_rules(argument: str, assets: Path | None = None) -> RuleSource:
-    """The rule file that a GRAMMAR argument means: a path, or the name of a shipped example.
+    """Rule file of a GRAMMAR argument: a path, or the name of a shipped grammar.
 
     Args:
-        argument: what the user typed.
-        assets: the folder of assets; when left out, that of `assets_folder`.
+        argument: text of the argument.
+        assets: the folder of assets; by default that of `assets_folder`.
 
     Raises:
-        UsageError: when there is no such file or example; names the nearest.
+        UsageError: If there is no such file or grammar; it names the nearest.
     """
     if assets is not None and not assets.is_dir():
         raise UsageError(f"assets folder {str(assets)!r} is not a folder.")

@@ -1,4 +1,4 @@
-"""Rule files by path or by name, ready to be derived."""
+"""Grammars by path or by name."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from grammarlab.runs.requests.examples import find_rules
 
 
 def load(grammar: str | os.PathLike[str]) -> Grammar:
-    """Reads a rule file without errors.
+    """Read a rule file without errors.
 
     Args:
         grammar: a path, or the name of a shipped grammar.
 
     Raises:
-        UsageError: when there is no such file or grammar; names the nearest.
-        LanguageError: with all errors of the file.
+        UsageError: If there is no such file or grammar; it names the nearest.
+        LanguageError: If the file has errors; it lists all of them.
 
     >>> load("toy").start_rules[0].name
     'Start'

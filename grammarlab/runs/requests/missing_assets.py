@@ -17,7 +17,7 @@ def warnings_of(missing: Iterable[MissingAsset], assets: Path) -> tuple[Finding,
 
     Args:
         missing: the meshes.
-        assets: the folder in which they were looked for.
+        assets: the searched folder.
     """
     return tuple(
         Finding(
@@ -32,10 +32,10 @@ def warnings_of(missing: Iterable[MissingAsset], assets: Path) -> tuple[Finding,
 
 
 def missing_in(tree: RuleFile, assets: Path) -> tuple[MissingAsset, ...]:
-    """The meshes that ``i`` names in a rule file and that an asset folder lacks, by path.
+    """Meshes named by ``i`` in a rule file that an asset folder lacks, by path.
 
-    Names are those written at the operation, or as the value of the attribute or constant that stands there. What rules
-    put together from pieces is known when they are carried out.
+    Names are literals at the operation, or the values of its attributes and constants. Names that rules build from
+    parts are known only during the derivation.
     """
     texts = {d.name: d.value for d in tree.definitions if isinstance(d, Attribute)}
     named = [

@@ -1,4 +1,4 @@
-"""What a run is asked to make: everything that decides its files, and nothing else."""
+"""Request of a run: all inputs that determine its files, and nothing else."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ Scale = Literal["same", "each"]
 
 MAX_MODELS = 10_000_000
 BATCH_MODELS = 64
-"""Models that are derived, written and recorded together: few enough to lose little when interrupted."""
+"""Number of models of a batch: small enough to lose little when a run is interrupted."""
 
 
 class RequestOptions(TypedDict, total=False):
-    """What a request may have besides what it makes models of; see `SampleRequest`."""
+    """Options of a request; see `SampleRequest`."""
 
     num_models: int
     seed: int
@@ -45,22 +45,22 @@ class RequestOptions(TypedDict, total=False):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampleRequest:
-    """A run. Equal requests make equal files, bit for bit, with the same versions of everything.
+    """A request of a run. Equal requests make equal files, bit for bit, with equal versions of all libraries.
 
     >>> SampleRequest(name="tower", text="Lot --> extrude(3) Tower", assets=Path(), num_models=4, seed=1).num_models
     4
     """
 
     name: str
-    """What files are called after: ``building`` gives ``building-00017.glb``."""
+    """Name of the files: ``building`` gives ``building-00017.glb``."""
     text: str
-    """The rule file, or another file that describes models."""
+    """Text of the rule file, or of another file that describes models."""
     suffix: str = DEFAULT
-    """What the text is read as (`grammarlab.runs.requests.domains`)."""
+    """Suffix of its domain (`grammarlab.runs.requests.domains`)."""
     assets: Path
-    """Folder of the assets that the rules name."""
+    """Folder of the assets named in the rules."""
     num_models: int = 1
-    """Models, on each footprint when there are several; at least 1."""
+    """Number of models per footprint, at least 1."""
     seed: int = 0
     """0 .. 2**64 - 1."""
     attributes: Mapping[str, AttributeValue] = field(default_factory=dict)
@@ -77,10 +77,10 @@ class SampleRequest:
     image: bool = True
     """Whether to draw the contact sheet."""
     columns: int = 0
-    """Models side by side on the sheet; 0 for about a square."""
+    """Number of columns of the sheet; 0 for about a square."""
     renderer: RendererName = "cast"
-    """What draws the sheet: ``cast`` sends rays, and draws the same picture on every machine; ``gl`` uses OpenGL;
-    ``auto`` uses OpenGL where it works. The manifest records which of both drew."""
+    """Renderer of the sheet: ``cast`` is ray casting, with the same picture on every machine; ``gl`` is OpenGL;
+    ``auto`` is OpenGL if it works. The manifest records the used renderer."""
     scale: Scale = "each"
     """Whether the models on the sheet are all to one scale, or ``each`` fills its picture."""
 
@@ -111,8 +111,8 @@ class SampleRequest:
         """A request for a file that describes models, or a shipped example.
 
         Args:
-            grammar: a path, or a name as ``grammarlab list`` shows them.
-            footprint: as in `read_footprints`; the default footprint when empty.
+            grammar: a path, or a name from ``grammarlab list``.
+            footprint: see `read_footprints`; empty for the default footprint.
             assets: folder of assets, by default the one beside the rule file.
             **options: the other fields of this class.
         """
@@ -135,11 +135,11 @@ class SampleRequest:
 
     @property
     def total_models(self) -> int:
-        """Models over all footprints."""
+        """Number of models on all footprints."""
         return self.num_models * max(len(self.footprints), 1)
 
     def as_json(self) -> dict[str, Any]:
-        """All fields but the text and the asset folder as plain values."""
+        """All fields except the text and the asset folder as plain values."""
         return {
             "name": self.name,
             "suffix": self.suffix,
@@ -162,10 +162,10 @@ class SampleRequest:
 
     @classmethod
     def from_json(cls, values: Mapping[str, Any], text: str, assets: Path) -> Self:
-        """The request that `as_json` described.
+        """Request from the values of `as_json`.
 
         Raises:
-            AssetError: when the values are not those of a request.
+            AssetError: If the values are not those of a request.
         """
         fields = dict(values)
         try:

@@ -1,4 +1,4 @@
-"""Removing the files of an earlier run, and nothing else."""
+"""Removal of the files of an earlier run, and of nothing else."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from grammarlab.runs.sampling.records import DERIVATIONS, RECORD
 
 
 def clear_run(folder: Path, name: str) -> None:
-    """Remove what the manifest and the records in a folder say a run made, and both of them.
+    """Remove the files of a run listed in its manifest and records, and both of these.
 
-    Only plain files inside the folder are touched, whatever the manifest says.
+    Only plain files inside the folder are removed, for any content of the manifest.
 
     Args:
-        folder: one that holds a file of the name of a manifest.
-        name: of the grammar whose run is to take the place of the earlier one.
+        folder: a folder with a manifest.
+        name: name of the grammar of the new run.
 
     Raises:
-        UsageError: the earlier run was of a grammar of another name, or the manifest is not ours; nothing is removed.
+        UsageError: If the earlier run has a grammar of another name, or the manifest is invalid; nothing is removed.
     """
     earlier = _name_of_grammar(folder / MANIFEST)
     if earlier != name:
@@ -44,7 +44,7 @@ def clear_run(folder: Path, name: str) -> None:
 
 
 def _name_of_grammar(manifest: Path) -> str | None:
-    """What the grammar of a run is called; None where the file is no manifest."""
+    """Name of the grammar of a run; None if the file is not a manifest."""
     try:
         name = json.loads(manifest.read_text(encoding="utf-8"))["grammar"]["name"]
     except (ValueError, KeyError, TypeError, RecursionError):
@@ -53,7 +53,7 @@ def _name_of_grammar(manifest: Path) -> str | None:
 
 
 def _listed(path: Path, member: str) -> Iterator[PurePosixPath]:
-    """The names in one member of a JSON file, without those that lead out of the folder."""
+    """The names in one member of a JSON file, without paths out of the folder."""
     try:
         names: Any = json.loads(path.read_text(encoding="utf-8"))[member]
     except (OSError, ValueError, KeyError, TypeError):

@@ -1,4 +1,4 @@
-"""One batch of a run: made, written, recorded. Runs in any process."""
+"""Making, writing and recording one batch of a run, in any process."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from grammarlab.scene.triangles import count_triangles
 
 @lru_cache(maxsize=4)
 def compiled(text: str, name: str) -> tuple[Grammar, Program]:
-    """The grammar of a rule text, ready to derive: made once a process.
+    """Compiled grammar of a rule text, made once per process.
 
     Raises:
-        LanguageError: when the text has errors.
+        LanguageError: If the text has errors.
     """
     grammar = grammar_to_run(text, f"{name}{SUFFIX}")
     return grammar, compile_grammar(grammar)
 
 
 def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRecord:
-    """Make a batch and write its models, what is kept of how they were made and, last, its record."""
+    """Make a batch and write its models, its derivations and, last, its record."""
     made = models_of(request).make(request, batch)
     scene = made.scene
     if request.single_file:

@@ -1,4 +1,4 @@
-"""The manifest of a run: what was asked, with which versions, what came out. Enough to make the same files again."""
+"""Manifest of a run: request, versions and results, enough to make the same files again."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ _SHIPPED = "shipped"
 
 @dataclass(frozen=True, slots=True)
 class Manifest:
-    """A run that was made, or is being made."""
+    """A finished or unfinished run."""
 
     request: SampleRequest
     format: int
-    """The version of the file that it was read from."""
+    """Version of the file."""
     complete: bool
-    """False while the run is going on, and after it was interrupted."""
+    """False during the run, and after an interruption."""
     versions: Mapping[str, str]
     models: tuple[Mapping[str, Any], ...]
     files: Mapping[str, str]
     """SHA-256 of each file by its path relative to the manifest; empty until the run is complete."""
     asset_files: Mapping[str, str]
-    """SHA-256 of the asset files that the request names (`hash_assets`), by path relative to the asset folder."""
+    """SHA-256 of the asset files named in the request (`hash_assets`), by path relative to the asset folder."""
 
 
 def write_manifest(
@@ -57,15 +57,15 @@ def write_manifest(
     files: Mapping[str, str] | None = None,
     missing_assets: Sequence[MissingAsset] = (),
 ) -> Path:
-    """Write the manifest of a run, complete when it says which files it made.
+    """Write the manifest of a run; it is complete if `files` is given.
 
     Args:
         folder: the run's folder.
-        request: what was asked.
-        choice: what draws the sheet.
-        asset_files: hashes of the asset files that the request names.
+        request: the request.
+        choice: renderer of the sheet.
+        asset_files: hashes of the asset files named in the request.
         models: the finished models, by index.
-        files: hashes of all files; None while the run is going on.
+        files: hashes of all files; None during the run.
         missing_assets: meshes that the asset folder lacks.
     """
     values = {
@@ -86,21 +86,21 @@ def write_manifest(
 
 
 def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
-    """The manifest in a file, or in a folder that a run was written to.
+    """Manifest from a file, or from the folder of a run.
 
     Args:
         path: the file or the folder.
         assets: a folder of assets to use instead of the one the manifest names.
 
     Raises:
-        AssetError: when there is none, or it is damaged.
+        AssetError: If there is none, or it is damaged.
     """
     path = Path(path)
     path = path / MANIFEST if path.is_dir() else path
     if not path.is_file():
         raise AssetError(f"{path}: no such manifest. `grammarlab sample` writes one into its output folder.")
     if path.stat().st_size > MAX_FILE_BYTES:
-        raise AssetError(f"{path}: larger than {MAX_FILE_BYTES} bytes, which no manifest of ours is.")
+        raise AssetError(f"{path}: larger than {MAX_FILE_BYTES} bytes, so it is not a manifest.")
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
         version = values["format"]
@@ -111,7 +111,7 @@ def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
             values["request"], text, assets or _find_assets(values["assets"], path.parent)
         )
         if request.text_hash != values["grammar"]["sha256"]:
-            raise AssetError(f"{path}: the grammar text does not fit its hash; somebody changed one of them.")
+            raise AssetError(f"{path}: the grammar text does not match its hash; one of them was changed.")
         return Manifest(
             request=request,
             format=version,
@@ -127,7 +127,7 @@ def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
 
 @cache
 def current_versions() -> dict[str, str]:
-    """The versions of everything that may change a bit of the output."""
+    """Versions of all software that may change a bit of the output."""
     libraries = {name: version(name) for name in _LIBRARIES}
     return {
         "grammarlab": __version__,
@@ -138,12 +138,12 @@ def current_versions() -> dict[str, str]:
 
 
 def _drawing_versions(choice: RendererChoice) -> dict[str, str]:
-    """What else a picture depends on when OpenGL draws it."""
+    """Further inputs of a picture drawn by OpenGL."""
     return {name: version(name) for name in _GL_LIBRARIES} | {"opengl": choice.driver} if choice.name == "gl" else {}
 
 
 def _describe_assets(assets: Path, folder: Path) -> str:
-    """``shipped``, or the path of the asset folder as seen from the run's folder where that is possible."""
+    """``shipped``, or the path of the asset folder, relative to the run's folder if possible."""
     if assets.resolve().is_relative_to(examples_folder().resolve()):
         return _SHIPPED
     try:

@@ -1,4 +1,4 @@
-"""What a run says about each model, kept beside the derivations so that an interrupted run can go on."""
+"""Records of the models of a run, stored beside the derivations so that an interrupted run can be resumed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from grammarlab.runs.disk.results import Results, json_kind
 from grammarlab.runs.requests.batches import Batch
 
 DERIVATIONS = "derivations"
-"""Folder with one folder a batch, each as `grammarlab.runs.disk.derivations` describes it, and these records."""
+"""Folder with one folder per batch, in the format of `grammarlab.runs.disk.derivations`, and these records."""
 _KEY = "models"
 RECORD = f"{_KEY}.json"
 
@@ -25,21 +25,21 @@ class ModelRecord:
     index: int
     """Its address is (seed, index)."""
     file: str
-    """Path relative to the run's folder; the shared file when there is one for all."""
+    """Path relative to the run's folder; the shared file if there is one for all models."""
     seed: int
     shapes: int
-    """Nodes of the derivation tree; parts of a model that has none."""
+    """Number of nodes of the derivation tree, or of parts of a model without a tree."""
     triangles: int
     log_probability: float | None
-    """Natural logarithm of the density of its random draws; None where that is not known."""
+    """Natural logarithm of the density of its random draws; None if unknown."""
     reports: Mapping[str, Mapping[str, float | int | None]] = field(default_factory=dict)
-    """What ``report`` collected, by key: see `grammarlab.runs.models.reports`."""
+    """Values of ``report`` by key: see `grammarlab.runs.models.reports`."""
     origin: tuple[float, ...] = (0.0, 0.0, 0.0)
-    """Where in the world the model's own coordinates begin, in metres; a GLB moves them there by a node."""
+    """Origin of the model's coordinates in the world, in metres; a GLB has it as a node."""
     tries: int = 1
-    """Candidates that it took until one was accepted (`grammarlab.features.rules.accepting`)."""
+    """Number of candidates until one was accepted (`grammarlab.features.rules.accepting`)."""
     accepted: bool = True
-    """False where none was: the one that came nearest stands there."""
+    """False if none was accepted; the model is then the nearest candidate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,33 +48,33 @@ class BatchRecord:
 
     models: tuple[ModelRecord, ...]
     hashes: Mapping[str, str]
-    """SHA-256 of each file that the batch made, by path relative to the run's folder."""
+    """SHA-256 of each file of the batch, by path relative to the run's folder."""
     prints: tuple[str, ...] = ()
-    """What the rules printed."""
+    """Texts printed by the rules."""
     missing_images: tuple[str, ...] = ()
-    """Textures of the models that the asset folder lacks."""
+    """Missing textures of the models."""
     missing_assets: tuple[MissingAsset, ...] = ()
-    """Meshes that it lacks."""
+    """Missing meshes."""
 
 
 def batch_folder(folder: Path, batch: Batch) -> Path:
-    """Where the derivations of a batch lie."""
+    """Folder of the derivations of a batch."""
     return folder / DERIVATIONS / f"{batch.index:05d}"
 
 
 def write_record(folder: Path, batch: Batch, record: BatchRecord) -> None:
-    """Record that a batch is finished; the last thing that is written of it."""
+    """Record that a batch is finished; written last."""
     _records(folder, batch).put(_KEY, record)
 
 
 def read_record(folder: Path, batch: Batch) -> BatchRecord | None:
-    """The record of a batch, None unless it is finished and all its files are still there."""
+    """The record of a batch; None unless it is finished and all its files still exist."""
     record = _records(folder, batch).get(_KEY)
     return record if record is not None and all((folder / file).is_file() for file in record.hashes) else None
 
 
 def _records(folder: Path, batch: Batch) -> Results[BatchRecord]:
-    # No more lasting than the files that they are about.
+    # Not flushed to the disk, like the files themselves.
     return Results(batch_folder(folder, batch), _KIND, lasting=False)
 
 

@@ -33,30 +33,30 @@ class RunResult:
     request: SampleRequest
     folder: Path
     models: tuple[ModelRecord, ...]
-    """By index."""
+    """Models by index."""
     sheet: Path | None
-    """The contact sheet, when one was asked for."""
+    """The contact sheet, if requested."""
     manifest: Path
     prints: tuple[str, ...] = ()
-    """What the rules printed, at most a bounded number of texts a batch."""
+    """Texts printed by the rules, a bounded number per batch."""
     missing_images: tuple[str, ...] = ()
-    """Textures of the models that the asset folder lacks, in alphabetical order."""
+    """Missing textures of the models, in alphabetical order."""
     missing_assets: tuple[MissingAsset, ...] = ()
-    """Meshes that it lacks, by path."""
+    """Missing meshes, by path."""
 
     @property
     def accept_rate(self) -> float | None:
-        """Share of candidates that an acceptance rule kept; None where every first one stands there."""
+        """Share of candidates that an acceptance rule kept; None without a rule."""
         tries = sum(model.tries for model in self.models)
         return None if tries == len(self.models) else sum(model.accepted for model in self.models) / tries
 
     @property
     def not_accepted(self) -> tuple[ModelRecord, ...]:
-        """Models of which no candidate was accepted: the one that came nearest stands there."""
+        """Models without an accepted candidate; the nearest candidate is used."""
         return tuple(model for model in self.models if not model.accepted)
 
     def missing_asset_warnings(self) -> tuple[Finding, ...]:
-        """A finding for each missing mesh, as `grammarlab check` has them."""
+        """One finding per missing mesh, as in `grammarlab check`."""
         return warnings_of(self.missing_assets, self.request.assets)
 
     @property
@@ -73,20 +73,20 @@ def sample_run(
     resume: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> RunResult:
-    """Derive the models of a request and write everything about them into a folder.
+    """Derive the models of a request and write all files into a folder.
 
-    Every file appears whole or not at all, so an interrupted run leaves valid files and can be resumed.
+    Files are written atomically, so an interrupted run leaves valid files and can be resumed.
 
     Args:
-        request: what to make.
-        folder: made when missing. The files of an earlier run of the grammar in it are removed, unless it is resumed.
+        request: the request.
+        folder: made if missing. The files of an earlier run of the grammar in it are removed, unless it is resumed.
             A folder with a run of another grammar is refused.
-        executor: who makes the batches and the picture; the files do not depend on it.
-        resume: go on with the run that the folder holds, doing only what is missing.
-        on_progress: told about every finished batch.
+        executor: makes the batches and the picture; the files do not depend on it.
+        resume: continue the run in the folder, and make only missing batches.
+        on_progress: called after every finished batch.
 
     Raises:
-        GrammarlabError: as the grammar, the assets or the folder give reason to.
+        GrammarlabError: If the grammar, the assets or the folder cannot be used.
 
     >>> import grammarlab as gl
     >>> from pathlib import Path
@@ -150,18 +150,18 @@ def repeat_run(
     """Make the run of a manifest again, and compare.
 
     Args:
-        manifest: of a complete run.
-        folder: where to put the files; not the folder of the run that is repeated.
-        executor: as for `sample_run`.
-        resume: as for `sample_run`.
-        on_progress: as for `sample_run`.
+        manifest: manifest of a complete run.
+        folder: folder for the files; not the folder of the repeated run.
+        executor: see `sample_run`.
+        resume: see `sample_run`.
+        on_progress: see `sample_run`.
 
     Returns:
         The run, and the names of the files that are not equal, bit for bit, to those of the manifest.
 
     Raises:
-        AssetError: when asset files are not those of the manifest.
-        GrammarlabError: as for `sample_run`.
+        AssetError: If asset files differ from those of the manifest.
+        GrammarlabError: See `sample_run`.
     """
     difference = first_difference(manifest.asset_files, hash_assets(manifest.request))
     if difference:
@@ -177,7 +177,7 @@ def repeat_run(
 
 
 def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str], resume: bool) -> None:
-    """Make the folder, and clear it of an earlier run that is not to be resumed."""
+    """Make the folder, and remove an earlier run from it unless it is resumed."""
     folder.mkdir(parents=True, exist_ok=True)
     if not (folder / MANIFEST).is_file():
         return
@@ -199,7 +199,7 @@ def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str
 
 
 def _changed_option(earlier: SampleRequest, request: SampleRequest) -> str:
-    """What differs between two requests, in words; empty when nothing does."""
+    """Description of a difference between two requests; empty if there is none."""
     if (earlier.text, earlier.suffix) != (request.text, request.suffix):
         return "the rules differ"
     before, now = earlier.as_json(), request.as_json()
@@ -210,7 +210,7 @@ def _changed_option(earlier: SampleRequest, request: SampleRequest) -> str:
 def _run_batches(
     request: SampleRequest, folder: Path, executor: AbstractExecutor, on_progress: Progress
 ) -> tuple[tuple[BatchRecord, ...], bool]:
-    """The records of all batches, in order, and whether all were there already; makes those that are missing."""
+    """The records of all batches, in order, and whether all existed; makes missing ones."""
     batches = cut_batches(request)
     records = {batch.index: record for batch in batches if (record := read_record(folder, batch)) is not None}
     missing = [batch for batch in batches if batch.index not in records]
@@ -225,7 +225,7 @@ def _run_batches(
 
     try:
         executor.run(partial(sample_batch, request, folder), missing, finish)
-    finally:  # of processes that have been ended
+    finally:  # temporary files of killed processes
         remove_parts(folder)
         remove_parts(folder / DERIVATIONS)
     return tuple(records[batch.index] for batch in batches), not missing

@@ -19,7 +19,7 @@ from grammarlab.runs.work.executors import AbstractExecutor
 from grammarlab.scene import TriangleBatch, triangles
 
 SHEET_MODELS = 144
-"""Models on the sheet of a larger run: the first ones."""
+"""Largest number of models on the sheet; of more, the first ones are shown."""
 TILE_AREA = 320 * 320
 """Pixels of the picture of one model."""
 
@@ -62,5 +62,5 @@ def _size_text(points: NDArray[np.float32]) -> str:
 
 
 def _metres(length: float) -> str:
-    """A length with about three digits that count."""
+    """A length with about three significant digits."""
     return f"{length:.2f}" if length < 10 else f"{length:.1f}" if length < 100 else f"{length:.0f}"

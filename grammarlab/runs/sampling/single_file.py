@@ -18,7 +18,7 @@ _REUSE: dict[Instancing, Reuse] = {"none": "merged", "nodes": "nodes", "gpu": "i
 
 
 def save_options(request: SampleRequest) -> SaveOptions:
-    """How the files of a run are written; with one model on each of several footprints, they stay in their places."""
+    """Options of saving the files of a run; with one model on each of several footprints, models keep their places."""
     return SaveOptions(
         reuse=_REUSE[request.instancing],
         assets=request.assets,
@@ -40,7 +40,7 @@ def write_single_file(request: SampleRequest, folder: Path, batches: tuple[Batch
 
 @dataclass(frozen=True, slots=True)
 class StoredScenes:
-    """The scenes of finished batches, read from what is kept of them whenever they are gone through."""
+    """The scenes of finished batches, read from disk at each iteration."""
 
     request: SampleRequest
     folder: Path

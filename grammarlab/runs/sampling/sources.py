@@ -1,4 +1,4 @@
-"""Scenario files together with the grammars that they are about."""
+"""Scenario files with their grammars."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def load_source(scenario: Path) -> Source:
     """A scenario file with its grammar.
 
     Raises:
-        GrammarlabError: as the files give reason to.
+        GrammarlabError: If the files cannot be used.
     """
     found = load(scenario)
     rules = find_rules(found.grammar)

@@ -1,1 +1,1 @@
-"""Pages of this machine: who is served, how windows talk, and what a request is."""
+"""Local pages: the server, its windows, and their requests."""

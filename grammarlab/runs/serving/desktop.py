@@ -1,4 +1,4 @@
-"""What windows work on together, usable by any transport: one thread on which everything happens in order."""
+"""Shared document of several windows, for any transport: one thread processes all requests in order."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from grammarlab.runs.serving.windows import Message, Send
 
 
 class Counted(Protocol):
-    """What counts its changes."""
+    """An object with a counter of its changes."""
 
     revision: int
 
@@ -36,12 +36,12 @@ class Desktop(Generic[Desk]):
         state_of: Callable[[Desk], tuple[Message, Sequence[bytes]]],
         idle: Callable[[Desk], None] = lambda _: None,
     ) -> None:
-        """Begins.
+        """Start the thread.
 
         Args:
             desk: changed on the desktop's thread only.
-            run: does what a window asks for, and answers; of `drag` the latest counts, others become `skip`.
-            state_of: the event, with buffers, that windows are told at first and whenever `revision` has changed.
+            run: runs a request and answers; only the latest `drag` is run, earlier ones become `skip`.
+            state_of: the event, with buffers, sent to windows initially and whenever `revision` has changed.
             idle: does what can wait until nothing is asked for; only while there is a window.
         """
         self.desk, self._run_request, self._state_of, self._idle = desk, run, state_of, idle
@@ -54,27 +54,27 @@ class Desktop(Generic[Desk]):
         self._thread.start()
 
     def handle(self, message: object, buffers: Sequence[bytes], send: Send) -> None:
-        """Takes a request of a window."""
+        """Accept a request of a window."""
         if _is_drag(message):
             self._dragged[send] = message
         self._inbox.put(partial(self._handle, message, buffers, send))
 
     def listen(self, send: Send) -> Callable[[], None]:
-        """Has a window told whenever something changes, and once at first; the result ends it."""
+        """Notify a window of every change, and once initially; the result ends the notifications."""
         self._inbox.put(partial(self._open, send))
         return lambda: self._inbox.put(partial(self._close, send))
 
     def post(self, job: Callable[[], None]) -> None:
-        """Has something done on the desktop's thread; may be called from any thread."""
+        """Run a function on the desktop's thread; may be called from any thread."""
         self._inbox.put(job)
 
     def tell(self, message: Message) -> None:
-        """Tells all windows of an event; called on the desktop's thread."""
+        """Send an event to all windows; called on the desktop's thread."""
         for send in tuple(self._windows):
             send(message, ())
 
     def close(self) -> None:
-        """Ends it, after all that was asked for before."""
+        """End the thread after all earlier requests."""
         self._inbox.put(None)
         self._thread.join()
 
@@ -86,11 +86,11 @@ class Desktop(Generic[Desk]):
                 if self._windows and self._inbox.empty():
                     self._idle(self.desk)
                     self._tell_state()
-            except Exception:  # a mistake of ours must not end the desktop
+            except Exception:  # a bug must not end the desktop
                 traceback.print_exc()
 
     def _handle(self, message: object, buffers: Sequence[bytes], send: Send) -> None:
-        # Of sizes on the way only the latest counts, so that a slow solution never leaves a queue behind.
+        # Only the latest size of a drag is solved, so that a slow solution leaves no queue.
         if _is_drag(message) and self._dragged.get(send) is not message:
             message = {**message, "command": "skip"}
         self._run_request(self.desk, message, buffers, send)

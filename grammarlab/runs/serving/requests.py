@@ -23,7 +23,7 @@ MAX_TEXT = 200
 
 @dataclass(frozen=True)
 class Request:
-    """One thing that a window asks for."""
+    """One request of a window."""
 
     values: Mapping[str, Any]
     buffers: Sequence[bytes]
@@ -35,7 +35,7 @@ class Request:
         """A text argument.
 
         Raises:
-            UsageError: when it is none.
+            UsageError: If it has another type.
         """
         value = self.values.get(name, default)
         if not isinstance(value, str) or len(value) > MAX_TEXT:
@@ -46,7 +46,7 @@ class Request:
         """A whole number.
 
         Raises:
-            UsageError: when it is none, or out of range.
+            UsageError: If it is not a whole number, or out of range.
         """
         value = self.values.get(name, default)
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
@@ -57,7 +57,7 @@ class Request:
         """A finite number.
 
         Raises:
-            UsageError: when it is none.
+            UsageError: If it has another type.
         """
         value = self.values.get(name)
         if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > 1e300 or not isfinite(value):
@@ -66,7 +66,7 @@ class Request:
 
 
 Subject = TypeVar("Subject")
-"""What commands are about, such as a session."""
+"""Subject of commands, such as a session."""
 
 
 def answered(
@@ -76,14 +76,14 @@ def answered(
     buffers: Sequence[bytes],
     window: Send,
 ) -> None:
-    """Does what a window asks for, and answers, now or later.
+    """Run a request of a window, and answer, now or later.
 
     Args:
-        commands: by name; those without a result answer by themselves.
-        subject: what they are about.
-        message: anything at all.
-        buffers: that came with it.
-        window: gets the answer.
+        commands: commands by name; those without a result send their own answer.
+        subject: subject of the commands.
+        message: any value.
+        buffers: binary buffers of the message.
+        window: receives the answer.
     """
     values = message if isinstance(message, dict) else {}
     number = values.get("id") if isinstance(values.get("id"), int | str | None) else None
@@ -100,7 +100,7 @@ def answered(
             answer(result)
     except (GrammarlabError, OSError) as error:
         refuse(str(error))
-    except Exception as error:  # a mistake of ours must not end the session
+    except Exception as error:  # a bug must not end the session
         traceback.print_exc()
         refuse(f"unexpected {type(error).__name__}: {error}. Please report it.")
 

@@ -1,7 +1,7 @@
-"""A page over HTTP and a WebSocket, for this machine and this person only.
+"""Server of a page over HTTP and a WebSocket, for this machine and this person only.
 
-Bound to 127.0.0.1. Everything needs the token of the run, compared in constant time; hosts other than this machine's
-own names are refused, so that no other site can be made to point here; other origins get no socket.
+It is bound to 127.0.0.1. All requests need the token of the run, compared in constant time; host names other than this
+machine's own are refused, against DNS rebinding; other origins get no socket.
 """
 
 from __future__ import annotations
@@ -45,52 +45,52 @@ _INDEX = Path(__file__).with_name("index.html")
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """What a browser gets."""
+    """Files and settings of a page."""
 
     files: dict[str, Path]
-    """Scripts and style sheets by the name that the page calls them."""
+    """Scripts and style sheets, by their names in the page."""
     command: str
-    """What prints the address."""
+    """Command that prints the address."""
     max_bytes: int
-    """Of one message."""
+    """Largest size of one message in bytes."""
 
 
 def built_page(module: str, command: str, max_bytes: int) -> Page:
-    """The page that `pages/bundle.js` built into the folder `static` beside a module, whose file is given."""
+    """Page built by `pages/bundle.js` in the folder `static` beside a module, given by its file."""
     static = Path(module).with_name("static")
     return Page({name: static / name for name in ("page.css", "page.js")}, command, max_bytes)
 
 
 class Served(Protocol):
-    """What a page is about, such as a session of scores."""
+    """Subject of a page, such as a scoring session."""
 
     def handle(self, message: object, buffers: Sequence[bytes], send: Send) -> None:
-        """Takes a request of a window, which may be anything at all; `send` gets the answer. Returns at once."""
+        """Accept a request of a window, with any content; `send` receives the answer. Returns at once."""
         ...
 
     def listen(self, send: Send) -> Callable[[], None]:
-        """Has a window told whenever something changes, and once at first; the result ends it."""
+        """Notify a window of every change, and once initially; the result ends the notifications."""
         ...
 
 
 def serve(session: Served, page: Page, port: int, on_ready: Callable[[str], None]) -> None:
-    """Serves a session until the process is interrupted.
+    """Serve a session until the process is interrupted.
 
     Args:
-        session: what to serve; not closed here.
-        page: what it looks like.
-        port: to listen on; 0 for any that is free.
-        on_ready: gets the address of the page once it can be opened.
+        session: the session; it is not closed here.
+        page: the page.
+        port: port to listen on; 0 for any free one.
+        on_ready: called with the address of the page when it can be opened.
 
     Raises:
-        UsageError: when the port is in use.
-        KeyboardInterrupt: when the person ends it.
+        UsageError: If the port is in use.
+        KeyboardInterrupt: If the user ends it.
     """
     asyncio.run(serving(session, page, port, on_ready))
 
 
 async def serving(session: Served, page: Page, port: int, on_ready: Callable[[str], None]) -> None:
-    """The same on a loop that runs already, until it is cancelled."""
+    """The same on a running event loop, until it is cancelled."""
     token = _token()
     listening = _listening(port)
     shared = {"session": session, "page": page, "token": token}
@@ -117,7 +117,7 @@ async def serving(session: Served, page: Page, port: int, on_ready: Callable[[st
 
 
 def _token() -> str:
-    """A new one for each run, unless the person wants pages that are open to find the next run."""
+    """A new token for each run, unless the environment sets one so that open pages find the next run."""
     given = os.environ.get(KEPT, "")
     if given and not re.fullmatch(r"[\w-]{16,128}", given, re.ASCII):
         raise UsageError(f"{KEPT}: expected 16 to 128 letters, digits, - and _.")
@@ -140,7 +140,7 @@ def _escaped(name: str) -> str:
 
 
 class _GuardedHandler(RequestHandler):
-    """Refuses everybody but the person who was told the address."""
+    """Refuses all requests without the token."""
 
     def initialize(self, session: Served, page: Page, token: str) -> None:
         self.session, self.page, self.token = session, page, token
@@ -214,7 +214,7 @@ class _SocketHandler(_GuardedHandler, WebSocketHandler):
             self.session.handle(self._message, tuple(self._buffers), self.send)
 
     def _begin(self, text: str) -> bool:
-        """The first frame of a message; whether it is one."""
+        """Check the first frame of a message; returns whether it is valid."""
         if self._missing:
             return False
         try:

@@ -1,4 +1,4 @@
-"""How a session talks to those who look at it."""
+"""Messages from a session to its windows."""
 
 from __future__ import annotations
 
@@ -11,6 +11,6 @@ Argument: TypeAlias = str | float | bool | Sequence["Argument"] | Mapping[str, "
 Send = Callable[[Message, Sequence[bytes]], None]
 """Sends a message and binary buffers to one window. Called on the session's thread; it must not block."""
 Answer = Callable[[Message, Sequence[bytes]], None]
-"""Gives the result of a command."""
+"""Send the result of a command."""
 Refuse = Callable[[str], None]
-"""Says why there is none."""
+"""Send the reason why there is no result."""

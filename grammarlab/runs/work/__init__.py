@@ -1,1 +1,1 @@
-"""Who does the tasks of a run: processes and executors."""
+"""Executors and worker processes for the tasks of a run."""

@@ -1,4 +1,4 @@
-"""What JAX has compiled is kept on disk: the next session does not wait for it again."""
+"""Cache on disk of functions compiled by JAX, so that the next session does not compile them again."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import platform
 from platformdirs import user_cache_path
 
 _WORTH_KEEPING = "0.1"
-"""Seconds of compiling."""
+"""Shortest time of compilation, in seconds, of a function that is cached."""
 
 
 def keep_compiled() -> None:
-    """Names the folder to JAX, which reads the environment when it is loaded; what a person has set there stays.
+    """Set the cache folder of JAX in the environment, before JAX is imported; variables set by the user stay.
 
-    Each machine has a folder of its own, since what is compiled for one processor may not run on another.
+    Each machine has its own folder, since code compiled for one processor may not run on another.
     """
     folder = user_cache_path("grammarlab") / "compiled" / (platform.node() or "here")
     try:

@@ -1,7 +1,7 @@
-"""Who does the tasks of a run: chosen once, by the command line, a notebook or a test, and handed down.
+"""Executors of the tasks of a run: chosen once, by the command line, a notebook or a test, and passed down.
 
-A task and its result are values that can be pickled, and a task leaves nothing behind but files, so that whoever does
-it may share no memory with the run, nor the machine.
+A task and its result are values that can be pickled, and the only side effects of a task are files, so that an executor
+needs no shared memory, nor the same machine.
 """
 
 from __future__ import annotations
@@ -20,36 +20,36 @@ Result = TypeVar("Result")
 
 
 class AbstractExecutor(ABC):
-    """Does tasks. A frozen value: nothing runs but during `run`.
+    """Runs tasks. It is a frozen value: processes exist only during `run`.
 
-    Numerical libraries have one thread during a task, so that results are equal to the last bit whoever does it.
+    Numerical libraries have one thread during a task, so that results are equal to the last bit for all executors.
     """
 
     @abstractmethod
     def run(self, work: Callable[[Task], Result], tasks: Iterable[Task], then: Callable[[int, Result], object]) -> None:
-        """Does all tasks; when this ends, however that is, nothing is being done any more.
+        """Run all tasks; no task runs after it returns or raises.
 
         Args:
-            work: a function that other processes can import. It may be called again with a task that was lost.
-            tasks: its arguments, taken as there is room for them, so that they may be many. What `str` makes of one
-                names it in messages.
-            then: gets the place of a task and its result, here, as soon as that is there, in any order.
+            work: a function that other processes can import. It may be called again with a lost task.
+            tasks: its arguments, consumed lazily, so that they may be many. `str` of a task is its name in
+                messages.
+            then: called in this process with the index and result of each finished task, in any order.
 
         Raises:
-            WorkerError: a task has lost its process `grammarlab.runs.work.workers.MAX_ATTEMPTS` times.
-            Exception: whatever a task, or `then`, raises first.
+            WorkerError: If a task has lost its process `grammarlab.runs.work.workers.MAX_ATTEMPTS` times.
+            Exception: The first exception of a task or of `then`.
         """
 
     @abstractmethod
     def share(self, num_tasks: int) -> AbstractExecutor:
-        """An executor for the inside of some tasks that are done side by side: its part of this one."""
+        """Executor for use inside parallel tasks: a share of this one."""
 
     @abstractmethod
     def with_environment(self, values: Mapping[str, str]) -> Self:
-        """The same with environment variables for its tasks; libraries may look at them only when they are loaded."""
+        """The same with environment variables for its tasks; libraries may read them only when they are loaded."""
 
     def results(self, work: Callable[[Task], Result], tasks: Iterable[Task]) -> list[Result]:
-        """The results of all tasks, in their order; for the rest as `run`."""
+        """Results of all tasks, in their order; see `run`."""
         found: dict[int, Result] = {}
         self.run(work, tasks, found.__setitem__)
         return [found[index] for index in range(len(found))]
@@ -60,7 +60,7 @@ class Serial(AbstractExecutor):
     """One task after the other, in this process."""
 
     environment: Mapping[str, str] = field(default_factory=dict)
-    """Variables of the tasks besides those of this process."""
+    """Variables of the tasks in addition to those of this process."""
 
     def run(self, work: Callable[[Task], Result], tasks: Iterable[Task], then: Callable[[int, Result], object]) -> None:
         for index, task in enumerate(tasks):
@@ -77,10 +77,10 @@ class Serial(AbstractExecutor):
 
 @dataclass(frozen=True, slots=True)
 class Processes(AbstractExecutor):
-    """Tasks in processes of their own on this machine, which end with this one.
+    """Tasks in separate processes on this machine, which end with this one.
 
-    A process that dies is replaced and its task done again. Of a single task this process is the only one, since
-    starting another takes longer than most tasks do. In a script, call what runs below ``if __name__ == "__main__":``.
+    A process that dies is replaced and its task done again. A single task runs in this process, since
+    starting another takes longer than most tasks. In a script, use it below ``if __name__ == "__main__":``.
 
     >>> Processes(2).results(abs, [-1, 2, -3])
     [1, 2, 3]
@@ -89,7 +89,7 @@ class Processes(AbstractExecutor):
     num_workers: int
     """>= 1."""
     environment: Mapping[str, str] = field(default_factory=dict)
-    """Variables of the processes besides those of this one."""
+    """Variables of the processes in addition to those of this one."""
 
     def run(self, work: Callable[[Task], Result], tasks: Iterable[Task], then: Callable[[int, Result], object]) -> None:
         source = iter(tasks)
@@ -111,6 +111,6 @@ SERIAL = Serial()
 
 
 def executor_of(jobs: int) -> AbstractExecutor:
-    """An executor of as many processes, one a core for 0; this one alone for 1."""
+    """Executor with a number of processes; 0 for one per core, 1 for this process only."""
     num_workers = jobs or available_cores()
     return SERIAL if num_workers == 1 else Processes(num_workers)

@@ -1,4 +1,4 @@
-"""Processes that work for this one: how they start, what they find around them, and how they end."""
+"""Worker processes: start, environment, and end."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 MAX_ATTEMPTS = 3
-"""How often a task is begun whose process ends before it."""
+"""Largest number of starts of a task whose process dies."""
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 # Spawned, not forked: threads of numerical libraries do not survive a fork.
 _CONTEXT = get_context("spawn")
-# A new process takes its environment from this one, which has one for all threads.
+# A new process copies the environment of this one, which all threads share.
 _starting = Lock()
 
 
 def available_cores() -> int:
-    """Cores that this process may use."""
+    """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -35,16 +35,16 @@ def start_worker(
     *,
     outlives: bool = False,
 ) -> tuple[SpawnProcess, Connection]:
-    """Starts a process, and returns before it is ready.
+    """Start a process, and return before it is ready.
 
-    Numerical libraries have one thread in it. It ignores Ctrl-C, which reaches the whole group of processes: what to do
-    is for this process to say. When this process has ended, however that was, so does the new one.
+    Numerical libraries have one thread in it. It ignores Ctrl-C, which reaches the whole group of processes: this
+    process decides what to do. The new process ends when this process ends in any way.
 
     Args:
         target: a function that other processes can import; called with the other end of the connection and `arguments`.
-        arguments: few and small: this process waits until they are taken.
-        environment: variables that the process has besides those of this one.
-        outlives: whether it may be left alone until this process ends. Such a process cannot start others.
+        arguments: few and small, since this process waits until they are received.
+        environment: variables of the process in addition to those of this one.
+        outlives: whether it may run until this process ends. Such a process cannot start others.
 
     Returns:
         The process, and a connection to it that ends when it does.
@@ -75,13 +75,13 @@ def variables(values: Mapping[str, str]) -> Iterator[None]:
 def one_thread() -> threadpool_limits:
     """A context in which numerical libraries have one thread.
 
-    At our sizes several are slower, and the last bits of a sum must not depend on the number of cores.
+    Several threads are slower at these sizes, and the last bits of a sum must not depend on the number of cores.
     """
     return threadpool_limits(1)
 
 
 def how_it_ended(process: SpawnProcess) -> str:
-    """The end of a lost process in words."""
+    """Description of the end of a lost process."""
     code = process.exitcode
     if code == -signal.SIGKILL:
         return "it was killed, as systems do when memory is short"
@@ -90,7 +90,7 @@ def how_it_ended(process: SpawnProcess) -> str:
 
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Ctrl-C waits until the block has ended; what is started in it begins with that, too."""
+    """Delay Ctrl-C until the end of the block; processes started in it inherit this."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

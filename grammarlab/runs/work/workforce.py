@@ -1,4 +1,4 @@
-"""Processes that do the tasks of one run, one each at a time; those that die are replaced."""
+"""Worker processes for the tasks of one run, one task each at a time; processes that die are replaced."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from grammarlab.errors import WorkerError
 from grammarlab.runs.work.workers import MAX_ATTEMPTS, how_it_ended, start_worker
 
 GRACE = 2.0
-"""Seconds for processes to tidy up when they are to end early."""
+"""Seconds for processes to clean up before they are killed."""
 _READY = b""
 _LONGEST_NAME = 160
-"""Characters of a task in a message."""
+"""Largest number of characters of a task in a message."""
 
 
 @dataclass(eq=False, slots=True)
 class _Job:
-    """A task, and how often a process has died of it."""
+    """A task, with the number of processes that died during it."""
 
     index: int
     task: Any
@@ -36,7 +36,7 @@ class _Job:
 
 @dataclass(eq=False, slots=True)
 class _Worker:
-    """A process and what it is to do."""
+    """A process and its task."""
 
     process: SpawnProcess
     connection: Connection
@@ -48,10 +48,10 @@ class Workforce:
     """The processes of one run.
 
     Args:
-        work: does a task.
-        tasks: its arguments; as many are taken as there are processes.
-        then: gets place and result of each.
-        environment: variables of the processes besides those of this one.
+        work: function that does a task.
+        tasks: its arguments, consumed lazily, one per process.
+        then: called with index and result of each.
+        environment: variables of the processes in addition to those of this one.
     """
 
     def __init__(
@@ -68,10 +68,10 @@ class Workforce:
         self._workers: dict[Connection, _Worker] = {}
         self._leaving: list[SpawnProcess] = []
         self._false_starts = 0
-        """Processes that have died in a row before they could do anything."""
+        """Number of consecutive processes that died before their first task."""
 
     def run(self, num_workers: int) -> None:
-        """Does all tasks; see `grammarlab.runs.work.executors.AbstractExecutor.run`."""
+        """Run all tasks; see `grammarlab.runs.work.executors.AbstractExecutor.run`."""
         try:
             while len(self._workers) < num_workers and (job := self._next()) is not None:
                 self._start(job)
@@ -113,13 +113,13 @@ class Workforce:
         self._then(done.index, value)
 
     def _dismiss(self, worker: _Worker) -> None:
-        """Lets a process end, which it does at the end of its connection."""
+        """Close the connection of a process, which ends it."""
         del self._workers[worker.connection]
         worker.connection.close()
         self._leaving.append(worker.process)
 
     def _replace(self, worker: _Worker) -> None:
-        """Another process for one that has died."""
+        """Replace a process that has died."""
         self._dismiss(worker)
         worker.process.join()
         job, how = worker.job, how_it_ended(worker.process)
@@ -142,7 +142,7 @@ class Workforce:
         self._start(job)
 
     def _end(self) -> None:
-        """Ends what still runs: by a signal that lets it tidy up, and before long by one that does not."""
+        """End running processes: first by a signal that allows them to clean up, then by one that does not."""
         processes = [*self._leaving, *(worker.process for worker in self._workers.values())]
         for worker in self._workers.values():
             worker.connection.close()
@@ -162,11 +162,11 @@ def _send(worker: _Worker, message: bytes) -> None:
 
 
 class _EndedError(BaseException):
-    """The process is to end; no task takes it for an error of its own."""
+    """Raised in a process that must end; tasks do not catch it as an error."""
 
 
 def _do_tasks(connection: Connection) -> None:
-    """What a process does: tasks, until the other end of the connection is gone."""
+    """Main function of a process: run tasks until the connection is closed."""
     signal.signal(signal.SIGTERM, _tidy_up)
     with suppress(_EndedError, EOFError, OSError):
         connection.send_bytes(_READY)
@@ -180,7 +180,7 @@ def _tidy_up(_signal: int, _frame: object) -> None:
 
 
 def _answer(work: bytes, task: bytes) -> bytes:
-    """Whether a task went well, and its result or its error, pickled."""
+    """Whether a task succeeded, and its result or its error, pickled."""
     try:
         return pickle.dumps((True, _function(work)(pickle.loads(task))))  # noqa: S301 - of our own process
     except _EndedError:
@@ -197,5 +197,5 @@ def _answer(work: bytes, task: bytes) -> bytes:
 
 @lru_cache(maxsize=1)
 def _function(work: bytes) -> Callable[[Any], Any]:
-    """The function that does tasks, looked up with the first of them."""
+    """The function that does tasks, imported with the first task."""
     return pickle.loads(work)  # noqa: S301 - of our own process

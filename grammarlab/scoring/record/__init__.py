@@ -1,1 +1,1 @@
-"""What happened in a session, as events in a file."""
+"""Record of a session: events in a file."""

@@ -1,7 +1,7 @@
-"""What happens in a session, as events, and what they add up to.
+"""Events of a session, and the state computed from them.
 
-Events are never changed. Undo and redo are events, too: they revert and repeat scores, comparisons, imports and changes
-of factors, the latest first. All other events are about what is shown and cannot be undone.
+Events are never changed. Undo and redo are events that revert and repeat scores, comparisons, imports and changes
+of factors, the latest first. All other events concern the shown models and cannot be undone.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ VIEWS = ("active", "product")
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One thing that happened."""
+    """One event."""
 
     number: int
     """1, 2, 3 …: the revision of the session after it."""
@@ -53,7 +53,7 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class _Scored:
-    """A step that can be undone: what was said for one factor."""
+    """A step that can be undone: labels for one factor."""
 
     factor: str
     before: Mapping[Subject, Said | None]
@@ -62,7 +62,7 @@ class _Scored:
 
 @dataclass(frozen=True, slots=True)
 class _Refactored:
-    """A step that can be undone: other factors, or whole new scores of theirs."""
+    """A step that can be undone: a change of factors, or a replacement of their scores."""
 
     before: dict[str, Scores]
     after: dict[str, Scores]
@@ -74,36 +74,36 @@ class _Refactored:
 
 @dataclass
 class Record:
-    """What the events so far add up to."""
+    """State computed from the events so far."""
 
     revision: int = 0
     """Number of the last event."""
     factors: dict[str, Scores] = field(default_factory=lambda: {OVERALL: {}})
-    """What was said by factor; at least one factor."""
+    """Labels by factor; at least one factor."""
     numbers: dict[str, int] = field(default_factory=lambda: {OVERALL: 1})
-    """What each factor is known by whatever it is called: 1, 2, 3 … in the order they were made."""
+    """Number of each factor, independent of its name: 1, 2, 3 … in the order of creation."""
     num_made: int = 1
-    """Factors that were ever made."""
+    """Number of factors ever created."""
     active: str = OVERALL
     view: str = "active"
     layout: GridLayout = field(default_factory=GridLayout)
     grids: tuple[ModelGrid, ...] = ()
     way: str = "default"
-    """How the shown models were chosen."""
+    """Strategy of the shown models."""
     num_shown: int = 0
-    """How often models were chosen or sorted."""
+    """Number of times that models were chosen or sorted."""
     seen: dict[str, None] = field(default_factory=dict)
-    """All models that were shown at some time, in order."""
+    """All models ever shown, in order."""
     chart: list[tuple[int, float]] = field(default_factory=list)
-    """Labels, and how far the density moved in nats, at each update."""
+    """Number of labels, and change of the density in nats, at each update."""
     wide: bool = False
-    """Whether the models to choose from have been widened for rare ones; they stay so, whatever is undone."""
+    """Whether the pool has been widened for rare models; undo does not change it."""
     done: list[_Scored | _Refactored] = field(default_factory=list)
     undone: list[_Scored | _Refactored] = field(default_factory=list)
     keys: set[str] = field(default_factory=set)
-    """Names that windows gave their scores, so that one that is sent again counts once."""
+    """Keys that windows gave their scores, so that a repeated request counts once."""
     judgements: int = 0
-    """Changes whenever scores or factors may have changed."""
+    """Counter that changes whenever scores or factors may have changed."""
 
     @property
     def num_labels(self) -> int:
@@ -112,14 +112,14 @@ class Record:
 
     @property
     def known(self) -> dict[str, None]:
-        """The models that something was said of."""
+        """The models with labels."""
         return models_of(subject for scores in self.factors.values() for subject in scores)
 
     def name_of(self, factor: object) -> object:
-        """The name of a factor that is given by its number; anything else as it is.
+        """The name of a factor from its number; other values unchanged.
 
         Raises:
-            UsageError: when there is no factor of that number.
+            UsageError: If there is no factor of that number.
         """
         if isinstance(factor, bool) or not isinstance(factor, int):
             return factor
@@ -129,22 +129,22 @@ class Record:
         raise UsageError("the factor that this was meant for has been deleted; Undo brings it and its scores back.")
 
     def check(self, kind: str, body: Body) -> None:
-        """Makes sure that an event can happen now.
+        """Check that an event is possible now.
 
         Raises:
-            UsageError: says what was expected and what was found.
+            UsageError: If it is not; it names the expected and the found value.
         """
         if kind not in _KINDS:
-            raise UsageError(f"no event is called {shown(kind)}; there are {', '.join(_KINDS)}.")
+            raise UsageError(f"unknown event {shown(kind)}; expected one of {', '.join(_KINDS)}.")
         if not isinstance(body, dict):
             raise UsageError(f"expected an object, found {shown(body)}.")
         _KINDS[kind][0](self, body)
 
     def apply(self, event: Event) -> None:
-        """Adds an event.
+        """Add an event.
 
         Raises:
-            UsageError: when it cannot happen now; nothing has changed then.
+            UsageError: If it is not possible now; then nothing changes.
         """
         self.check(event.kind, event.body)
         _KINDS[event.kind][1](self, event.body)
@@ -192,7 +192,7 @@ class Record:
 
 def _check_factor(record: Record, value: object) -> None:
     if not isinstance(value, str) or value not in record.factors:
-        raise UsageError(f"no factor is called {shown(value)}; there are {', '.join(record.factors)}.")
+        raise UsageError(f"no factor {shown(value)}; expected one of {', '.join(record.factors)}.")
 
 
 def _check_key(record: Record, body: Body) -> None:
@@ -374,4 +374,4 @@ _KINDS: dict[str, tuple[Callable[[Record, Body], None], Callable[[Record, Body],
     "shown": (lambda _, body: check_shown(body), _shown),
     "learned": (_check_learned, _learned),
 }
-"""How to check each kind of event, and what it does."""
+"""Check and effect of each kind of event."""

@@ -1,4 +1,4 @@
-"""Opening a session: the rule file, the session file, and whether they belong together."""
+"""Opening of a session: the rule file, the session file, and a check that they match."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from grammarlab.runs.requests.examples import find_rules
 from grammarlab.scoring.record.store import SUFFIX, About, Store
 
 NUM_MODELS = 5_000
-"""Models that a new session has to choose from."""
+"""Default size of the pool of a new session."""
 
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """What a session begins with."""
+    """Inputs of a session."""
 
     path: Path
     about: About
     store: Store | None
-    """None for a new session, whose file is made once the grammar has been found to be right."""
+    """None for a new session, whose file is made after the grammar has been checked."""
     assets: Path
-    """Folder that asset names in the rules are relative to."""
+    """Folder of the assets named in the rules."""
 
 
 def open_session(
@@ -37,20 +37,20 @@ def open_session(
     assets: Path | None = None,
     stored_grammar: bool = False,
 ) -> Opening:
-    """Opens a session file, or gets ready to begin one.
+    """Open a session file, or prepare a new one.
 
     Args:
         grammar: a rule file or the name of a shipped grammar.
-        path: the session file; begun when there is none.
-        seed: of the models of a new session.
-        size: how many models a new session has to choose from.
-        assets: folder of meshes and images, where it is not the one beside the rule file.
-        stored_grammar: use the grammar that the session was begun with, whatever the rule file says now.
+        path: the session file; created if missing.
+        seed: seed of the models of a new session.
+        size: size of the pool of a new session.
+        assets: folder of meshes and images, if it is not the one beside the rule file.
+        stored_grammar: use the grammar stored in the session, even if the rule file has changed.
 
     Raises:
-        UsageError: when the session was begun with another grammar, or an argument is out of range.
-        LanguageError: for a rule file that cannot be read.
-        AssetError: for a file that is no session.
+        UsageError: If the session was created with another grammar, or an argument is out of range.
+        LanguageError: If the rule file cannot be read.
+        AssetError: If the file is not a session.
     """
     _check(path, seed, size)
     source = find_rules(grammar, assets)

@@ -1,4 +1,4 @@
-"""What was said: of one model a score, stars or a thumb; of two models which one rather, or that they are alike."""
+"""Labels in a session: a score, stars or a thumb for one model; a preference or a tie for two models."""
 
 from __future__ import annotations
 
@@ -12,53 +12,53 @@ from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.labels.table import SCORES, Kind, Label
 
 SCALES: tuple[Kind, ...] = ("score", "stars", "thumb")
-"""The kinds that are about one model."""
+"""Kinds of labels of one model."""
 _COMPARISONS: tuple[Kind, ...] = ("rather", "tie")
 
 Subject = str
-"""What something is said of: the address of a model, or those of two, the lesser one first, with a space between."""
+"""Subject of a label: the address of a model, or those of two, in ascending order with a space between."""
 
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """The last that was said of a subject."""
+    """Latest label of a subject."""
 
     score: float
-    """0 to 100, as in `Label`; of a comparison 100 where the first model is preferred, 0 where the second one is."""
+    """0 to 100, as in `Label`; for a comparison 100 if the first model is preferred, 0 if the second one is."""
     kind: Kind = "score"
 
     @property
     def likes(self) -> bool:
-        """Whether it says that something is liked."""
+        """Whether it means that a model is liked."""
         return self.kind == "rather" or (self.kind != "tie" and self.score > 0.0)
 
     def as_json(self) -> float | list[object]:
-        """As events hold it: a number for a score, and else a kind and a number."""
+        """Form in events: a number for a score, otherwise a kind and a number."""
         return self.score if self.kind == "score" else [self.kind, self.score]
 
 
 Scores = dict[Subject, Said]
-"""All that was said for one factor."""
+"""All labels of one factor."""
 
 
 def models_of(subjects: Iterable[Subject]) -> dict[str, None]:
-    """The different models that something is said of."""
+    """The different models with labels."""
     return {model: None for subject in subjects for model in subject.split(" ")}
 
 
 def compared(models: Sequence[str], kind: Kind) -> tuple[Subject, Said]:
-    """The first of two models rather than the second one, or both alike."""
+    """Whether the first of two models is preferred, the second, or both are equal."""
     first, second = sorted(models, key=Address.parse)
     score = SCORES[kind][0] if first == models[0] else MAX_SCORE - SCORES[kind][0]
     return f"{first} {second}", Said(score, kind)
 
 
 def as_label(subject: Subject, said: Said, factor: str, hashes: tuple[str, str]) -> Label:
-    """What was said as label files hold it; see `Address.label`."""
+    """The label in the form of label files; see `Address.label`."""
     places = [Address.parse(model) for model in subject.split(" ")]
     if len(places) == 1:
         return replace(places[0].label(factor, said.score, hashes), kind=said.kind)
-    # A comparison names the model first that is preferred.
+    # A comparison names the preferred model first.
     here, there = places if said.score >= SCORES["tie"][0] else places[::-1]
     other: dict[str, object] = {"seed": there.seed, "model": there.model}
     if here.flat != there.flat:
@@ -68,7 +68,7 @@ def as_label(subject: Subject, said: Said, factor: str, hashes: tuple[str, str])
 
 
 def of_label(label: Label, hashes: tuple[str, str]) -> tuple[Subject, Said]:
-    """What a label says, of models that addresses name."""
+    """Subject and value of a label."""
     model, other = Address.of(label, hashes), Address.of_other(label, hashes)
     if other is None:
         return str(model), Said(float(label.score), label.kind)
@@ -76,10 +76,10 @@ def of_label(label: Label, hashes: tuple[str, str]) -> tuple[Subject, Said]:
 
 
 def checked_said(score: object, kind: object = "score") -> Said:
-    """What was said of one model on a scale.
+    """A label of one model on a scale.
 
     Raises:
-        UsageError: when there is no such scale, or it has no such score.
+        UsageError: If there is no such scale, or it has no such score.
     """
     scale: Kind | None = next((name for name in SCALES if name == kind), None)
     if scale is None:
@@ -93,10 +93,10 @@ def checked_said(score: object, kind: object = "score") -> Said:
 
 
 def checked_entry(subject: object, value: object) -> tuple[Subject, Said]:
-    """A subject and what is said of it, as `Said.as_json` has it.
+    """A subject and its label, from the form of `Said.as_json`.
 
     Raises:
-        UsageError: when it is no such thing.
+        UsageError: If it has another form.
     """
     kind, score = value if isinstance(value, list) and len(value) == 2 else ("score", value)
     models = subject.split(" ") if isinstance(subject, str) else []
@@ -117,7 +117,7 @@ def checked_pair(models: object) -> list[str]:
     """Addresses of two different models.
 
     Raises:
-        UsageError: when they are not two.
+        UsageError: If they are not two.
     """
     if not isinstance(models, list) or len(models) != 2 or Address.parse(models[0]) == Address.parse(models[1]):
         raise UsageError(f"models: expected two different ones to compare, found {shown(models)}.")

@@ -1,8 +1,8 @@
-"""Session files: SQLite databases of events that are only ever appended.
+"""Session files: SQLite databases of append-only events.
 
-What was committed survives the end of the process and of the machine (WAL, synchronous=FULL). Several processes may
-have one file open: each reads what the others wrote before it writes. A file is foreign until it has been checked:
-another layout of its tables, or an event that cannot have happened, is an error.
+Committed events survive the end of the process and of the machine (WAL, synchronous=FULL). Several processes may
+have one file open: each reads the events of the others before it writes. A file is not trusted until it has been
+checked: another layout of its tables, or an impossible event, is an error.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from grammarlab.scoring.record.events import Event, Record
 
 SUFFIX = ".db"
 APPLICATION = 0x6C41B5C0
-"""SQLite's number for what kind of file it is."""
+"""Application id of the file in SQLite."""
 STEPS = (
     """
     CREATE TABLE about (name TEXT PRIMARY KEY, value TEXT NOT NULL);
     CREATE TABLE events (number INTEGER PRIMARY KEY, time REAL NOT NULL, kind TEXT NOT NULL, body TEXT NOT NULL);
     """,
 )
-"""From each version of the tables to the next, beginning with an empty file."""
+"""Migrations from each version of the tables to the next, beginning with an empty file."""
 MAX_FILE_BYTES = 1 << 30
 MAX_TEXT = 8 << 20
-"""Characters of one value in a file."""
+"""Largest number of characters of one value in a file."""
 MAX_EVENTS = 1_000_000
 TITLE = re.compile(r"[\w ().-]{1,200}")
 KIND = re.compile(r"\.\w{1,32}")
@@ -48,18 +48,18 @@ _EXPECTED_ABOUT = ("title", "grammar", "hash", "seed", "size")
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """What a session is about."""
+    """Subject of a session."""
 
     title: str
-    """Name of the grammar: letters, digits, spaces and ``().-_``, since files are called after it."""
+    """Name of the grammar: letters, digits, spaces and ``().-_``, since file names contain it."""
     grammar: str
     """Text of the file that describes the models."""
     seed: int
-    """Of the models to choose from, 0 <= seed < 2**64."""
+    """Seed of the pool, 0 <= seed < 2**64."""
     size: int
-    """How many models there are to choose from."""
+    """Size of the pool."""
     suffix: str = DEFAULT
-    """What the text is read as (`grammarlab.runs.requests.domains`)."""
+    """Suffix of its domain (`grammarlab.runs.requests.domains`)."""
 
     @property
     def hash(self) -> str:
@@ -68,7 +68,7 @@ class About:
 
 
 class Store:
-    """An open session file, and what its events add up to. For one thread."""
+    """An open session file with its state. For one thread."""
 
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         """Use `Store.open`."""
@@ -80,14 +80,14 @@ class Store:
 
     @classmethod
     def open(cls, path: Path, begin: About | None = None) -> Store:
-        """Opens a session file.
+        """Open a session file.
 
         Args:
             path: the file.
-            begin: what to begin with when there is no such file; None when there must be one.
+            begin: subject of a new file if there is none; None if the file must exist.
 
         Raises:
-            AssetError: for a file that is no session, is broken or was written by a newer version, or that cannot be
+            AssetError: If the file is not a session, is broken, was written by a newer version, or cannot be
                 opened.
         """
         if path.exists() and not path.is_file():
@@ -95,7 +95,7 @@ class Store:
         if begin is None and not path.is_file():
             raise AssetError(f"{path}: no such session file.")
         if path.is_file() and path.stat().st_size > MAX_FILE_BYTES:
-            raise AssetError(f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB, so it is no session file.")
+            raise AssetError(f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB, so it is not a session file.")
         with _explained(path):
             connection = sqlite3.connect(path, timeout=PATIENCE, isolation_level=None, check_same_thread=False)
         store = cls(path, connection)
@@ -107,15 +107,15 @@ class Store:
         return store
 
     def append(self, kind: str, body: Body | Callable[[Record], Body]) -> Event:
-        """Adds an event; when this returns it is on disk.
+        """Add an event; it is on disk when this returns.
 
         Args:
-            kind: of the event.
-            body: of the event, or what makes it of everything that has happened, here and in other processes.
+            kind: kind of the event.
+            body: body of the event, or a function that makes it from the current record.
 
         Raises:
-            UsageError: when it cannot happen now, perhaps because of what another process has done.
-            AssetError: when it cannot be written; nothing has changed then.
+            UsageError: If it is not possible now, perhaps because of events of another process.
+            AssetError: If it cannot be written; then nothing changes.
         """
         with self._transaction():
             self._read()
@@ -132,10 +132,10 @@ class Store:
         return event
 
     def poll(self) -> bool:
-        """Reads what other processes have written; whether there was anything.
+        """Read new events of other processes; returns whether there were any.
 
         Raises:
-            AssetError: when the file cannot be read.
+            AssetError: If the file cannot be read.
         """
         with _explained(self._path):
             version = self._connection.execute("PRAGMA data_version").fetchone()[0]
@@ -147,7 +147,7 @@ class Store:
         return self.record.revision > before
 
     def close(self) -> None:
-        """Closes the file."""
+        """Close the file."""
         self._connection.close()
 
     def _start(self, begin: About | None) -> None:
@@ -164,13 +164,13 @@ class Store:
         self._read()
 
     def _check(self, *, allow_new: bool) -> bool:
-        """Whether the file is new; an error when it is neither new nor a session."""
+        """Whether the file is new; raises an error if it is neither new nor a session."""
         found = self._connection.execute(_SCHEMA).fetchmany(16)
         application = self._connection.execute("PRAGMA application_id").fetchone()[0]
         if not found and not application and allow_new:
             return True
         if application != APPLICATION:
-            raise AssetError(f"{self._path}: a database, but no session file; give the name of another file.")
+            raise AssetError(f"{self._path}: a database, but not a session file; give the name of another file.")
         version = self._schema_version()
         if version > len(STEPS):
             raise AssetError(
@@ -185,7 +185,7 @@ class Store:
         return self._connection.execute("PRAGMA user_version").fetchone()[0]
 
     def _migrate(self, begin: About | None) -> None:
-        """Brings the tables up to date, all or nothing."""
+        """Upgrade the tables in one transaction."""
         with self._transaction():
             # Another process may just have done so.
             version = self._schema_version()
@@ -217,11 +217,11 @@ class Store:
             raise AssetError(f"{self._path}: a session file about {shown(suffix)} files; it is broken.")
         about = About(found["title"], found["grammar"], seed, size, suffix)
         if about.hash != found["hash"]:
-            raise AssetError(f"{self._path}: the grammar in it is not what it was; the file is broken.")
+            raise AssetError(f"{self._path}: the grammar in it has changed; the file is broken.")
         return about
 
     def _read(self) -> None:
-        """Adds the events that are not known yet."""
+        """Read the events that are not known yet."""
         with _explained(self._path):
             rows = self._connection.execute(
                 "SELECT number, time, kind, CASE WHEN typeof(body) = 'text' AND length(body) <= ? THEN body END "
@@ -243,7 +243,7 @@ class Store:
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
-        """One writer at a time, all or nothing."""
+        """Exclusive write transaction."""
         with _explained(self._path):
             self._connection.execute("BEGIN IMMEDIATE")
             try:
@@ -263,13 +263,13 @@ def _explained(path: Path) -> Iterator[None]:
     except (sqlite3.Error, sqlite3.Warning, OverflowError, UnicodeError) as error:
         text = str(error)
         if "not a database" in text or "malformed" in text:
-            raise AssetError(f"{path}: no session file, or a broken one ({text}).") from error
+            raise AssetError(f"{path}: not a session file, or a broken one ({text}).") from error
         hint = " Is another program writing to it?" if "locked" in text else ""
         raise AssetError(f"{path}: cannot be used ({text}).{hint}") from error
 
 
 def _tables(version: int) -> list[tuple[str, str, str, str]]:
-    """The tables of a version, as SQLite describes them."""
+    """The tables of a version, from SQLite's schema."""
     with closing(sqlite3.connect(":memory:")) as connection:
         for step in STEPS[:version]:
             _execute(connection, step)

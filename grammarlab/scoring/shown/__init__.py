@@ -1,1 +1,1 @@
-"""What a page shows: orders of models, and what is known about them."""
+"""Shown models: their order, and knowledge about them."""

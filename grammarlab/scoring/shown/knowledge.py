@@ -1,4 +1,4 @@
-"""What has been learned so far, as plain arrays: enough to show, sort and compare without learning again."""
+"""Results of learning as plain arrays, for showing, sorting and comparing models."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from grammarlab.learning.designs.pool import Pool
 from grammarlab.scoring.workers.tasks import Features, LearnedUpdate, Predictions
 
 MOST_NAMES = 50
-"""Features that one search gives at most."""
+"""Largest number of features from one search."""
 
 
 class ModelPool:
-    """The models that a session chooses from: names and numbers."""
+    """The models of the pool: addresses and indices."""
 
     def __init__(self, seed: int, size: int, wide: bool = False) -> None:
         """Names all models; see `Pool`."""
@@ -28,11 +28,11 @@ class ModelPool:
 
     @property
     def samples(self) -> tuple[str, ...]:
-        """Those that are samples of the grammar itself."""
+        """The samples of the grammar itself."""
         return self.names[: self.pool.sizes[0]]
 
     def label_of(self, model: str) -> str:
-        """What a model is called."""
+        """Name of a model."""
         address = Address.parse(model)
         seed = "" if model in self.index else f" of seed {address.seed}"
         return f"model {address.model}{seed}" + (" with equal percentages" if address.flat else "")
@@ -45,34 +45,34 @@ class Knowledge:
     features: Features | None = None
     learned: LearnedUpdate | None = None
     judgements: int = -1
-    """`Record.judgements` when it was learned."""
+    """`Record.judgements` at the time of learning."""
     names: Mapping[int, str] = field(default_factory=dict)
-    """What the factors were called then, by number."""
+    """Names of the factors at that time, by number."""
 
     def take(self, learned: LearnedUpdate, judgements: int, numbers: Mapping[str, int]) -> None:
-        """What an update found, and `Record.judgements` and `Record.numbers` when it began."""
+        """Result of an update, and `Record.judgements` and `Record.numbers` at its start."""
         self.learned, self.judgements = learned, judgements
         self.names = {number: name for name, number in numbers.items()}
         if learned.features is not None:
             self.features = learned.features
 
     def indices(self, names: Sequence[str], pool: ModelPool) -> NDArray[np.int64]:
-        """[n] places of models in what is known, -1 for those of which nothing is."""
+        """[n] indices of models in the arrays, -1 for unknown models."""
         elsewhere = () if self.learned is None else self.learned.elsewhere
         places = {name: len(pool.names) + number for number, name in enumerate(elsewhere)}
         return np.array([pool.index.get(name, places.get(name, -1)) for name in names], dtype=np.int64)
 
     def of(self, factor: int) -> Predictions | None:
-        """What is expected of the factor of a number, whatever it is called by now; of the product for 0."""
+        """Predictions of the factor of a number, independent of its current name; of the product for 0."""
         if self.learned is None:
             return None
         return self.learned.factors.get(self.names.get(factor, "")) if factor else self.learned.product
 
     def names_like(self, query: str) -> list[str]:
-        """Names of features that hold all words of a query.
+        """Names of features that contain all words of a query.
 
         Raises:
-            UsageError: when features are not known yet.
+            UsageError: If features are not known yet.
         """
         words = query.casefold().split()
         names = self._known_features().names
@@ -82,18 +82,18 @@ class Knowledge:
         """[m + e] a feature of all models.
 
         Raises:
-            UsageError: when there is none of that name.
+            UsageError: If there is none of that name.
         """
         features = self._known_features()
         if name not in features.names:
-            raise UsageError(f"no feature is called {name[:80]!r}; search for one by a word of its name.")
+            raise UsageError(f"unknown feature {name[:80]!r}; search for one by a word of its name.")
         return features.rows[:, features.names.index(name)]
 
     def scaled_rows(self, factor: int) -> NDArray[np.float32]:
-        """[m + e, F] rows whose distances are those of the learned kernel; of all features alike where there is none.
+        """[m + e, F] rows whose distances are those of the learned kernel; with equal weights without a kernel.
 
         Raises:
-            UsageError: when features are not known yet.
+            UsageError: If features are not known yet.
         """
         rows, predicted = self._known_features().rows, self.of(factor)
         weights = None if predicted is None else predicted.weights

@@ -1,4 +1,4 @@
-"""Which models come next, laid out in grids."""
+"""Choice of the next models, laid out in grids."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from grammarlab.scoring.record.events import Record
 from grammarlab.scoring.shown.knowledge import ModelPool
 
 NUM_PAIRS = 8
-"""How many are chosen at once."""
+"""Number of models that are chosen at once."""
 WAYS = {
     "default": "half may be liked by mistake, half tell most",
     "uniform": "as unlike each other, and all that was scored, as possible",
@@ -19,7 +19,7 @@ WAYS = {
     "already ranked": "scored before, the most surprising first, to check for mistakes",
     PAIRS: "two at a time, of which to say which one you would rather have",
 }
-"""The ways of `grammarlab.preference.questions.queries`, and pairs, in words."""
+"""Query strategies of `grammarlab.preference.questions.queries`, and pairs, in words."""
 
 _TITLES = {
     "default": ("may be liked", "tell most"),
@@ -33,10 +33,10 @@ _TITLES = {
 
 
 def number_to_choose(way: str, layout: GridLayout) -> int:
-    """How many models to choose, so that all grids are filled; of pairs one after the other."""
+    """Number of models to choose for all grids; for pairs, of consecutive ones."""
     if way == PAIRS:
         return 2 * NUM_PAIRS
-    # A density is chosen together with its complement, which one grid has no room for.
+    # A density is chosen together with its complement, which does not fit into one grid.
     return 2 * layout.models if way == "density" and layout.grids == 1 else layout.models
 
 
@@ -44,9 +44,9 @@ def laid_out(way: str, models: Sequence[str], layout: GridLayout) -> list[ModelG
     """Grids of chosen models.
 
     Args:
-        way: how they were chosen.
-        models: as many as `number_to_choose` says, or fewer where there were no more.
-        layout: how many grids of what size.
+        way: their strategy.
+        models: models, at most `number_to_choose`.
+        layout: number and size of grids.
     """
     titles, size = _TITLES[way], layout.rows * layout.columns
     if way == PAIRS:
@@ -57,12 +57,12 @@ def laid_out(way: str, models: Sequence[str], layout: GridLayout) -> list[ModelG
 
 
 def fresh_samples(pool: ModelPool, record: Record, num: int) -> list[str]:
-    """Samples of the grammar that were never shown, then those that were but have no score.
+    """Samples of the grammar that were never shown, then shown ones without a score.
 
     Args:
-        pool: its samples are independent, so that any of them are as the grammar makes them.
-        record: what was shown and scored.
-        num: how many; fewer where there are no more.
+        pool: the pool; its samples are independent, so any of them follow the grammar.
+        record: shown and scored models.
+        num: number of models; fewer if there are no more.
     """
     scored = record.known
     now = {model for grid in record.grids for model in grid.models}

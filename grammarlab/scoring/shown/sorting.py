@@ -1,4 +1,4 @@
-"""New orders of the models that are shown."""
+"""Sorting of the shown models."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ Keys = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What to sort by."""
+    """Criterion of an order."""
 
     by: str
     """One of `ORDERS`."""
     feature: str = ""
     """For ``feature``, its name."""
     models: tuple[str, ...] = ()
-    """For ``similarity``, which models to be like."""
+    """For ``similarity``, the reference models."""
 
 
 def sorted_grids(
     order: Order, record: Record, knowledge: Knowledge, pool: ModelPool, factor: str, seed: int
 ) -> list[ModelGrid]:
-    """The grids, each in a new order; what there is no number for comes last.
+    """The grids, each in a new order; models without a number come last.
 
     Args:
-        order: what to sort by: the highest score, the most uncertain, the most of a feature, the most similar, or the
+        order: criterion: the highest score, the most uncertain, the most of a feature, the most similar, or the
             one that was shown earliest comes first.
         record: the session so far.
-        knowledge: what has been learned.
+        knowledge: the results of learning.
         pool: the models.
         factor: whose scores and kernel; empty for the product.
         seed: of a random order.

@@ -1,1 +1,1 @@
-"""Processes that work for a session: they learn, draw and write files."""
+"""Worker processes of a session: they learn, draw and write files."""

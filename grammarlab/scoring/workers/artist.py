@@ -1,4 +1,4 @@
-"""Draws models and makes files of them, in a process of its own."""
+"""Drawing of models, and model files, in a worker process."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ from grammarlab.scoring.workers.tasks import Begin, DrawModels, DrawnModels, Fin
 from grammarlab.scoring.workers.worker_pool import Handler, Report
 
 KEPT = 48
-"""Models that are kept in memory, since they are drawn twice: quickly, then well."""
+"""Number of models kept in memory, since they are drawn twice: quickly, then well."""
 MAX_VERTICES = 8_000_000
 """Of these, as long as there are others than those asked for last."""
 MAX_GLB_BYTES = 128 << 20
 
 
 def artist(suffix: str, text: str, name: str, assets: str) -> Handler:
-    """What does `DrawModels`, `MakeGlb` and `FindPart` tasks for the designs that a text describes."""
+    """Worker for `DrawModels`, `MakeGlb` and `FindPart` tasks of the designs of a text."""
     return _Studio(opened(suffix, text, name, Path(assets)), Path(assets)).do
 
 
 @dataclass
 class _Studio:
-    """Models that were looked at last."""
+    """Recently used models."""
 
     space: AbstractDesignSpace[Any]
     assets: Path
@@ -78,7 +78,7 @@ class _Studio:
         return self.parts.find(request.number, request.is_triangle)
 
     def _draw(self, models: Sequence[str], options: RenderOptions) -> list[NDArray[np.uint8]]:
-        # A model that cannot be derived is told about when somebody looks at it closely; others are no worse for it.
+        # A model that cannot be derived is reported in the large view; others are not affected.
         with suppress(GrammarlabError):
             self._derive([Address.parse(model) for model in models if model not in self.models])
         return [self._picture(model, options) for model in models]
@@ -97,7 +97,7 @@ class _Studio:
         return self.models[text]
 
     def _derive(self, addresses: Sequence[Address]) -> None:
-        """Models into memory."""
+        """Load models into memory."""
         if not addresses:
             return
         ordered = sorted(addresses)

@@ -1,4 +1,4 @@
-"""What a session holds as labels, and label files as what a session may hold."""
+"""Conversion between the labels of a session and label files."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from grammarlab.scoring.workers.tasks import Factors
 
 
 def read_labels_or_session(path: Path) -> tuple[Labels, Pool | None]:
-    """The labels of a label file, or of a session file (.db) with the pool that its models are from.
+    """Labels of a label file, or of a session file (.db) with its pool.
 
     Raises:
-        UsageError: when it ends in something else.
-        AssetError: when it is missing, too large or broken.
+        UsageError: If it has another suffix.
+        AssetError: If it is missing, too large or broken.
     """
     if path.suffix.lower() != SUFFIX:
         return read_labels(path), None
@@ -48,14 +48,14 @@ def labels_of(factors: Factors, grammar: str) -> Labels:
 
 
 def scores_of(labels: Labels, grammar: str) -> Factors:
-    """Labels by factor and what they are about; of two about the same for one factor the later one counts.
+    """Labels by factor and subject; of two for the same factor and subject the later one counts.
 
     Args:
         labels: any.
         grammar: SHA-256 of the grammar that they should be about.
 
     Raises:
-        UsageError: when they are about another grammar, about other footprints or attributes, or too many.
+        UsageError: If they are of another grammar, of other footprints or attributes, or too many.
     """
     hashes = hashes_of(grammar)
     if not len(labels):

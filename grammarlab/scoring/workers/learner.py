@@ -1,4 +1,4 @@
-"""Learns from the scores of a session and chooses models, in a process of its own."""
+"""Learning from the scores of a session, and choice of models, in a worker process."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ from grammarlab.scoring.workers.worker_pool import Handler, Report
 Floats = NDArray[np.float64]
 
 WARM_UP = 32
-"""Models that the fit before the first one is about: as many as two grids of 4x4 show."""
+"""Number of models of the warm-up fit: those of two 4x4 grids."""
 MOST_RELEVANCES = 8
-"""Entries of what matters most."""
+"""Number of most relevant entries."""
 
 
 def learner(suffix: str, text: str, name: str, assets: str, seed: int, size: int, wide: bool) -> Handler:
-    """What does `Prepare`, `Update` and `Choose` tasks for a session.
+    """Worker for `Prepare`, `Update` and `Choose` tasks of a session.
 
     Args:
         suffix: of the file that describes the models.
@@ -62,14 +62,14 @@ def learner(suffix: str, text: str, name: str, assets: str, seed: int, size: int
 
 
 class _LastUpdate:
-    """What the last update found."""
+    """Result of the last update."""
 
     def __init__(self, study: Study[Any]) -> None:
         self._study = study
         self._state = init(study)
         self._numbers: Mapping[str, int] = {}
         """Of the factors at the last update; they stay when a factor is renamed."""
-        # So that no version is that of another process, which this one may replace.
+        # Different from the versions of an earlier process.
         self._version = secrets.randbits(48)
         self._before: tuple[Floats, Floats] | None = None
         """Of the models of the last update: how much each stands for, and how much it was liked."""
@@ -90,7 +90,7 @@ class _LastUpdate:
         return self._features(0)
 
     def _warm_up(self) -> None:
-        """Fits scores that nobody gave: what is compiled at a first fit is compiled before anybody waits for it."""
+        """Fit artificial scores, so that JAX compiles before the first update."""
         table = self._study.table(self._state)
         rows = table.rows[:WARM_UP]
         fit(rows, MAX_SCORE * (np.arange(len(rows)) % 2), groups=table.groups)
@@ -102,7 +102,7 @@ class _LastUpdate:
             self._study, begin, _answers(request.factors, self._study.space), report, widens=request.choice is not None
         )
         report("choosing models", 1, 1)
-        # From here on nothing is left half done.
+        # The state is consistent from here on.
         self._learned(state, request.numbers)
         rows, product = self._study.table(state).rows, state.product
         found = {name: self._predicted(preference, rows) for name, preference in state.preferences.items()}
@@ -126,7 +126,7 @@ class _LastUpdate:
         )
 
     def _words(self, product: Predictions | None) -> tuple[str, ...]:
-        """What is liked and what is not."""
+        """Liked and disliked kinds in words."""
         if product is None:
             return ()
         weights = self._study.tables(self._state.wide).made.weights
@@ -156,9 +156,9 @@ class _LastUpdate:
         )
 
     def _moved(self, product: Predictions | None) -> float:
-        """How far the density is from that of the update before; at first, from that of the grammar.
+        """Divergence of the density from that of the previous update; at first, from that of the grammar.
 
-        It is looked at on the models that there were to choose from then.
+        It is computed on the pool of that time.
         """
         weights = self._study.tables(self._state.wide).made.weights
         liking = np.ones(len(weights)) if product is None else np.maximum(product.mean[: len(weights)], 0.0)
@@ -178,13 +178,13 @@ class _LastUpdate:
 
 
 def _answers(factors: Factors, space: AbstractDesignSpace[Any]) -> tuple[Answers, ...]:
-    # As label files hold it, so that what is learned from these is the same.
+    # In the form of label files, so that learning from these is the same.
     labels = labels_of(factors, space.hashes[0])
     return tuple(answers_for(factor, labels, space.hashes) for factor in labels.factors)
 
 
 def _renamed(state: State, before: Mapping[str, int], now: Mapping[str, int]) -> State:
-    """The state with the names that its factors have by now; their numbers stay."""
+    """The state with the current names of its factors; their numbers do not change."""
     names = {number: name for name, number in now.items()}
     new = {name: names.get(number, name) for name, number in before.items()}
     preferences = {new[name]: preference for name, preference in state.preferences.items()}
@@ -198,7 +198,7 @@ def _density(weights: Floats, liking: Floats) -> Floats:
 
 
 def _left_out(factors: Factors, state: State) -> tuple[str, ...]:
-    """Why some factors are not part of the product."""
+    """Reasons why factors are not part of the product."""
     reasons = []
     for name, scores in factors.items():
         if name not in state.liked and len(factors) > 1:

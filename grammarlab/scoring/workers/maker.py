@@ -1,4 +1,4 @@
-"""Makes files of a session and reads them, in a process of its own: labels, learned grammars, pictures of samples."""
+"""Files of a session, written and read in a worker process: labels, learned grammars, pictures of samples."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ TILE_AREA = 240 * 240
 
 
 def maker(suffix: str, text: str, name: str, assets: str, session: str, seed: int, size: int) -> Handler:
-    """What makes and reads the files of a session, whose pool is of that seed and size."""
+    """Worker that writes and reads the files of a session with a pool of a given seed and size."""
     return _Maker(suffix, text, name, Path(assets), Path(session), Pool(seed, size)).do
 
 
 @dataclass(frozen=True)
 class _Maker:
-    """Where files go."""
+    """Folder of the files."""
 
     suffix: str
     text: str
@@ -46,12 +46,12 @@ class _Maker:
 
     @cached_property
     def hash(self) -> str:
-        """What labels call the models."""
+        """Hashes of the models in labels."""
         return opened(self.suffix, self.text, self.name, self.assets).hashes[0]
 
     @property
     def learned(self) -> Path:
-        """The file that is learned."""
+        """Path of the learned file."""
         return self.session.with_name(f"{self.session.stem}-learned{self.suffix}")
 
     def do(self, request: WriteLabels | ReadLabels | LearnGrammar | DrawSheet, report: Report) -> Any:
@@ -73,12 +73,12 @@ class _Maker:
         try:
             labels = read_labels(file)
         except AssetError as error:
-            # Where it lies for a moment says nothing to anybody.
+            # The temporary path is not shown.
             raise AssetError(str(error).replace(str(file), "the file")) from error
         return scores_of(labels, self.hash)
 
     def _learn(self, request: LearnGrammar, folder: Path, report: Report) -> LearnedFile:
-        # It loads JAX, which labels and sheets need not wait for.
+        # It loads JAX, which labels and sheets do not need.
         from grammarlab.runs.learn.labels import learn_from_labels  # noqa: PLC0415
 
         if not any(said.likes for scores in request.factors.values() for said in scores.values()):

@@ -1,4 +1,4 @@
-"""The visible parts of a model that is looked at, and what made them."""
+"""Visible parts of a viewed model, and their rules."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from grammarlab.scoring.workers.tasks import FoundPart
 
 @dataclass(frozen=True, slots=True)
 class PartFinder:
-    """The parts of one model."""
+    """Parts of one model."""
 
     model: str
     """Address."""
     parts: AbstractParts
 
     def find(self, number: int, is_triangle: bool) -> FoundPart:
-        """A part by its number, counted round and round, or by the number of one of its triangles.
+        """A part by its number modulo the number of parts, or by the number of one of its triangles.
 
         Raises:
-            UsageError: when there is no such triangle, or no part at all.
+            UsageError: If there is no such triangle, or no part.
         """
         part_of = self.parts.of_triangles
         if not len(part_of):

@@ -1,4 +1,4 @@
-"""What a session asks other processes to do, and what they answer. Light, since every process loads it."""
+"""Tasks and results of worker processes. It imports little, since every process loads it."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from grammarlab.scoring.record.said import Scores
 
 Singles = NDArray[np.float32]
 Factors = dict[str, Scores]
-"""What was said by factor and subject."""
+"""Labels by factor and subject."""
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far something is that takes long."""
+    """Progress of a long task."""
 
     stage: str
     done: int
     total: int
 
     def as_json(self) -> dict[str, Any]:
-        """As the page is told."""
+        """JSON for the page."""
         return {"stage": self.stage, "done": self.done, "total": self.total}
 
 
 @dataclass(frozen=True, slots=True)
 class Begin:
-    """Asks whether the grammar can be derived; an error says why not."""
+    """Task: check whether the grammar can be derived; an error has the reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class DrawModels:
-    """Asks for pictures of models: `DrawnModels`."""
+    """Task: draw pictures of models: `DrawnModels`."""
 
     models: tuple[str, ...]
     """Addresses."""
@@ -54,12 +54,12 @@ class DrawnModels:
     pictures: tuple[NDArray[np.uint8], ...]
     """[size, size, 3] of each model."""
     warnings: tuple[Finding, ...] = ()
-    """What is not on them, or on those drawn before, as the rules mean it."""
+    """Warnings about missing assets in these pictures, or in earlier ones."""
 
 
 @dataclass(frozen=True, slots=True)
 class MakeGlb:
-    """Asks for a model as the bytes of a GLB file."""
+    """Task: make a model as the bytes of a GLB file."""
 
     model: str
     """Address."""
@@ -67,12 +67,12 @@ class MakeGlb:
 
 @dataclass(frozen=True, slots=True)
 class FindPart:
-    """Asks where a part of a model, one visible shape, comes from: `FoundPart`."""
+    """Task: find the origin of a part of a model, one visible shape: `FoundPart`."""
 
     model: str
     """Address."""
     number: int
-    """Of the part, or of one of its triangles; parts are counted round and round."""
+    """Number of the part, modulo the number of parts, or of one of its triangles."""
     is_triangle: bool
 
 
@@ -82,7 +82,7 @@ class FoundPart:
 
     number: int
     count: int
-    """How many parts the model has."""
+    """Number of parts of the model."""
     triangles: tuple[int, int]
     """Its first triangle among those of the model's file, and the one after its last."""
     path: tuple[tuple[str, str], ...]
@@ -92,24 +92,24 @@ class FoundPart:
 
 @dataclass(frozen=True, slots=True)
 class Prepare:
-    """Asks for the features of the pool: `Features`."""
+    """Task: count the features of the pool: `Features`."""
 
 
 @dataclass(frozen=True, slots=True)
 class ModelChoice:
-    """How to choose models."""
+    """Options of choosing models."""
 
     way: str
     """See `grammarlab.preference.questions.queries`."""
     factor: str
-    """Whose labels and preference are looked at; empty for the product of all."""
+    """Factor of the labels and the preference; empty for the product of all."""
     num: int
     seed: int
 
 
 @dataclass(frozen=True, slots=True)
 class Choose:
-    """Asks for models to show: [num] addresses, of the pool or, with those already ranked, of any that have a score."""
+    """Task: choose models to show: [num] addresses of the pool or, with ``already ranked``, of any scored models."""
 
     factors: Factors
     numbers: Mapping[str, int]
@@ -119,22 +119,22 @@ class Choose:
 
 @dataclass(frozen=True, slots=True)
 class Update:
-    """Asks to learn from all scores: `LearnedUpdate`."""
+    """Task: learn from all scores: `LearnedUpdate`."""
 
     factors: Factors
     numbers: Mapping[str, int]
     """As of `Choose`."""
     choice: ModelChoice | None
-    """What to show then; None for nothing new, and to keep the pool as it is."""
+    """What to show afterwards; None for no new models, and an unchanged pool."""
     known: int = 0
-    """`Features.version` of the features that need not be sent again."""
+    """`Features.version` of the features that are already known."""
     wide: bool = False
     """Whether the pool has been widened for rare models; if not, it is widened once liked models are rare."""
 
 
 @dataclass(frozen=True, slots=True)
 class Features:
-    """What models are told apart by: those of the pool, then those of `LearnedUpdate.elsewhere`."""
+    """Features of models: those of the pool, then those of `LearnedUpdate.elsewhere`."""
 
     version: int
     """1, 2, 3 …"""
@@ -146,47 +146,47 @@ class Features:
 
 @dataclass(frozen=True, slots=True)
 class Predictions:
-    """What is expected of the models of the pool, and then of those of `LearnedUpdate.elsewhere`."""
+    """Predictions for the models of the pool, and then for those of `LearnedUpdate.elsewhere`."""
 
     mean: Singles
     """[m + e] 0 to 100, or a little beyond."""
     std: Singles
     """[m + e]"""
     weights: Singles | None
-    """[F] of the kernel, where it has such."""
+    """[F] weights of the kernel, if any."""
     relevance: tuple[tuple[str, str, float], ...]
-    """Name, level and share of what matters most."""
+    """Name, level and share of the most relevant groups."""
 
 
 @dataclass(frozen=True, slots=True)
 class LearnedUpdate:
-    """What an update found."""
+    """Result of an update."""
 
     features: Features | None
-    """Where they are others than those that are known."""
+    """Features, if they differ from the known ones."""
     wide: bool
-    """Whether this is about the pool that is widened for rare models."""
+    """Whether it uses the pool widened for rare models."""
     elsewhere: tuple[str, ...]
-    """[e] addresses of models that have a score and are not of the pool."""
+    """[e] addresses of scored models outside the pool."""
     factors: Mapping[str, Predictions]
-    """Of the factors that have labels."""
+    """Predictions of the factors with labels."""
     product: Predictions | None
-    """Of the factors that have a score above 0; None where there are none."""
+    """Predictions of the product of factors with a score above 0; None if there are none."""
     left_out: tuple[str, ...]
-    """Why factors are not part of the product."""
+    """Reasons why factors are not part of the product."""
     js: float
-    """How far the density moved since the update before, or since the grammar itself, in nats."""
+    """Change of the density since the previous update, or since the grammar itself, in nats."""
     chosen: tuple[str, ...] | None
     """Addresses of the models to show."""
     words: tuple[str, ...] = ()
-    """What is liked and what is not, a sentence each."""
+    """Liked and disliked kinds, one sentence each."""
     gain: float | None = None
-    """Nats by which 16 more scores are expected to bring the density nearer; None where that cannot be told."""
+    """Expected gain of 16 more scores in nats; None if it is unknown."""
 
 
 @dataclass(frozen=True, slots=True)
 class WriteLabels:
-    """Asks for the bytes of a label file."""
+    """Task: make the bytes of a label file."""
 
     factors: Factors
     suffix: str
@@ -195,7 +195,7 @@ class WriteLabels:
 
 @dataclass(frozen=True, slots=True)
 class ReadLabels:
-    """Asks for what is in a label file: `Factors`."""
+    """Task: read a label file: `Factors`."""
 
     content: bytes
     suffix: str
@@ -203,7 +203,7 @@ class ReadLabels:
 
 @dataclass(frozen=True, slots=True)
 class LearnGrammar:
-    """Asks for a grammar learned from scores, beside the session file: `LearnedFile`."""
+    """Task: learn a grammar from scores, beside the session file: `LearnedFile`."""
 
     factors: Factors
     wide: bool
@@ -218,7 +218,7 @@ class LearnedFile:
     """Name, without a folder."""
     text: str
     js: float
-    """Divergence in nats from what was learned."""
+    """Divergence in nats from the learned density."""
     rules_before: int
     rules_after: int
     findings: tuple[str, ...]
@@ -226,7 +226,7 @@ class LearnedFile:
 
 @dataclass(frozen=True, slots=True)
 class DrawSheet:
-    """Asks for a picture of samples of the learned grammar, as the bytes of a PNG file."""
+    """Task: draw samples of the learned grammar, as the bytes of a PNG file."""
 
     num: int
     seed: int

@@ -1,4 +1,4 @@
-"""Pictures of models as sprite sheets, drawn by several processes and kept as long as there is room."""
+"""Thumbnails of models as sprite sheets, drawn by several processes and cached within a size limit."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from grammarlab.scoring.workers.worker_pool import TaskOutcome, WorkerPool
 SMALLEST, LARGEST = 32, 512
 """Pixels along each side of a picture."""
 MAX_PIXELS = 24_000_000
-"""Of all pictures that are kept."""
+"""Largest size of the cache in bytes."""
 SHEET = 25
-"""Pictures on one sheet at most."""
+"""Largest number of pictures on one sheet."""
 CHUNK = 4
-"""Models drawn at a time, so that the first pictures come early."""
+"""Number of models drawn at a time, so that the first pictures come early."""
 MANY = 6
-"""So many missing pictures are drawn quickly before they are drawn well."""
+"""Number of missing pictures from which they are drawn quickly before they are drawn well."""
 QUICK, GOOD = 1, 2
 """Samples along each side of a pixel."""
 QUALITY = 88
@@ -44,17 +44,17 @@ class _Kept:
 
 @dataclass
 class Thumbnails:
-    """Pictures that windows have asked for."""
+    """Pictures requested by windows."""
 
     pool: WorkerPool
     warn: Callable[[Sequence[Finding]], None]
-    """Gets the warnings of all pictures, again and again."""
+    """Receives the warnings of all pictures, with repeats."""
     _kept: OrderedDict[tuple[str, int], _Kept] = field(default_factory=OrderedDict)
-    """By model and size, the one that was used last at the end."""
+    """Cached pictures by model and size, the last used at the end."""
     _wanted: dict[Send, tuple[int, frozenset[str]]] = field(default_factory=dict)
-    """Size and models that each window asked for last."""
+    """Latest size and models requested by each window."""
     _drawing: set[tuple[str, int, int]] = field(default_factory=set)
-    """Models, sizes and samples that are waited for."""
+    """Models, sizes and samples in progress."""
 
     @property
     def shows_something(self) -> bool:
@@ -63,16 +63,16 @@ class Thumbnails:
 
     @property
     def is_hurried(self) -> bool:
-        """Whether somebody waits for first pictures."""
+        """Whether a window waits for first pictures."""
         return any(samples == QUICK for _, _, samples in self._drawing)
 
     def request(self, models: Sequence[str], size: int, send: Send) -> None:
-        """Sends pictures as they come; what this window asked for before is forgotten.
+        """Send pictures when they are finished; earlier requests of this window are dropped.
 
         Args:
             models: different addresses.
             size: pixels along each side.
-            send: gets sprite sheets; of a model it may get two, the later one better.
+            send: receives sprite sheets; a model may be sent twice, the later picture is better.
         """
         self._wanted[send] = (size, frozenset(models))
         known = [model for model in models if (model, size) in self._kept]
@@ -82,13 +82,13 @@ class Thumbnails:
         missing = [model for model in models if (model, size) not in self._kept]
         poor = [model for model in known if self._kept[model, size].samples < GOOD]
         quick = missing if len(missing) >= MANY else []
-        # The last one to be submitted as the first is done first.
+        # The last one submitted in front is done first.
         chunks = [*_chunks(quick, size, QUICK), *_chunks([*missing, *poor], size, GOOD)]
         for draw in reversed(chunks):
             self._submit(draw)
 
     def forget(self, send: Send) -> None:
-        """What a window that is gone asked for."""
+        """Drop the requests of a closed window."""
         self._wanted.pop(send, None)
 
     def _submit(self, draw: DrawModels) -> None:

@@ -1,4 +1,4 @@
-"""Long-lived processes that work for a session, and end when it does, however it ends."""
+"""Long-lived worker processes of a session, which end with it in any case."""
 
 from __future__ import annotations
 
@@ -26,37 +26,37 @@ _GONE = (
 )
 
 Report = Callable[[str, int, int], None]
-"""Tells how far a task is: a stage, how many are done, of how many. Ends the task when it was cancelled."""
+"""Function called with a stage, the number of finished parts, and that of all parts. It ends a cancelled task."""
 Handler = Callable[[Any, Report], Any]
 
 
 @dataclass(frozen=True, slots=True)
 class TaskOutcome:
-    """How a task ended."""
+    """Outcome of a task."""
 
     value: Any = None
     error: str = ""
-    """Empty when it went well."""
+    """Error message; empty if it succeeded."""
     cancelled: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class PendingTask:
-    """Something to do in another process."""
+    """A task for another process."""
 
     ticket: int
     request: Any
     then: Callable[[TaskOutcome], None]
     on_progress: Report | None
     is_wanted: Callable[[], bool]
-    """Asked before it begins; what is not wanted any more is dropped."""
+    """Called before it begins; the task is dropped if it returns False."""
     losses: int = 0
-    """Processes that have ended while they were at it."""
+    """Number of processes that died during it."""
 
 
 @dataclass(eq=False)
 class _WorkerProcess:
-    """A process, and what it is doing."""
+    """A process and its task."""
 
     process: Any
     connection: Connection
@@ -68,27 +68,27 @@ class _WorkerProcess:
 
 @dataclass
 class WorkerPool:
-    """Processes that do tasks, one each at a time. All methods are for one thread, on which callbacks run, too."""
+    """Processes that run tasks, one each at a time. All methods and callbacks are for one thread."""
 
     make: str
-    """``package.module:function``: called in each process, it gives the function that does the tasks."""
+    """``package.module:function``: called in each process, it returns the function that does the tasks."""
     arguments: tuple[Any, ...]
-    """Of that function."""
+    """Arguments of that function."""
     size: int
-    """How many processes."""
+    """Number of processes."""
     deliver: Callable[[Callable[[], None]], None]
-    """Called from other threads with something to call on the pool's thread."""
+    """Called from other threads with a function to run on the pool's thread."""
     politeness: int = 0
-    """How far others go first where there are fewer cores than processes: added to the processes' nice value."""
+    """Increment of the processes' nice value."""
     recall: Any = None
-    """A request that brings a new process to where the one that it replaces was; None for none."""
+    """A request that restores the state of a replaced process; None for none."""
     _workers: list[_WorkerProcess] = field(default_factory=list)
     _waiting: deque[PendingTask] = field(default_factory=deque)
     _tickets: count[int] = field(default_factory=lambda: count(1))
     _is_closed: bool = False
 
     def start(self) -> None:
-        """Starts the processes that are missing, and returns before they are ready."""
+        """Start missing processes, and return before they are ready."""
         while len(self._workers) < self.size and not self._is_closed:
             cancelled = RawValue(c_ulonglong, 0)
             work = (cancelled, self.politeness, self.make, self.arguments)
@@ -108,17 +108,17 @@ class WorkerPool:
         is_wanted: Callable[[], bool] = lambda: True,
         first: bool = False,
     ) -> int:
-        """Has a task done.
+        """Submit a task.
 
         Args:
-            request: what the processes' function gets.
-            then: gets the outcome, unless the task is dropped.
-            on_progress: gets what the task reports.
-            is_wanted: asked before it begins.
-            first: before all tasks that wait.
+            request: argument of the processes' function.
+            then: called with the outcome, unless the task is dropped.
+            on_progress: called with the progress.
+            is_wanted: called before it begins.
+            first: whether it goes before all waiting tasks.
 
         Returns:
-            A ticket to cancel it by.
+            A ticket for `cancel`.
         """
         task = PendingTask(next(self._tickets), request, then, on_progress, is_wanted)
         (self._waiting.appendleft if first else self._waiting.append)(task)
@@ -127,7 +127,7 @@ class WorkerPool:
         return task.ticket
 
     def cancel(self, ticket: int) -> None:
-        """Cancels a task, which ends at once; a process that is at it goes on until it next reports."""
+        """Cancel a task, which ends at once; its process continues until its next report."""
         for task in self._waiting:
             if task.ticket == ticket:
                 self._waiting.remove(task)
@@ -141,7 +141,7 @@ class WorkerPool:
                 task.then(TaskOutcome(cancelled=True))
 
     def close(self) -> None:
-        """Ends the processes; tasks are dropped."""
+        """End the processes; tasks are dropped."""
         self._is_closed = True
         self._waiting.clear()
         for worker in self._workers:
@@ -158,9 +158,9 @@ class WorkerPool:
                     _give(worker, task)
 
     def _listen(self, worker: _WorkerProcess) -> None:
-        """Passes on what a process says, in a thread of its own.
+        """Forward the messages of a process, in a separate thread.
 
-        It alone closes the connection: another thread would take the file away from under it.
+        Only this thread closes the connection, since it reads from it.
         """
         with worker.connection, suppress(EOFError, OSError):
             while True:
@@ -181,7 +181,7 @@ class WorkerPool:
         self._dispatch()
 
     def _lose(self, worker: _WorkerProcess) -> None:
-        """A process has ended; another one does its task. One that did nothing is replaced with the next task."""
+        """Handle the end of a process: another one does its task. An idle one is replaced with the next task."""
         if self._is_closed or worker not in self._workers:
             return
         self._workers.remove(worker)
@@ -201,21 +201,21 @@ class WorkerPool:
 
 def _give(worker: _WorkerProcess, task: PendingTask) -> None:
     worker.task = task
-    # A process that is gone is noticed by its listener.
+    # The listener notices the end of a process.
     with suppress(OSError):
         worker.connection.send((task.ticket, task.request))
 
 
 def _ignore(_outcome: TaskOutcome) -> None:
-    """What becomes of a task that was cancelled."""
+    """Outcome of a cancelled task."""
 
 
 class _CancelledError(Exception):
-    """A task learns that nobody waits for it."""
+    """Raised in a cancelled task."""
 
 
 def _work(connection: Connection, cancelled: Any, politeness: int, make: str, arguments: tuple[Any, ...]) -> None:
-    """What a process does: tasks, until the other end of the pipe is gone."""
+    """Main function of a process: run tasks until the pipe is closed."""
     if politeness and hasattr(os, "nice"):
         os.nice(politeness)
     with suppress(EOFError, OSError):
@@ -246,6 +246,6 @@ def _outcome(handler: Handler, request: Any, report: Report) -> TaskOutcome:
         return TaskOutcome(cancelled=True)
     except GrammarlabError as error:
         return TaskOutcome(error=str(error))
-    except Exception as error:  # a mistake of ours must not cost what the process has learned
+    except Exception as error:  # a bug must not lose the state of the process
         traceback.print_exc()
         return TaskOutcome(error=f"unexpected {type(error).__name__}: {error}. Please report it.")

@@ -103,7 +103,7 @@ def test_an_evaluation_says_how_to_go_on(run, tmp_path, monkeypatch):
     monkeypatch.setattr("grammarlab.runs.evaluate.evaluate.evaluate_run", stopped)
     result = run("evaluate", "F1", "--fresh", "-o", tmp_path, code=130)
     assert result.stderr.splitlines() == [
-        "interrupted: what is finished stays valid.",
+        "interrupted: finished files stay valid.",
         "stopped with 3 of 20 curves done; go on with: grammarlab evaluate F1",
     ]
 

@@ -65,7 +65,7 @@ def test_a_file_that_two_others_import_is_checked_once(tmp_path):
         ("gone.cga", "cannot read the rule file"),
         ("../other.cga", "lies outside the folder"),
         ("main.cga", "imports the file that imports it"),
-        ("x" * 5000, "'x+' is no path|cannot use"),
+        ("x" * 5000, "'x+' is not a valid path|cannot use"),
     ],
 )
 def test_imports_that_cannot_be_followed_are_reported_at_their_place(tmp_path, target, message):

@@ -126,7 +126,7 @@ def test_bounds_on_draws_are_searched_for_where_the_families_say_so():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"start_rule": "Nothing"}, "no rule without parameters is called Nothing"),
+        ({"start_rule": "Nothing"}, "unknown start rule Nothing"),
         ({"attributes": '{"depth":3}'}, "depth, which is not an attribute"),
         ({"footprint": "/etc/hosts"}, "is a file"),
         ({"footprint": "round"}, "expected WIDTHxDEPTH"),

@@ -147,7 +147,7 @@ def test_the_default_asks_about_what_lowers_the_error_more_than_chance():
 
 
 def test_an_unknown_way_is_answered_with_the_known_ones():
-    with pytest.raises(UsageError, match=r"called 'magic'\. There are: default, uniform"):
+    with pytest.raises(UsageError, match=r"'magic'; expected one of default, uniform"):
         propose("magic", situation(num_asked=4), 1, seed=0)  # pyright: ignore[reportArgumentType]
 
 

@@ -51,7 +51,7 @@ def test_every_shipped_experiment_names_scenarios_that_exist():
 def test_figures_are_chosen_by_name():
     folder = scenarios_folder() / FIGURES
     assert [figure.name for figure in load_figures(folder, "4.17, 4.7a")] == ["4.17", "4.7a"]
-    with pytest.raises(UsageError, match=r"no figure is called '4\.7'\. There are: all, 4\.7a"):
+    with pytest.raises(UsageError, match=r"unknown figure '4\.7'\. Expected one of all, 4\.7a"):
         load_figures(folder, "4.7")
 
 
@@ -65,11 +65,11 @@ def test_figures_are_chosen_by_name():
         ("max_labels = 64", "max_labels = 0", "max_labels is 1 to"),
         ("batch = 8", "batch = 0", "batch is a number from 1"),
         ("batch = 8", "path_length = 9", "path_length is a number from 0 to 4"),
-        ("batch = 8", 'query = "none"', "no query is called 'none'"),
-        ("batch = 8", "bach = 8", "nothing is called 'bach'"),
+        ("batch = 8", 'query = "none"', "unknown query 'none'"),
+        ("batch = 8", "bach = 8", "unknown key 'bach'"),
         ("noise = 1", 'noise = "much"', "expected a number for option noise"),
         ("noise = 1", "loudness = 1", "no option"),
-        ('method = "paper"', 'method = "mine"', "no method is called 'mine'"),
+        ('method = "paper"', 'method = "mine"', "unknown method 'mine'"),
         ('label = "b"', 'label = "a"', "a label of its own"),
         ('scenario = "F1"', "", "which scenario"),
         ("[[figures]]", "[[figure]]", r"expected tables \[\[figures\]\]"),

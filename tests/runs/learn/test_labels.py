@@ -205,7 +205,7 @@ def test_other_methods_make_the_grammar_from_samples(grammar, tmp_path, method, 
 
 
 def test_an_unknown_method_is_refused(grammar, tmp_path):
-    with pytest.raises(UsageError, match="no method is called 'magic'"):
+    with pytest.raises(UsageError, match="unknown method 'magic'"):
         learn(tmp_path, scored(grammar, red_below), method="magic")
 
 
@@ -274,7 +274,7 @@ def test_no_labels_are_told(grammar, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"start_rule": "Nothing"}, "no rule without parameters is called Nothing"),
+        ({"start_rule": "Nothing"}, "unknown start rule Nothing"),
         ({"attributes": '{"depth":3}'}, "depth, which is not an attribute"),
         ({"footprint": "/etc/hosts"}, "is a file"),
         ({"footprint": "lots.geojson"}, "is a file"),

@@ -362,7 +362,7 @@ def test_requests_that_make_no_sense_are_refused(tmp_path, options, message):
     ("change", "message"),
     [
         (lambda v: v.update(format=9), "found format 9"),
-        (lambda v: v["grammar"].update(text=TOWER + " "), "does not fit its hash"),
+        (lambda v: v["grammar"].update(text=TOWER + " "), "does not match its hash"),
         (lambda v: v["request"].update(seed="5"), "does not describe a run"),
         (lambda v: v["request"].update(name="../../x"), "does not describe a run"),
         (lambda v: v["request"].update(extra=1), "does not describe a run"),

@@ -239,7 +239,7 @@ def test_undo_of_a_change_elsewhere_leaves_the_active_factor():
 @pytest.mark.parametrize(
     ("kind", "body", "expected"),
     [
-        ("nonsense", {}, "no event is called 'nonsense'"),
+        ("nonsense", {}, "unknown event 'nonsense'"),
         ("score", [], "expected an object"),
         ("score", {"factor": "overall", "models": [], "score": 5}, "at least one"),
         ("score", {"factor": "overall", "models": "g1-1", "score": 5}, "expected a list"),
@@ -252,7 +252,7 @@ def test_undo_of_a_change_elsewhere_leaves_the_active_factor():
         ("score", {"factor": "overall", "models": ["g1-1"], "score": float("nan")}, "from 0 to 100"),
         ("score", {"factor": "overall", "models": ["g1-1"], "score": 5, "key": 5}, "key"),
         ("score", {"factor": "overall", "models": ["g1-1"], "score": 5, "key": "x" * 61}, "key"),
-        ("score", {"factor": "roof", "models": ["g1-1"], "score": 5}, "no factor is called 'roof'"),
+        ("score", {"factor": "roof", "models": ["g1-1"], "score": 5}, "no factor 'roof'"),
         ("score", {"factor": {}, "models": ["g1-1"], "score": 5}, "no factor"),
         ("score", {"factor": "overall", "models": ["g1-1"], "score": 50, "kind": "thumb"}, "one of 0, 100 for"),
         ("score", {"factor": "overall", "models": ["g1-1"], "score": 30, "kind": "stars"}, "one of 0, 25, 50, 75, 100"),
@@ -266,7 +266,7 @@ def test_undo_of_a_change_elsewhere_leaves_the_active_factor():
         ("compare", {"factor": "overall", "models": ["g1-1", "g1-2"], "kind": "score"}, "kind: expected rather, tie"),
         ("compare", {"factor": "overall", "models": ["g1-1", "g1-2"], "kind": {}}, "kind: expected rather, tie"),
         ("compare", {"factor": "overall", "models": ["g1-1", "g1-2"], "kind": "tie", "key": 5}, "key"),
-        ("compare", {"factor": "roof", "models": ["g1-1", "g1-2"], "kind": "tie"}, "no factor is called 'roof'"),
+        ("compare", {"factor": "roof", "models": ["g1-1", "g1-2"], "kind": "tie"}, "no factor 'roof'"),
         ("import", {"scores": {"a": {"g1-1": ["stars", 30]}}}, "one of 0, 25, 50, 75, 100"),
         ("import", {"scores": {"a": {"g1-1": ["rather", 100]}}}, "kind: expected one of score"),
         ("import", {"scores": {"a": {"g1-1 g1-2": 100}}}, "expected a comparison"),

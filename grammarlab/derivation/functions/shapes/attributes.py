@@ -1,4 +1,4 @@
-"""Shape attributes: what a rule can ask of the shape it is applied to."""
+"""Shape attributes: properties of a shape that rules can read."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ STATE_DEFAULTS: dict[str, float | str | bool] = {
 _AXES = "xyz"
 
 ASK_FOR_PIVOT = frozenset({*PIVOT_POSITION, *(f"{kind}{axis}" for kind in ("scope.t", "pivot.o") for axis in _AXES)})
-"""Shape attributes that depend on where the pivot stands, to be read or set."""
+"""Readable and settable shape attributes that depend on the pivot."""
 
 
 def _size(axis: int) -> Code:
@@ -54,7 +54,7 @@ def _orientation(axis: int) -> Code:
 
 
 def turn_angles(reference: Ids, frames: Ids, workspace: Workspace) -> NDArray[np.float64]:
-    """[N, 3] by which angles in degrees frames [N] are turned against others [N]."""
+    """[N, 3] angles in degrees of frames [N] relative to other frames [N]."""
     table = workspace.frames
     return euler_angles(np.einsum("nji,njk->nik", table.rotations(reference), table.rotations(frames)))
 

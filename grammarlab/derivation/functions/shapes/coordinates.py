@@ -1,4 +1,4 @@
-"""``convert``: a position or an orientation as other coordinate systems of a shape have it."""
+"""``convert``: a position or an orientation in another coordinate system of a shape."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _number(call: FunctionCall, value: Value) -> Floats:
 
 
 def _system(call: FunctionCall, name: str) -> tuple[Floats, Ids]:
-    """The origin [N, 3], counted as positions are, and the frames [N] of a coordinate system of each shape."""
+    """Origin [N, 3], relative to the origin of positions, and frames [N] of a coordinate system of each shape."""
     shapes, workspace = call.shapes, call.workspace
     if name == "scope":
         return shapes.position, shapes.frame

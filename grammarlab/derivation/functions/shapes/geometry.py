@@ -1,6 +1,6 @@
 """Functions that measure a shape's geometry: areas, volume, numbers of faces, angles.
 
-Boxes and rectangles are measured by their scopes; every other geometry through `grammarlab.geometry.meshes.measure`.
+Boxes and rectangles are measured by their scopes; other geometry by `grammarlab.geometry.meshes.measure`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def local_meshes(shapes: Shapes, workspace: Workspace) -> Meshes:
 def oriented(
     selector: str, normals: Floats, owner: NDArray[np.integer], shapes: Shapes, workspace: Workspace
 ) -> NDArray[np.bool_]:
-    """[K] which normals look where a selector says, in the axes that its prefix names.
+    """[K] whether normals point in the direction of a selector, in the axes that its prefix names.
 
     Args:
         selector: such as ``top``, ``world.south`` or ``object.front``.
@@ -112,7 +112,7 @@ def _tolerance(call: FunctionCall) -> float:
 
 
 def _within_degrees(general: Callable[[Meshes, float], NDArray[np.bool_]], least: int) -> Builtin:
-    """A test that boxes and rectangles pass; of other geometry it allows for a number of degrees, 0 when left out."""
+    """A test that boxes and rectangles pass; for other geometry it has a tolerance in degrees, by default 0."""
 
     def evaluate(call: FunctionCall) -> Value:
         tolerance, shapes = _tolerance(call), call.shapes
@@ -131,7 +131,7 @@ def _flag(box: bool, rectangle: bool, general: Measure) -> Builtin:
 
 
 def _oriented_faces(call: FunctionCall, meshes: Meshes) -> NDArray[np.bool_]:
-    """[F] the faces that look where the selector in the first argument says."""
+    """[F] whether faces point in the direction of the selector in the first argument."""
     normals, owner = measure.face_normals(meshes), meshes.mesh_of_face()
     return oriented(str(call.arguments[0]), normals, owner, call.shapes, call.workspace)
 

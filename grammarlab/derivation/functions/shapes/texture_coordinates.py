@@ -1,4 +1,4 @@
-"""Functions that measure the texture coordinates of a shape: ``geometry.du``, ``geometry.uMin`` and their like."""
+"""Measures of the texture coordinates of a shape: ``geometry.du``, ``geometry.uMin`` and similar functions."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ SPACES = frozenset({"uvSpace", "unitSpace"})
 UV_AXES = ("u", "v")
 
 _LEVEL = 1e-9
-"""A coordinate changes along a face where it does so by more than this share of its change in space."""
+"""Smallest change of a coordinate along a face, as a share of its change in space, that counts as a change."""
 
 
 class Range(NamedTuple):
-    """What one coordinate is on N shapes, all zeros where they have none."""
+    """One coordinate on N shapes, all zeros for shapes without coordinates."""
 
     gradient: Floats
-    """[N, 3] its change for each metre along the axes of the scope."""
+    """[N, 3] its change per metre along the axes of the scope."""
     start: Floats
     """[N] its value at the origin of the scope."""
     low: Floats
@@ -36,8 +36,8 @@ class Range(NamedTuple):
     high: Floats
     """[N] its largest value."""
     metres: Floats
-    """[N] how far one unit of it reaches on the surface, a mean over the area of the faces that it changes along; 0
-    where it does not change."""
+    """[N] length of one unit on the surface in metres, a mean over the area of the faces along which it changes; 0
+    if it does not change."""
 
     @property
     def extent(self) -> Floats:
@@ -46,7 +46,7 @@ class Range(NamedTuple):
 
 
 def range_of(shapes: Shapes, uv_set: int, axis: int, workspace: Workspace) -> Range:
-    """What u (axis 0) or v (axis 1) of one uv set is on shapes [N]."""
+    """Coordinate u (axis 0) or v (axis 1) of one uv set on shapes [N]."""
     ids = map_ids(shapes, uv_set)
     rows = np.flatnonzero(ids >= 0)
     gradient, start = np.zeros((shapes.num, 3)), np.zeros(shapes.num)
@@ -74,10 +74,10 @@ def _metres(meshes: Meshes, gradient: Floats) -> Floats:
 
 
 def uv_set_of(value: Value, name: str, location: Location) -> int:
-    """The uv set that an argument names.
+    """Uv set from an argument.
 
     Raises:
-        DerivationError: when it is no whole number from 0 to 9, or differs between shapes.
+        DerivationError: If it is not a whole number from 0 to 9, or differs between shapes.
     """
     if kind_of(value) != "float":
         raise DerivationError(f"{name} expects a uv set from 0 to {NUM_SETS - 1}, found a {kind_of(value)}", location)
@@ -99,7 +99,7 @@ def _uv_set(call: FunctionCall) -> int:
 
 
 def _extent(axis: int) -> Builtin:
-    """``geometry.du(set, uvSpace|unitSpace)``: how far u reaches, in its own unit or in metres on the surface."""
+    """``geometry.du(set, uvSpace|unitSpace)``: the extent of u, in its own unit or in metres on the surface."""
 
     def evaluate(call: FunctionCall) -> Value:
         if call.arguments[1] not in SPACES:
@@ -111,7 +111,7 @@ def _extent(axis: int) -> Builtin:
 
 
 def _bound(axis: int, is_low: bool) -> Builtin:
-    """``geometry.uMin(set)``: the smallest u, in set 0 when none is given."""
+    """``geometry.uMin(set)``: the smallest u, by default in set 0."""
 
     def evaluate(call: FunctionCall) -> Value:
         found = range_of(call.shapes, _uv_set(call), axis, call.workspace)

@@ -1,7 +1,7 @@
-"""``comp``: a shape taken apart into its faces, edges or vertices.
+"""``comp``: a shape divided into its faces, edges or vertices.
 
 The faces of boxes and rectangles are table look-ups; every other geometry goes through
-`grammarlab.geometry.parts.components`. A component that one part has taken is not there for the parts after it.
+`grammarlab.geometry.parts.components`. A component selected by one part is not available to later parts.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Rows = NDArray[np.int64]
 _BOX_CUBES = np.array([cube_index(rotation) for rotation in BOX_ROTATIONS], dtype=np.int32)
 _BOX_NORMALS = BOX_ROTATIONS[:, :, 2].copy()
 _BOX_AXES = np.abs(BOX_ROTATIONS).argmax(axis=1)
-"""[6, 3] along which axis of the box each axis of a face runs."""
+"""[6, 3] axis of the box along each axis of a face."""
 _MAKERS = {
     "f": parts_of.faces,
     "e": parts_of.edges,
@@ -41,7 +41,7 @@ _MAKERS = {
     "fv": face_vertices,
 }
 _CLIMBING = frozenset({"hip", "valley", "ridge"})
-"""Selectors of roof edges that lead upwards whatever the face they were met at."""
+"""Selectors of roof edges that are directed upwards, independent of the face they were found on."""
 
 
 class ComponentShapes(NamedTuple):
@@ -54,13 +54,13 @@ class ComponentShapes(NamedTuple):
     frame: Ids
     mesh: Ids
     first: Rows
-    """[K] which of the chosen components each one is, or begins with."""
+    """[K] index of the chosen component that each one is, or begins with."""
     pivot: Floats
-    """[K, 3] its first corner, where the bounding box need not begin; world metres."""
+    """[K, 3] its first corner, which may differ from the corner of its bounding box; world metres."""
 
 
 Join = Literal["each", "all", "connected"]
-"""What the operators ``:``, ``=`` and ``=:`` make: a shape of each component, of all, of each connected set."""
+"""Groups of components by the operators ``:``, ``=`` and ``=:``: one per component, of all, per connected set."""
 
 
 class AbstractComponents(ABC):
@@ -81,9 +81,9 @@ class AbstractComponents(ABC):
 
         Args:
             chosen: [C] components, ascending.
-            join: which of them make one shape together.
-            aligned: whether the shapes get axes of their own, or keep those of the shape they are taken from.
-            selector: what chose them: edges that climb a roof lead upwards.
+            join: how they are grouped into shapes.
+            aligned: whether the shapes get their own axes, or keep those of the original shape.
+            selector: the selector; it directs roof edges upwards.
         """
 
 
@@ -209,9 +209,9 @@ class _MixedComponents(AbstractComponents):
 def comp(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     """``comp(f|e|v|fe|fv, zUp|noAlign) { selector : ... | selector = ... | selector =: ... }``: a shape's components.
 
-    With ``:`` every component is a shape, with ``=`` all of one shape are one together, with ``=:`` each connected set
+    With ``:`` every component is a shape, with ``=`` all of one shape together are one, with ``=:`` each connected set
     of faces is. With ``noAlign`` the components keep the axes of the shape. A condition in place of a selector, such
-    as ``top || geometry.area > 3``, is evaluated on each component that is not taken yet, in the axes of the shape.
+    as ``top || geometry.area > 3``, is evaluated on each component not selected yet, in the axes of the shape.
     """
     kind = call.words[0] if call.words else ""
     if kind not in _MAKERS:
@@ -221,24 +221,24 @@ def comp(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
 
 
 class Taken(NamedTuple):
-    """The components that one part takes, and the K shapes they make."""
+    """Components selected by one part, and the K shapes they make."""
 
     shapes: Shapes
     number: Rows
     """[K] index of each shape's first component."""
     row: Rows
-    """[C] the shape that each component is taken from."""
+    """[C] the shape that contains each component."""
     place: Rows
-    """[C] its number there."""
+    """[C] its number in that shape."""
     which: Rows
-    """[C] the shape that it is, or is a part of."""
+    """[C] the new shape that contains it."""
 
 
 def taken_apart(call: BoundCall, heads: tuple[Head, ...]) -> tuple[list[Taken], Rows]:
-    """The components that each part of ``comp`` takes, and how many each shape [N] has in all.
+    """Components selected by each part of ``comp``, and the number of components of each shape [N].
 
     Raises:
-        DerivationError: for the operator ``=:``.
+        DerivationError: If the operator is ``=:``.
     """
     kind = call.words[0] if call.words else ""
     if kind not in _MAKERS or any(head.connected for head in heads):
@@ -273,7 +273,7 @@ def _components(call: BoundCall, kind: str) -> AbstractComponents:
 
 
 def _each_taken(call: BoundCall, components: AbstractComponents, heads: Sequence[Head]) -> Iterator[tuple[Head, Rows]]:
-    """Each part with the components that it takes, of those that no part before it took."""
+    """Each part with its selected components, without those selected by earlier parts."""
     available = np.ones(len(components.row), dtype=bool)
     for head in heads:
         chosen = _chosen(call, components, head, available)
@@ -282,7 +282,7 @@ def _each_taken(call: BoundCall, components: AbstractComponents, heads: Sequence
 
 
 def _chosen(call: BoundCall, components: AbstractComponents, head: Head, available: Flags) -> Rows:
-    """The available components that the head of a part asks for: by a selector, a condition or a number."""
+    """Available components selected by the head of a part: by a selector, a condition or a number."""
     if head.condition is not None:
         left = np.flatnonzero(available)
         if len(left) == 0:
@@ -311,7 +311,7 @@ def _part(call: BoundCall, components: AbstractComponents, chosen: Rows, head: H
 
 
 def _indexed(call: BoundCall, made: Shapes, row: Rows, head: Head) -> Shapes:
-    """Components that know their place, number and selector, where the grammar asks."""
+    """Components with their index, total and selector, if the grammar reads them."""
     asked = call.workspace.state_names & {"comp.index", "comp.total", "comp.sel"}
     if not asked:
         return made
@@ -333,7 +333,7 @@ def _to_object(call: BoundCall, shapes: Shapes) -> Floats:
 
 
 def edges_of_faces(call: BoundCall) -> tuple[Shapes, Rows]:
-    """Every edge of every face of shapes as a shape in their axes, and the number of each within its shape."""
+    """Every edge of every face of shapes as a shape in their axes, and its number within its shape."""
     components = _MeshComponents(call, call.shapes, "fe")
     placed = components.place(np.arange(len(components.row)), "each", aligned=False)
     return call.shapes.place(*placed[:5]), components.index

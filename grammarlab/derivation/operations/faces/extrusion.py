@@ -26,11 +26,11 @@ _LYING_CUBE = cube_index(_LYING)
 def extrude(call: BoundCall) -> Shapes:
     """``extrude(height)`` or ``extrude(direction, height)``: every face moved, with walls between.
 
-    The scope's y axis then runs along the direction, x is kept as far as that allows. A negative height goes the
-    other way and makes ``scope.sy`` negative; all faces look outwards either way.
+    The scope's y axis then runs along the direction, and x stays as near as possible to its old direction. A negative
+    height extrudes in the opposite direction and makes ``scope.sy`` negative; all faces point outwards.
     """
     if len(call.values) != 1:
-        raise call.error("extrude expects one height, and before it perhaps a direction such as world.up")
+        raise call.error("extrude expects one height, or a direction such as world.up and a height")
     heights = np.broadcast_to(call.length(call.values[0], 1), call.shapes.num)
     solid = _extruded(call, heights)
     below = (heights < 0.0) & (solid.mesh != EMPTY)
@@ -53,7 +53,7 @@ def _extruded(call: BoundCall, heights: Floats) -> Shapes:
 
 
 def _one_by_one(call: BoundCall, heights: Floats, kinds: tuple[np.ndarray, ...]) -> Shapes:
-    """The operation on each kind of geometry by itself, put together again."""
+    """The operation on each kind of geometry separately, merged again."""
     rest = ~np.logical_or.reduce(kinds)
     rows = [np.flatnonzero(kind) for kind in (*kinds, rest)]
     parts = [_extruded(_narrowed(call, chosen), heights[chosen]) for chosen in rows if len(chosen)]
@@ -81,7 +81,7 @@ def _raised(call: BoundCall, shapes: Shapes, heights: Floats) -> Shapes:
 
 
 def _deepened(call: BoundCall, shapes: Shapes, heights: Floats) -> Shapes:
-    """Rectangles in a wall become boxes whose y axis leads out of the wall."""
+    """Rectangles in a wall become boxes whose y axis points out of the wall."""
     frames = call.workspace.frames
     width, height = shapes.size[:, 0], shapes.size[:, 1]
     position = shapes.position + frames.axis(shapes.frame, 1) * height[:, None]
@@ -94,7 +94,7 @@ def _deepened(call: BoundCall, shapes: Shapes, heights: Floats) -> Shapes:
 
 
 def _general(call: BoundCall, shapes: Shapes, heights: Floats, direction: str) -> Shapes:
-    """Any geometry: computed as a mesh, then the scope is turned so that y runs along the direction."""
+    """Any geometry: the solid is a mesh, and the scope is rotated so that y runs along the direction."""
     meshes = local_meshes(shapes, call.workspace)
     along = _directions(call, shapes, direction)
     if direction == "vertex.normal":
@@ -121,7 +121,7 @@ def stood_up(call: BoundCall, solid: Meshes, along: Floats) -> Shapes:
 
 
 def _directions(call: BoundCall, shapes: Shapes, direction: str) -> Floats:
-    """[N, 3] unit vectors in scope axes: the direction asked for, or the normal of the first face."""
+    """[N, 3] unit vectors in scope axes: the given direction, or the normal of the first face."""
     if direction in _ALONG:
         axis = np.broadcast_to(np.eye(3)[_ALONG[direction]], (shapes.num, 3))
         return call.workspace.frames.to_local(shapes.frame, axis) if direction.startswith("world") else axis
@@ -129,7 +129,7 @@ def _directions(call: BoundCall, shapes: Shapes, direction: str) -> Floats:
 
 
 def first_normals(shapes: Shapes, workspace: Workspace) -> Floats:
-    """[N, 3] unit normals of the first faces in scope axes; up where there is none."""
+    """[N, 3] unit normals of the first faces in scope axes; up if there is no face."""
     meshes = local_meshes(shapes, workspace)
     first = np.zeros((shapes.num, 3))
     filled = np.diff(meshes.mesh_faces) > 0
@@ -139,7 +139,7 @@ def first_normals(shapes: Shapes, workspace: Workspace) -> Floats:
 
 
 def _standing_on(y: Floats) -> Floats:
-    """[N, 3, 3] rotations whose y axis is given and whose x axis is as near to the old one as that allows."""
+    """[N, 3, 3] rotations with a given y axis and an x axis as near as possible to the old one."""
     x: Floats = np.array([1.0, 0.0, 0.0]) - y * y[:, :1]
     length = np.linalg.norm(x, axis=1, keepdims=True)
     x = np.where(length > 1e-6, x / np.maximum(length, 1e-6), np.cross(y, [0.0, 0.0, 1.0]))

@@ -28,11 +28,11 @@ from grammarlab.geometry.parts.selectors import ORIENTATIONS
 Rows = NDArray[np.int64]
 
 _FEWEST_WITH_HOLE = 8
-"""Corners of a triangle with a triangular hole, joined by a bridge that is walked there and back."""
+"""Corners of a triangle with a triangular hole, joined by a bridge that is passed in both directions."""
 _KEEP = frozenset({"all", "inside", "border"})
 _PARTS = frozenset({"shape", "remainder"})
 _OLDER = {"streetSide": ("street.front",), "noStreetSide": ("street.back", "street.left", "street.right")}
-"""Selectors of older rule files, and those that pick the same edges."""
+"""Selectors of older rule files, with equivalent selectors."""
 _EDGES = frozenset({*ORIENTATIONS, *_OLDER, "all", "remainder"})
 
 
@@ -47,8 +47,8 @@ def offset(call: BoundCall) -> Shapes:
 def setback(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     """``setback(distance) { selector : ... | remainder : ... }``: strips along edges cut off.
 
-    An array holds a distance for each edge of each face, in order; edges beyond its end stay.
-    Selectors look at the outward normals of the edges; a number counts the edges of a face, around and around; a
+    An array has a distance for each edge of each face, in order; edges beyond its end stay.
+    Selectors use the outward normals of the edges; a number is the index of an edge modulo the number of edges; a
     condition is evaluated on each edge.
     """
     meshes = local_meshes(call.shapes, call.workspace)
@@ -79,7 +79,7 @@ def inner_rect(call: BoundCall) -> Shapes:
 
 
 def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.float64], mesh: Rows) -> NDArray[np.bool_]:
-    """[C] the edges that the head of a part asks for."""
+    """[C] whether the head of a part selects each edge."""
 
     def picked(selector: str) -> NDArray[np.bool_]:
         if selector == "all":
@@ -90,7 +90,7 @@ def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.floa
         return np.logical_or.reduce(flags)
 
     if head.condition is not None:
-        # Between an outline and its hole there is no edge to choose.
+        # Bridges between an outline and its hole cannot be selected.
         corners = np.flatnonzero(edge_table(meshes).edge_of_corner >= 0)
         parts, number = edges_of_faces(call)
         flags = np.zeros(len(outward), dtype=bool)
@@ -105,7 +105,7 @@ def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.floa
 
 
 def _distances(call: BoundCall, meshes: Meshes, mesh: Rows) -> NDArray[np.float64]:
-    """[C] how far the edge that leaves each corner is set back."""
+    """[C] setback in metres of the edge that leaves each corner."""
     value = call.values[0].value
     if not is_table(value):
         return call.column(call.values[0])[mesh]
@@ -137,7 +137,7 @@ def _wings(name: str, cut: Callable[..., Setback]) -> BlockOperation:
 
 
 def _parts(call: BoundCall, result: Setback, heads: Sequence[Head], places: Sequence[int]) -> list[BoundPart]:
-    """The pieces of each group as shapes: one each, or all of one shape together."""
+    """The pieces of each group as shapes: one per piece, or one of all pieces of a shape."""
     owner = result.meshes.mesh_of_face()
     parts = []
     for head, place in zip(heads, places, strict=True):
@@ -162,7 +162,7 @@ def _pieces(call: BoundCall, meshes: Meshes, faces: Rows, counts: Rows, row: Row
 
 
 def _apart(meshes: Meshes, faces: Rows, counts: Rows) -> Meshes:
-    """Meshes of so many of these faces each. The faces share no points, but a face that visits one twice still does."""
+    """Meshes with given numbers of these faces. Faces do not share points, but a face may pass the same point twice."""
     corners, offsets = take_rows(meshes.face_offsets, faces)
     sizes = np.diff(offsets)
     if sizes.max(initial=0) < _FEWEST_WITH_HOLE:

@@ -1,7 +1,7 @@
 """Roofs over the faces of a shape: ``roofHip``, ``roofGable``, ``roofPyramid``, ``roofShed``, ``roofRidge``, ``taper``.
 
-The value is an angle in degrees, or after ``byHeight`` a height in metres. The scope then stands on the first face, as
-after ``extrude``.
+The value is an angle in degrees, or after ``byHeight`` a height in metres. The scope then has the orientation of the
+first face, as after ``extrude``.
 """
 
 from __future__ import annotations
@@ -61,13 +61,13 @@ def roof_ridge(call: BoundCall) -> Shapes:
 def taper(call: BoundCall) -> Shapes:
     """``taper(height)``: a pyramid over the first face, its tip over the face's centre of gravity.
 
-    A negative height makes ``scope.sy`` negative and the pyramid point the other way, all faces looking outwards.
+    A negative height makes ``scope.sy`` negative and the pyramid point the opposite way; all faces point outwards.
     """
     heights, shapes, workspace = call.column(call.values[0]), call.shapes, call.workspace
     below = heights < 0.0
     faces = _faces(call)
     owner = faces.mesh_of_face()
-    # Over a face seen from behind a pyramid stands the other way.
+    # Over a face seen from behind, the pyramid points the opposite way.
     solid = roofs.taper(faces.reversed(below[owner]), np.abs(heights))
     standing = stood_up(call, solid, first_normals(shapes, workspace))
     return turned_over(standing, below, workspace.meshes, workspace.frames) if below.any() else standing

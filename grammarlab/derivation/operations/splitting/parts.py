@@ -1,4 +1,4 @@
-"""What splits along a scope's axis and between values of a texture coordinate share: sizes, numbers, indices."""
+"""Sizes, numbers and indices of parts, for splits along axes and along texture coordinates."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _INDICES = frozenset({"split.index", "split.total"})
 
 
 def asked_indices(workspace: Workspace) -> frozenset[str]:
-    """Which of ``split.index`` and ``split.total`` the grammar reads."""
+    """Those of ``split.index`` and ``split.total`` that the grammar reads."""
     return workspace.state_names & _INDICES
 
 
 def elements_of(call: BoundCall, heads: Sequence[Head], length: Floats) -> list[Element]:
-    """The sizes of a split of lengths [N], those of one repeated group together."""
+    """Sizes of a split of lengths [N], grouped by repeated group."""
     elements: list[Element] = []
     group = -1
     for head in heads:
@@ -39,7 +39,7 @@ def elements_of(call: BoundCall, heads: Sequence[Head], length: Floats) -> list[
 
 
 def numbered(pieces: Sequence[SplitPieces], shapes: Shapes, is_wanted: bool) -> list[NDArray[np.int64]]:
-    """For each piece its place along its shape, from 0; only where it is wanted or something draws."""
+    """Index of each piece along its shape, from 0; only if it is read or a part draws."""
     counts = [len(piece.row) for piece in pieces]
     if shapes.key is None and not is_wanted:
         return [np.zeros(count, np.int64) for count in counts]
@@ -60,7 +60,7 @@ def indexed(
     num_shapes: int,
     asked: frozenset[str],
 ) -> list[Shapes]:
-    """Parts that know their place and number, where the grammar asks."""
+    """Parts with their index and total, if the grammar reads them."""
     totals = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=num_shapes)
     result = []
     for part, piece, number in zip(made, pieces, numbers, strict=True):

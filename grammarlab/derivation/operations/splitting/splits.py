@@ -20,10 +20,10 @@ _WORDS = frozenset({*_AXES, "adjust", "noAdjust", *UV_AXES, *SPACES})
 
 
 def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
-    """``split(x|y|z, adjust|noAdjust) { size : ... | ... }*``: slabs of the sizes asked for, see `splitting`.
+    """``split(x|y|z, adjust|noAdjust) { size : ... | ... }*``: slabs of the given sizes, see `splitting`.
 
-    Boxes and rectangles stay what they are; any other geometry is clipped, cuts through closed meshes are closed, and
-    with ``adjust`` (the default) the scope of a part is fitted to what is left.
+    Boxes and rectangles stay boxes and rectangles; other geometry is clipped, cuts through closed meshes are closed,
+    and with ``adjust`` (the default) the scope of a part is fitted to its geometry.
     """
     words = call.words
     if words and words[0] in UV_AXES:
@@ -56,7 +56,7 @@ def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
 
 
 def _slabs(shapes: Shapes, axis: int, row: SplitRow, along: Floats) -> list[BoundPart]:
-    """The parts of a split in which every shape has one piece of each size, and none needs clipping: all at once."""
+    """All parts at once of a split in which every shape has one piece of each size and none needs clipping."""
     frame, mesh = shapes.frame, shapes.mesh
     position = shapes.position + along * row.start[:, :, None]
     size = shapes.size[None].repeat(len(position), axis=0)
@@ -71,9 +71,9 @@ def _part(call: BoundCall, axis: int, piece: SplitPieces, along: Floats, general
     Args:
         call: the split, of shapes [N].
         axis: along which it cuts.
-        piece: what becomes of the size.
+        piece: the pieces of the size.
         along: [N, 3] direction of that axis in the world.
-        general: [N] which shapes need clipping; None where none does.
+        general: [N] whether shapes need clipping; None if none does.
     """
     shapes, rows = call.shapes, piece.row
     everyone = piece.is_one_each
@@ -94,7 +94,7 @@ def _part(call: BoundCall, axis: int, piece: SplitPieces, along: Floats, general
 
 
 def _needs_clipping(mesh: Ids, axis: int) -> NDArray[np.bool_]:
-    """Everything but boxes, and rectangles cut across."""
+    """Whether shapes need clipping: all except boxes and rectangles cut across an axis."""
     if axis == 0:
         return mesh > FACE
     return (mesh > FACE) | (mesh == (FOOTPRINT if axis == 1 else FACE))
@@ -110,7 +110,7 @@ def _clipped(
     mesh: Ids,
     frame: Ids,
 ) -> tuple[Floats, Floats, Ids]:
-    """Positions, sizes and meshes with those of the pieces ``general`` replaced by what the clipping leaves."""
+    """Positions, sizes and meshes, with the pieces ``general`` replaced by their clipped geometry."""
     if len(general) == 0:
         return position, size, mesh
     sources, source = np.unique(piece.row[general], return_inverse=True)

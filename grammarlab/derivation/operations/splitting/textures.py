@@ -1,4 +1,4 @@
-"""``split`` in texture space: a shape cut where u or v has certain values."""
+"""``split`` in texture space: a shape cut at values of u or v."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from grammarlab.geometry.meshes.vectors import cross, dot, norm, unit
 Rows = NDArray[np.int64]
 
 _STRAIGHT = 1e-12
-"""How much of a unit vector may run along other axes when it counts as one of the axes."""
+"""Largest component of a unit vector along other axes for which it counts as an axis."""
 
 _LIES_ALONG = {BOX: (0, 1, 2), FOOTPRINT: (0, 2), FACE: (0, 1)}
-"""The axes along which a mesh that is scope only extends."""
+"""Axes along which a box or rectangle extends."""
 
 
 def split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     """``split(u|v, uvSpace|unitSpace, set) { size : ... | ... }*``: parts from the smallest value to the largest.
 
     Sizes are differences of the coordinate, or with ``unitSpace`` metres on the surface. Boxes and rectangles that are
-    cut across an axis of their scopes stay what they are; all other geometry is clipped at planes, and the scope of a
-    part is fitted to what is left.
+    cut across an axis of their scopes keep their type; other geometry is clipped at planes, and the scope of a
+    part is fitted to its geometry.
     """
     words = call.words
     if len(words) != 2 or words[1] not in SPACES or len(call.values) != 1:
@@ -42,7 +42,7 @@ def split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[Bound
     if (map_ids(call.shapes, uv_set) < 0).any():
         raise call.error(
             f"split({words[0]}, ...) came to a shape without texture coordinates in set {uv_set}",
-            "setupProjection and projectUV give it some",
+            "setupProjection and projectUV create them",
         )
     found = range_of(call.shapes, uv_set, UV_AXES.index(words[0]), call.workspace)
     unit_length = found.metres if words[1] == "unitSpace" else np.ones(call.shapes.num)
@@ -63,8 +63,8 @@ def _part(call: BoundCall, found: Range, unit_length: Floats, piece: SplitPieces
 
     Args:
         call: the split.
-        found: of the coordinate on the shapes [N].
-        unit_length: [N] what one unit of the coordinate is in the sizes of the split.
+        found: the coordinate on the shapes [N].
+        unit_length: [N] length of one unit of the coordinate in the unit of the sizes.
         piece: what becomes of the size.
     """
     rows = piece.row
@@ -74,7 +74,7 @@ def _part(call: BoundCall, found: Range, unit_length: Floats, piece: SplitPieces
     steepness = norm(found.gradient[rows])
     direction = unit(found.gradient[rows])
     ends = np.stack([piece.start, piece.start + piece.extent]) / unit_length[rows]
-    # From values of the coordinate to metres from the scope's origin along the direction in which it grows.
+    # From values of the coordinate to metres from the scope's origin along its gradient.
     low, high = (found.low[rows] + ends - found.start[rows]) / steepness
     axis, is_simple = _scope_axes(shapes.mesh, direction)
     position, size, mesh = shapes.position.copy(), shapes.size.copy(), shapes.mesh.copy()
@@ -94,7 +94,7 @@ def _part(call: BoundCall, found: Range, unit_length: Floats, piece: SplitPieces
 
 
 def _scope_axes(mesh: Ids, direction: Floats) -> tuple[Rows, NDArray[np.bool_]]:
-    """The scope's axis [K] nearest to a direction [K, 3], and whether shapes of these meshes extend just along it."""
+    """Scope axis [K] nearest to a direction [K, 3], and whether shapes of these meshes extend exactly along it."""
     axis = np.abs(direction).argmax(axis=1)
     others = np.abs(direction)
     others[np.arange(len(axis)), axis] = 0.0
@@ -111,7 +111,7 @@ def _between(
 
     Args:
         call: the split.
-        shapes: [K] what is clipped.
+        shapes: [K] the shapes to clip.
         direction: [K, 3] unit vectors in scope axes.
         low: [K] metres from the scopes' origins to the first plane.
         high: [K] metres to the second one.

@@ -16,9 +16,9 @@ def measurements_in(folder: Path, name: str, *, fresh: bool = False) -> Results[
     """The measurements of a folder, JSON objects by key.
 
     Args:
-        folder: of a run.
-        name: of the folder in it; with the suffix .jsonl, of the file in which earlier versions kept them.
-        fresh: forget what it holds.
+        folder: folder of a run.
+        name: name of the folder in it; with the suffix .jsonl, of the file of earlier versions.
+        fresh: remove stored measurements first.
     """
     kept, earlier = Results(folder / name, _KIND), (folder / name).with_suffix(".jsonl")
     if fresh:
@@ -29,5 +29,5 @@ def measurements_in(folder: Path, name: str, *, fresh: bool = False) -> Results[
 
 
 def digest(values: object) -> str:
-    """SHA-256 of values that JSON can hold, as a key."""
+    """SHA-256 of JSON values, as a key."""
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
